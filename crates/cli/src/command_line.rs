@@ -1,0 +1,19 @@
+//! The command line: subcommands and what they take.
+
+use clap::{Parser, Subcommand};
+
+use crate::{detect, model};
+
+/// Distributed fault diagnosis of adaptive structures.
+#[derive(Debug, Parser)]
+#[command(name = "trusswatch", version, max_term_width = 100, arg_required_else_help = true)]
+pub(crate) struct CommandLine {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Model(model::Arguments),
+    Detect(detect::Arguments),
+}

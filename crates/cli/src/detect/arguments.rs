@@ -1,0 +1,111 @@
+//! What `trusswatch detect` takes, each setting with its range.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use diagnosis::divergence::{
+    DivergenceSettings, Interval, MAX_INTERVAL, MAX_LAG, MAX_WINDOW, SettingsError,
+};
+
+/// Run the change detector on your own numbers
+///
+/// FILE is a table (CSV) with a header row; each column is a channel, each row a sampling instant.
+/// For every row and channel the detector gives the Kullback-Leibler divergence between the running
+/// Gaussian of the last vectors of samples and that of some steps ago: about 0 as long as the
+/// statistics of the channel stay what they are, large when they change.
+///
+/// All channels share one set of settings: channels of different units are best run one by one
+/// with --columns.
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct Arguments {
+    /// Table with a header row; `-` reads standard input
+    pub(super) file: PathBuf,
+    /// Samples in a vector, 1 to 256
+    #[arg(long, value_name = "W", default_value = "10", value_parser = window)]
+    window: usize,
+    /// Steps between the two Gaussians that are compared, 1 to 4096
+    #[arg(long, value_name = "L", default_value = "10", value_parser = lag)]
+    lag: usize,
+    /// Vectors that a Gaussian rests on, 2 to 10000000; 0 for all since the start
+    #[arg(long, value_name = "M", default_value = "2000", value_parser = interval)]
+    interval: usize,
+    /// Scatter to start from, above 0: about the square of the sensor's noise (standard deviation),
+    /// in squared units of the channel. Keeps a stuck or silent channel well defined
+    #[arg(long, value_name = "E", value_parser = prior_scatter)]
+    pub(super) prior_scatter: f64,
+    /// Divergence from which on a row counts as a change, above 0; without it nothing does
+    #[arg(long, value_name = "G", value_parser = threshold)]
+    pub(super) threshold: Option<f64>,
+    /// Only these columns, separated by commas
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(super) columns: Option<Vec<String>>,
+    /// Character between the fields of a row
+    #[arg(long, value_name = "CHARACTER", default_value = ",", value_parser = delimiter)]
+    pub(super) delimiter: u8,
+    /// Count bad rows and take them as gaps instead of stopping at the first one. Bad are rows with
+    /// an empty cell, text, a number that is not finite, or the wrong number of fields
+    #[arg(long)]
+    pub(super) skip_bad: bool,
+    /// Print one line of JSON for each row
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Print every row instead of a summary
+    #[arg(long, conflicts_with = "json")]
+    pub(super) all: bool,
+}
+
+impl Arguments {
+    pub(super) fn settings(&self) -> DivergenceSettings {
+        let interval = match self.interval {
+            0 => Interval::Growing,
+            vectors => Interval::Sliding { vectors },
+        };
+        DivergenceSettings { window: self.window, lag: self.lag, interval }
+    }
+}
+
+fn whole_number(text: &str, range: RangeInclusive<usize>, hint: &str) -> Result<usize, String> {
+    let right = || format!("use a whole number from {} to {}{hint}", range.start(), range.end());
+    let number = text.parse().map_err(|_| right())?;
+    if range.contains(&number) { Ok(number) } else { Err(right()) }
+}
+
+fn window(text: &str) -> Result<usize, String> {
+    whole_number(text, 1..=MAX_WINDOW, " samples")
+}
+
+fn lag(text: &str) -> Result<usize, String> {
+    whole_number(text, 1..=MAX_LAG, " steps")
+}
+
+fn interval(text: &str) -> Result<usize, String> {
+    if text == "0" {
+        return Ok(0);
+    }
+    whole_number(text, 2..=MAX_INTERVAL, " vectors, or 0 for all since the start")
+}
+
+fn prior_scatter(text: &str) -> Result<f64, String> {
+    let number = text.parse().unwrap_or(f64::NAN);
+    match SettingsError::check_prior_scatter(number) {
+        Ok(()) => Ok(number),
+        Err(_) => Err("use a finite number above 0, in squared units of the channel".into()),
+    }
+}
+
+fn threshold(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().unwrap_or(f64::NAN);
+    let usable = number.is_finite() && number > 0.0;
+    if usable { Ok(number) } else { Err("use a finite number above 0".into()) }
+}
+
+fn delimiter(text: &str) -> Result<u8, String> {
+    match text {
+        "\\t" => Ok(b'\t'),
+        _ => match text.as_bytes() {
+            [byte] if byte.is_ascii() && !b"\"\r\n".contains(byte) => Ok(*byte),
+            _ => Err("use one ASCII character, e.g. `;`, or `\\t` for a tabulator".into()),
+        },
+    }
+}

@@ -1,0 +1,88 @@
+//! `trusswatch detect`: the detector, alone, on a table of numbers.
+
+mod arguments;
+mod cells;
+mod column;
+mod detector;
+mod report;
+mod rows;
+mod tally;
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use crate::failure::Failure;
+
+pub(crate) use arguments::Arguments;
+use detector::Detector;
+use report::Report;
+use rows::Rows;
+use tally::Tally;
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (input, name) = open(&arguments.file)?;
+    let rows = Rows::new(input, name, arguments.delimiter, arguments.columns.as_deref())?;
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let judged = judge(arguments, rows, &mut out);
+    // What was found up to a mistake is told before the mistake.
+    out.flush()?;
+    judged
+}
+
+fn judge(
+    arguments: &Arguments,
+    mut rows: Rows<Box<dyn Read>>,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    let channels = rows.channels();
+    let mut detector = Detector::new(arguments, channels.len())?;
+    let mut report = Report::new(arguments, &channels, out);
+    let mut tally = Tally::new(channels.len());
+    while let Some(row) = rows.next_row()? {
+        let usable = row.problem.is_none();
+        if let Some(problem) = row.problem.filter(|_| !arguments.skip_bad) {
+            return Err(Failure::input(format!("{}, {problem}", rows.name())));
+        }
+        let readings = detector.take(usable.then_some(row.values));
+        tally.take(usable, readings);
+        report.row(tally.last_row(), usable, readings)?;
+        if rows.is_drained() {
+            report.flush()?;
+        }
+    }
+    report.end(rows.name(), &tally)?;
+    tell_on_stderr(rows.name(), &channels, &tally);
+    Ok(())
+}
+
+fn open(file: &Path) -> Result<(Box<dyn Read>, String), Failure> {
+    if file == Path::new("-") {
+        return Ok((Box::new(io::stdin().lock()), "standard input".to_owned()));
+    }
+    let name = file.display().to_string();
+    match File::open(file) {
+        Ok(opened) => Ok((Box::new(opened), name)),
+        Err(error) => Err(Failure::input(format!("cannot read `{name}`: {error}"))),
+    }
+}
+
+/// What must not pass unseen, whatever the form of the output.
+fn tell_on_stderr(name: &str, channels: &[String], tally: &Tally) {
+    let mut stderr = io::stderr().lock();
+    // Nobody is left to be told if standard error is closed.
+    if tally.bad_rows() > 0 {
+        let (bad, all) = (tally.bad_rows(), tally.rows());
+        let _ = writeln!(stderr, "{name}: {bad} of {all} rows were bad and count as gaps");
+    }
+    for (channel, of_channel) in channels.iter().zip(tally.channels()) {
+        if let Some((violation, row)) = of_channel.first_restart() {
+            let times = of_channel.restarts();
+            let _ = writeln!(
+                stderr,
+                "{name}: channel `{channel}` was started anew {times} times, first at row {row}: \
+                 {violation}"
+            );
+        }
+    }
+}

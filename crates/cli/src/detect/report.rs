@@ -1,0 +1,171 @@
+//! How the outcome is told: one line of JSON a row, one line of text a row, or a summary.
+
+use std::io::{self, Write};
+
+use comfy_table::{CellAlignment, Table, presets};
+use diagnosis::divergence::{DivergenceSettings, Interval};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+
+use super::arguments::Arguments;
+use super::detector::Reading;
+use super::tally::{ChannelTally, Tally};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Json,
+    Rows,
+    Summary,
+}
+
+/// Writes the outcome.
+pub(super) struct Report<'a, W> {
+    form: Form,
+    settings: DivergenceSettings,
+    threshold: Option<f64>,
+    channels: &'a [String],
+    out: W,
+}
+
+impl<'a, W: Write> Report<'a, W> {
+    pub(super) fn new(arguments: &Arguments, channels: &'a [String], out: W) -> Self {
+        let form = match (arguments.json, arguments.all) {
+            (true, _) => Form::Json,
+            (false, true) => Form::Rows,
+            (false, false) => Form::Summary,
+        };
+        let (settings, threshold) = (arguments.settings(), arguments.threshold);
+        Report { form, settings, threshold, channels, out }
+    }
+
+    /// Tells one row.
+    pub(super) fn row(&mut self, row: u64, usable: bool, readings: &[Reading]) -> io::Result<()> {
+        match self.form {
+            Form::Json => self.json(row, readings),
+            Form::Rows => self.text(row, usable, readings),
+            Form::Summary => Ok(()),
+        }
+    }
+
+    pub(super) fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+
+    /// Tells what came of it all.
+    pub(super) fn end(&mut self, name: &str, tally: &Tally) -> io::Result<()> {
+        if self.form == Form::Summary {
+            writeln!(self.out, "{}", self.heading(name, tally))?;
+            writeln!(self.out, "{}", self.table(tally))?;
+        }
+        self.out.flush()
+    }
+
+    fn json(&mut self, index: u64, readings: &[Reading]) -> io::Result<()> {
+        let channels = Channels { names: self.channels, readings };
+        serde_json::to_writer(&mut self.out, &JsonRow { index, channels })?;
+        self.out.write_all(b"\n")
+    }
+
+    fn text(&mut self, row: u64, usable: bool, readings: &[Reading]) -> io::Result<()> {
+        if row == 0 {
+            write!(self.out, "{:>10}", "row")?;
+            for channel in self.channels {
+                write!(self.out, "  {channel:>14}")?;
+            }
+            writeln!(self.out)?;
+        }
+        write!(self.out, "{row:>10}")?;
+        for (channel, reading) in self.channels.iter().zip(readings) {
+            let width = channel.chars().count().max(14);
+            let text = match reading.divergence {
+                Some(divergence) if reading.change => format!("{divergence:.6e} !"),
+                Some(divergence) => format!("{divergence:.6e}  "),
+                None if usable => "-  ".to_owned(),
+                None => "bad  ".to_owned(),
+            };
+            write!(self.out, "  {text:>width$}")?;
+        }
+        writeln!(self.out)
+    }
+
+    fn heading(&self, name: &str, tally: &Tally) -> String {
+        let DivergenceSettings { window, lag, interval } = self.settings;
+        let interval = match interval {
+            Interval::Growing => "all vectors since the start".to_owned(),
+            Interval::Sliding { vectors } => format!("the last {vectors} vectors"),
+        };
+        let threshold = match self.threshold {
+            Some(threshold) => format!("threshold {threshold}"),
+            None => "no threshold: nothing counts as a change".to_owned(),
+        };
+        let (rows, channels) = (tally.rows(), self.channels.len());
+        format!(
+            "{name}: {rows} rows, {channels} channels; rows are counted from 0\n\
+             window {window}, lag {lag}, {interval}; {threshold}"
+        )
+    }
+
+    fn table(&self, tally: &Tally) -> Table {
+        let mut table = Table::new();
+        table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_header([
+            "channel",
+            "rows with D",
+            "largest D",
+            "at row",
+            "changes",
+            "at rows",
+        ]);
+        for (name, channel) in self.channels.iter().zip(tally.channels()) {
+            table.add_row(self.summary(name, channel));
+        }
+        for column in table.column_iter_mut().skip(1).take(4) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table
+    }
+
+    fn summary(&self, name: &str, channel: &ChannelTally) -> [String; 6] {
+        let dash = || "-".to_owned();
+        let (largest, at) = channel.largest().map_or_else(
+            || (dash(), dash()),
+            |(divergence, row)| (format!("{divergence:.6}"), row.to_string()),
+        );
+        let changes = self.threshold.map_or_else(dash, |_| channel.changes().to_string());
+        [name.to_owned(), channel.defined().to_string(), largest, at, changes, rows_told(channel)]
+    }
+}
+
+fn rows_told(channel: &ChannelTally) -> String {
+    let mut rows: Vec<String> = channel.first_changes().iter().map(u64::to_string).collect();
+    if channel.changes() > rows.len() as u64 {
+        rows.push("…".to_owned());
+    }
+    if rows.is_empty() { "-".to_owned() } else { rows.join(" ") }
+}
+
+#[derive(serde::Serialize)]
+struct JsonRow<'a> {
+    index: u64,
+    channels: Channels<'a>,
+}
+
+/// The channels in the order of their columns.
+struct Channels<'a> {
+    names: &'a [String],
+    readings: &'a [Reading],
+}
+
+#[derive(serde::Serialize)]
+struct JsonReading {
+    divergence: Option<f64>,
+    change: bool,
+}
+
+impl Serialize for Channels<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.names.len()))?;
+        for (name, &Reading { divergence, change, .. }) in self.names.iter().zip(self.readings) {
+            map.serialize_entry(name, &JsonReading { divergence, change })?;
+        }
+        map.end()
+    }
+}

@@ -1,0 +1,101 @@
+//! How a command ends when it does not end well: an exit code and lines on standard error.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// Kinds of failure, each with its exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// Whoever read the output has had enough. Not an error.
+    OutputClosed,
+    /// It did not work out.
+    Runtime,
+    /// Arguments that cannot be meant.
+    Usage,
+    /// A file that cannot be used.
+    Input,
+    /// The network.
+    Network,
+}
+
+impl Kind {
+    fn exit_code(self) -> u8 {
+        match self {
+            Kind::OutputClosed => 0,
+            Kind::Runtime => 1,
+            Kind::Usage => 2,
+            Kind::Input => 3,
+            Kind::Network => 4,
+        }
+    }
+}
+
+/// Why a command failed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Failure {
+    kind: Kind,
+    messages: Vec<String>,
+}
+
+impl Failure {
+    fn new(kind: Kind, message: impl Into<String>) -> Failure {
+        Failure { kind, messages: vec![message.into()] }
+    }
+
+    /// It did not work out.
+    pub(crate) fn runtime(message: impl Into<String>) -> Failure {
+        Failure::new(Kind::Runtime, message)
+    }
+
+    /// It did not work out, and everything to be said was said.
+    pub(crate) fn told() -> Failure {
+        Failure { kind: Kind::Runtime, messages: Vec::new() }
+    }
+
+    /// Arguments that cannot be meant.
+    pub(crate) fn usage(message: impl Into<String>) -> Failure {
+        Failure::new(Kind::Usage, message)
+    }
+
+    /// A file that cannot be used.
+    pub(crate) fn input(message: impl Into<String>) -> Failure {
+        Failure::new(Kind::Input, message)
+    }
+
+    /// Files that cannot be used, for each of these reasons.
+    pub(crate) fn inputs(messages: Vec<String>) -> Failure {
+        Failure { kind: Kind::Input, messages }
+    }
+
+    /// The network.
+    pub(crate) fn network(message: impl Into<String>) -> Failure {
+        Failure::new(Kind::Network, message)
+    }
+
+    /// Says on standard error what there is to say.
+    pub(crate) fn report(&self) -> ExitCode {
+        let mut stderr = io::stderr().lock();
+        for message in &self.messages {
+            // Nobody is left to be told if standard error is closed too.
+            let _ = writeln!(stderr, "error: {message}");
+        }
+        ExitCode::from(self.kind.exit_code())
+    }
+}
+
+/// Failures of writing to standard output.
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Failure {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            Failure { kind: Kind::OutputClosed, messages: Vec::new() }
+        } else {
+            Failure::runtime(format!("cannot write the output: {error}"))
+        }
+    }
+}
+
+impl From<serde_json::Error> for Failure {
+    fn from(error: serde_json::Error) -> Failure {
+        Failure::from(io::Error::from(error))
+    }
+}

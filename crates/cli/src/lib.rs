@@ -1,0 +1,28 @@
+//! What a person types: one subcommand, one module.
+//!
+//! Exit codes: 0 done; 1 it did not work out; 2 usage; 3 an input or configuration that cannot be
+//! used; 4 the network.
+
+mod command_line;
+mod detect;
+mod failure;
+mod model;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use command_line::{Command, CommandLine};
+
+/// Reads the command line and does what it says.
+#[must_use]
+pub fn run() -> ExitCode {
+    let done = match CommandLine::parse().command {
+        Command::Model(arguments) => model::run(&arguments),
+        Command::Detect(arguments) => detect::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,0 +1,5 @@
+//! `trusswatch`: what a person types.
+
+fn main() -> std::process::ExitCode {
+    cli::run()
+}

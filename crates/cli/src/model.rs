@@ -1,0 +1,84 @@
+//! `trusswatch model`: what a description of a structure amounts to.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use truss::Structure;
+use truss::ids::ModuleName;
+
+use crate::failure::Failure;
+
+/// Show what a description of a structure amounts to: figures, drawing, model
+///
+/// Without further options: a table of counts, masses, natural frequencies and modules.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Description of the structure (TOML)
+    file: PathBuf,
+    /// Only this module, clamped at its lower interface: its name, or its number counted from 1
+    #[arg(long, value_name = "NAME|NUMBER")]
+    module: Option<String>,
+    /// Print the model as JSON: nodes, members, masses, supports, frequencies, static responses
+    #[arg(long, conflicts_with = "toml")]
+    json: bool,
+    /// Print the description written out in full; with --module it is a diagnoser's structure file
+    #[arg(long)]
+    toml: bool,
+    /// Draw the structure into this SVG file (`-` for standard output, then nothing else is printed)
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let whole = read(&arguments.file)?;
+    let structure = match &arguments.module {
+        Some(wanted) => local(&whole, wanted, &arguments.file)?,
+        None => whole,
+    };
+    let mut out = io::stdout().lock();
+    if let Some(svg) = &arguments.svg {
+        if svg == Path::new("-") {
+            writeln!(out, "{}", structure.drawing())?;
+            return Ok(());
+        }
+        fs::write(svg, structure.drawing())
+            .map_err(|e| Failure::runtime(format!("cannot write `{}`: {e}", svg.display())))?;
+    }
+    let unusable = |e| Failure::input(format!("{}: {e}", arguments.file.display()));
+    if arguments.toml {
+        write!(out, "{}", structure.to_toml())?;
+    } else if arguments.json {
+        serde_json::to_writer_pretty(&mut out, &structure.export().map_err(unusable)?)?;
+        writeln!(out)?;
+    } else {
+        write!(out, "{}", structure.summary().map_err(unusable)?)?;
+    }
+    Ok(out.flush()?)
+}
+
+/// Reads a description, or tells every mistake in it.
+fn read(file: &Path) -> Result<Structure, Failure> {
+    let name = file.display();
+    let text = fs::read_to_string(file)
+        .map_err(|e| Failure::input(format!("cannot read `{name}`: {e}")))?;
+    Structure::from_toml(&text).map_err(|errors| {
+        Failure::inputs(errors.iter().map(|error| format!("{name}: {error}")).collect())
+    })
+}
+
+/// The module with this name or, failing that, this number.
+fn local(structure: &Structure, wanted: &str, file: &Path) -> Result<Structure, Failure> {
+    let named = || structure.modules.iter().find(|module| module.name.as_str() == wanted);
+    let numbered = || structure.modules.get(wanted.parse::<usize>().ok()?.checked_sub(1)?);
+    let Some(module) = named().or_else(numbered) else {
+        let known: Vec<_> = structure.modules.iter().map(|m| format!("`{}`", m.name)).collect();
+        let (known, count) = (known.join(", "), structure.modules.len());
+        return Err(Failure::usage(format!(
+            "{}: there is no module `{wanted}`; use {known}, or a number from 1 to {count}",
+            file.display()
+        )));
+    };
+    let name: &ModuleName = &module.name;
+    structure.local(name).map_err(|e| Failure::input(format!("{}: {e}", file.display())))
+}

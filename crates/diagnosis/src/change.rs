@@ -1,0 +1,70 @@
+//! Changes: a channel's divergence rose above its threshold.
+
+use truss::ids::{Component, Step};
+
+/// Longest window within which changes count as simultaneous, in steps.
+pub const MAX_TIE: usize = 31;
+
+/// A change as peers tell each other of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// The channel.
+    pub component: Component,
+    /// The step at which D rose to γ or above.
+    pub step: Step,
+    /// Largest D/γ from that step until the tie window was over (or until the step asked for).
+    pub ratio: f64,
+}
+
+/// A change of one's own, remembered with the growth of its ratio.
+#[derive(Debug, Clone)]
+pub(crate) struct LoggedChange {
+    /// Number of the channel.
+    pub(crate) channel: usize,
+    /// The step of the change.
+    pub(crate) step: Step,
+    /// Largest D/γ up to `i` steps after the change, i = 0, 1, …
+    peaks: Vec<f64>,
+}
+
+impl LoggedChange {
+    pub(crate) fn new(channel: usize, step: Step, ratio: f64) -> Self {
+        Self { channel, step, peaks: vec![ratio] }
+    }
+
+    /// Takes the ratio at a later step into account, while the tie window lasts.
+    pub(crate) fn follow(&mut self, step: Step, ratio: f64, tie: usize) {
+        let place = usize::try_from(step.since(self.step)).unwrap_or(usize::MAX).min(tie);
+        while self.peaks.len() <= place {
+            self.peaks.push(self.peaks.last().copied().unwrap_or(0.0));
+        }
+        if step.since(self.step) <= tie as u64
+            && let Some(peak) = self.peaks.get_mut(place)
+        {
+            *peak = peak.max(ratio);
+        }
+    }
+
+    /// The ratio as it stood at `step`.
+    pub(crate) fn ratio_as_of(&self, step: Step) -> f64 {
+        let place = usize::try_from(step.since(self.step)).unwrap_or(usize::MAX);
+        let last = self.peaks.len() - 1;
+        // Not empty: `new` puts the first ratio in and nothing is ever taken out.
+        self.peaks[place.min(last)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_is_told_as_it_stood_at_the_step_asked_for() {
+        let mut change = LoggedChange::new(0, Step(10), 1.5);
+        change.follow(Step(11), 4.0, 3);
+        change.follow(Step(13), 2.0, 3);
+        change.follow(Step(14), 9.0, 3);
+        let told: Vec<f64> = (10..20).map(|k| change.ratio_as_of(Step(k))).collect();
+        assert_eq!(told, [1.5, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]);
+    }
+}

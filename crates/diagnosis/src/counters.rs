@@ -1,0 +1,35 @@
+//! What was counted since the start of the process.
+
+use serde::{Deserialize, Serialize};
+
+/// Counters, each of something that must not pass unseen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Counters {
+    /// Samples used.
+    pub samples: u64,
+    /// Steps for which no sample came.
+    pub samples_missing: u64,
+    /// Samples whose step was seen before or went backwards.
+    pub samples_repeated: u64,
+    /// Samples with the wrong number of values.
+    pub samples_wrong_length: u64,
+    /// Samples with a value that is not a finite number.
+    pub samples_non_finite: u64,
+    /// Runs begun.
+    pub runs: u64,
+    /// Gaussians lost and started anew.
+    pub restarts: u64,
+    /// Changes of any channel.
+    pub changes: u64,
+    /// Questions put to peers.
+    pub questions_asked: u64,
+    /// Questions that went unanswered: refused, timed out, absent or malformed.
+    pub questions_unanswered: u64,
+    /// Answers that did not fit a question.
+    pub answers_malformed: u64,
+    /// Peers' questions answered.
+    pub answers_given: u64,
+    /// Peers' questions refused.
+    pub questions_refused: u64,
+}

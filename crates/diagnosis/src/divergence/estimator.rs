@@ -1,0 +1,209 @@
+//! The Kullback–Leibler divergence of residuals' running Gaussians, sample by sample (eq. 15–19).
+//!
+//! With d = w, δ = m_k − m_{k−l} and ρ = (n_k − 1)/(n_{k−l} − 1),
+//!
+//! 2·D = [Λ − T] + w·(ρ − 1 − ln ρ) − (ρ − 1)·T + (n_k − 1)·δᵀC_k⁻¹δ
+//!
+//! where Λ and T are those of [`super::recent`]. In sliding mode with a full interval ρ = 1.
+//!
+//! Deletions let rounding grow slowly. A second accumulator therefore only adds, from an empty start;
+//! once it has seen a whole interval it holds exactly the vectors of the first one and takes its
+//! place. Both are fed at every step, so no step does more work than another.
+
+use super::accumulator::Accumulator;
+use super::history::History;
+use super::lanes::{Instructions, LANES, Lane, Portable, Wide, splat};
+use super::outcome::{Outcome, Violation};
+use super::recent::RecentChanges;
+use super::settings::{DivergenceSettings, Interval};
+
+/// More negative than rounding explains.
+const CLEARLY_NEGATIVE: f64 = -1e-6;
+
+/// Running divergences of four channels that are sampled together.
+#[derive(Debug, Clone)]
+pub(super) struct EstimatorGroup {
+    settings: DivergenceSettings,
+    prior_scatter: Lane,
+    history: History,
+    /// Vectors taken by each channel since its start.
+    taken: Lane,
+    current: Accumulator,
+    fresh: Accumulator,
+    recent: RecentChanges,
+    instructions: pulp::Arch,
+}
+
+/// One push, compiled once for each set of vector instructions.
+struct Push<'a> {
+    group: &'a mut EstimatorGroup,
+    sample: Lane,
+}
+
+impl pulp::WithSimd for Push<'_> {
+    type Output = [Outcome; LANES];
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, instructions: S) -> Self::Output {
+        if S::F64_LANES == LANES {
+            self.group.push_with(Wide(instructions), self.sample)
+        } else {
+            self.group.push_with(Portable, self.sample)
+        }
+    }
+}
+
+impl EstimatorGroup {
+    /// A group without data. The settings must have been checked.
+    pub(super) fn new(settings: DivergenceSettings, prior_scatter: Lane) -> Self {
+        let accumulator = Accumulator::new(settings.window, prior_scatter);
+        Self {
+            prior_scatter,
+            history: History::new(settings.window, settings.interval.vectors().unwrap_or(1)),
+            taken: splat(0.0),
+            fresh: accumulator.clone(),
+            current: accumulator,
+            recent: RecentChanges::new(settings.window, settings.lag),
+            instructions: pulp::Arch::new(),
+            settings,
+        }
+    }
+
+    /// Forgets all data.
+    pub(super) fn restart(&mut self) {
+        self.history.clear();
+        (0..LANES).for_each(|lane| self.restart_lane(lane));
+    }
+
+    /// Notes that samples are missing before the next one: no window is formed across the gap.
+    pub(super) fn gap(&mut self) {
+        self.history.gap();
+    }
+
+    /// Takes the next sample of each channel; all must be finite.
+    pub(super) fn push(&mut self, sample: Lane) -> [Outcome; LANES] {
+        self.instructions.dispatch(Push { group: self, sample })
+    }
+
+    #[inline(always)]
+    fn push_with(&mut self, on: impl Instructions, sample: Lane) -> [Outcome; LANES] {
+        self.history.push(sample);
+        if !self.take_vector(on) {
+            return [Outcome::Undefined; LANES];
+        }
+        let divergence = self.divergence(on);
+        let mut outcomes = [Outcome::Undefined; LANES];
+        for (lane, outcome) in outcomes.iter_mut().enumerate() {
+            *outcome = self.judge(lane, divergence[lane]);
+            if matches!(outcome, Outcome::Restarted(_)) {
+                self.restart_lane(lane);
+            }
+        }
+        outcomes
+    }
+
+    fn restart_lane(&mut self, lane: usize) {
+        self.taken[lane] = 0.0;
+        self.recent.clear(lane);
+    }
+
+    /// Moves both accumulators on by the newest vector, if the newest samples form one.
+    #[inline(always)]
+    fn take_vector(&mut self, on: impl Instructions) -> bool {
+        let Some(newest) = self.history.newest_vector() else {
+            return false;
+        };
+        for lane in (0..LANES).filter(|&lane| self.taken[lane] == 0.0) {
+            self.current.clear(lane, self.prior_scatter[lane], newest[0][lane]);
+            self.fresh.clear(lane, self.prior_scatter[lane], newest[0][lane]);
+        }
+        self.taken.iter_mut().for_each(|taken| *taken += 1.0);
+        let added = self.current.add(on, newest, splat(1.0));
+        self.recent.push(on, added, self.current.deviation(), self.current.gain());
+        match self.settings.interval {
+            Interval::Sliding { vectors } => self.slide(on, vectors as f64),
+            Interval::Growing => self.recent.push_nothing(on),
+        }
+        true
+    }
+
+    /// Deletes the oldest vector where the interval is over-full and keeps the successor going.
+    #[inline(always)]
+    fn slide(&mut self, on: impl Instructions, interval: f64) {
+        let over_full = self.current.count().map(|n| f64::from(n > interval));
+        if over_full == splat(0.0) {
+            self.recent.push_nothing(on);
+            return;
+        }
+        match self.history.oldest_vector() {
+            Some(oldest) => {
+                let deleted = self.current.delete(on, oldest, over_full);
+                self.recent.push(on, deleted, self.current.deviation(), self.current.gain());
+                self.history.delete_oldest();
+            }
+            None => {
+                self.history.clear();
+                self.taken = splat(f64::NAN);
+                return;
+            }
+        }
+        let Some(newest) = self.history.newest_vector() else {
+            return;
+        };
+        let origin = newest[0];
+        self.fresh.add(on, newest, over_full);
+        let complete = self.fresh.count().map(|n| n >= interval);
+        for lane in (0..LANES).filter(|&lane| complete[lane]) {
+            self.current.swap_lane(&mut self.fresh, lane);
+            self.fresh.clear(lane, self.prior_scatter[lane], origin[lane]);
+        }
+        if complete.contains(&true) {
+            self.recent.refresh_mean_shift(on);
+        }
+    }
+
+    /// D of each channel; meaningless where fewer than two vectors lie in either Gaussian.
+    #[inline(always)]
+    fn divergence(&mut self, on: impl Instructions) -> Lane {
+        let sums = self.recent.sums();
+        let count = self.current.count();
+        let distance = self.current.quadratic_form(on, self.recent.mean_shift());
+        let mut divergence = splat(0.0);
+        for lane in 0..LANES {
+            let earlier = self.earlier_count(lane);
+            let widening = (count[lane] - earlier) / (earlier - 1.0);
+            let scale_term = if widening == 0.0 {
+                0.0
+            } else {
+                self.settings.window as f64 * (widening - widening.ln_1p())
+                    - widening * sums.trace_loss[lane]
+            };
+            let mean_term = (count[lane] - 1.0) * distance[lane];
+            divergence[lane] = 0.5 * (sums.excess[lane] + scale_term + mean_term);
+        }
+        divergence
+    }
+
+    /// n_{k−l}: how many vectors the Gaussian held l steps ago; below 0 if there was none.
+    #[inline(always)]
+    fn earlier_count(&self, lane: usize) -> f64 {
+        (self.taken[lane] - self.settings.lag as f64).min(self.current.count()[lane])
+    }
+
+    #[inline(always)]
+    fn judge(&self, lane: usize, divergence: f64) -> Outcome {
+        let earlier = self.earlier_count(lane);
+        if self.taken[lane].is_nan() {
+            Outcome::Restarted(Violation::TooManyGaps)
+        } else if earlier < 2.0 {
+            Outcome::Undefined
+        } else if !divergence.is_finite() {
+            Outcome::Restarted(Violation::ScatterLost)
+        } else if divergence < CLEARLY_NEGATIVE {
+            Outcome::Restarted(Violation::NegativeDivergence)
+        } else {
+            let vectors = self.current.count()[lane] as u64;
+            Outcome::Defined { divergence: divergence.max(0.0), vectors }
+        }
+    }
+}

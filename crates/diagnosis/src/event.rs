@@ -1,0 +1,113 @@
+//! What reaches a diagnoser and what it wants done. Events in, actions out: the shell around it
+//! carries samples, questions and answers; the diagnoser knows nothing of clocks or networks.
+
+use truss::ids::{Component, ModuleName, RunId, Step};
+
+use crate::change::Change;
+use crate::divergence::Violation;
+use crate::evidence::Evidence;
+use crate::phase::Phase;
+use crate::question::{Answer, PeerFailure, Question, Refusal};
+use crate::sample::{Sample, SampleRejection};
+use crate::verdict::Transition;
+
+/// The shell's own mark on a question it passed in, returned with the answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct QuestionToken(pub u64);
+
+/// Something that reaches a diagnoser.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// The module's next sample.
+    Sample(Sample),
+    /// A peer asks.
+    Asked {
+        /// To be returned with the answer.
+        token: QuestionToken,
+        /// What it asks.
+        question: Question,
+    },
+    /// The asker of a held question no longer waits.
+    Withdrawn {
+        /// The question's token.
+        token: QuestionToken,
+    },
+    /// A peer answered.
+    Answered {
+        /// The peer.
+        peer: ModuleName,
+        /// Its answer.
+        answer: Answer,
+    },
+    /// A peer did not answer.
+    Unanswered {
+        /// The peer.
+        peer: ModuleName,
+        /// The question.
+        question: Question,
+        /// How it failed.
+        failure: PeerFailure,
+    },
+}
+
+/// Something that a diagnoser wants done, in this order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// Tell the world that a channel changed.
+    Report {
+        /// The run that the step is counted in.
+        run: RunId,
+        /// The change.
+        change: Change,
+        /// The channel at the change.
+        evidence: Evidence,
+    },
+    /// Make a transition durable, then tell the world.
+    Publish(Transition),
+    /// Ask a peer; come back with [`Event::Answered`] or [`Event::Unanswered`].
+    Ask {
+        /// The peer.
+        peer: ModuleName,
+        /// The question.
+        question: Question,
+    },
+    /// Answer a peer's question.
+    Answer {
+        /// The question's token.
+        token: QuestionToken,
+        /// The answer.
+        answer: Answer,
+    },
+    /// Refuse a peer's question.
+    Refuse {
+        /// The question's token.
+        token: QuestionToken,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// The phase changed.
+    Phase(Phase),
+    /// A sample was not used (and was counted).
+    Rejected {
+        /// Its step.
+        step: Step,
+        /// Why.
+        rejection: SampleRejection,
+    },
+    /// Samples are missing (and were counted).
+    Gap {
+        /// First step missing.
+        from: Step,
+        /// How many.
+        missing: u64,
+    },
+    /// A channel's Gaussian was lost and started anew (and was counted).
+    Restarted {
+        /// The channel.
+        component: Component,
+        /// Why.
+        violation: Violation,
+    },
+    /// A new run began: everything but latched faults was forgotten.
+    RunStarted(RunId),
+}

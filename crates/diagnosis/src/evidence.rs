@@ -1,0 +1,25 @@
+//! What a verdict rests on: one record per residual and step.
+
+use serde::{Deserialize, Serialize};
+use truss::ids::Step;
+
+/// A channel at one step.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// The step.
+    pub step: Step,
+    /// The residual: [N] for an actuator, [m] for a gage.
+    pub residual: f64,
+    /// The divergence D; `None` while undefined.
+    pub divergence: Option<f64>,
+    /// The threshold γ.
+    pub threshold: f64,
+}
+
+impl Evidence {
+    /// D/γ, 0 while undefined.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.divergence.map_or(0.0, |divergence| divergence / self.threshold)
+    }
+}

@@ -1,0 +1,290 @@
+//! From changes to judgements: what is pending, whom to ask, when enough is known.
+
+use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step};
+
+use super::{Groups, Judgement, KnownChange, PeerKnowledge, judge_by_the_paper};
+use crate::change::LoggedChange;
+use crate::change_log::ChangeLog;
+use crate::evidence::Evidence;
+use crate::question::{Answer, PeerFailure, Question};
+use crate::settings::{IsolationSettings, Rule};
+
+/// A change that awaits its judgement.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Case {
+    /// Number of the channel.
+    pub(crate) channel: usize,
+    /// The step of the change.
+    pub(crate) change: Step,
+    /// Since when the residual had been changing.
+    pub(crate) onset: Step,
+    /// The channel at the change.
+    pub(crate) evidence: Evidence,
+    /// As of which step it is judged.
+    pub(crate) decide_at: Step,
+    /// Not yet published as tentative.
+    new: bool,
+}
+
+/// What was found about a case.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Finding {
+    /// It is judged, and closed.
+    Judged(Judgement),
+    /// These peers' answers are missing; it stays open.
+    Silent(Vec<ModuleName>),
+}
+
+/// The part of a diagnoser that judges its changes.
+#[derive(Debug, Clone)]
+pub(crate) struct Isolator {
+    module: ModuleName,
+    components: Vec<Component>,
+    settings: IsolationSettings,
+    log: ChangeLog,
+    peers: Vec<PeerKnowledge>,
+    cases: Vec<Case>,
+    /// Groups of changes up to here are over and forgotten.
+    closed_until: Option<Step>,
+}
+
+impl Isolator {
+    pub(crate) fn new(
+        module: ModuleName,
+        components: Vec<Component>,
+        peers: &[ModuleName],
+        settings: IsolationSettings,
+    ) -> Self {
+        Self {
+            module,
+            components,
+            settings,
+            log: ChangeLog::default(),
+            peers: peers.iter().cloned().map(PeerKnowledge::new).collect(),
+            cases: Vec::new(),
+            closed_until: None,
+        }
+    }
+
+    /// Forgets everything; steps start anew.
+    pub(crate) fn restart(&mut self) {
+        self.log.clear();
+        self.cases.clear();
+        self.closed_until = None;
+        for peer in &mut self.peers {
+            *peer = PeerKnowledge::new(peer.name.clone());
+        }
+    }
+
+    /// The module's own changes.
+    pub(crate) fn log(&self) -> &ChangeLog {
+        &self.log
+    }
+
+    /// Takes the ratios of this step into account.
+    pub(crate) fn follow(&mut self, step: Step, ratio: impl Fn(usize) -> f64) {
+        self.log.follow(step, self.settings.tie_steps, ratio);
+    }
+
+    /// Logs a change of a channel's own; `judge` says whether its verdict is open.
+    pub(crate) fn change(&mut self, channel: usize, onset: Step, evidence: Evidence, judge: bool) {
+        let step = evidence.step;
+        self.log.push(LoggedChange::new(channel, step, evidence.ratio()));
+        if judge {
+            let decide_at = step.plus(self.hold(channel));
+            self.cases.push(Case { channel, change: step, onset, evidence, decide_at, new: true });
+        }
+    }
+
+    /// Steps from a change of this channel to its judgement.
+    fn hold(&self, channel: usize) -> u64 {
+        if self.asks_peers(channel) { self.settings.hold_steps } else { 0 }
+    }
+
+    /// Does judging this channel need the peers? By the paper an actuator fault is found alone.
+    fn asks_peers(&self, channel: usize) -> bool {
+        let actuator = matches!(self.components[channel], Component::Actuator(_));
+        !(actuator && self.settings.rule == Rule::Paper)
+    }
+
+    /// Judges every case that can be judged at step `now`. Returns the findings in the order of the
+    /// changes. `latched` tells the module's own actuators that are held for faulty.
+    pub(crate) fn findings(
+        &mut self,
+        now: Step,
+        latched: &[(ComponentPath, Step)],
+    ) -> Vec<(Case, Finding)> {
+        let mut findings = Vec::new();
+        let mut latched = latched.to_vec();
+        for case in std::mem::take(&mut self.cases) {
+            if now < case.decide_at {
+                self.cases.push(case);
+                continue;
+            }
+            let silent = self.silent_peers(&case);
+            if !silent.is_empty() {
+                self.cases.push(case.clone());
+                findings.push((case, Finding::Silent(silent)));
+            } else if self.is_known(&case) {
+                let judgement = self.judge(&case, &latched);
+                let path = self.path(case.channel);
+                if judgement == Judgement::Root && matches!(path.component, Component::Actuator(_))
+                {
+                    latched.push((path, case.change));
+                }
+                findings.push((case, Finding::Judged(judgement)));
+            } else {
+                self.cases.push(case);
+            }
+        }
+        self.forget_closed_groups(now);
+        findings
+    }
+
+    /// The open cases that were not returned here before.
+    pub(crate) fn new_cases(&mut self) -> Vec<Case> {
+        let new = self.cases.iter_mut().filter(|case| case.new);
+        new.map(|case| {
+            case.new = false;
+            case.clone()
+        })
+        .collect()
+    }
+
+    /// Which questions must be put at step `now`? They count as put.
+    pub(crate) fn questions(&mut self, run: RunId, now: Step) -> Vec<(ModuleName, Question)> {
+        let due = self.cases.iter().filter(|case| case.decide_at <= now);
+        let Some(as_of) = due.map(|case| case.decide_at).max() else {
+            return Vec::new();
+        };
+        let tie = self.settings.tie_steps;
+        let cases = &self.cases;
+        let lacking = |peer: &PeerKnowledge| {
+            let due = cases.iter().filter(|case| case.decide_at <= now);
+            due.into_iter().any(|case| {
+                !peer.suffices(case.change, case.decide_at)
+                    && !peer.cannot_know(case.change, case.decide_at)
+            })
+        };
+        let mut questions = Vec::new();
+        for index in 0..self.peers.len() {
+            let peer = &self.peers[index];
+            if peer.may_be_asked(now) && lacking(peer) {
+                let question = Question { run, from: peer.unknown_from(tie), as_of };
+                questions.push((peer.name.clone(), question));
+                self.peers[index].outstanding = Some(question);
+            }
+        }
+        questions
+    }
+
+    /// A peer answered.
+    ///
+    /// # Errors
+    /// An answer that does not fit: it counts as none.
+    pub(crate) fn answered(
+        &mut self,
+        peer: &ModuleName,
+        answer: Answer,
+        now: Step,
+    ) -> Result<(), PeerFailure> {
+        let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) else {
+            return Err(PeerFailure::Malformed(format!("`{peer}` is not a peer")));
+        };
+        if peer.outstanding.is_none() {
+            return Err(PeerFailure::Malformed("nothing was asked".into()));
+        }
+        peer.take(answer).inspect_err(|_| peer.fail(now))
+    }
+
+    /// A peer did not answer. Returns whether it had been asked this.
+    pub(crate) fn unanswered(&mut self, peer: &ModuleName, question: Question, now: Step) -> bool {
+        let asked = |p: &&mut PeerKnowledge| p.name == *peer && p.outstanding == Some(question);
+        match self.peers.iter_mut().find(asked) {
+            Some(peer) => {
+                peer.fail(now);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The peers whose failure to answer keeps the case open.
+    fn silent_peers(&self, case: &Case) -> Vec<ModuleName> {
+        if !self.asks_peers(case.channel) {
+            return Vec::new();
+        }
+        let silent = self.peers.iter().filter(|peer| {
+            peer.cannot_know(case.change, case.decide_at)
+                || (peer.is_silent() && !peer.suffices(case.change, case.decide_at))
+        });
+        silent.map(|peer| peer.name.clone()).collect()
+    }
+
+    fn is_known(&self, case: &Case) -> bool {
+        !self.asks_peers(case.channel)
+            || self.peers.iter().all(|peer| peer.suffices(case.change, case.decide_at))
+    }
+
+    fn judge(&self, case: &Case, latched: &[(ComponentPath, Step)]) -> Judgement {
+        let path = self.path(case.channel);
+        match self.settings.rule {
+            Rule::FirstChange => {
+                let changes = self.changes_until(case.decide_at);
+                self.groups().judge(&changes, &path, case.change)
+            }
+            Rule::Paper => {
+                let of_peers = self.peers.iter().flat_map(|peer| &peer.actuator_faults);
+                let known = latched.iter().chain(of_peers);
+                let in_time = known.filter(|(_, step)| *step <= case.decide_at);
+                judge_by_the_paper(&path.component, in_time.map(|(path, step)| (path, *step)))
+            }
+        }
+    }
+
+    fn groups(&self) -> Groups {
+        Groups { horizon: self.settings.horizon_steps, tie: self.settings.tie_steps }
+    }
+
+    /// Every known change outside the closed groups up to `until`, sorted by step.
+    fn changes_until(&self, until: Step) -> Vec<KnownChange> {
+        let from = self.closed_until.map_or(Step(0), |closed| closed.plus(1));
+        let own = self.log.between(from, until).map(|change| KnownChange {
+            path: self.path(change.channel),
+            step: change.step,
+            ratio: change.ratio_as_of(until),
+        });
+        let of_peers = self.peers.iter().flat_map(|peer| &peer.changes);
+        let in_time = of_peers.filter(|change| (from..=until).contains(&change.step)).cloned();
+        let mut changes: Vec<_> = own.chain(in_time).collect();
+        changes.sort_by(|a, b| a.step.cmp(&b.step).then_with(|| a.path.cmp(&b.path)));
+        changes
+    }
+
+    /// Forgets groups that no pending or future change can belong to.
+    fn forget_closed_groups(&mut self, now: Step) {
+        if self.settings.rule == Rule::Paper {
+            return;
+        }
+        let told = self.peers.iter().map(|peer| peer.answered_until.unwrap_or(Step(0)));
+        let pending = self.cases.iter().map(|case| case.change);
+        let known = told.chain(pending).chain([now]).min().unwrap_or(now);
+        let known_until = known.minus(self.settings.hold_steps + self.settings.tie_steps);
+        let mut changes = self.changes_until(known_until);
+        if let Some(covered) = self.groups().drop_closed(&mut changes, known_until) {
+            self.closed_until = Some(covered);
+            for peer in &mut self.peers {
+                peer.changes.retain(|change| change.step > covered);
+            }
+        }
+    }
+
+    fn path(&self, channel: usize) -> ComponentPath {
+        ComponentPath { module: self.module.clone(), component: self.components[channel].clone() }
+    }
+
+    /// Is any change awaiting its judgement?
+    pub(crate) fn is_idle(&self) -> bool {
+        self.cases.is_empty()
+    }
+}

@@ -1,0 +1,147 @@
+//! What a module knows of its peers, and as of which step.
+
+use truss::ids::{Component, ComponentPath, ModuleName, Step};
+
+use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
+
+/// Steps after which an unanswered question is put again; doubled at every failure.
+const FIRST_RETRY_STEPS: u64 = 250;
+const LONGEST_RETRY_STEPS: u64 = 8000;
+
+/// A change somewhere in the structure.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct KnownChange {
+    pub(crate) path: ComponentPath,
+    pub(crate) step: Step,
+    pub(crate) ratio: f64,
+}
+
+impl KnownChange {
+    /// Is this the likelier root of two simultaneous changes? The larger ratio is; an exact draw
+    /// falls to the earlier change, then to the smaller name, so that every module agrees.
+    pub(crate) fn outdoes(&self, other: &KnownChange) -> bool {
+        (self.ratio.total_cmp(&other.ratio))
+            .then_with(|| other.step.cmp(&self.step))
+            .then_with(|| other.path.cmp(&self.path))
+            .is_gt()
+    }
+}
+
+/// One peer: what it has told and what it has been asked.
+#[derive(Debug, Clone)]
+pub(crate) struct PeerKnowledge {
+    pub(crate) name: ModuleName,
+    /// Changes told, sorted by step.
+    pub(crate) changes: Vec<KnownChange>,
+    pub(crate) actuator_faults: Vec<(ComponentPath, Step)>,
+    /// All is known up to this step.
+    pub(crate) answered_until: Option<Step>,
+    pub(crate) watching_since: Option<Step>,
+    /// The question under way.
+    pub(crate) outstanding: Option<Question>,
+    /// The latest question failed: not asked again before this step.
+    retry: Option<Retry>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Retry {
+    at: Step,
+    after: u64,
+}
+
+impl PeerKnowledge {
+    pub(crate) fn new(name: ModuleName) -> Self {
+        Self {
+            name,
+            changes: Vec::new(),
+            actuator_faults: Vec::new(),
+            answered_until: None,
+            watching_since: None,
+            outstanding: None,
+            retry: None,
+        }
+    }
+
+    /// Did the latest question fail?
+    pub(crate) fn is_silent(&self) -> bool {
+        self.retry.is_some()
+    }
+
+    /// Is enough known to judge a change at `change` as of `as_of`?
+    pub(crate) fn suffices(&self, change: Step, as_of: Step) -> bool {
+        self.answered_until.is_some_and(|until| until >= as_of)
+            && self.watching_since.is_some_and(|since| since <= change)
+    }
+
+    /// Has the peer answered as of `as_of`, but without having watched at `change`?
+    pub(crate) fn cannot_know(&self, change: Step, as_of: Step) -> bool {
+        self.answered_until.is_some_and(|until| until >= as_of) && !self.suffices(change, as_of)
+    }
+
+    /// May the peer be asked now?
+    pub(crate) fn may_be_asked(&self, now: Step) -> bool {
+        self.outstanding.is_none() && self.retry.is_none_or(|retry| retry.at <= now)
+    }
+
+    /// The first step that is not known for good: a ratio is final a tie after its change.
+    pub(crate) fn unknown_from(&self, tie: u64) -> Step {
+        self.answered_until.map_or(Step(0), |until| until.minus(tie))
+    }
+
+    /// Notes that the question failed; it may be put again some steps after `now`.
+    pub(crate) fn fail(&mut self, now: Step) {
+        let after =
+            self.retry.map_or(FIRST_RETRY_STEPS, |r| (2 * r.after).min(LONGEST_RETRY_STEPS));
+        self.retry = Some(Retry { at: now.plus(after), after });
+        self.outstanding = None;
+    }
+
+    /// Takes an answer to the outstanding question in.
+    ///
+    /// # Errors
+    /// An answer that does not fit the question; nothing was taken in.
+    pub(crate) fn take(&mut self, answer: Answer) -> Result<(), PeerFailure> {
+        self.check(&answer)?;
+        let Question { from, as_of, .. } = answer.question;
+        let path = |component| ComponentPath { module: self.name.clone(), component };
+        self.changes.retain(|change| change.step < from);
+        self.changes.extend(answer.changes.into_iter().map(|change| KnownChange {
+            path: path(change.component),
+            step: change.step,
+            ratio: change.ratio,
+        }));
+        self.changes.sort_by(|a, b| a.step.cmp(&b.step).then_with(|| a.path.cmp(&b.path)));
+        self.actuator_faults = (answer.actuator_faults.into_iter())
+            .map(|fault| (path(Component::Actuator(fault.actuator)), fault.step))
+            .collect();
+        self.answered_until = Some(as_of);
+        self.watching_since = answer.watching_since;
+        self.outstanding = None;
+        self.retry = None;
+        Ok(())
+    }
+
+    fn check(&self, answer: &Answer) -> Result<(), PeerFailure> {
+        let malformed = |what: &str| Err(PeerFailure::Malformed(what.to_string()));
+        if self.outstanding != Some(answer.question) {
+            return malformed("another question than the one asked");
+        }
+        let Question { from, as_of, .. } = answer.question;
+        if answer.changes.len() > MAX_CHANGES_IN_ANSWER {
+            return malformed("too many changes");
+        }
+        if answer.actuator_faults.len() > MAX_CHANGES_IN_ANSWER {
+            return malformed("too many actuator faults");
+        }
+        if answer.changes.iter().any(|change| !(from..=as_of).contains(&change.step)) {
+            return malformed("a change outside the steps asked for");
+        }
+        if answer.changes.iter().any(|change| change.ratio.is_nan() || change.ratio < 1.0) {
+            return malformed("a change below its threshold");
+        }
+        if answer.actuator_faults.iter().any(|fault| fault.step > as_of) {
+            return malformed("an actuator fault after the step asked for");
+        }
+        Ok(())
+    }
+}

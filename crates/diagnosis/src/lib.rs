@@ -1,0 +1,33 @@
+//! One module's diagnoser: events in, actions out. No clock, no runtime, no socket.
+
+pub mod divergence;
+pub mod residual;
+
+mod change;
+mod change_log;
+mod counters;
+mod diagnoser;
+mod event;
+mod evidence;
+mod held_questions;
+mod isolation;
+mod ledger;
+mod monitor;
+mod phase;
+mod question;
+mod sample;
+mod settings;
+#[cfg(test)]
+mod testing;
+mod verdict;
+
+pub use change::{Change, MAX_TIE};
+pub use counters::Counters;
+pub use diagnoser::Diagnoser;
+pub use event::{Action, Event, QuestionToken};
+pub use evidence::Evidence;
+pub use phase::Phase;
+pub use question::{ActuatorFault, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
+pub use sample::{Sample, SampleRejection};
+pub use settings::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError};
+pub use verdict::{Transition, Verdict};

@@ -1,0 +1,150 @@
+//! One channel's watch: when does its divergence rise above the threshold, when is it quiet again?
+
+use truss::ids::Step;
+
+use crate::divergence::Outcome;
+use crate::evidence::Evidence;
+
+/// The onset of a change is traced back for as long as D stayed above this share of γ.
+const ONSET_SHARE: f64 = 0.25;
+
+/// What a channel did at a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Observation {
+    /// Nothing new.
+    Nothing,
+    /// The divergence rose to its threshold; the residual has been changing since `onset`.
+    Changed {
+        /// First step of the unbroken rise.
+        onset: Step,
+    },
+    /// The divergence has stayed below its threshold for long enough.
+    Quiet,
+}
+
+/// The watch over one channel.
+#[derive(Debug, Clone)]
+pub(crate) struct Monitor {
+    evidence: Evidence,
+    warm_up_vectors: u64,
+    quiet_steps: u64,
+    watched: bool,
+    rising_since: Option<Step>,
+    active: bool,
+    below_for: u64,
+}
+
+impl Monitor {
+    pub(crate) fn new(threshold: f64, warm_up_vectors: u64, quiet_steps: u64) -> Self {
+        let evidence = Evidence { step: Step(0), residual: 0.0, divergence: None, threshold };
+        Self {
+            evidence,
+            warm_up_vectors,
+            quiet_steps,
+            watched: false,
+            rising_since: None,
+            active: false,
+            below_for: 0,
+        }
+    }
+
+    /// Forgets the past.
+    pub(crate) fn restart(&mut self) {
+        let threshold = self.evidence.threshold;
+        *self = Self::new(threshold, self.warm_up_vectors, self.quiet_steps);
+    }
+
+    /// The channel at the latest step.
+    pub(crate) fn evidence(&self) -> &Evidence {
+        &self.evidence
+    }
+
+    /// Does the channel's Gaussian rest on enough vectors?
+    pub(crate) fn is_watched(&self) -> bool {
+        self.watched
+    }
+
+    /// Has the channel changed and not become quiet since?
+    pub(crate) fn is_active(&self) -> bool {
+        self.active
+    }
+
+    /// Takes the channel's next residual with what the estimator made of it.
+    pub(crate) fn observe(&mut self, step: Step, residual: f64, outcome: Outcome) -> Observation {
+        self.evidence =
+            Evidence { step, residual, divergence: outcome.divergence(), ..self.evidence };
+        match outcome {
+            Outcome::Undefined => return Observation::Nothing,
+            Outcome::Restarted(_) => {
+                self.watched = false;
+                self.rising_since = None;
+                return Observation::Nothing;
+            }
+            Outcome::Defined { vectors, .. } => {
+                self.watched = self.watched || vectors >= self.warm_up_vectors;
+            }
+        }
+        if !self.watched {
+            return Observation::Nothing;
+        }
+        self.judge(step)
+    }
+
+    fn judge(&mut self, step: Step) -> Observation {
+        let ratio = self.evidence.ratio();
+        self.rising_since = (ratio >= ONSET_SHARE).then(|| self.rising_since.unwrap_or(step));
+        if ratio >= 1.0 {
+            self.below_for = 0;
+            if self.active {
+                return Observation::Nothing;
+            }
+            self.active = true;
+            return Observation::Changed { onset: self.rising_since.unwrap_or(step) };
+        }
+        if self.active {
+            self.below_for += 1;
+            if self.below_for >= self.quiet_steps {
+                self.active = false;
+                return Observation::Quiet;
+            }
+        }
+        Observation::Nothing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn observe(monitor: &mut Monitor, divergences: &[f64]) -> Vec<(usize, Observation)> {
+        let observations = divergences.iter().enumerate().map(|(k, &divergence)| {
+            let outcome = Outcome::Defined { divergence, vectors: 10 };
+            (k, monitor.observe(Step(k as u64), 0.0, outcome))
+        });
+        observations.filter(|(_, observation)| *observation != Observation::Nothing).collect()
+    }
+
+    #[test]
+    fn a_change_is_told_once_and_traced_back_to_its_onset() {
+        let mut monitor = Monitor::new(2.0, 5, 3);
+        let told = observe(&mut monitor, &[0.1, 0.6, 0.8, 2.0, 5.0, 1.0, 3.0, 0.1, 0.1, 0.1, 0.1]);
+        assert_eq!(told, [(3, Observation::Changed { onset: Step(1) }), (9, Observation::Quiet)]);
+    }
+
+    #[test]
+    fn nothing_is_told_before_the_gaussian_rests_on_enough_vectors() {
+        let mut monitor = Monitor::new(2.0, 11, 3);
+        assert_eq!(observe(&mut monitor, &[9.0, 9.0]), []);
+        assert!(!monitor.is_watched());
+    }
+
+    #[test]
+    fn an_undefined_divergence_neither_starts_nor_ends_a_change() {
+        let mut monitor = Monitor::new(2.0, 5, 2);
+        observe(&mut monitor, &[9.0]);
+        for k in 1..10 {
+            assert_eq!(monitor.observe(Step(k), 0.0, Outcome::Undefined), Observation::Nothing);
+        }
+        assert!(monitor.is_active());
+    }
+}

@@ -1,0 +1,31 @@
+//! Whether verdicts can be given yet.
+
+use serde::{Deserialize, Serialize};
+use truss::ids::Step;
+
+/// The phase a diagnoser is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "phase", rename_all = "snake_case")]
+pub enum Phase {
+    /// No sample yet.
+    Waiting,
+    /// Some channel's Gaussian rests on too few vectors: that channel is not judged.
+    Initialising,
+    /// Every channel is watched.
+    InService {
+        /// Since this step.
+        since: Step,
+    },
+}
+
+impl Phase {
+    /// The name as on the wire.
+    #[must_use]
+    pub fn as_str(&self) -> &'static str {
+        match self {
+            Phase::Waiting => "waiting",
+            Phase::Initialising => "initialising",
+            Phase::InService { .. } => "in_service",
+        }
+    }
+}

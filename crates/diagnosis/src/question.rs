@@ -1,0 +1,89 @@
+//! What modules ask each other: "your changes from step a, as of step b?"
+//!
+//! An answer is a statement about steps, not about the moment it is given: a peer that has not yet
+//! processed step b holds its answer until it has. The verdicts of the modules together are then those
+//! of one process, whatever the network's timing.
+
+use truss::ids::{ActuatorName, RunId, Step};
+
+use crate::change::Change;
+
+/// Most changes that one answer may carry.
+pub const MAX_CHANGES_IN_ANSWER: usize = 4096;
+
+/// A question to a peer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Question {
+    /// The run that the steps are counted in.
+    pub run: RunId,
+    /// First step of interest.
+    pub from: Step,
+    /// The step as of which the answer is wanted, itself included.
+    pub as_of: Step,
+}
+
+/// An actuator that the answering module holds for faulty.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ActuatorFault {
+    /// The actuator.
+    pub actuator: ActuatorName,
+    /// The step of the change that named it.
+    pub step: Step,
+}
+
+/// A peer's answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// The question that is answered.
+    pub question: Question,
+    /// Since which step every channel has been watched; `None` while initialising.
+    pub watching_since: Option<Step>,
+    /// Changes between the two steps of the question, oldest first.
+    pub changes: Vec<Change>,
+    /// Actuators held for faulty as of the step asked for, whenever that was found.
+    pub actuator_faults: Vec<ActuatorFault>,
+}
+
+/// How a question went unanswered.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PeerFailure {
+    /// The peer refused, with its reason.
+    #[error("refused: {0}")]
+    Refused(String),
+    /// No answer in time.
+    #[error("timed out")]
+    TimedOut,
+    /// Nobody is there to answer.
+    #[error("absent")]
+    Absent,
+    /// The answer does not fit the question.
+    #[error("answer malformed: {0}")]
+    Malformed(String),
+}
+
+/// Why this module does not answer.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// The question names another run.
+    #[error("run {asked} is not the present run {present}")]
+    OtherRun {
+        /// The run asked about.
+        asked: RunId,
+        /// The run being diagnosed.
+        present: RunId,
+    },
+    /// No sample has come yet.
+    #[error("no sample yet")]
+    NoSample,
+    /// Too many questions are waiting.
+    #[error("{0} questions are waiting already")]
+    TooMany(usize),
+    /// The step asked for is so far ahead that it cannot belong to this run.
+    #[error("step {asked} is too far ahead of step {present}")]
+    TooFarAhead {
+        /// The step asked for.
+        asked: Step,
+        /// The latest step processed.
+        present: Step,
+    },
+}

@@ -1,0 +1,123 @@
+//! All residuals of a module, sample by sample (eq. 13 and 14).
+//!
+//! - `demand`: r = u − F_act, the paper's (eq. 13);
+//! - `tracking`: r = F̂(u) − F_act with the nominal force loop F̂ driven by the same demand;
+//! - sensors: r = y − ζ, with ζ from the local model driven by the module's observed forces and
+//!   nominal gain 1 (eq. 14; with the faulty gain a zero output would cancel itself).
+
+use serde::{Deserialize, Serialize};
+use truss::{LocalModel, ModelError, Structure};
+
+use super::force_loop::ForceLoop;
+use super::hydraulics::Hydraulics;
+use crate::sample::Sample;
+
+/// Longest gap that the models are stepped through; beyond it they start anew.
+const LONGEST_BRIDGED_GAP: u64 = 1000;
+
+/// Which residual an actuator is watched by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ActuatorResidual {
+    /// u − F_act (eq. 13).
+    Demand,
+    /// F̂(u) − F_act.
+    #[default]
+    Tracking,
+}
+
+/// Turns samples into residuals: actuators first, then gages, in the order of the description.
+#[derive(Debug, Clone)]
+pub struct ResidualGenerator {
+    kind: ActuatorResidual,
+    hydraulics: Hydraulics,
+    local: LocalModel,
+    loops: Vec<ForceLoop>,
+    forces: Vec<f64>,
+    demands: Vec<f64>,
+    residuals: Vec<f64>,
+    started: bool,
+}
+
+impl ResidualGenerator {
+    /// A generator for the one module of `local`, sampled every `step_s` seconds.
+    ///
+    /// # Errors
+    /// A structure of which no model can be made.
+    pub fn new(
+        local: &Structure,
+        hydraulics: Hydraulics,
+        kind: ActuatorResidual,
+        step_s: f64,
+    ) -> Result<Self, ModelError> {
+        let local = LocalModel::new(local, step_s)?;
+        let actuators = local.actuator_count();
+        Ok(Self {
+            kind,
+            loops: vec![ForceLoop::new(hydraulics, step_s, [0.0; 2]); actuators],
+            hydraulics,
+            forces: vec![0.0; actuators],
+            demands: vec![0.0; actuators],
+            residuals: vec![0.0; actuators + local.gage_count()],
+            local,
+            started: false,
+        })
+    }
+
+    /// Forgets the past: the next sample settles the models.
+    pub fn restart(&mut self) {
+        self.started = false;
+    }
+
+    /// Steps the models through `missing` lost samples, holding the last signals.
+    pub fn bridge(&mut self, missing: u64) {
+        if missing > LONGEST_BRIDGED_GAP {
+            self.restart();
+        }
+        if self.started {
+            (0..missing).for_each(|_| self.advance());
+        }
+    }
+
+    /// The residuals of a sample, which must have been checked: actuators [N], then gages [m].
+    pub fn push(&mut self, sample: &Sample) -> &[f64] {
+        for (force, pressures) in self.forces.iter_mut().zip(&sample.pressures_pa) {
+            *force = self.hydraulics.force_n(*pressures);
+        }
+        self.demands.copy_from_slice(&sample.demands_n);
+        if !self.started {
+            self.settle(sample);
+        }
+        let actuators = self.forces.len();
+        let (of_actuators, of_gages) = self.residuals.split_at_mut(actuators);
+        for (i, residual) in of_actuators.iter_mut().enumerate() {
+            let expected = match self.kind {
+                ActuatorResidual::Demand => self.demands[i],
+                ActuatorResidual::Tracking => self.loops[i].force_n(),
+            };
+            *residual = expected - self.forces[i];
+        }
+        self.local.elongations(of_gages);
+        for (residual, measured) in of_gages.iter_mut().zip(&sample.elongations_m) {
+            *residual = measured - *residual;
+        }
+        self.advance();
+        &self.residuals
+    }
+
+    /// Moves the models on to the next step under the latest forces and demands.
+    fn advance(&mut self) {
+        self.local.step(&self.forces);
+        for (force_loop, demand) in self.loops.iter_mut().zip(&self.demands) {
+            force_loop.step(*demand);
+        }
+    }
+
+    fn settle(&mut self, sample: &Sample) {
+        self.started = true;
+        self.local.settle(&self.forces);
+        for (force_loop, pressures) in self.loops.iter_mut().zip(&sample.pressures_pa) {
+            force_loop.settle(*pressures);
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! What tunes a diagnoser, and what it is told of its module.
+
+use serde::{Deserialize, Serialize};
+use truss::Structure;
+use truss::ids::ModuleName;
+
+use crate::change::MAX_TIE;
+use crate::divergence::{DivergenceSettings, SettingsError};
+use crate::residual::{ActuatorResidual, Hydraulics, HydraulicsError};
+
+/// Which components may be the root of other components' changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// The first change in the structure, of whatever component, names the fault and explains the
+    /// later ones.
+    #[default]
+    FirstChange,
+    /// Algorithm 4.3 of the paper: only actuator faults explain, and for ever.
+    Paper,
+}
+
+/// How a change becomes a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IsolationSettings {
+    /// Which components may be roots.
+    pub rule: Rule,
+    /// Steps from a change to its judgement; at least twice the tie under the rule of the first
+    /// change.
+    pub hold_steps: u64,
+    /// Changes at most this many steps apart are simultaneous: the larger D/γ decides.
+    pub tie_steps: u64,
+    /// For how long a root explains other components' changes, in steps; about the interval.
+    pub horizon_steps: u64,
+    /// Steps below the threshold after which a channel counts as quiet again.
+    pub quiet_steps: u64,
+}
+
+/// What of a module's detection the thresholds depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectionSettings {
+    /// Window, lag and interval.
+    #[serde(flatten)]
+    pub divergence: DivergenceSettings,
+    /// Which residual an actuator is watched by.
+    pub actuator_residual: ActuatorResidual,
+    /// Vectors that a Gaussian must rest on before a channel is judged.
+    pub warm_up_vectors: u64,
+}
+
+/// Everything that a diagnoser is told.
+#[derive(Debug, Clone)]
+pub struct ModuleSetup {
+    /// Name of the module.
+    pub module: ModuleName,
+    /// The module's own part of the structure.
+    pub structure: Structure,
+    /// Its actuators.
+    pub hydraulics: Hydraulics,
+    /// Noise of a gage as strain [m/m].
+    pub gage_noise_strain: f64,
+    /// Length of a step [s].
+    pub step_s: f64,
+    /// Detection.
+    pub detection: DetectionSettings,
+    /// Isolation.
+    pub isolation: IsolationSettings,
+    /// Threshold γ of each channel: actuators, then gages, in the order of the description.
+    pub thresholds: Vec<f64>,
+    /// The other modules that are asked.
+    pub peers: Vec<ModuleName>,
+}
+
+/// Something in a module's setup that cannot be right.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// A divergence setting.
+    #[error(transparent)]
+    Divergence(#[from] SettingsError),
+    /// A hydraulic figure.
+    #[error("hydraulics: {0}")]
+    Hydraulics(#[from] HydraulicsError),
+    /// The structure has no such module, or other modules too.
+    #[error("structure does not consist of module `{0}` alone")]
+    Structure(ModuleName),
+    /// No model can be made of the structure.
+    #[error("structure of module `{module}`: {error}")]
+    Model {
+        /// The module.
+        module: ModuleName,
+        /// Why.
+        error: String,
+    },
+    /// Number of thresholds.
+    #[error("{found} thresholds for {expected} channels; one for each actuator and each gage")]
+    ThresholdCount {
+        /// Thresholds given.
+        found: usize,
+        /// Channels of the module.
+        expected: usize,
+    },
+    /// A threshold out of range.
+    #[error("threshold of {component} is {value}; use a finite number above 0")]
+    Threshold {
+        /// The channel.
+        component: String,
+        /// The threshold.
+        value: f64,
+    },
+    /// A figure out of range.
+    #[error("`{name}` is {value}; use {expected}")]
+    Figure {
+        /// Its name.
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// The module itself, or a module twice, among the peers.
+    #[error("peer `{0}` is the module itself or listed twice; list every other module once")]
+    Peer(ModuleName),
+}
+
+impl ModuleSetup {
+    /// Everything that cannot be right, without making a model.
+    #[must_use]
+    pub fn problems(&self) -> Vec<SetupError> {
+        let mut problems = Vec::new();
+        problems.extend(self.detection.divergence.check().err().map(SetupError::from));
+        problems.extend(self.hydraulics.problems().into_iter().map(SetupError::from));
+        problems.extend(self.figure_problems());
+        problems.extend(self.threshold_problems());
+        problems.extend(self.peer_problems());
+        problems
+    }
+
+    fn figure_problems(&self) -> Vec<SetupError> {
+        let mut problems = Vec::new();
+        let mut require = |ok: bool, name, value: String, expected: &str| {
+            if !ok {
+                problems.push(SetupError::Figure { name, value, expected: expected.into() });
+            }
+        };
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let above_zero = "a finite number above 0";
+        require(positive(self.step_s), "step_s", self.step_s.to_string(), above_zero);
+        let noise = self.gage_noise_strain;
+        require(positive(noise), "gage_noise_strain", noise.to_string(), above_zero);
+        let tie = self.isolation.tie_steps;
+        let largest = format!("at most {MAX_TIE} steps");
+        require(tie <= MAX_TIE as u64, "tie_steps", tie.to_string(), &largest);
+        let hold = self.isolation.hold_steps;
+        let enough = self.isolation.rule == Rule::Paper || hold >= 2 * tie;
+        let twice = format!("at least twice tie_steps, {}", 2 * tie);
+        require(enough, "hold_steps", hold.to_string(), &twice);
+        let quiet = self.isolation.quiet_steps;
+        require(quiet >= 1, "quiet_steps", quiet.to_string(), "at least 1 step");
+        let warm_up = self.detection.warm_up_vectors;
+        let interval = self.detection.divergence.interval.vectors().map_or(u64::MAX, |m| m as u64);
+        let reachable = (2..=interval).contains(&warm_up);
+        require(reachable, "warm_up_vectors", warm_up.to_string(), "2 up to the interval");
+        problems
+    }
+
+    fn threshold_problems(&self) -> Vec<SetupError> {
+        let Some(module) = self.structure.module(&self.module) else {
+            return vec![SetupError::Structure(self.module.clone())];
+        };
+        if self.structure.modules.len() != 1 {
+            return vec![SetupError::Structure(self.module.clone())];
+        }
+        let expected = module.actuators.len() + module.gages.len();
+        if self.thresholds.len() != expected {
+            let found = self.thresholds.len();
+            return vec![SetupError::ThresholdCount { found, expected }];
+        }
+        let names = (module.actuators.iter().map(|a| a.name.to_string()))
+            .chain(module.gages.iter().map(|g| g.name.to_string()));
+        names
+            .zip(&self.thresholds)
+            .filter(|(_, value)| !(value.is_finite() && **value > 0.0))
+            .map(|(component, &value)| SetupError::Threshold { component, value })
+            .collect()
+    }
+
+    fn peer_problems(&self) -> Vec<SetupError> {
+        let mut seen = vec![&self.module];
+        let mut problems = Vec::new();
+        for peer in &self.peers {
+            if seen.contains(&peer) {
+                problems.push(SetupError::Peer(peer.clone()));
+            }
+            seen.push(peer);
+        }
+        problems
+    }
+}

@@ -1,0 +1,75 @@
+//! Collects what is wrong with a set of parameters, so that all of it is reported at once.
+
+use std::fmt;
+
+/// One parameter outside its range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("`{parameter}` is {value}; use {expected}")]
+pub struct ParameterError {
+    /// Path of the parameter as in a configuration file, e.g. `hydraulics.supply_pa`.
+    pub parameter: String,
+    /// What it is.
+    pub value: String,
+    /// What would be right.
+    pub expected: String,
+}
+
+/// Every parameter outside its range; at least one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterErrors(pub Vec<ParameterError>);
+
+impl std::error::Error for ParameterErrors {}
+
+impl fmt::Display for ParameterErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.0.iter().enumerate() {
+            if index > 0 {
+                f.write_str("\n")?;
+            }
+            error.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+/// Gathers errors while a group of parameters is checked.
+#[derive(Debug, Default)]
+pub(crate) struct Checks {
+    errors: Vec<ParameterError>,
+}
+
+impl Checks {
+    /// Records an error unless `holds`.
+    pub(crate) fn require(
+        &mut self,
+        parameter: &str,
+        holds: bool,
+        value: impl fmt::Display,
+        expected: &str,
+    ) {
+        if !holds {
+            self.errors.push(ParameterError {
+                parameter: parameter.to_owned(),
+                value: value.to_string(),
+                expected: expected.to_owned(),
+            });
+        }
+    }
+
+    pub(crate) fn positive(&mut self, parameter: &str, value: f64) {
+        self.require(parameter, value > 0.0 && value.is_finite(), value, "a finite number above 0");
+    }
+
+    pub(crate) fn not_negative(&mut self, parameter: &str, value: f64) {
+        self.require(
+            parameter,
+            value >= 0.0 && value.is_finite(),
+            value,
+            "a finite number of at least 0",
+        );
+    }
+
+    pub(crate) fn finish(self) -> Result<(), ParameterErrors> {
+        if self.errors.is_empty() { Ok(()) } else { Err(ParameterErrors(self.errors)) }
+    }
+}

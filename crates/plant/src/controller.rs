@@ -1,0 +1,326 @@
+//! The central controller: a Kalman filter on the gages and the observed forces of the whole
+//! structure, and a regulator that turns the estimate into demands (section 5 of the paper).
+//!
+//! At sample k, with the forces F and the readings y of that sample:
+//!
+//! 1. x⁺ = A x + B (F_{k−1} + F_k)/2: forces between samples are their average
+//! 2. x = x⁺ + L (y − C x⁺)
+//! 3. u = −K x, limited
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use truss::{Direction, Mechanics, Modes, Structure};
+
+use crate::believed::BelievedModel;
+use crate::check::Checks;
+use crate::error::PlantError;
+use crate::loads::{heights_above_ground, level_map, loaded_levels};
+use crate::parameters::PlantParameters;
+use crate::wind::profile::{gust_deviation, mean_speed, turbulence_length};
+use crate::wind::spectrum::GustSpectrum;
+use crate::{kalman, lqr};
+
+/// The controller. Marks: \[C\] computed, \[E\] engineering estimate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ControllerParameters {
+    /// Modes in the controller's model, lowest first: 12 \[E\].
+    pub modes: usize,
+    /// Weight r of the squared demands, R = r·I \[1/N² against twice the modal energy in J\]: 5e-8 \[C\].
+    pub effort_weight: f64,
+    /// The filter takes the gages' noise for this many times its deviation: 5 \[C\].
+    pub gage_noise_factor: f64,
+    /// Base wind speed that the filter is designed for \[m/s\]: 11, the mean of U(8, 14) \[E\].
+    pub base_speed_m_per_s: f64,
+}
+
+impl Default for ControllerParameters {
+    fn default() -> Self {
+        Self { modes: 12, effort_weight: 5e-8, gage_noise_factor: 5.0, base_speed_m_per_s: 11.0 }
+    }
+}
+
+impl ControllerParameters {
+    pub(crate) fn check(&self, checks: &mut Checks) {
+        checks.require(
+            "controller.modes",
+            (1..=100).contains(&self.modes),
+            self.modes,
+            "1 to 100 modes",
+        );
+        checks.positive("controller.effort_weight", self.effort_weight);
+        checks.positive("controller.gage_noise_factor", self.gage_noise_factor);
+        checks.positive("controller.base_speed_m_per_s", self.base_speed_m_per_s);
+    }
+}
+
+/// Model and gains of the controller.
+#[derive(Debug, Clone)]
+pub(crate) struct Design {
+    pub(crate) model: BelievedModel,
+    /// K (actuators × states) \[N\].
+    pub(crate) regulator: DMatrix<f64>,
+    /// L (states × gages) \[1/m\].
+    pub(crate) filter: DMatrix<f64>,
+}
+
+impl Design {
+    /// Designs on what is believed of structure and hardware.
+    pub(crate) fn new(
+        structure: &Structure,
+        parameters: &PlantParameters,
+    ) -> Result<Self, PlantError> {
+        let mechanics = Mechanics::assemble(structure)?;
+        let modes = Modes::of(&mechanics, structure.damping, Some(parameters.controller.modes));
+        let levels = loaded_levels(structure);
+        let x = level_map(&mechanics, &levels, Direction::X);
+        let y = level_map(&mechanics, &levels, Direction::Y);
+        let disturbances = beside(&x, &y);
+        let model = BelievedModel::new(&mechanics, &modes, &disturbances, parameters.step_s);
+        let lowest_hz = modes.frequencies_hz().iter().copied().fold(f64::INFINITY, f64::min);
+        let heights = heights_above_ground(structure, &levels);
+        // The wind's direction is unknown: gusts of full strength both ways.
+        let mut power = white_force_power(parameters, &heights, lowest_hz);
+        power.extend_from_within(..);
+        let variances: Vec<f64> = gage_noise_m(structure, parameters)
+            .iter()
+            .map(|noise| (parameters.controller.gage_noise_factor * noise).powi(2))
+            .collect();
+        Ok(Self {
+            regulator: lqr::design(&model, parameters.controller.effort_weight)?,
+            filter: kalman::design(&model, &power, &variances, parameters.step_s)?,
+            model,
+        })
+    }
+}
+
+/// Two matrices side by side.
+pub(crate) fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns: Vec<_> = left.column_iter().chain(right.column_iter()).collect();
+    if columns.is_empty() { left.clone() } else { DMatrix::from_columns(&columns) }
+}
+
+/// Deviation of the noise of each gage, all modules in order \[m\].
+pub(crate) fn gage_noise_m(structure: &Structure, parameters: &PlantParameters) -> Vec<f64> {
+    let gages = structure.modules.iter().flat_map(|module| &module.gages);
+    gages.map(|gage| parameters.gages.noise_strain * structure.gage_length_m(gage)).collect()
+}
+
+/// Two-sided power density of each level's gust force at a frequency \[Hz\] \[N²/Hz\].
+fn white_force_power(
+    parameters: &PlantParameters,
+    heights_m: &[f64],
+    frequency_hz: f64,
+) -> Vec<f64> {
+    let (wind, loads) = (&parameters.wind, &parameters.loads);
+    let base_speed = parameters.controller.base_speed_m_per_s;
+    // The filter is designed for gusts even where the run has none.
+    let with_gusts = crate::wind::WindParameters { gust_factor: 1.0, ..wind.clone() };
+    let gust_variance = gust_deviation(&with_gusts, base_speed).powi(2);
+    let drag = wind.air_density_kg_per_m3 * loads.drag_coefficient * loads.area_per_level_m2;
+    let power = |&height: &f64| {
+        let speed = mean_speed(wind, base_speed, height);
+        let spectrum = GustSpectrum { time_scale_s: turbulence_length(wind, height) / speed };
+        0.5 * (drag * speed).powi(2) * gust_variance * spectrum.density(frequency_hz)
+    };
+    heights_m.iter().map(power).collect()
+}
+
+/// A matrix stored column by column, so that a product runs over independent rows.
+#[derive(Debug, Clone)]
+struct Columns {
+    rows: usize,
+    values: Vec<f64>,
+}
+
+impl Columns {
+    fn new(matrix: &DMatrix<f64>) -> Self {
+        Self { rows: matrix.nrows(), values: matrix.as_slice().to_vec() }
+    }
+
+    /// out += matrix · vector.
+    fn add_product(&self, vector: &[f64], out: &mut [f64]) {
+        if self.rows == 0 {
+            return;
+        }
+        for (column, factor) in self.values.chunks_exact(self.rows).zip(vector) {
+            for (value, entry) in out.iter_mut().zip(column) {
+                *value += entry * factor;
+            }
+        }
+    }
+}
+
+/// The controller at work.
+#[derive(Debug, Clone)]
+pub(crate) struct Controller {
+    transitions: Vec<[[f64; 2]; 2]>,
+    force_map: Columns,
+    /// −C and −K: both only ever appear with this sign.
+    minus_gage_map: Columns,
+    minus_regulator: Columns,
+    filter: Columns,
+    demand_limit_n: f64,
+    state: Vec<f64>,
+    innovation: Vec<f64>,
+    previous_forces_n: Vec<f64>,
+    mean_forces_n: Vec<f64>,
+}
+
+impl Controller {
+    /// Starts from an estimated state and forces \[N\].
+    pub(crate) fn new(
+        design: &Design,
+        demand_limit_n: f64,
+        state: Vec<f64>,
+        forces_n: Vec<f64>,
+    ) -> Self {
+        Self {
+            transitions: design.model.transitions.clone(),
+            force_map: Columns::new(&design.model.force_map),
+            minus_gage_map: Columns::new(&-&design.model.gage_map),
+            minus_regulator: Columns::new(&-&design.regulator),
+            filter: Columns::new(&design.filter),
+            demand_limit_n,
+            state,
+            innovation: vec![0.0; design.model.gage_map.nrows()],
+            mean_forces_n: vec![0.0; forces_n.len()],
+            previous_forces_n: forces_n,
+        }
+    }
+
+    /// Takes the readings \[m\] and observed forces \[N\] of a sample, writes its demands \[N\].
+    pub(crate) fn step(&mut self, readings_m: &[f64], forces_n: &[f64], demands_n: &mut [f64]) {
+        self.predict(forces_n);
+        self.innovation.copy_from_slice(readings_m);
+        self.minus_gage_map.add_product(&self.state, &mut self.innovation);
+        self.filter.add_product(&self.innovation, &mut self.state);
+        demands_n.fill(0.0);
+        self.minus_regulator.add_product(&self.state, demands_n);
+        for demand in demands_n {
+            *demand = demand.clamp(-self.demand_limit_n, self.demand_limit_n);
+        }
+    }
+
+    fn predict(&mut self, forces_n: &[f64]) {
+        let forces = self.previous_forces_n.iter_mut().zip(forces_n);
+        for (mean, (previous, now)) in self.mean_forces_n.iter_mut().zip(forces) {
+            *mean = 0.5 * (*previous + now);
+            *previous = *now;
+        }
+        for (state, [[a, b], [c, d]]) in self.state.chunks_exact_mut(2).zip(&self.transitions) {
+            if let [first, second] = state {
+                (*first, *second) = (a * *first + b * *second, c * *first + d * *second);
+            }
+        }
+        self.force_map.add_product(&self.mean_forces_n, &mut self.state);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Complex, DVector};
+
+    use super::*;
+
+    const TOWER: &str = include_str!("../../../configs/tower.toml");
+
+    /// The linear closed loop over a step, applied to (structure state of all modes given to it,
+    /// forces, estimate, previous forces).
+    fn closed_loop(plant: &BelievedModel, design: &Design, force_keep: f64) -> DMatrix<f64> {
+        let (states, estimates) = (plant.states(), design.model.states());
+        let actuators = plant.force_map.ncols();
+        let size = states + 2 * actuators + estimates;
+        let mut matrix = DMatrix::zeros(size, size);
+        let transition = plant.transition();
+        for column in 0..size {
+            let mut all = DVector::zeros(size);
+            all[column] = 1.0;
+            let state = all.rows(0, states).into_owned();
+            let forces = all.rows(states, actuators).into_owned();
+            let estimate = all.rows(states + actuators, estimates).into_owned();
+            let previous = all.rows(states + actuators + estimates, actuators).into_owned();
+            let predicted = design.model.transition() * estimate
+                + &design.model.force_map * (&forces + previous) * 0.5;
+            let innovation = &plant.gage_map * &state - &design.model.gage_map * &predicted;
+            let estimate = predicted + &design.filter * innovation;
+            let demands = -(&design.regulator * &estimate);
+            let next_forces = &forces * force_keep + demands * (1.0 - force_keep);
+            let next = &transition * state + &plant.force_map * (&forces + &next_forces) * 0.5;
+            let stacked: Vec<f64> = next
+                .iter()
+                .chain(next_forces.iter())
+                .chain(estimate.iter())
+                .chain(forces.iter())
+                .copied()
+                .collect();
+            matrix.set_column(column, &DVector::from_vec(stacked));
+        }
+        matrix
+    }
+
+    /// Mechanics of the tower, its believed model with as many modes, and the closed loop of both.
+    fn tower(modes: usize) -> (Modes, DMatrix<f64>) {
+        let structure = Structure::from_toml(TOWER).unwrap();
+        let parameters = PlantParameters::default();
+        let design = Design::new(&structure, &parameters).unwrap();
+        let mechanics = Mechanics::assemble(&structure).unwrap();
+        let modes = Modes::of(&mechanics, structure.damping, Some(modes));
+        let no_disturbance = DMatrix::zeros(mechanics.dofs.len(), 0);
+        let plant = BelievedModel::new(&mechanics, &modes, &no_disturbance, parameters.step_s);
+        let force_keep = (-parameters.step_s / parameters.hydraulics.time_constant_s()).exp();
+        (modes, closed_loop(&plant, &design, force_keep))
+    }
+
+    /// The eigenvalue s [1/s] of the loop nearest to a guess, by inverse iteration.
+    fn pole_near(closed: &DMatrix<f64>, guess: Complex<f64>) -> Complex<f64> {
+        let step = 1e-3;
+        let shift = (guess * step).exp();
+        let complex = closed.map(|value| Complex::new(value, 0.0));
+        let size = closed.nrows();
+        let shifted = &complex - DMatrix::from_diagonal_element(size, size, shift);
+        let factor = shifted.lu();
+        let mut vector = DVector::from_fn(size, |row, _| Complex::new(1.0 + row as f64 % 7.0, 0.0));
+        for _ in 0..200 {
+            vector = factor.solve(&vector).unwrap();
+            vector.unscale_mut(vector.norm());
+        }
+        let pole = vector.dotc(&(&complex * &vector));
+        assert!((&complex * &vector - &vector * pole).norm() < 1e-4);
+        pole.ln() / step
+    }
+
+    #[test]
+    fn the_loop_raises_the_first_modes_damping_from_three_to_thirteen_per_cent() {
+        let (modes, closed) = tower(40);
+        assert!((modes.damping_ratios[0] - 0.029).abs() < 1e-3, "{}", modes.damping_ratios[0]);
+        let omega = modes.angular_frequencies[0];
+        let pole = pole_near(&closed, Complex::new(-0.13 * omega, omega));
+        let damping = -pole.re / pole.norm();
+        assert!((damping - 0.13).abs() < 0.01, "{damping}");
+        assert!((pole.norm() / omega - 1.0).abs() < 0.1, "{pole}");
+    }
+
+    /// With all modes, lags of the actuators and of the filter, by raising to the power 2^17.
+    #[test]
+    fn the_loop_is_stable_with_the_modes_that_the_controller_ignores() {
+        let (_, mut closed) = tower(144);
+        for _ in 0..17 {
+            closed = &closed * &closed;
+        }
+        let left = closed.norm();
+        assert!(left < 1e-6, "{left}");
+    }
+
+    #[test]
+    fn the_demand_is_limited() {
+        let structure = Structure::from_toml(TOWER).unwrap();
+        let design = Design::new(&structure, &PlantParameters::default()).unwrap();
+        let mut controller =
+            Controller::new(&design, 1.0, vec![0.0; design.model.states()], vec![0.0; 8]);
+        let mut demands = [0.0; 8];
+        controller.step(&[1e-3; 16], &[0.0; 8], &mut demands);
+        assert!(demands.iter().all(|demand| demand.abs() <= 1.0));
+        assert!(demands.iter().any(|demand| demand.abs() == 1.0));
+    }
+}

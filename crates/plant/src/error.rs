@@ -1,0 +1,36 @@
+//! Why a plant cannot be made.
+
+use crate::check::ParameterErrors;
+use crate::riccati::RiccatiError;
+
+/// Why a plant cannot be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlantError {
+    /// Parameters out of range.
+    #[error(transparent)]
+    Parameters(#[from] ParameterErrors),
+    /// No model follows from the structure.
+    #[error(transparent)]
+    Model(#[from] truss::ModelError),
+    /// No controller follows from structure and weights.
+    #[error("no controller can be designed: {0}")]
+    Controller(#[from] RiccatiError),
+    /// The structure the controller was designed on has other actuators or gages.
+    #[error(
+        "the true structure and the believed one differ in their equipment: {0}; use the same actuators and gages in the same order"
+    )]
+    Equipment(String),
+    /// Controller and structure have no state of rest together.
+    #[error("the closed loop has no state of rest under mean wind; use another controller weight")]
+    NoEquilibrium,
+    /// The mean wind alone asks for more than the actuators may give.
+    #[error(
+        "the mean wind at the start asks for {demand_n:.0} N, above the limit of {limit_n:.0} N; use less wind or a higher `hydraulics.demand_limit_n`"
+    )]
+    DemandAtStart {
+        /// Largest demand at rest \[N\].
+        demand_n: f64,
+        /// Largest demand allowed \[N\].
+        limit_n: f64,
+    },
+}

@@ -1,0 +1,281 @@
+//! Hydraulic actuators with their inner force control (section 3.2 of the paper).
+//!
+//! - force (eq. 8): F = p_A A_A − p_B A_B
+//! - pressures (eq. 9, leaks with the signs that oil obeys):
+//!   ṗ_A = β/V_A (q_A − q_il − q_el,A), ṗ_B = β/V_B (q_B + q_il − q_el,B)
+//! - leaks (eq. 10, 11): q = k sign(Δp) √(2|Δp|/ρ); the internal leak runs from A to B, an external
+//!   one from its chamber to the environment
+//! - force control: q = K_P (u − F). For q > 0 oil enters A and leaves B, for q < 0 the reverse.
+//!   Each port passes at most q_max √(Δp / (p_supply − p_tank)), Δp being the pressure across it.
+//! - hard-over: A's inlet is fully open and its outlet shut; B stays under control.
+//!
+//! F in the force control comes from the *measured* pressures, sampled once per step: the noise of
+//! the sample stays in the loop until the next. Within its flow limits the force then follows
+//! Ḟ = (u − F) / τ with 1/τ = K_P β (A_A/V_A + A_B/V_B), see
+//! [`HydraulicParameters::time_constant_s`].
+//!
+//! Pressures are integrated by Runge–Kutta of fourth order in sub-steps. At a vanishing pressure
+//! difference the square root of a leak is infinitely steep; there it is replaced by the straight
+//! line (laminar flow) that the sub-step can still follow.
+
+mod cylinder;
+mod parameters;
+
+use cylinder::Cylinder;
+pub use parameters::HydraulicParameters;
+
+/// What is wrong with one actuator.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) enum ActuatorState {
+    #[default]
+    Healthy,
+    /// Leak coefficients \[m²\]: from A to B, from A and from B to the environment.
+    Leaking {
+        internal: f64,
+        external_a: f64,
+        external_b: f64,
+    },
+    HardOver,
+}
+
+/// The pressures of all actuators.
+#[derive(Debug, Clone)]
+pub(crate) struct Hydraulics {
+    cylinder: Cylinder,
+    substep_s: f64,
+    parameters: HydraulicParameters,
+    pressures_pa: Vec<[f64; 2]>,
+    states: Vec<ActuatorState>,
+}
+
+impl Hydraulics {
+    /// Healthy actuators that give the forces \[N\].
+    pub(crate) fn new(parameters: &HydraulicParameters, step_s: f64, forces_n: &[f64]) -> Self {
+        let substep_s = step_s / parameters.substeps as f64;
+        Self {
+            cylinder: Cylinder::new(parameters, substep_s),
+            substep_s,
+            parameters: parameters.clone(),
+            pressures_pa: forces_n.iter().map(|&force| parameters.pressures_at(force)).collect(),
+            states: vec![ActuatorState::Healthy; forces_n.len()],
+        }
+    }
+
+    /// True pressures in A and B of each actuator \[Pa\].
+    pub(crate) fn pressures_pa(&self) -> &[[f64; 2]] {
+        &self.pressures_pa
+    }
+
+    /// Writes the true forces \[N\].
+    pub(crate) fn forces(&self, out: &mut [f64]) {
+        for (force, pressures) in out.iter_mut().zip(&self.pressures_pa) {
+            *force = self.parameters.force_n(*pressures);
+        }
+    }
+
+    /// Puts an actuator into a state. Back to healthy is a repair: oil is refilled to the pressures
+    /// that belong to the present force, so that the force does not jump.
+    pub(crate) fn set(&mut self, actuator: usize, state: ActuatorState) {
+        let places = self.pressures_pa.get_mut(actuator).zip(self.states.get_mut(actuator));
+        if let Some((pressures, present)) = places {
+            *present = state;
+            if state == ActuatorState::Healthy {
+                *pressures = self.parameters.pressures_at(self.parameters.force_n(*pressures));
+            }
+        }
+    }
+
+    /// Integrates over one step under constant demands \[N\]; `noise_n` is the error of the force
+    /// that each force control measures during the step \[N\].
+    pub(crate) fn step(&mut self, demands_n: &[f64], noise_n: &[f64]) {
+        let actuators = self.pressures_pa.iter_mut().zip(&self.states);
+        for ((pressures, state), (demand, noise)) in actuators.zip(demands_n.iter().zip(noise_n)) {
+            let target = demand - noise;
+            for _ in 0..self.parameters.substeps {
+                *pressures = self.cylinder.substep(*pressures, target, state, self.substep_s);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn leaking(internal: f64, external_a: f64, external_b: f64) -> ActuatorState {
+        ActuatorState::Leaking { internal, external_a, external_b }
+    }
+
+    fn one(parameters: &HydraulicParameters, force: f64, state: ActuatorState) -> Hydraulics {
+        let mut hydraulics = Hydraulics::new(parameters, 1e-3, &[force]);
+        hydraulics.set(0, state);
+        hydraulics
+    }
+
+    fn force(hydraulics: &Hydraulics) -> f64 {
+        let mut out = [0.0];
+        hydraulics.forces(&mut out);
+        out[0]
+    }
+
+    fn run(hydraulics: &mut Hydraulics, demand: f64, steps: usize) {
+        for _ in 0..steps {
+            hydraulics.step(&[demand], &[0.0]);
+        }
+    }
+
+    #[test]
+    fn the_force_follows_a_small_step_with_the_time_constant() {
+        let parameters = HydraulicParameters::default();
+        assert!((parameters.time_constant_s() - 0.010).abs() < 1e-4);
+        let mut hydraulics = one(&parameters, 5e3, ActuatorState::Healthy);
+        assert!((force(&hydraulics) - 5e3).abs() < 1e-6);
+        for step in 1..=60 {
+            run(&mut hydraulics, 15e3, 1);
+            let time = f64::from(step) * 1e-3;
+            let expected = 15e3 - 10e3 * (-time / parameters.time_constant_s()).exp();
+            assert!((force(&hydraulics) - expected).abs() < 0.01, "{step}");
+        }
+    }
+
+    #[test]
+    fn a_large_step_is_held_up_by_the_valves() {
+        let parameters = HydraulicParameters::default();
+        let mut hydraulics = one(&parameters, 0.0, ActuatorState::Healthy);
+        run(&mut hydraulics, 120e3, 1);
+        // Inlet A at 130 of 199 bar, outlet B at 97.6 of 199 bar.
+        let flow = |bar: f64| 3.5e-4 * (bar / 199.0).sqrt();
+        let rate =
+            1.3273e-2 * 1.3e9 / 2.323e-3 * flow(130.0) + 9.425e-3 * 1.3e9 / 1.649e-3 * flow(97.6);
+        assert!((force(&hydraulics) / (rate * 1e-3) - 1.0).abs() < 0.02);
+        run(&mut hydraulics, 120e3, 300);
+        assert!((force(&hydraulics) - 120e3).abs() < 1.0);
+    }
+
+    #[test]
+    fn the_noise_of_the_measured_force_acts_as_an_error_of_the_demand() {
+        let parameters = HydraulicParameters::default();
+        let mut noisy = one(&parameters, 0.0, ActuatorState::Healthy);
+        let mut quiet = noisy.clone();
+        noisy.step(&[1e3], &[400.0]);
+        quiet.step(&[600.0], &[0.0]);
+        assert_eq!(noisy.pressures_pa(), quiet.pressures_pa());
+    }
+
+    /// In steady state the force control replaces what leaks: K_P (u − F) = ± leak.
+    #[test]
+    fn an_internal_leak_leaves_the_error_that_its_flow_needs() {
+        let parameters = HydraulicParameters::default();
+        let area = 1.3e-7;
+        let mut hydraulics = one(&parameters, 0.0, leaking(area, 0.0, 0.0));
+        run(&mut hydraulics, 0.0, 2000);
+        let [a, b] = hydraulics.pressures_pa()[0];
+        // B has the higher pressure at rest, so oil runs from B to A and the force rises.
+        let leak = area * (2.0 / 870.0 * (b - a)).sqrt();
+        let error = 0.0 - force(&hydraulics);
+        let expected = -leak / parameters.force_gain_m3_per_s_per_n;
+        assert!((error / expected - 1.0).abs() < 1e-3, "{error} {expected}");
+    }
+
+    /// The control shares an external leak between both chambers: q = leak · k_A / (k_A + k_B).
+    #[test]
+    fn an_external_leak_lowers_its_chamber_and_pulls_the_force() {
+        let parameters = HydraulicParameters::default();
+        let (area, demand) = (1.3e-7, 0.0);
+        for (state, sign) in [(leaking(0.0, area, 0.0), 1.0), (leaking(0.0, 0.0, area), -1.0)] {
+            let mut hydraulics = one(&parameters, demand, state);
+            let start = hydraulics.pressures_pa()[0];
+            run(&mut hydraulics, demand, 80);
+            let [a, b] = hydraulics.pressures_pa()[0];
+            let (leak, share) = if sign > 0.0 {
+                (area * (2.0 / 870.0 * (a - 1e5)).sqrt(), 1.3273e-2 / 2.323e-3)
+            } else {
+                (area * (2.0 / 870.0 * (b - 1e5)).sqrt(), 9.425e-3 / 1.649e-3)
+            };
+            let both = 1.3273e-2 / 2.323e-3 + 9.425e-3 / 1.649e-3;
+            let expected = sign * leak * share / both / parameters.force_gain_m3_per_s_per_n;
+            let error = demand - force(&hydraulics);
+            assert!((error / expected - 1.0).abs() < 0.01, "{error} {expected}");
+            assert!(a < start[0] && b < start[1]);
+        }
+    }
+
+    #[test]
+    fn a_hard_over_fills_a_until_the_supply_and_leaves_b_to_the_control() {
+        let parameters = HydraulicParameters::default();
+        let mut hydraulics = one(&parameters, 0.0, ActuatorState::HardOver);
+        run(&mut hydraulics, 0.0, 1);
+        let rise = force(&hydraulics);
+        assert!(rise > 1.5e3, "{rise}");
+        run(&mut hydraulics, 0.0, 5000);
+        let [a, b] = hydraulics.pressures_pa()[0];
+        assert!((a - 200e5).abs() < 1e3 && (b - 200e5).abs() < 1e3, "{a} {b}");
+        assert!((force(&hydraulics) - 200e5 * (1.3273e-2 - 9.425e-3)).abs() < 100.0);
+    }
+
+    #[test]
+    fn pressures_stay_between_environment_and_supply_in_every_state() {
+        let parameters = HydraulicParameters::default();
+        let states = [
+            ActuatorState::Healthy,
+            leaking(5e-7, 0.0, 0.0),
+            leaking(0.0, 5e-7, 0.0),
+            leaking(0.0, 0.0, 5e-7),
+            leaking(9.9e-5, 0.0, 0.0),
+            leaking(0.0, 9.9e-5, 0.0),
+            ActuatorState::HardOver,
+        ];
+        for state in states {
+            let mut hydraulics = one(&parameters, 0.0, state);
+            for step in 0..20_000 {
+                let demand = 120e3 * (f64::from(step) * 0.01).sin();
+                hydraulics.step(&[demand], &[0.0]);
+                let [a, b] = hydraulics.pressures_pa()[0];
+                assert!((1e5..=200e5).contains(&a) && (1e5..=200e5).contains(&b), "{state:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_repair_keeps_the_force_and_restores_the_pressures() {
+        let parameters = HydraulicParameters::default();
+        let mut hydraulics = one(&parameters, 10e3, leaking(0.0, 5e-7, 0.0));
+        run(&mut hydraulics, 10e3, 3000);
+        let before = force(&hydraulics);
+        hydraulics.set(0, ActuatorState::Healthy);
+        assert!((force(&hydraulics) - before).abs() < 1e-6);
+        run(&mut hydraulics, 10e3, 300);
+        let healthy = parameters.pressures_at(10e3);
+        for (pressure, expected) in hydraulics.pressures_pa()[0].iter().zip(healthy) {
+            assert!((pressure / expected - 1.0).abs() < 1e-9);
+        }
+    }
+
+    /// Halving the sub-step: the error at the default of two is below the noise by far, and where
+    /// the flow is smooth it falls sixteenfold.
+    #[test]
+    fn sub_steps_converge() {
+        let after = |substeps: usize, state: ActuatorState, size: f64| {
+            let parameters = HydraulicParameters { substeps, ..HydraulicParameters::default() };
+            let mut hydraulics = one(&parameters, 0.0, state);
+            for step in 0..200 {
+                hydraulics.step(&[size * (f64::from(step) * 0.05).sin()], &[0.0]);
+            }
+            force(&hydraulics)
+        };
+        for state in [
+            ActuatorState::Healthy,
+            leaking(5e-7, 0.0, 0.0),
+            leaking(0.0, 5e-7, 0.0),
+            leaking(0.0, 0.0, 5e-7),
+            ActuatorState::HardOver,
+        ] {
+            let reference = after(256, state, 120e3);
+            assert!((after(2, state, 120e3) - reference).abs() < 20.0, "{state:?}");
+        }
+        let reference = after(256, ActuatorState::Healthy, 20e3);
+        let error = |substeps| (after(substeps, ActuatorState::Healthy, 20e3) - reference).abs();
+        assert!(error(2) < 1e-3, "{}", error(2));
+        assert!((8.0..32.0).contains(&(error(1) / error(2))), "{} {}", error(1), error(2));
+    }
+}

@@ -1,0 +1,154 @@
+//! What describes the actuators, and what follows from it in closed form.
+
+use serde::{Deserialize, Serialize};
+
+use crate::check::Checks;
+
+/// The actuators: all alike. Marks: \[S\] from publications on the demonstrator, \[E\] engineering
+/// estimate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HydraulicParameters {
+    /// Piston area of chamber A, A_A \[m²\]: 1.3273e-2, Ø130 mm \[S\].
+    pub area_a_m2: f64,
+    /// Ring area of chamber B, A_B \[m²\]: 9.425e-3, Ø130 mm less Ø70 mm \[S\].
+    pub area_b_m2: f64,
+    /// Oil volume of chamber A, V_A \[m³\]: 2.323e-3, mid-stroke \[S\].
+    pub volume_a_m3: f64,
+    /// Oil volume of chamber B, V_B \[m³\]: 1.649e-3, mid-stroke \[S\].
+    pub volume_b_m3: f64,
+    /// Bulk modulus of the oil, β \[Pa\]: 1.3e9 \[S\].
+    pub bulk_modulus_pa: f64,
+    /// Density of the oil, ρ \[kg/m³\]: 870 \[E\].
+    pub oil_density_kg_per_m3: f64,
+    /// Supply pressure \[Pa\]: 200e5 \[S\].
+    pub supply_pa: f64,
+    /// Tank pressure \[Pa\]: 1e5 \[E\].
+    pub tank_pa: f64,
+    /// Pressure of the environment, p_0 \[Pa\]: 1e5 \[E\].
+    pub ambient_pa: f64,
+    /// Pressure of chamber A at rest \[Pa\]: 70e5 \[E\].
+    pub rest_a_pa: f64,
+    /// Pressure of chamber B at rest \[Pa\]: 98.6e5 \[E\].
+    pub rest_b_pa: f64,
+    /// Flow of an open valve at the full pressure drop, q_max \[m³/s\]: 3.5e-4 \[E\].
+    pub valve_flow_m3_per_s: f64,
+    /// Gain of the force control, K_P \[m³/s per N\]: 6.7e-9, about 10 ms \[E\].
+    pub force_gain_m3_per_s_per_n: f64,
+    /// Demands are limited to ± this \[N\]: 120e3 \[E\].
+    pub demand_limit_n: f64,
+    /// Standard deviation of the pressure measurements' noise \[Pa\]: 1e4, about 163 N \[E\].
+    pub pressure_noise_pa: f64,
+    /// Integration sub-steps per step: 2.
+    pub substeps: usize,
+}
+
+impl Default for HydraulicParameters {
+    fn default() -> Self {
+        Self {
+            area_a_m2: 1.3273e-2,
+            area_b_m2: 9.425e-3,
+            volume_a_m3: 2.323e-3,
+            volume_b_m3: 1.649e-3,
+            bulk_modulus_pa: 1.3e9,
+            oil_density_kg_per_m3: 870.0,
+            supply_pa: 200e5,
+            tank_pa: 1e5,
+            ambient_pa: 1e5,
+            rest_a_pa: 70e5,
+            rest_b_pa: 98.6e5,
+            valve_flow_m3_per_s: 3.5e-4,
+            force_gain_m3_per_s_per_n: 6.7e-9,
+            demand_limit_n: 120e3,
+            pressure_noise_pa: 1e4,
+            substeps: 2,
+        }
+    }
+}
+
+impl HydraulicParameters {
+    /// Force of the pressures in chambers A and B \[Pa\] (eq. 8) \[N\].
+    #[must_use]
+    pub fn force_n(&self, [a, b]: [f64; 2]) -> f64 {
+        a * self.area_a_m2 - b * self.area_b_m2
+    }
+
+    /// Time constant τ of the force control within its flow limits \[s\].
+    #[must_use]
+    pub fn time_constant_s(&self) -> f64 {
+        let per_flow = self.area_a_m2 * self.stiffness_a() + self.area_b_m2 * self.stiffness_b();
+        1.0 / (self.force_gain_m3_per_s_per_n * per_flow)
+    }
+
+    /// Pressures of a healthy actuator, started from rest, that gives this force \[Pa\].
+    #[must_use]
+    pub fn pressures_at(&self, force_n: f64) -> [f64; 2] {
+        let missing = force_n - self.force_n([self.rest_a_pa, self.rest_b_pa]);
+        let per_volume = self.area_a_m2 * self.stiffness_a() + self.area_b_m2 * self.stiffness_b();
+        let volume = missing / per_volume;
+        [self.rest_a_pa + volume * self.stiffness_a(), self.rest_b_pa - volume * self.stiffness_b()]
+    }
+
+    /// Pressure per volume of oil put into chamber A \[Pa/m³\].
+    pub(super) fn stiffness_a(&self) -> f64 {
+        self.bulk_modulus_pa / self.volume_a_m3
+    }
+
+    /// Pressure per volume of oil put into chamber B \[Pa/m³\].
+    pub(super) fn stiffness_b(&self) -> f64 {
+        self.bulk_modulus_pa / self.volume_b_m3
+    }
+
+    pub(crate) fn check(&self, step_s: f64, checks: &mut Checks) {
+        for (name, value) in [
+            ("hydraulics.area_a_m2", self.area_a_m2),
+            ("hydraulics.area_b_m2", self.area_b_m2),
+            ("hydraulics.volume_a_m3", self.volume_a_m3),
+            ("hydraulics.volume_b_m3", self.volume_b_m3),
+            ("hydraulics.bulk_modulus_pa", self.bulk_modulus_pa),
+            ("hydraulics.oil_density_kg_per_m3", self.oil_density_kg_per_m3),
+            ("hydraulics.valve_flow_m3_per_s", self.valve_flow_m3_per_s),
+            ("hydraulics.force_gain_m3_per_s_per_n", self.force_gain_m3_per_s_per_n),
+            ("hydraulics.demand_limit_n", self.demand_limit_n),
+        ] {
+            checks.positive(name, value);
+        }
+        checks.not_negative("hydraulics.tank_pa", self.tank_pa);
+        checks.not_negative("hydraulics.ambient_pa", self.ambient_pa);
+        checks.not_negative("hydraulics.pressure_noise_pa", self.pressure_noise_pa);
+        self.check_pressures(checks);
+        let slow_enough = self.time_constant_s() > 2.0 * step_s;
+        checks.require(
+            "hydraulics.force_gain_m3_per_s_per_n",
+            slow_enough || !self.time_constant_s().is_finite(),
+            self.force_gain_m3_per_s_per_n,
+            "a gain whose time constant is above two steps, or the sampled force control oscillates",
+        );
+        checks.require(
+            "hydraulics.substeps",
+            (1..=1000).contains(&self.substeps),
+            self.substeps,
+            "1 to 1000 sub-steps",
+        );
+    }
+
+    fn check_pressures(&self, checks: &mut Checks) {
+        let floor = self.tank_pa.max(self.ambient_pa);
+        checks.require(
+            "hydraulics.supply_pa",
+            self.supply_pa > floor && self.supply_pa.is_finite(),
+            self.supply_pa,
+            "a pressure above those of the tank and of the environment",
+        );
+        for (name, value) in
+            [("hydraulics.rest_a_pa", self.rest_a_pa), ("hydraulics.rest_b_pa", self.rest_b_pa)]
+        {
+            checks.require(
+                name,
+                value > floor && value < self.supply_pa,
+                value,
+                "a pressure between those of tank and supply",
+            );
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Which component has which fault.
+
+use truss::Structure;
+use truss::fault::{Fault, FaultError, FaultKind};
+use truss::ids::{Component, ComponentPath, ModuleName};
+
+/// Why a fault cannot be injected or cleared. Nothing was changed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum InjectError {
+    /// No equipped module has this name.
+    #[error("there is no equipped module `{module}`; use one of {known}")]
+    UnknownModule {
+        /// The module asked for.
+        module: ModuleName,
+        /// Those that exist.
+        known: String,
+    },
+    /// The module has no such component.
+    #[error("there is no `{path}`; module `{module}` has {known}", module = path.module)]
+    UnknownComponent {
+        /// The component asked for.
+        path: ComponentPath,
+        /// Those that the module has.
+        known: String,
+    },
+    /// An actuator's fault for a gage, or the reverse.
+    #[error("`{path}` cannot have the fault `{kind}`; use it for an {expected}", expected = kind.component_kind())]
+    WrongKind {
+        /// The component asked for.
+        path: ComponentPath,
+        /// The fault asked for.
+        kind: FaultKind,
+    },
+    /// A parameter of the fault is out of range.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
+}
+
+/// Place of a component among all of its kind in the structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Place {
+    Actuator(usize),
+    Gage(usize),
+}
+
+/// The components of the structure and the faults they have.
+#[derive(Debug, Clone)]
+pub(crate) struct Injections {
+    components: Vec<(ComponentPath, Place)>,
+    present: Vec<(ComponentPath, Fault)>,
+}
+
+impl Injections {
+    pub(crate) fn new(structure: &Structure) -> Self {
+        let mut components = Vec::new();
+        let (mut actuators, mut gages) = (0, 0);
+        for module in &structure.modules {
+            let path = |component| ComponentPath { module: module.name.clone(), component };
+            for actuator in &module.actuators {
+                let component = Component::Actuator(actuator.name.clone());
+                components.push((path(component), Place::Actuator(actuators)));
+                actuators += 1;
+            }
+            for gage in &module.gages {
+                let component = Component::Sensor(gage.name.clone());
+                components.push((path(component), Place::Gage(gages)));
+                gages += 1;
+            }
+        }
+        Self { components, present: Vec::new() }
+    }
+
+    /// Notes a fault in place of any that the component has, and says where it is.
+    pub(crate) fn inject(
+        &mut self,
+        path: &ComponentPath,
+        fault: Fault,
+    ) -> Result<Place, InjectError> {
+        let place = self.place(path)?;
+        if fault.kind().component_kind() != path.component.kind() {
+            return Err(InjectError::WrongKind { path: path.clone(), kind: fault.kind() });
+        }
+        fault.check()?;
+        self.present.retain(|(present, _)| present != path);
+        self.present.push((path.clone(), fault));
+        Ok(place)
+    }
+
+    /// Forgets a component's fault; its place if there was one.
+    pub(crate) fn clear(&mut self, path: &ComponentPath) -> Result<Option<Place>, InjectError> {
+        let place = self.place(path)?;
+        let before = self.present.len();
+        self.present.retain(|(present, _)| present != path);
+        Ok((self.present.len() < before).then_some(place))
+    }
+
+    pub(crate) fn present(&self) -> &[(ComponentPath, Fault)] {
+        &self.present
+    }
+
+    fn place(&self, path: &ComponentPath) -> Result<Place, InjectError> {
+        let found = self.components.iter().find(|(known, _)| known == path);
+        found.map(|(_, place)| *place).ok_or_else(|| self.unknown(path))
+    }
+
+    fn unknown(&self, path: &ComponentPath) -> InjectError {
+        let in_module = self.components.iter().filter(|(known, _)| known.module == path.module);
+        let known: Vec<String> =
+            in_module.map(|(known, _)| format!("`{}`", known.component)).collect();
+        if !known.is_empty() {
+            return InjectError::UnknownComponent { path: path.clone(), known: known.join(", ") };
+        }
+        let mut modules: Vec<String> =
+            self.components.iter().map(|(known, _)| format!("`{}`", known.module)).collect();
+        modules.dedup();
+        InjectError::UnknownModule { module: path.module.clone(), known: modules.join(", ") }
+    }
+}

@@ -1,0 +1,50 @@
+//! The true tower: wind, loads, hydraulics, gages, controller and faults (section 3 of the paper).
+//!
+//! [`Plant`] steps the whole structure and gives out what its modules would measure. It stands in
+//! for reality and is believed by nobody: diagnosers never see it, and [`Mismatch`] makes it differ
+//! from what they are told.
+//!
+//! The way of one step: [`wind`] → [`loads`](LoadParameters) → structure (`truss`) → [`gage`] and
+//! pressure sensors → Kalman filter and regulator ([`controller`]) → demands → [`hydraulics`] →
+//! forces. Faults sit in the gages and in the hydraulics ([`injection`]).
+//!
+//! Pure: no clock, no input or output, and all randomness from one seed. The same seed gives the
+//! same bits on the same kind of processor; only the design of the controller and the modes, made
+//! once, use matrix products that choose their instructions at run time.
+
+mod believed;
+mod check;
+pub mod controller;
+mod equilibrium;
+mod equipment;
+mod error;
+pub mod gage;
+pub mod hydraulics;
+pub mod injection;
+mod kalman;
+mod loads;
+mod lqr;
+mod mismatch;
+mod parameters;
+mod plant;
+mod pressure_sensor;
+pub mod riccati;
+mod signals;
+mod streams;
+mod tower;
+pub mod wind;
+mod wind_loads;
+
+pub use check::{ParameterError, ParameterErrors};
+pub use controller::ControllerParameters;
+pub use error::PlantError;
+pub use gage::GageParameters;
+pub use hydraulics::HydraulicParameters;
+pub use injection::InjectError;
+pub use loads::LoadParameters;
+pub use mismatch::Mismatch;
+pub use parameters::PlantParameters;
+pub use plant::Plant;
+pub use signals::{ModuleSignals, Signals};
+pub use tower::Conditions;
+pub use wind::{BaseSpeed, WindParameters};

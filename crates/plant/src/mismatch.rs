@@ -1,0 +1,79 @@
+//! A plant that differs from what is believed of it.
+//!
+//! A diagnoser tuned on the very parameters of the simulated plant would prove nothing. Here every
+//! stiffness, mass and damping, the chamber volumes, the gain of the force control and the noise
+//! levels are multiplied by factors of their own, uniform within 1 ± amount.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use truss::{Perturbation, Structure};
+
+use crate::check::{Checks, ParameterErrors};
+use crate::parameters::PlantParameters;
+use crate::streams::Stream;
+
+/// True structure and parameters, drawn around the believed ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mismatch {
+    /// Factors on the structure's members, nodes and damping.
+    pub perturbation: Perturbation,
+    /// The plant's true parameters.
+    pub parameters: PlantParameters,
+}
+
+impl Mismatch {
+    /// Draws factors within 1 ± `amount` (e.g. 0.1); the same seed gives the same factors.
+    ///
+    /// # Errors
+    /// An amount below 0 or above 0.9.
+    pub fn draw(
+        believed: &Structure,
+        parameters: &PlantParameters,
+        amount: f64,
+        seed: u64,
+    ) -> Result<Self, ParameterErrors> {
+        let mut checks = Checks::default();
+        checks.require(
+            "mismatch",
+            (0.0..=0.9).contains(&amount),
+            amount,
+            "a relative amount from 0 to 0.9",
+        );
+        checks.finish()?;
+        let mut factors = Factors { generator: Stream::Mismatch.generator(seed), amount };
+        let mut perturbation = Perturbation::identity(believed);
+        perturbation.member_stiffness.iter_mut().for_each(|factor| *factor = factors.next());
+        perturbation.node_mass.iter_mut().for_each(|factor| *factor = factors.next());
+        perturbation.damping = factors.next();
+        let mut parameters = parameters.clone();
+        let hydraulics = &mut parameters.hydraulics;
+        for value in [
+            &mut hydraulics.volume_a_m3,
+            &mut hydraulics.volume_b_m3,
+            &mut hydraulics.force_gain_m3_per_s_per_n,
+            &mut hydraulics.pressure_noise_pa,
+            &mut parameters.gages.noise_strain,
+        ] {
+            *value *= factors.next();
+        }
+        Ok(Self { perturbation, parameters })
+    }
+
+    /// The true structure.
+    #[must_use]
+    pub fn structure(&self, believed: &Structure) -> Structure {
+        believed.perturbed(&self.perturbation)
+    }
+}
+
+struct Factors {
+    generator: ChaCha8Rng,
+    amount: f64,
+}
+
+impl Factors {
+    fn next(&mut self) -> f64 {
+        let place: f64 = self.generator.random();
+        1.0 + self.amount * (2.0 * place - 1.0)
+    }
+}

@@ -1,0 +1,122 @@
+//! Everything that describes the plant beside its structure.
+
+use serde::{Deserialize, Serialize};
+
+use crate::check::{Checks, ParameterErrors};
+use crate::controller::ControllerParameters;
+use crate::gage::GageParameters;
+use crate::hydraulics::HydraulicParameters;
+use crate::loads::LoadParameters;
+use crate::wind::WindParameters;
+
+/// The plant's parameters; what a file leaves out has the value of `Default`, the tower's figures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlantParameters {
+    /// Sampling step \[s\]: 1e-3.
+    pub step_s: f64,
+    /// Mean wind and gusts.
+    pub wind: WindParameters,
+    /// What the levels offer to the wind and carry.
+    pub loads: LoadParameters,
+    /// Actuators with their inner force control, and pressure sensors.
+    pub hydraulics: HydraulicParameters,
+    /// Strain gages.
+    pub gages: GageParameters,
+    /// Kalman filter and regulator.
+    pub controller: ControllerParameters,
+}
+
+impl Default for PlantParameters {
+    fn default() -> Self {
+        Self {
+            step_s: 1e-3,
+            wind: WindParameters::default(),
+            loads: LoadParameters::default(),
+            hydraulics: HydraulicParameters::default(),
+            gages: GageParameters::default(),
+            controller: ControllerParameters::default(),
+        }
+    }
+}
+
+impl PlantParameters {
+    /// Checks that every parameter is in range.
+    ///
+    /// # Errors
+    /// All parameters that are not, each with what would be right.
+    pub fn check(&self) -> Result<(), ParameterErrors> {
+        let mut checks = Checks::default();
+        checks.require(
+            "step_s",
+            self.step_s >= 1e-5 && self.step_s <= 0.02,
+            self.step_s,
+            "a step from 1e-5 to 0.02 s",
+        );
+        self.wind.check(&mut checks);
+        self.loads.check(&mut checks);
+        self.hydraulics.check(self.step_s, &mut checks);
+        self.gages.check(&mut checks);
+        self.controller.check(&mut checks);
+        checks.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_towers_figures_are_in_range() {
+        PlantParameters::default().check().unwrap();
+    }
+
+    #[test]
+    fn what_is_left_out_is_the_default_and_the_rest_round_trips() {
+        let read = |text: &str| toml::from_str::<PlantParameters>(text);
+        assert_eq!(read("").unwrap(), PlantParameters::default());
+        let text = toml::to_string(&PlantParameters::default()).unwrap();
+        assert_eq!(read(&text).unwrap(), PlantParameters::default());
+        let storm = read(
+            "wind.base_speed = { kind = \"profile\", points = [[0.0, 8.0], [600.0, 25.0]] }\n\
+             hydraulics.substeps = 4",
+        )
+        .unwrap();
+        assert_eq!(storm.hydraulics.substeps, 4);
+        storm.check().unwrap();
+    }
+
+    #[test]
+    fn unknown_keys_are_refused() {
+        for text in ["wnd = 1", "wind.speed = 3.0", "gages.noise = 1.0", "[hydraulic]"] {
+            assert!(toml::from_str::<PlantParameters>(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn all_errors_are_reported_at_once() {
+        let mut parameters = PlantParameters { step_s: 0.0, ..PlantParameters::default() };
+        parameters.wind.air_density_kg_per_m3 = f64::NAN;
+        parameters.wind.base_speed =
+            crate::wind::BaseSpeed::Profile { points: vec![[1.0, 3.0], [1.0, 4.0]] };
+        parameters.loads.drag_coefficient = -1.0;
+        parameters.hydraulics.rest_a_pa = 300e5;
+        parameters.gages.noise_strain = 0.0;
+        parameters.controller.modes = 0;
+        let errors = parameters.check().unwrap_err();
+        let named: Vec<&str> = errors.0.iter().map(|error| error.parameter.as_str()).collect();
+        assert_eq!(
+            named,
+            [
+                "step_s",
+                "wind.base_speed",
+                "wind.air_density_kg_per_m3",
+                "loads.drag_coefficient",
+                "hydraulics.rest_a_pa",
+                "gages.noise_strain",
+                "controller.modes",
+            ]
+        );
+        assert_eq!(errors.to_string().lines().count(), 7);
+    }
+}

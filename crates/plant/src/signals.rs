@@ -1,0 +1,57 @@
+//! What the plant gives out at each step: the samples of all equipped modules.
+
+use truss::Structure;
+use truss::ids::{ModuleName, Step};
+
+/// Signals of one step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signals {
+    /// The sampling instant.
+    pub step: Step,
+    /// The equipped modules, in the structure's order.
+    pub modules: Vec<ModuleSignals>,
+}
+
+/// Signals of one module; actuators and gages in the order of the module's own lists.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModuleSignals {
+    /// The module.
+    pub module: ModuleName,
+    /// Force that the controller asks of each actuator, from this very sample's measurements \[N\].
+    pub demands_n: Vec<f64>,
+    /// Measured pressures in the chambers A and B of each actuator \[Pa\].
+    pub pressures_pa: Vec<[f64; 2]>,
+    /// Reading of each gage \[m\].
+    pub elongations_m: Vec<f64>,
+}
+
+impl Signals {
+    pub(crate) fn new(structure: &Structure) -> Self {
+        let module = |module: &truss::Module| ModuleSignals {
+            module: module.name.clone(),
+            demands_n: vec![0.0; module.actuators.len()],
+            pressures_pa: vec![[0.0; 2]; module.actuators.len()],
+            elongations_m: vec![0.0; module.gages.len()],
+        };
+        Self { step: Step(0), modules: structure.equipped().map(module).collect() }
+    }
+
+    /// Hands out the signals of all modules, concatenated in order.
+    pub(crate) fn write(&mut self, demands: &[f64], pressures: &[[f64; 2]], elongations: &[f64]) {
+        let (mut actuator, mut gage) = (0, 0);
+        for module in &mut self.modules {
+            let actuators = module.demands_n.len();
+            copy(&mut module.demands_n, demands, actuator);
+            copy(&mut module.pressures_pa, pressures, actuator);
+            copy(&mut module.elongations_m, elongations, gage);
+            actuator += actuators;
+            gage += module.elongations_m.len();
+        }
+    }
+}
+
+fn copy<T: Copy>(target: &mut [T], source: &[T], start: usize) {
+    for (to, from) in target.iter_mut().zip(source.iter().skip(start)) {
+        *to = *from;
+    }
+}

@@ -1,0 +1,321 @@
+//! The whole plant on the shipped tower.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
+
+use plant::{BaseSpeed, InjectError, Mismatch, Plant, PlantError, PlantParameters, Signals};
+use truss::Structure;
+use truss::fault::Fault;
+use truss::ids::{ComponentPath, Step};
+
+const TOWER: &str = include_str!("../../../configs/tower.toml");
+
+fn tower() -> Structure {
+    Structure::from_toml(TOWER).unwrap()
+}
+
+fn plant(parameters: &PlantParameters, seed: u64) -> Plant {
+    Plant::new(&tower(), parameters, seed).unwrap()
+}
+
+fn windy(speed_m_per_s: f64) -> PlantParameters {
+    let mut parameters = PlantParameters::default();
+    parameters.wind.base_speed = BaseSpeed::Fixed { speed_m_per_s };
+    parameters
+}
+
+/// No gusts and no noise to speak of.
+fn quiet() -> PlantParameters {
+    let mut parameters = windy(12.0);
+    parameters.wind.gust_factor = 0.0;
+    parameters.hydraulics.pressure_noise_pa = 0.0;
+    parameters
+}
+
+fn path(text: &str) -> ComponentPath {
+    text.parse().unwrap()
+}
+
+fn record(plant: &mut Plant, steps: usize) -> Vec<Signals> {
+    (0..steps).map(|_| plant.advance().clone()).collect()
+}
+
+fn elongations(signals: &Signals) -> Vec<f64> {
+    signals.modules.iter().flat_map(|module| module.elongations_m.clone()).collect()
+}
+
+fn demands(signals: &Signals) -> Vec<f64> {
+    signals.modules.iter().flat_map(|module| module.demands_n.clone()).collect()
+}
+
+fn pressures(signals: &Signals) -> Vec<[f64; 2]> {
+    signals.modules.iter().flat_map(|module| module.pressures_pa.clone()).collect()
+}
+
+#[test]
+fn steps_count_from_zero_and_only_equipped_modules_speak() {
+    let mut plant = plant(&PlantParameters::default(), 1);
+    let run = record(&mut plant, 3);
+    let steps: Vec<Step> = run.iter().map(|signals| signals.step).collect();
+    assert_eq!(steps, [Step(0), Step(1), Step(2)]);
+    assert_eq!(plant.next_step(), Step(3));
+    let names: Vec<&str> = run[0].modules.iter().map(|module| module.module.as_str()).collect();
+    assert_eq!(names, ["module1", "module2"]);
+    for module in &run[0].modules {
+        assert_eq!(module.demands_n.len(), 4);
+        assert_eq!(module.pressures_pa.len(), 4);
+        assert_eq!(module.elongations_m.len(), 8);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_one_others() {
+    let parameters = PlantParameters::default();
+    let first = record(&mut plant(&parameters, 7), 3000);
+    assert_eq!(first, record(&mut plant(&parameters, 7), 3000));
+    assert_ne!(elongations(&first[0]), elongations(&record(&mut plant(&parameters, 8), 1)[0]));
+}
+
+#[test]
+fn one_long_run_equals_two_short_ones() {
+    let parameters = PlantParameters::default();
+    let long = record(&mut plant(&parameters, 7), 500);
+    let mut stopped = plant(&parameters, 7);
+    record(&mut stopped, 250);
+    let mut resumed = stopped.clone();
+    assert_eq!(record(&mut resumed, 250), long[250..]);
+}
+
+#[test]
+fn without_gusts_nothing_drifts_from_the_start() {
+    let mut parameters = quiet();
+    parameters.gages.noise_strain = 1e-15;
+    // The filter is designed for the real noise, or it would have none to weigh.
+    let tower = tower();
+    let mut plant = Plant::with_believed(&tower, &tower, &parameters, &quiet(), 5).unwrap();
+    let run = record(&mut plant, 5000);
+    let (start, first) = (&run[0], elongations(&run[0]));
+    assert!(first.iter().any(|elongation| elongation.abs() > 1e-5), "{first:?}");
+    assert!(demands(start).iter().any(|demand| demand.abs() > 10.0), "{:?}", demands(start));
+    for signals in &run {
+        for (now, then) in elongations(signals).iter().zip(&first) {
+            assert!((now - then).abs() < 1e-12, "{now} {then}");
+        }
+        for (now, then) in demands(signals).iter().zip(demands(start)) {
+            assert!((now - then).abs() < 1e-2, "{now} {then}");
+        }
+    }
+}
+
+#[test]
+fn a_start_with_gusts_has_no_jump() {
+    let run = record(&mut plant(&windy(13.5), 2), 15_000);
+    let largest = |range: std::ops::Range<usize>| {
+        run[range]
+            .windows(2)
+            .flat_map(|pair| {
+                let (now, next) = (elongations(&pair[0]), elongations(&pair[1]));
+                now.into_iter().zip(next).map(|(a, b)| (b - a).abs()).collect::<Vec<_>>()
+            })
+            .fold(0.0, f64::max)
+    };
+    assert!(largest(0..1000) < 1.2 * largest(8000..15_000));
+}
+
+#[test]
+fn levels_of_load_are_those_of_the_tower() {
+    let plant = plant(&PlantParameters::default(), 3);
+    let conditions = plant.conditions();
+    assert_eq!(conditions.live_loads_kg.len(), 12);
+    assert!(conditions.live_loads_kg.iter().all(|load| (0.0..1000.0).contains(load)));
+    assert!((8.0..14.0).contains(&conditions.base_speed_m_per_s));
+}
+
+/// All faults: which channel differs from the fault-free run of the same seed, and when first.
+#[test]
+fn each_fault_shows_first_on_its_own_channel_and_nowhere_else() {
+    const ONSET: usize = 200;
+    let parameters = PlantParameters::default();
+    let nominal = record(&mut plant(&parameters, 11), ONSET + 2);
+    let sensor = "module2/sensor/g3";
+    let actuator = "module1/actuator/a2";
+    for (name, fault) in [
+        (sensor, Fault::Bias { offset_m: 50e-6 }),
+        (sensor, Fault::RandomWalk { drift_m_per_s: 20e-6, increment_m: 6e-6 }),
+        (sensor, Fault::ZeroOutput {}),
+        (actuator, Fault::InternalLeakage { area_m2: 2e-7 }),
+        (actuator, Fault::ExternalLeakageA { area_m2: 2e-7 }),
+        (actuator, Fault::ExternalLeakageB { area_m2: 2e-7 }),
+        (actuator, Fault::HardOver {}),
+    ] {
+        let mut faulty = plant(&parameters, 11);
+        assert_eq!(record(&mut faulty, ONSET), nominal[..ONSET]);
+        faulty.inject(&path(name), fault).unwrap();
+        assert_eq!(faulty.faults(), [(path(name), fault)]);
+        let [first, second] = [faulty.advance().clone(), faulty.advance().clone()];
+        let changed = |now: &Signals, then: &Signals| -> Vec<usize> {
+            let pairs = elongations(now).into_iter().zip(elongations(then)).enumerate();
+            pairs.filter(|(_, (a, b))| a != b).map(|(channel, _)| channel).collect()
+        };
+        if name == sensor {
+            assert_eq!(changed(&first, &nominal[ONSET]), [10], "{fault:?}");
+            assert_eq!(pressures(&first), pressures(&nominal[ONSET]), "{fault:?}");
+        } else {
+            // A valve or leak needs a step to change a pressure.
+            assert_eq!(first, nominal[ONSET], "{fault:?}");
+            let pairs = pressures(&second).into_iter().zip(pressures(&nominal[ONSET + 1]));
+            for (channel, (now, then)) in pairs.enumerate() {
+                assert_eq!(now != then, channel == 1, "{fault:?} {channel}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_gage_fault_travels_through_the_controller_to_every_demand() {
+    let parameters = PlantParameters::default();
+    let mut nominal = plant(&parameters, 11);
+    let mut faulty = nominal.clone();
+    faulty.inject(&path("module1/sensor/g1"), Fault::Bias { offset_m: 100e-6 }).unwrap();
+    let (faulty, nominal) = (faulty.advance(), nominal.advance());
+    assert!(demands(faulty).iter().zip(demands(nominal)).all(|(a, b)| *a != b));
+}
+
+#[test]
+fn a_cleared_gage_reads_true_again_with_the_noise_it_would_have_had() {
+    let parameters = PlantParameters::default();
+    let mut nominal = plant(&parameters, 11);
+    let mut repaired = nominal.clone();
+    let gage = path("module1/sensor/g1");
+    repaired.inject(&gage, Fault::Bias { offset_m: 1e-6 }).unwrap();
+    repaired.clear(&gage).unwrap();
+    repaired.clear(&gage).unwrap();
+    assert!(repaired.faults().is_empty());
+    assert_eq!(record(&mut repaired, 50), record(&mut nominal, 50));
+}
+
+#[test]
+fn a_second_fault_replaces_the_first() {
+    let mut plant = plant(&PlantParameters::default(), 1);
+    let gage = path("module1/sensor/g1");
+    plant.inject(&gage, Fault::ZeroOutput {}).unwrap();
+    plant.inject(&gage, Fault::Bias { offset_m: 1e-6 }).unwrap();
+    assert_eq!(plant.faults(), [(gage, Fault::Bias { offset_m: 1e-6 })]);
+}
+
+#[test]
+fn what_cannot_be_injected_is_named_with_what_could() {
+    let mut plant = plant(&PlantParameters::default(), 1);
+    let mut refused = |name: &str, fault: Fault| plant.inject(&path(name), fault).unwrap_err();
+    let bias = Fault::Bias { offset_m: 1e-6 };
+
+    let error = refused("module9/sensor/g1", bias);
+    assert!(matches!(error, InjectError::UnknownModule { .. }));
+    assert!(error.to_string().contains("module9") && error.to_string().contains("`module1`"));
+
+    let error = refused("module1/sensor/g99", bias);
+    assert!(matches!(error, InjectError::UnknownComponent { .. }));
+    assert!(error.to_string().contains("g99") && error.to_string().contains("`sensor/g1`"));
+
+    let error = refused("module1/sensor/g1", Fault::HardOver {});
+    assert!(matches!(error, InjectError::WrongKind { .. }));
+    assert!(error.to_string().contains("hard_over") && error.to_string().contains("actuator"));
+
+    let error = refused("module1/sensor/g1", Fault::Bias { offset_m: f64::NAN });
+    assert!(error.to_string().contains("offset_m"), "{error}");
+    assert!(plant.faults().is_empty());
+    assert!(plant.clear(&path("module1/actuator/g1")).is_err());
+}
+
+#[test]
+fn a_minute_later_the_closed_loop_is_still_bounded_under_every_fault_of_an_actuator() {
+    let parameters = windy(14.0);
+    for fault in [
+        Fault::InternalLeakage { area_m2: 5e-7 },
+        Fault::ExternalLeakageA { area_m2: 5e-7 },
+        Fault::ExternalLeakageB { area_m2: 5e-7 },
+        Fault::HardOver {},
+    ] {
+        let mut plant = plant(&parameters, 4);
+        plant.inject(&path("module1/actuator/a1"), fault).unwrap();
+        for _ in 0..60_000 {
+            let signals = plant.advance();
+            let bounded = signals
+                .modules
+                .iter()
+                .flat_map(|module| &module.elongations_m)
+                .all(|elongation| elongation.abs() < 2e-3);
+            assert!(bounded, "{fault:?}");
+        }
+    }
+}
+
+#[test]
+fn a_mismatched_plant_runs_and_differs() {
+    let believed = tower();
+    let parameters = PlantParameters::default();
+    for seed in 0..5 {
+        let mismatch = Mismatch::draw(&believed, &parameters, 0.1, seed).unwrap();
+        assert_eq!(mismatch, Mismatch::draw(&believed, &parameters, 0.1, seed).unwrap());
+        let factors = &mismatch.perturbation.member_stiffness;
+        assert!(factors.iter().all(|factor| (0.9..=1.1).contains(factor)));
+        let gain = mismatch.parameters.hydraulics.force_gain_m3_per_s_per_n / 6.7e-9;
+        assert!((0.9..=1.1).contains(&gain) && gain != 1.0);
+        let truth = mismatch.structure(&believed);
+        let mut differing =
+            Plant::with_believed(&truth, &believed, &mismatch.parameters, &parameters, seed)
+                .unwrap();
+        let mut exact = plant(&parameters, seed);
+        let (differing, exact) = (record(&mut differing, 3000), record(&mut exact, 3000));
+        assert_ne!(differing[0], exact[0]);
+        let largest = differing.iter().flat_map(elongations).map(f64::abs).fold(0.0, f64::max);
+        assert!(largest < 1e-3, "{largest}");
+    }
+    assert!(Mismatch::draw(&believed, &parameters, -0.1, 0).is_err());
+}
+
+#[test]
+fn other_equipment_in_truth_than_believed_is_refused_by_name() {
+    let (truth, mut believed) = (tower(), tower());
+    let lost = believed.modules[0].gages.pop().unwrap();
+    let parameters = PlantParameters::default();
+    let error = Plant::with_believed(&truth, &believed, &parameters, &parameters, 1).err().unwrap();
+    assert!(matches!(error, PlantError::Equipment(_)));
+    assert!(error.to_string().contains(lost.name.as_str()), "{error}");
+}
+
+#[test]
+fn a_start_beyond_the_actuators_is_refused() {
+    let mut parameters = windy(14.0);
+    parameters.hydraulics.demand_limit_n = 1.0;
+    let error = Plant::new(&tower(), &parameters, 1).err().unwrap();
+    assert!(error.to_string().contains("demand_limit_n"), "{error}");
+}
+
+#[test]
+fn parameters_out_of_range_are_refused() {
+    let mut parameters = PlantParameters::default();
+    parameters.gages.noise_strain = -1.0;
+    assert!(matches!(Plant::new(&tower(), &parameters, 1), Err(PlantError::Parameters(_))));
+}
+
+/// Deviation of the demands' tracking over ten seconds: that of a first-order lag, noise included.
+#[test]
+fn observed_forces_follow_the_nominal_force_loop() {
+    let parameters = PlantParameters::default();
+    let run = record(&mut plant(&parameters, 6), 10_000);
+    let hydraulics = &parameters.hydraulics;
+    let keep = (-1e-3 / hydraulics.time_constant_s()).exp();
+    let mut nominal: Vec<f64> =
+        pressures(&run[0]).into_iter().map(|p| hydraulics.force_n(p)).collect();
+    let mut squares = 0.0;
+    for pair in run.windows(2).skip(100) {
+        for (force, demand) in nominal.iter_mut().zip(demands(&pair[0])) {
+            *force = keep * *force + (1.0 - keep) * demand;
+        }
+        for (force, measured) in nominal.iter().zip(pressures(&pair[1])) {
+            squares += (hydraulics.force_n(measured) - force).powi(2) / (8.0 * 9899.0);
+        }
+    }
+    // 163 N from the pressure sensors and 37 N of true force from their noise in the loop.
+    assert!((squares.sqrt() - 167.0).abs() < 5.0, "{}", squares.sqrt());
+}

@@ -1,0 +1,212 @@
+//! The equations of motion of a whole structure (eq. 6 and 7).
+//!
+//! M·ξ̈ + D·ξ̇ + K·ξ = F_u·u and ζ = L·ξ, with ξ the displacements of the nodes in Cartesian
+//! coordinates, u the actuator forces and ζ the elongations that the gages read. M is lumped: half of each
+//! member and the share of the storey at each node. Rotations exist where beams do; they have no
+//! mass and are condensed statically.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::cholesky::{Cholesky, Singular};
+use crate::condensation::condense;
+use crate::direction::Direction;
+use crate::element;
+use crate::model_error::ModelError;
+use crate::structure::Structure;
+
+/// One degree of freedom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Dof {
+    /// Index of the node in [`Structure::nodes`].
+    pub node: usize,
+    /// The direction in which it moves.
+    pub direction: Direction,
+}
+
+/// Mass, stiffness, gage map and actuator map over the translations that are not held.
+#[derive(Debug, Clone)]
+pub struct Mechanics {
+    /// The degrees of freedom, node by node, x before y before z.
+    pub dofs: Vec<Dof>,
+    /// Condensed stiffness K (dofs × dofs), symmetric [N/m].
+    pub stiffness: DMatrix<f64>,
+    /// Diagonal of the lumped mass matrix M (dofs) [kg].
+    pub mass: DVector<f64>,
+    /// Elongation per displacement, L of eq. 7 (gages × dofs) [m/m]; the gages of all modules in
+    /// the order of the modules, positive in tension.
+    pub gage_map: DMatrix<f64>,
+    /// Nodal force per actuator force, F_u of eq. 6 (dofs × actuators) [N/N]; the actuators of all
+    /// modules in the order of the modules, positive pushes the ends apart.
+    pub actuator_map: DMatrix<f64>,
+}
+
+impl Mechanics {
+    /// Assembles and condenses.
+    ///
+    /// # Errors
+    /// A mechanism, with the node and direction that move most; a node without mass; a structure
+    /// in which nothing can move; a perturbation factor that is not above 0.
+    pub fn assemble(structure: &Structure) -> Result<Mechanics, ModelError> {
+        check_factors(structure)?;
+        let freedoms = Freedoms::number(structure);
+        if freedoms.translations == 0 {
+            return Err(ModelError::NothingMoves);
+        }
+        let whole = assemble_stiffness(structure, &freedoms);
+        let stiffness = condense(&whole, freedoms.translations)
+            .map_err(|free| freedoms.mechanism(structure, &free, freedoms.translations))?;
+        if let Err(free) = Cholesky::of(&stiffness) {
+            return Err(freedoms.mechanism(structure, &free, 0));
+        }
+        let dofs = freedoms.dofs[..freedoms.translations].to_vec();
+        Ok(Mechanics {
+            mass: lumped_mass(structure, &dofs)?,
+            gage_map: gage_map(structure, &freedoms),
+            actuator_map: actuator_map(structure, &freedoms),
+            dofs,
+            stiffness,
+        })
+    }
+
+    /// Index of a degree of freedom, `None` if it is held or a rotation.
+    #[must_use]
+    pub fn dof_index(&self, node: usize, direction: Direction) -> Option<usize> {
+        self.dofs.iter().position(|dof| dof.node == node && dof.direction == direction)
+    }
+
+    /// Displacements under constant forces (dofs × load cases) [m per N], K⁻¹·forces.
+    ///
+    /// # Errors
+    /// A stiffness matrix that has been made singular since assembly.
+    pub fn static_displacements(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, ModelError> {
+        let factor = Cholesky::of(&self.stiffness).map_err(|_| ModelError::NothingMoves)?;
+        Ok(factor.solve(forces))
+    }
+}
+
+/// The numbering of what can move: translations first, then rotations.
+struct Freedoms {
+    dofs: Vec<Dof>,
+    translations: usize,
+    /// Index in `dofs` of each direction of each node.
+    index: Vec<[Option<usize>; 6]>,
+}
+
+impl Freedoms {
+    fn number(structure: &Structure) -> Freedoms {
+        let mut turns = vec![false; structure.nodes.len()];
+        for member in structure.members.iter().filter(|member| member.is_beam()) {
+            for end in member.ends {
+                turns[end] = true;
+            }
+        }
+        let mut dofs = Vec::new();
+        for rotation in [false, true] {
+            for (node, described) in structure.nodes.iter().enumerate() {
+                let free = Direction::ALL.into_iter().filter(|&direction| {
+                    direction.is_rotation() == rotation
+                        && !described.support.holds(direction)
+                        && (!rotation || turns[node])
+                });
+                dofs.extend(free.map(|direction| Dof { node, direction }));
+            }
+        }
+        let translations = dofs.iter().filter(|dof| !dof.direction.is_rotation()).count();
+        let mut index = vec![[None; 6]; structure.nodes.len()];
+        for (position, dof) in dofs.iter().enumerate() {
+            index[dof.node][dof.direction.index()] = Some(position);
+        }
+        Freedoms { dofs, translations, index }
+    }
+
+    /// The twelve freedoms of a member; `None` where held.
+    fn of_ends(&self, [from, to]: [usize; 2]) -> [Option<usize>; 12] {
+        std::array::from_fn(|i| self.index[if i < 6 { from } else { to }][i % 6])
+    }
+
+    fn mechanism(&self, structure: &Structure, free: &Singular, first: usize) -> ModelError {
+        let dof = self.dofs[first + free.largest()];
+        ModelError::Mechanism {
+            node: structure.nodes[dof.node].name.clone(),
+            direction: dof.direction,
+        }
+    }
+}
+
+fn check_factors(structure: &Structure) -> Result<(), ModelError> {
+    let usable = |value: f64| value.is_finite() && value > 0.0;
+    let member = structure.members.iter().find(|member| !usable(member.stiffness_factor));
+    if let Some(member) = member {
+        let (name, value) = (member.name.to_string(), member.stiffness_factor);
+        return Err(ModelError::Factor { what: "stiffness", name, value });
+    }
+    if let Some(node) = structure.nodes.iter().find(|node| !usable(node.mass_factor)) {
+        let (name, value) = (node.name.to_string(), node.mass_factor);
+        return Err(ModelError::Factor { what: "mass", name, value });
+    }
+    Ok(())
+}
+
+fn assemble_stiffness(structure: &Structure, freedoms: &Freedoms) -> DMatrix<f64> {
+    let size = freedoms.dofs.len();
+    let mut whole = DMatrix::zeros(size, size);
+    for member in &structure.members {
+        let stiffness = element::stiffness(member);
+        let places = freedoms.of_ends(member.ends);
+        for (row, place) in stiffness.iter().zip(places) {
+            let Some(i) = place else { continue };
+            for (value, other) in row.iter().zip(places) {
+                if let Some(j) = other {
+                    whole[(i, j)] += value;
+                }
+            }
+        }
+    }
+    whole
+}
+
+fn lumped_mass(structure: &Structure, dofs: &[Dof]) -> Result<DVector<f64>, ModelError> {
+    let masses = structure.nodal_masses_kg();
+    if let Some(dof) = dofs.iter().find(|dof| masses[dof.node] <= 0.0) {
+        return Err(ModelError::Massless { node: structure.nodes[dof.node].name.clone() });
+    }
+    Ok(DVector::from_iterator(dofs.len(), dofs.iter().map(|dof| masses[dof.node])))
+}
+
+/// Where a pair of unit forces that pushes two nodes apart acts: freedom and share of the force.
+/// The same numbers say how much further apart the nodes are per unit of displacement.
+fn opposed_pair(structure: &Structure, freedoms: &Freedoms, ends: [usize; 2]) -> Vec<(usize, f64)> {
+    let along = structure.unit_vector(ends);
+    let mut pair = Vec::with_capacity(6);
+    for (end, sign) in ends.into_iter().zip([-1.0, 1.0]) {
+        for (place, component) in freedoms.index[end].iter().zip(along) {
+            if let Some(freedom) = place {
+                pair.push((*freedom, sign * component));
+            }
+        }
+    }
+    pair
+}
+
+fn gage_map(structure: &Structure, freedoms: &Freedoms) -> DMatrix<f64> {
+    let gages: Vec<_> = structure.modules.iter().flat_map(|module| &module.gages).collect();
+    let mut map = DMatrix::zeros(gages.len(), freedoms.translations);
+    for (row, gage) in gages.iter().enumerate() {
+        let ends = structure.gage_member(gage).ends;
+        for (freedom, value) in opposed_pair(structure, freedoms, ends) {
+            map[(row, freedom)] = value;
+        }
+    }
+    map
+}
+
+fn actuator_map(structure: &Structure, freedoms: &Freedoms) -> DMatrix<f64> {
+    let actuators: Vec<_> = structure.modules.iter().flat_map(|module| &module.actuators).collect();
+    let mut map = DMatrix::zeros(freedoms.translations, actuators.len());
+    for (column, actuator) in actuators.iter().enumerate() {
+        for (freedom, value) in opposed_pair(structure, freedoms, actuator.ends) {
+            map[(freedom, column)] = value;
+        }
+    }
+    map
+}

@@ -1,0 +1,234 @@
+//! The tools of validation: a collector of mistakes, names met so far, ranges of numbers.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::description::Entry;
+use crate::description_error::{DescriptionError, Problem};
+use crate::ids::NameError;
+
+/// How many existing names are listed when one is not found.
+const NAMES_LISTED: usize = 6;
+
+/// Something with the line that it comes from.
+pub(crate) struct Located<T> {
+    pub(crate) line: usize,
+    pub(crate) value: T,
+}
+
+/// The line of a byte, counted from 1.
+pub(crate) fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
+}
+
+/// Where a number may lie.
+#[derive(Clone, Copy)]
+pub(crate) enum Range {
+    Positive,
+    NotNegative,
+    Finite,
+    Poisson,
+}
+
+impl Range {
+    fn contains(self, value: f64) -> bool {
+        match self {
+            Range::Positive => value.is_finite() && value > 0.0,
+            Range::NotNegative => value.is_finite() && value >= 0.0,
+            Range::Finite => value.is_finite(),
+            Range::Poisson => value > -1.0 && value <= 0.5,
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Range::Positive => "a finite number above 0",
+            Range::NotNegative => "0 or a finite number above 0",
+            Range::Finite => "a finite number",
+            Range::Poisson => "a number above -1 and up to 0.5",
+        }
+    }
+}
+
+/// Collects mistakes.
+pub(crate) struct Check<'a> {
+    text: &'a str,
+    pub(crate) errors: Vec<DescriptionError>,
+}
+
+impl<'a> Check<'a> {
+    pub(crate) fn new(text: &'a str) -> Check<'a> {
+        Check { text, errors: Vec::new() }
+    }
+
+    pub(crate) fn line(&self, offset: usize) -> usize {
+        line_of(self.text, offset)
+    }
+
+    pub(crate) fn report(&mut self, line: Option<usize>, problem: Problem) {
+        self.errors.push(DescriptionError { line, problem });
+    }
+
+    pub(crate) fn form(&mut self, line: usize, message: String) {
+        self.report(Some(line), Problem::Form(message));
+    }
+
+    /// Reports a text that cannot be a name; the name otherwise.
+    pub(crate) fn name<N>(&mut self, line: usize, name: Result<N, NameError>) -> Option<N> {
+        name.map_err(|error| self.report(Some(line), error.into())).ok()
+    }
+
+    /// Reports a number outside its range.
+    pub(crate) fn number(
+        &mut self,
+        line: usize,
+        owner: &str,
+        (quantity, value): (&'static str, f64),
+        range: Range,
+    ) {
+        if !range.contains(value) {
+            let (owner, expected) = (owner.to_owned(), range.words());
+            self.report(Some(line), Problem::Number { quantity, owner, value, expected });
+        }
+    }
+
+    /// The entry's value; `None` if it cannot be read, which is reported. A readable name is kept
+    /// in the register all the same, so that whoever refers to it is not blamed.
+    pub(crate) fn entry<T>(
+        &mut self,
+        register: &mut Register,
+        entry: Entry<T>,
+    ) -> Option<Located<T>> {
+        let line = self.line(entry.offset);
+        match entry.value {
+            Ok(value) => Some(Located { line, value }),
+            Err(complaint) => {
+                let owner = match &entry.name {
+                    Some(name) => format!("{} `{name}`", register.what),
+                    None => register.what.to_owned(),
+                };
+                self.report(Some(line), Problem::Format(format!("{owner}: {complaint}")));
+                register.broken.extend(entry.name);
+                register.unreadable = true;
+                None
+            }
+        }
+    }
+
+    /// Remembers a name; a second one of the same is reported.
+    pub(crate) fn register(&mut self, register: &mut Register, line: usize, name: &str) {
+        let index = register.order.len();
+        register.order.push(name.to_owned());
+        if let Some(&(_, first)) = register.places.get(name) {
+            let first =
+                if first == line { String::new() } else { format!(", first in line {first}") };
+            let (what, name) = (register.what, name.to_owned());
+            self.report(Some(line), Problem::Duplicate { what, name, first });
+        } else {
+            register.places.insert(name.to_owned(), (index, line));
+        }
+    }
+
+    /// Index of a name; an unknown one is reported with what exists.
+    pub(crate) fn find(
+        &mut self,
+        register: &Register,
+        line: usize,
+        user: &str,
+        name: &str,
+    ) -> Option<usize> {
+        let index = register.index(name);
+        if index.is_none() && !register.broken.contains(name) {
+            let (user, name) = (user.to_owned(), name.to_owned());
+            let (what, hint) = (register.what, register.hint(&name));
+            self.report(Some(line), Problem::Unknown { user, what, name, hint });
+        }
+        index
+    }
+}
+
+/// Names met so far, each with its index, in the order in which they came.
+pub(crate) struct Register {
+    pub(crate) what: &'static str,
+    places: BTreeMap<String, (usize, usize)>,
+    order: Vec<String>,
+    broken: BTreeSet<String>,
+    unreadable: bool,
+}
+
+impl Register {
+    pub(crate) fn new(what: &'static str) -> Register {
+        Register {
+            what,
+            places: BTreeMap::new(),
+            order: Vec::new(),
+            broken: BTreeSet::new(),
+            unreadable: false,
+        }
+    }
+
+    /// Index of a name.
+    pub(crate) fn index(&self, name: &str) -> Option<usize> {
+        self.places.get(name).map(|&(index, _)| index)
+    }
+
+    /// All names, in the order in which they came.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.order
+    }
+
+    /// Is there an entry that could not be read?
+    pub(crate) fn is_broken(&self) -> bool {
+        self.unreadable
+    }
+
+    /// What to say when a name is not found.
+    fn hint(&self, name: &str) -> String {
+        let near = self.places.keys().min_by_key(|known| edit_distance(known, name));
+        match near {
+            None => format!("there is no {} at all", self.what),
+            Some(near) if edit_distance(near, name) <= 2 => format!("did you mean `{near}`?"),
+            Some(_) => self.list(),
+        }
+    }
+
+    fn list(&self) -> String {
+        let mut names = self.order.clone();
+        names.dedup();
+        let listed: Vec<_> =
+            names.iter().take(NAMES_LISTED).map(|name| format!("`{name}`")).collect();
+        let more = names.len().saturating_sub(NAMES_LISTED);
+        let tail = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        format!("there {verb} {}{tail}", listed.join(", "))
+    }
+}
+
+/// Number of letters to change, add or drop.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        // `row` has one place more than `b`.
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edit_distance_counts_letters() {
+        assert_eq!(edit_distance("L03C2", "L03C2"), 0);
+        assert_eq!(edit_distance("L03C2", "L3C2"), 1);
+        assert_eq!(edit_distance("abc", "xyz"), 3);
+        assert_eq!(edit_distance("", "ab"), 2);
+    }
+}

@@ -1,0 +1,46 @@
+//! Finds room for symbols and their labels.
+
+use super::projection::Point;
+
+/// What is on paper already.
+#[derive(Default)]
+pub(super) struct Placement {
+    lines: Vec<[Point; 2]>,
+    marks: Vec<Point>,
+}
+
+impl Placement {
+    /// Takes note of a line.
+    pub(super) fn line(&mut self, line: [Point; 2]) {
+        self.lines.push(line);
+    }
+
+    /// Takes note of a symbol or label.
+    pub(super) fn mark(&mut self, at: Point) {
+        self.marks.push(at);
+    }
+
+    /// The candidate with the most room around it, the first among equals. Lines count less than
+    /// symbols: a label may lie near a line, never on a symbol.
+    pub(super) fn roomiest(
+        &self,
+        candidates: impl IntoIterator<Item = Point>,
+        own: Option<[Point; 2]>,
+    ) -> Option<Point> {
+        let mut best: Option<(Point, f64)> = None;
+        for candidate in candidates {
+            let room = self.room(candidate, own);
+            if best.is_none_or(|(_, most)| room > most + 0.5) {
+                best = Some((candidate, room));
+            }
+        }
+        best.map(|(point, _)| point)
+    }
+
+    fn room(&self, at: Point, own: Option<[Point; 2]>) -> f64 {
+        let marks = self.marks.iter().map(|mark| 0.5 * at.distance(*mark));
+        let lines = self.lines.iter().filter(|line| Some(**line) != own);
+        let lines = lines.map(|line| at.distance_from_line(*line));
+        marks.chain(lines).fold(18.0, f64::min)
+    }
+}

@@ -1,0 +1,61 @@
+//! The structure: nodes, rods, beam columns, masses and modules, and the models made of them.
+//!
+//! The way through this crate, one file a stage:
+//!
+//! 1. [`Structure::from_toml`] reads a description (`description`), writes out what a generator
+//!    stands for (`generator`), and checks it, reporting every mistake at once (`validation`).
+//! 2. [`Structure::local`] cuts out one module's own part, clamped at its lower interface.
+//! 3. [`Mechanics::assemble`] puts the members together (`element`, `assembly`) and condenses the
+//!    rotations (`condensation`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
+//! 4. [`Modes::of`] splits the equations of motion into single oscillators.
+//! 5. [`ModalStepper`] steps them exactly under inputs held constant over a step;
+//!    [`LocalModel`] is such a stepper from a module's actuator forces to its gage elongations.
+//!
+//! Everything is text and numbers in, text and numbers out. Equation numbers are those of Gienger,
+//! Schaut, Sawodny and Tarin, *Modular distributed fault diagnosis for adaptive structures using
+//! local models*.
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [m] is no link")]
+
+pub mod fault;
+pub mod ids;
+
+mod assembly;
+mod check;
+mod cholesky;
+mod condensation;
+mod description;
+mod description_error;
+mod direction;
+mod drawing;
+mod element;
+mod export;
+mod generator;
+mod local_model;
+mod local_structure;
+mod member;
+mod modal;
+mod modal_stepper;
+mod model_error;
+mod oscillator;
+mod perturbation;
+mod storeys;
+mod structure;
+mod summary;
+mod validation;
+mod writer;
+
+pub use assembly::{Dof, Mechanics};
+pub use description_error::{DescriptionError, DescriptionErrors, Problem};
+pub use direction::{Direction, Support};
+pub use export::{
+    Export, ExportedActuator, ExportedFixed, ExportedGage, ExportedMember, ExportedNode,
+    ExportedResponse,
+};
+pub use local_model::LocalModel;
+pub use member::{Member, MemberKind};
+pub use modal::Modes;
+pub use modal_stepper::ModalStepper;
+pub use model_error::ModelError;
+pub use perturbation::Perturbation;
+pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
+pub use summary::{ModeSummary, ModuleSummary, Summary};

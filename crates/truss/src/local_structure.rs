@@ -1,0 +1,84 @@
+//! Cutting one module out of a structure.
+
+use std::collections::BTreeMap;
+
+use crate::direction::Support;
+use crate::ids::ModuleName;
+use crate::member::Member;
+use crate::model_error::ModelError;
+use crate::structure::{Actuator, Gage, Module, Node, Structure};
+
+impl Structure {
+    /// The module alone: its own nodes, members, actuators and gages, clamped at the nodes on which
+    /// it stands on the module below. The lowest module keeps its supports. Cutting the result
+    /// again changes nothing.
+    ///
+    /// # Errors
+    /// A name that no module bears.
+    pub fn local(&self, module: &ModuleName) -> Result<Structure, ModelError> {
+        let module = self.module(module).ok_or_else(|| self.unknown_module(module))?;
+        let node_places = places(&module.nodes);
+        let member_places = places(&module.members);
+        Ok(Structure {
+            name: self.name.clone(),
+            damping: self.damping,
+            nodes: module.nodes.iter().map(|&node| self.local_node(module, node)).collect(),
+            members: module
+                .members
+                .iter()
+                .map(|&member| renumber_member(&self.members[member], &node_places))
+                .collect(),
+            modules: vec![renumber_module(module, &node_places, &member_places)],
+        })
+    }
+
+    fn local_node(&self, module: &Module, node: usize) -> Node {
+        let mut local = self.nodes[node].clone();
+        if module.lower_interface.contains(&node) {
+            local.support = Support::CLAMPED;
+        }
+        local
+    }
+
+    fn unknown_module(&self, module: &ModuleName) -> ModelError {
+        let known: Vec<_> = self.modules.iter().map(|known| format!("`{}`", known.name)).collect();
+        ModelError::UnknownModule {
+            module: module.clone(),
+            structure: self.name.to_string(),
+            known: known.join(", "),
+        }
+    }
+}
+
+/// New index of each old one.
+fn places(kept: &[usize]) -> BTreeMap<usize, usize> {
+    kept.iter().enumerate().map(|(new, &old)| (old, new)).collect()
+}
+
+// Validation has put every node of a module's members, actuators and gages into the module's own
+// lists, so the look-ups below cannot fail.
+
+fn renumber_member(member: &Member, nodes: &BTreeMap<usize, usize>) -> Member {
+    Member { ends: member.ends.map(|end| nodes[&end]), ..member.clone() }
+}
+
+fn renumber_module(
+    module: &Module,
+    nodes: &BTreeMap<usize, usize>,
+    members: &BTreeMap<usize, usize>,
+) -> Module {
+    let actuator = |actuator: &Actuator| Actuator {
+        name: actuator.name.clone(),
+        ends: actuator.ends.map(|end| nodes[&end]),
+        member: actuator.member.map(|member| members[&member]),
+    };
+    let gage = |gage: &Gage| Gage { name: gage.name.clone(), member: members[&gage.member] };
+    Module {
+        name: module.name.clone(),
+        nodes: (0..module.nodes.len()).collect(),
+        members: (0..module.members.len()).collect(),
+        lower_interface: Vec::new(),
+        actuators: module.actuators.iter().map(actuator).collect(),
+        gages: module.gages.iter().map(gage).collect(),
+    }
+}

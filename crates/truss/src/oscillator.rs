@@ -1,0 +1,100 @@
+//! One oscillator over one step, exactly.
+//!
+//! q̈ + 2·ζ·ω·q̇ + ω²·q = p with p held constant over a step Δt (zero-order hold). With the decay
+//! x = ζ·ω·Δt, θ² = (ω·Δt)² − x² and S = e⁻ˣ·sin θ / θ, C = e⁻ˣ·cos θ:
+//!
+//! - q ← (C + x·S)·q + Δt·S·v + (1 − C − x·S)/ω²·p
+//! - v ← −ω²·Δt·S·q + (C − x·S)·v + Δt·S·p
+//!
+//! θ² < 0 is the overdamped case. With the two decays r₁ < r₂, r₁·r₂ = (ω·Δt)², r₁ + r₂ = 2·x:
+//! S = (e^(−r₁) − e^(−r₂))/(r₂ − r₁), C = (e^(−r₁) + e^(−r₂))/2, which neither overflows however
+//! stiff the mode nor loses digits to the difference of like numbers. Towards θ = 0 both tend to
+//! S = e⁻ˣ, the critically damped case.
+
+/// Below this |θ²| the sine quotient is taken from its series, exact there to the last bit.
+const SERIES_BELOW: f64 = 1e-4;
+
+/// The coefficients of one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Transition {
+    /// Displacement from displacement.
+    pub(crate) displacement_keep: f64,
+    /// Displacement from velocity [s].
+    pub(crate) displacement_from_velocity: f64,
+    /// Displacement from modal force [s²].
+    pub(crate) displacement_from_force: f64,
+    /// Velocity from displacement [1/s].
+    pub(crate) velocity_from_displacement: f64,
+    /// Velocity from velocity.
+    pub(crate) velocity_keep: f64,
+    /// Velocity from modal force [s].
+    pub(crate) velocity_from_force: f64,
+}
+
+impl Transition {
+    /// The step of an oscillator with angular frequency ω > 0 [rad/s] and damping ratio ζ ≥ 0.
+    pub(crate) fn over(dt_s: f64, angular_frequency: f64, damping_ratio: f64) -> Transition {
+        let turn = angular_frequency * dt_s;
+        let decay = damping_ratio * turn;
+        let squared_angle = turn * turn * (1.0 - damping_ratio) * (1.0 + damping_ratio);
+        let Response { cosine, sine_quotient, step } = if squared_angle < -SERIES_BELOW {
+            overdamped(turn, decay, (-squared_angle).sqrt())
+        } else {
+            oscillating(decay, squared_angle)
+        };
+        let stiffness = angular_frequency * angular_frequency;
+        Transition {
+            displacement_keep: cosine + decay * sine_quotient,
+            displacement_from_velocity: dt_s * sine_quotient,
+            displacement_from_force: step / stiffness,
+            velocity_from_displacement: -stiffness * dt_s * sine_quotient,
+            velocity_keep: cosine - decay * sine_quotient,
+            velocity_from_force: dt_s * sine_quotient,
+        }
+    }
+}
+
+struct Response {
+    /// C of the module's text.
+    cosine: f64,
+    /// S of the module's text.
+    sine_quotient: f64,
+    /// 1 − C − x·S, the step response in units of its static value.
+    step: f64,
+}
+
+/// Underdamped, critical and barely overdamped.
+fn oscillating(decay: f64, squared_angle: f64) -> Response {
+    let envelope = (-decay).exp();
+    let (versine, quotient) = if squared_angle.abs() <= SERIES_BELOW {
+        series(squared_angle)
+    } else {
+        let angle = squared_angle.sqrt();
+        let half = (0.5 * angle).sin();
+        (2.0 * half * half, angle.sin() / angle)
+    };
+    Response {
+        cosine: envelope * (1.0 - versine),
+        sine_quotient: envelope * quotient,
+        // 1 − e⁻ˣ·(cos θ + x·sin θ/θ) with the ones taken out beforehand.
+        step: -(-decay).exp_m1() + envelope * (versine - decay * quotient),
+    }
+}
+
+/// 1 − cos θ and sin θ / θ from θ², of either sign.
+fn series(s: f64) -> (f64, f64) {
+    let versine = s / 2.0 * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0)));
+    let quotient = 1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0));
+    (versine, quotient)
+}
+
+fn overdamped(turn: f64, decay: f64, spread: f64) -> Response {
+    let fast = decay + spread;
+    let slow = turn * turn / fast;
+    let (slow_rest, fast_rest) = ((-slow).exp(), (-fast).exp());
+    Response {
+        cosine: 0.5 * (slow_rest + fast_rest),
+        sine_quotient: (slow_rest - fast_rest) / (2.0 * spread),
+        step: (slow * (-fast).exp_m1() - fast * (-slow).exp_m1()) / (2.0 * spread),
+    }
+}

@@ -1,0 +1,215 @@
+//! The validated description of a structure.
+//!
+//! A [`Structure`] is only made by [`Structure::from_toml`], [`Structure::local`] and
+//! [`Structure::perturbed`], so every index in it points into its own lists and every member has a
+//! length. Members and nodes are referred to by their position in [`Structure::members`] and
+//! [`Structure::nodes`].
+
+use crate::direction::Support;
+use crate::ids::{ActuatorName, GageName, MemberName, ModuleName, NodeName, StructureName};
+use crate::member::Member;
+
+/// Nodes closer than this in height stand on the same level [m].
+const LEVEL_TOLERANCE_M: f64 = 1e-6;
+
+/// A joint of the structure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Unique in the structure.
+    pub name: NodeName,
+    /// Coordinates, z upwards [m].
+    pub position_m: [f64; 3],
+    /// Mass carried besides the members: the node's share of its storey [kg].
+    pub mass_kg: f64,
+    /// Factor on everything lumped here, members' halves included; 1 unless perturbed.
+    pub mass_factor: f64,
+    /// Where the node is held.
+    pub support: Support,
+}
+
+/// A hydraulic cylinder: a pair of forces along the line between two nodes. A positive force
+/// pushes them apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Actuator {
+    /// Unique in the module.
+    pub name: ActuatorName,
+    /// Indices of the two nodes.
+    pub ends: [usize; 2],
+    /// The member that the cylinder sits in, where the description says so.
+    pub member: Option<usize>,
+}
+
+/// A strain gage: it reads the elongation of its member, positive in tension.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gage {
+    /// Unique in the module.
+    pub name: GageName,
+    /// Index of the member.
+    pub member: usize,
+}
+
+/// A part of the structure with, if equipped, a computer of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Module {
+    /// Unique in the structure.
+    pub name: ModuleName,
+    /// Nodes that the module's members touch, the lower interface included, ascending.
+    pub nodes: Vec<usize>,
+    /// The module's members, ascending.
+    pub members: Vec<usize>,
+    /// Nodes on which the module stands on the one below, ascending; empty if it stands on supports.
+    pub lower_interface: Vec<usize>,
+    /// Actuators, in the order of every vector of actuator signals.
+    pub actuators: Vec<Actuator>,
+    /// Gages, in the order of every vector of gage signals.
+    pub gages: Vec<Gage>,
+}
+
+impl Module {
+    /// Does the module have anything to diagnose?
+    #[must_use]
+    pub fn is_equipped(&self) -> bool {
+        !self.actuators.is_empty() || !self.gages.is_empty()
+    }
+}
+
+/// Rayleigh damping: D = α·M + β·K.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rayleigh {
+    /// Share of the mass α [1/s].
+    pub alpha_per_s: f64,
+    /// Share of the stiffness β [s].
+    pub beta_s: f64,
+}
+
+impl Rayleigh {
+    /// Damping ratio of a mode, α/(2ω) + β·ω/2, from its angular frequency [rad/s].
+    #[must_use]
+    pub fn damping_ratio(&self, angular_frequency: f64) -> f64 {
+        0.5 * (self.alpha_per_s / angular_frequency + self.beta_s * angular_frequency)
+    }
+}
+
+/// Nodes at one height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// Height of the level [m].
+    pub height_m: f64,
+    /// Indices of its nodes, ascending.
+    pub nodes: Vec<usize>,
+}
+
+/// A structure that has passed every check of its description.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Structure {
+    /// Name of the whole structure.
+    pub name: StructureName,
+    /// Rayleigh damping.
+    pub damping: Rayleigh,
+    /// Nodes, in the order of the description.
+    pub nodes: Vec<Node>,
+    /// Members, in the order of the description.
+    pub members: Vec<Member>,
+    /// Modules, lowest first as the description has them.
+    pub modules: Vec<Module>,
+}
+
+impl Structure {
+    /// Reads and checks a description in TOML.
+    ///
+    /// # Errors
+    /// Every mistake in the text, with its line where that can be told.
+    pub fn from_toml(text: &str) -> Result<Structure, crate::DescriptionErrors> {
+        crate::validation::read(text)
+    }
+
+    /// The description in explicit form: every node and member written out, one a line. Reading it
+    /// gives the same structure again.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        crate::writer::write(self)
+    }
+
+    /// The modules that have actuators or gages, in order.
+    pub fn equipped(&self) -> impl Iterator<Item = &Module> {
+        self.modules.iter().filter(|module| module.is_equipped())
+    }
+
+    /// The module of this name.
+    #[must_use]
+    pub fn module(&self, name: &ModuleName) -> Option<&Module> {
+        self.modules.iter().find(|module| &module.name == name)
+    }
+
+    /// Index of the node of this name.
+    #[must_use]
+    pub fn node_index(&self, name: &NodeName) -> Option<usize> {
+        self.nodes.iter().position(|node| &node.name == name)
+    }
+
+    /// Index of the member of this name.
+    #[must_use]
+    pub fn member_index(&self, name: &MemberName) -> Option<usize> {
+        self.members.iter().position(|member| &member.name == name)
+    }
+
+    /// The member that a gage sits on.
+    #[must_use]
+    pub fn gage_member(&self, gage: &Gage) -> &Member {
+        // Validation has found the gage's member in this very list.
+        &self.members[gage.member]
+    }
+
+    /// Length of the member that a gage sits on: strain × length is what the gage reads [m].
+    #[must_use]
+    pub fn gage_length_m(&self, gage: &Gage) -> f64 {
+        self.gage_member(gage).length_m
+    }
+
+    /// All mass lumped at each node: its share of the storey and half of each member that ends
+    /// there, times its factor [kg]; one value per node.
+    #[must_use]
+    pub fn nodal_masses_kg(&self) -> Vec<f64> {
+        let mut masses: Vec<f64> = self.nodes.iter().map(|node| node.mass_kg).collect();
+        for member in &self.members {
+            for end in member.ends {
+                masses[end] += 0.5 * member.mass_kg();
+            }
+        }
+        for (mass, node) in masses.iter_mut().zip(&self.nodes) {
+            *mass *= node.mass_factor;
+        }
+        masses
+    }
+
+    /// Unit vector from one node to another.
+    #[must_use]
+    pub(crate) fn unit_vector(&self, ends: [usize; 2]) -> [f64; 3] {
+        let [from, to] = ends.map(|end| self.nodes[end].position_m);
+        let along: [f64; 3] = std::array::from_fn(|i| to[i] - from[i]);
+        let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
+        along.map(|x| x / length)
+    }
+
+    /// The nodes grouped by height, lowest level first.
+    #[must_use]
+    pub fn levels(&self) -> Vec<Level> {
+        let mut order: Vec<usize> = (0..self.nodes.len()).collect();
+        let height = |node: usize| self.nodes[node].position_m[2];
+        order.sort_by(|&a, &b| height(a).total_cmp(&height(b)).then(a.cmp(&b)));
+        let mut levels: Vec<Level> = Vec::new();
+        for node in order {
+            match levels.last_mut() {
+                Some(level) if height(node) - level.height_m < LEVEL_TOLERANCE_M => {
+                    level.nodes.push(node);
+                }
+                _ => levels.push(Level { height_m: height(node), nodes: vec![node] }),
+            }
+        }
+        for level in &mut levels {
+            level.nodes.sort_unstable();
+        }
+        levels
+    }
+}

@@ -1,0 +1,150 @@
+//! From a description to a [`Structure`], collecting every mistake on the way.
+//!
+//! What is wrong in one place is kept as a gap (`None`) and does not stop the checks elsewhere;
+//! only a description without any mistake becomes a structure.
+
+mod members;
+mod modules;
+mod sections;
+
+use std::collections::BTreeSet;
+
+use self::members::{MemberContext, Placed, placed_member};
+use self::modules::{ModuleContext, module};
+use self::sections::sections;
+use crate::check::{Check, Located, Range, Register, line_of};
+use crate::description::{DampingDescription, Description, NodeDescription, complaint};
+use crate::description_error::{DescriptionError, DescriptionErrors, Problem};
+use crate::ids::{NodeName, StructureName};
+use crate::storeys::{Lists, write_out};
+use crate::structure::{Module, Node, Rayleigh, Structure};
+
+/// Reads a description.
+pub(crate) fn read(text: &str) -> Result<Structure, DescriptionErrors> {
+    let description: Description = toml::from_str(text).map_err(|error| {
+        let line = error.span().map(|span| line_of(text, span.start));
+        let problem = Problem::Format(complaint(&error));
+        DescriptionErrors(vec![DescriptionError { line, problem }])
+    })?;
+    let mut check = Check::new(text);
+    let structure = structure(&mut check, description);
+    match structure {
+        Some(structure) if check.errors.is_empty() => Ok(structure),
+        _ => {
+            check.errors.sort_by_key(|error| error.line);
+            Err(DescriptionErrors(check.errors))
+        }
+    }
+}
+
+fn structure(check: &mut Check<'_>, description: Description) -> Option<Structure> {
+    let name_line = check.line(description.name.span().start);
+    let name = check.name(name_line, StructureName::new(description.name.into_inner()));
+    let damping_line = check.line(description.damping.span().start);
+    let damping = damping(check, damping_line, description.damping.into_inner());
+    let sections = sections(check, description.materials, description.sections);
+
+    let mut module_register = Register::new("module");
+    let mut module_entries = Vec::new();
+    for module in description.modules {
+        let line = check.line(module.span().start);
+        check.register(&mut module_register, line, &module.get_ref().name);
+        module_entries.push(Located { line, value: module.into_inner() });
+    }
+    if module_entries.is_empty() {
+        let message = "there is no module; write at least one `[[modules]]`".to_owned();
+        check.report(None, Problem::Form(message));
+    }
+
+    let mut lists = Lists {
+        storeys: description.storeys,
+        nodes: description.nodes,
+        members: description.members,
+        node_register: Register::new("node"),
+        member_register: Register::new("member"),
+    };
+    let (node_entries, member_entries) = write_out(check, &mut lists, &module_entries);
+    let Lists { mut node_register, mut member_register, .. } = lists;
+    let node_lines: Vec<usize> = node_entries.iter().map(|entry| entry.line).collect();
+    let nodes: Vec<Option<Node>> =
+        node_entries.into_iter().map(|entry| node(check, &mut node_register, entry)).collect();
+    let context = MemberContext {
+        sections: &sections,
+        nodes: &nodes,
+        node_register: &node_register,
+        module_register: &module_register,
+    };
+    let members: Vec<Placed> = member_entries
+        .into_iter()
+        .map(|entry| placed_member(check, &mut member_register, entry, &context))
+        .collect();
+    let context = ModuleContext {
+        nodes: &nodes,
+        node_register: &node_register,
+        members: &members,
+        member_register: &member_register,
+    };
+    let modules: Vec<Option<Module>> = module_entries
+        .into_iter()
+        .enumerate()
+        .map(|(index, entry)| module(check, index, entry, &context))
+        .collect();
+    // As long as a member is wrong, a node may only seem to be idle.
+    if !member_register.is_broken() && members.iter().all(|placed| placed.member.is_some()) {
+        report_idle_nodes(check, &node_lines, &nodes, &members);
+    }
+    Some(Structure {
+        name: name?,
+        damping,
+        nodes: nodes.into_iter().collect::<Option<_>>()?,
+        members: members.into_iter().map(|placed| placed.member).collect::<Option<_>>()?,
+        modules: modules.into_iter().collect::<Option<_>>()?,
+    })
+}
+
+fn damping(check: &mut Check<'_>, line: usize, damping: DampingDescription) -> Rayleigh {
+    let owner = "the damping";
+    check.number(line, owner, ("alpha_per_s", damping.alpha_per_s), Range::NotNegative);
+    check.number(line, owner, ("beta_s", damping.beta_s), Range::NotNegative);
+    Rayleigh { alpha_per_s: damping.alpha_per_s, beta_s: damping.beta_s }
+}
+
+fn node(
+    check: &mut Check<'_>,
+    register: &mut Register,
+    Located { line, value }: Located<NodeDescription>,
+) -> Option<Node> {
+    check.register(register, line, &value.name);
+    let owner = format!("node `{}`", value.name);
+    for coordinate in value.position_m {
+        check.number(line, &owner, ("position_m", coordinate), Range::Finite);
+    }
+    check.number(line, &owner, ("mass_kg", value.mass_kg), Range::NotNegative);
+    check.number(line, &owner, ("mass_factor", value.mass_factor), Range::Positive);
+    Some(Node {
+        name: check.name(line, NodeName::new(value.name))?,
+        position_m: value.position_m,
+        mass_kg: value.mass_kg,
+        mass_factor: value.mass_factor,
+        support: value.fixed.into_iter().collect(),
+    })
+}
+
+/// A node that no member touches has nothing to hold it.
+fn report_idle_nodes(
+    check: &mut Check<'_>,
+    lines: &[usize],
+    nodes: &[Option<Node>],
+    members: &[Placed],
+) {
+    let touched: BTreeSet<usize> = members.iter().flat_map(|m| m.ends).flatten().collect();
+    for (index, (node, &line)) in nodes.iter().zip(lines).enumerate() {
+        if let (false, Some(node)) = (touched.contains(&index), node) {
+            let name = &node.name;
+            check.form(
+                line,
+                format!("node `{name}` belongs to no member; connect it or leave it out"),
+            );
+        }
+    }
+}

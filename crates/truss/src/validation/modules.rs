@@ -1,0 +1,187 @@
+//! Modules: what belongs to them, what they stand on, what they are equipped with.
+
+use std::collections::BTreeSet;
+
+use super::members::{Placed, length_and_axis, report_zero_length};
+use crate::check::{Check, Located, Register};
+use crate::description::{ActuatorDescription, Entry, GageDescription, ModuleDescription};
+use crate::ids::{ActuatorName, GageName, ModuleName};
+use crate::structure::{Actuator, Gage, Module, Node};
+
+pub(super) struct ModuleContext<'a> {
+    pub(super) nodes: &'a [Option<Node>],
+    pub(super) node_register: &'a Register,
+    pub(super) members: &'a [Placed],
+    pub(super) member_register: &'a Register,
+}
+
+pub(super) fn module(
+    check: &mut Check<'_>,
+    index: usize,
+    Located { line, value }: Located<ModuleDescription>,
+    context: &ModuleContext<'_>,
+) -> Option<Module> {
+    let name = check.name(line, ModuleName::new(value.name.clone()));
+    let owner = format!("module `{}`", value.name);
+    let own = |member: &Placed| member.module == Some(index);
+    let members: Vec<usize> =
+        (0..context.members.len()).filter(|&m| context.members.get(m).is_some_and(own)).collect();
+    if members.is_empty() {
+        check.form(
+            line,
+            format!("{owner} has no members; let some say `module = \"{}\"`", value.name),
+        );
+    }
+    let touched: BTreeSet<usize> =
+        context.members.iter().filter(|m| own(m)).flat_map(|m| m.ends).flatten().collect();
+    let interface = lower_interface(check, line, &value, index, &touched, context);
+    let own = Own { owner: &owner, index, nodes: &touched };
+    let mut register = Register::new("actuator");
+    let actuators: Vec<_> = value
+        .actuators
+        .into_iter()
+        .map(|entry| actuator(check, &mut register, entry, &own, context))
+        .collect();
+    let mut register = Register::new("gage");
+    let gages: Vec<_> = value
+        .gages
+        .into_iter()
+        .map(|entry| gage(check, &mut register, entry, &own, context))
+        .collect();
+    Some(Module {
+        name: name?,
+        nodes: touched.into_iter().collect(),
+        members,
+        lower_interface: interface.into_iter().collect(),
+        actuators: actuators.into_iter().collect::<Option<_>>()?,
+        gages: gages.into_iter().collect::<Option<_>>()?,
+    })
+}
+
+/// The nodes on which a module stands: those it names or, by default, those that it shares with
+/// the modules before it.
+fn lower_interface(
+    check: &mut Check<'_>,
+    line: usize,
+    value: &ModuleDescription,
+    index: usize,
+    touched: &BTreeSet<usize>,
+    context: &ModuleContext<'_>,
+) -> BTreeSet<usize> {
+    let owner = format!("module `{}`", value.name);
+    let Some(named) = &value.lower_interface else {
+        let below = |member: &&Placed| member.module.is_some_and(|module| module < index);
+        let nodes = context.members.iter().filter(below).flat_map(|m| m.ends).flatten();
+        return nodes.filter(|node| touched.contains(node)).collect();
+    };
+    let mut interface = BTreeSet::new();
+    for name in named {
+        let node = check.find(context.node_register, line, &owner, name);
+        if node.is_some_and(|node| !touched.contains(&node)) {
+            check.form(line, format!("{owner} stands on node `{name}`, which none of its members touches; name one of its own nodes"));
+        }
+        interface.extend(node);
+    }
+    interface
+}
+
+/// What belongs to a module.
+struct Own<'a> {
+    owner: &'a str,
+    index: usize,
+    nodes: &'a BTreeSet<usize>,
+}
+
+fn actuator(
+    check: &mut Check<'_>,
+    register: &mut Register,
+    entry: Entry<ActuatorDescription>,
+    own: &Own<'_>,
+    context: &ModuleContext<'_>,
+) -> Option<Actuator> {
+    let Located { line, value } = check.entry(register, entry)?;
+    check.register(register, line, &value.name);
+    let name = check.name(line, ActuatorName::new(value.name.clone()));
+    let user = format!("actuator `{}` of {}", value.name, own.owner);
+    match (value.between, value.member) {
+        (Some(between), None) => {
+            let ends = actuator_ends(check, line, &user, &value.name, &between, own, context)?;
+            Some(Actuator { name: name?, ends, member: None })
+        }
+        (None, Some(member)) => {
+            let member = own_member(check, line, &user, &member, own, context)?;
+            let ends = context.members.get(member)?.ends;
+            Some(Actuator { name: name?, ends: [ends[0]?, ends[1]?], member: Some(member) })
+        }
+        _ => {
+            check.form(line, format!("{user} must say where it is; write either `between = [\"…\", \"…\"]` with two nodes or `member = \"…\"`"));
+            None
+        }
+    }
+}
+
+fn actuator_ends(
+    check: &mut Check<'_>,
+    line: usize,
+    user: &str,
+    name: &str,
+    between: &[String; 2],
+    own: &Own<'_>,
+    context: &ModuleContext<'_>,
+) -> Option<[usize; 2]> {
+    let [from, to] = [0, 1].map(|end| own_node(check, line, user, &between[end], own, context));
+    let ends = [from?, to?];
+    let position = |node: usize| context.nodes.get(node)?.as_ref().map(|node| node.position_m);
+    if length_and_axis(position(ends[0])?, position(ends[1])?).is_none() {
+        report_zero_length(check, line, "actuator", name, between);
+    }
+    Some(ends)
+}
+
+fn own_node(
+    check: &mut Check<'_>,
+    line: usize,
+    user: &str,
+    name: &str,
+    own: &Own<'_>,
+    context: &ModuleContext<'_>,
+) -> Option<usize> {
+    let node = check.find(context.node_register, line, user, name)?;
+    if !own.nodes.contains(&node) {
+        check.form(line, format!("{user} acts on node `{name}`, which belongs to another module; use a node of its own module"));
+        return None;
+    }
+    Some(node)
+}
+
+fn own_member(
+    check: &mut Check<'_>,
+    line: usize,
+    user: &str,
+    name: &str,
+    own: &Own<'_>,
+    context: &ModuleContext<'_>,
+) -> Option<usize> {
+    let member = check.find(context.member_register, line, user, name)?;
+    let module = context.members.get(member)?.module?;
+    if module != own.index {
+        check.form(line, format!("{user} sits on member `{name}`, which belongs to another module; use a member of its own module"));
+        return None;
+    }
+    Some(member)
+}
+
+fn gage(
+    check: &mut Check<'_>,
+    register: &mut Register,
+    entry: Entry<GageDescription>,
+    own: &Own<'_>,
+    context: &ModuleContext<'_>,
+) -> Option<Gage> {
+    let Located { line, value } = check.entry(register, entry)?;
+    check.register(register, line, &value.name);
+    let user = format!("gage `{}` of {}", value.name, own.owner);
+    let name = check.name(line, GageName::new(value.name));
+    let member = own_member(check, line, &user, &value.member, own, context)?;
+    Some(Gage { name: name?, member })
+}
