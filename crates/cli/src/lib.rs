@@ -7,6 +7,7 @@ mod command_line;
 mod detect;
 mod failure;
 mod model;
+mod table;
 
 use std::process::ExitCode;
 

@@ -80,8 +80,8 @@ impl Monitor {
                 self.rising_since = None;
                 return Observation::Nothing;
             }
-            Outcome::Defined { vectors, .. } => {
-                self.watched = self.watched || vectors >= self.warm_up_vectors;
+            Outcome::Defined { age, .. } => {
+                self.watched = self.watched || age >= self.warm_up_vectors;
             }
         }
         if !self.watched {
@@ -118,7 +118,7 @@ mod tests {
 
     fn observe(monitor: &mut Monitor, divergences: &[f64]) -> Vec<(usize, Observation)> {
         let observations = divergences.iter().enumerate().map(|(k, &divergence)| {
-            let outcome = Outcome::Defined { divergence, vectors: 10 };
+            let outcome = Outcome::Defined { divergence, age: 10 };
             (k, monitor.observe(Step(k as u64), 0.0, outcome))
         });
         observations.filter(|(_, observation)| *observation != Observation::Nothing).collect()
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_before_the_gaussian_rests_on_enough_vectors() {
+    fn nothing_is_told_before_the_channel_has_warmed_up() {
         let mut monitor = Monitor::new(2.0, 11, 3);
         assert_eq!(observe(&mut monitor, &[9.0, 9.0]), []);
         assert!(!monitor.is_watched());

@@ -46,7 +46,8 @@ pub struct DetectionSettings {
     pub divergence: DivergenceSettings,
     /// Which residual an actuator is watched by.
     pub actuator_residual: ActuatorResidual,
-    /// Vectors that a Gaussian must rest on before a channel is judged.
+    /// Vectors that a channel must have taken before it is judged. In sliding mode more than the
+    /// interval holds: what the models did while they settled has then left the Gaussian again.
     pub warm_up_vectors: u64,
 }
 
@@ -159,9 +160,9 @@ impl ModuleSetup {
         let quiet = self.isolation.quiet_steps;
         require(quiet >= 1, "quiet_steps", quiet.to_string(), "at least 1 step");
         let warm_up = self.detection.warm_up_vectors;
-        let interval = self.detection.divergence.interval.vectors().map_or(u64::MAX, |m| m as u64);
-        let reachable = (2..=interval).contains(&warm_up);
-        require(reachable, "warm_up_vectors", warm_up.to_string(), "2 up to the interval");
+        let interval = self.detection.divergence.interval.vectors().map_or(2, |m| m as u64);
+        let full = format!("at least {interval}: a full interval");
+        require(warm_up >= interval, "warm_up_vectors", warm_up.to_string(), &full);
         problems
     }
 

@@ -319,7 +319,9 @@ mod tests {
         let mut controller =
             Controller::new(&design, 1.0, vec![0.0; design.model.states()], vec![0.0; 8]);
         let mut demands = [0.0; 8];
-        controller.step(&[1e-3; 16], &[0.0; 8], &mut demands);
+        let mut readings = [0.0; 16];
+        readings[0] = 0.01;
+        controller.step(&readings, &[0.0; 8], &mut demands);
         assert!(demands.iter().all(|demand| demand.abs() <= 1.0));
         assert!(demands.iter().any(|demand| demand.abs() == 1.0));
     }

@@ -87,23 +87,40 @@ fn one_long_run_equals_two_short_ones() {
 
 #[test]
 fn without_gusts_nothing_drifts_from_the_start() {
-    let mut parameters = quiet();
-    parameters.gages.noise_strain = 1e-15;
-    // The filter is designed for the real noise, or it would have none to weigh.
-    let tower = tower();
-    let mut plant = Plant::with_believed(&tower, &tower, &parameters, &quiet(), 5).unwrap();
-    let run = record(&mut plant, 5000);
-    let (start, first) = (&run[0], elongations(&run[0]));
-    assert!(first.iter().any(|elongation| elongation.abs() > 1e-5), "{first:?}");
-    assert!(demands(start).iter().any(|demand| demand.abs() > 10.0), "{:?}", demands(start));
-    for signals in &run {
-        for (now, then) in elongations(signals).iter().zip(&first) {
-            assert!((now - then).abs() < 1e-12, "{now} {then}");
-        }
-        for (now, then) in demands(signals).iter().zip(demands(start)) {
-            assert!((now - then).abs() < 1e-2, "{now} {then}");
+    for step_s in [1e-3, 2e-3] {
+        let believed = PlantParameters { step_s, ..quiet() };
+        // The filter is designed for the real noise, or it would have none to weigh.
+        let mut parameters = believed.clone();
+        parameters.gages.noise_strain = 1e-15;
+        let tower = tower();
+        let mut plant = Plant::with_believed(&tower, &tower, &parameters, &believed, 5).unwrap();
+        let run = record(&mut plant, 5000);
+        let (start, first) = (&run[0], elongations(&run[0]));
+        assert!(first.iter().any(|elongation| elongation.abs() > 1e-5), "{first:?}");
+        assert!(demands(start).iter().any(|demand| demand.abs() > 1e3), "{:?}", demands(start));
+        for signals in &run {
+            for (now, then) in elongations(signals).iter().zip(&first) {
+                assert!((now - then).abs() < 1e-12, "{now} {then}");
+            }
+            for (now, then) in demands(signals).iter().zip(demands(start)) {
+                assert!((now - then).abs() < 1e-2, "{now} {then}");
+            }
         }
     }
+}
+
+#[test]
+fn a_structure_without_actuators_or_without_any_equipment_runs_too() {
+    let parameters = PlantParameters::default();
+    let mut passive = tower();
+    passive.modules.iter_mut().for_each(|module| module.actuators.clear());
+    let run = record(&mut Plant::new(&passive, &parameters, 1).unwrap(), 10);
+    assert_eq!(elongations(&run[9]).len(), 16);
+    assert!(demands(&run[9]).is_empty());
+
+    passive.modules.iter_mut().for_each(|module| module.gages.clear());
+    let run = record(&mut Plant::new(&passive, &parameters, 1).unwrap(), 10);
+    assert!(run[9].modules.is_empty());
 }
 
 #[test]

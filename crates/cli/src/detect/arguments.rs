@@ -17,25 +17,24 @@ use diagnosis::divergence::{
 /// All channels share one set of settings: channels of different units are best run one by one
 /// with --columns.
 #[derive(Debug, clap::Args)]
-#[command(allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Table with a header row; `-` reads standard input
     pub(super) file: PathBuf,
     /// Samples in a vector, 1 to 256
-    #[arg(long, value_name = "W", default_value = "10", value_parser = window)]
+    #[arg(long, value_name = "W", default_value = "10", value_parser = window, allow_hyphen_values = true)]
     window: usize,
     /// Steps between the two Gaussians that are compared, 1 to 4096
-    #[arg(long, value_name = "L", default_value = "10", value_parser = lag)]
+    #[arg(long, value_name = "L", default_value = "10", value_parser = lag, allow_hyphen_values = true)]
     lag: usize,
     /// Vectors that a Gaussian rests on, 2 to 10000000; 0 for all since the start
-    #[arg(long, value_name = "M", default_value = "2000", value_parser = interval)]
+    #[arg(long, value_name = "M", default_value = "2000", value_parser = interval, allow_hyphen_values = true)]
     interval: usize,
     /// Scatter to start from, above 0: about the square of the sensor's noise (standard deviation),
     /// in squared units of the channel. Keeps a stuck or silent channel well defined
-    #[arg(long, value_name = "E", value_parser = prior_scatter)]
+    #[arg(long, value_name = "E", value_parser = prior_scatter, allow_hyphen_values = true)]
     pub(super) prior_scatter: f64,
     /// Divergence from which on a row counts as a change, above 0; without it nothing does
-    #[arg(long, value_name = "G", value_parser = threshold)]
+    #[arg(long, value_name = "G", value_parser = threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<f64>,
     /// Only these columns, separated by commas
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]

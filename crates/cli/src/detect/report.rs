@@ -2,13 +2,14 @@
 
 use std::io::{self, Write};
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, Table};
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::arguments::Arguments;
 use super::detector::Reading;
 use super::tally::{ChannelTally, Tally};
+use crate::table::table;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
@@ -105,15 +106,8 @@ impl<'a, W: Write> Report<'a, W> {
     }
 
     fn table(&self, tally: &Tally) -> Table {
-        let mut table = Table::new();
-        table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_header([
-            "channel",
-            "rows with D",
-            "largest D",
-            "at row",
-            "changes",
-            "at rows",
-        ]);
+        let mut table =
+            table(["channel", "rows with D", "largest D", "at row", "changes", "at rows"]);
         for (name, channel) in self.channels.iter().zip(tally.channels()) {
             table.add_row(self.summary(name, channel));
         }

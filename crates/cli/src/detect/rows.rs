@@ -164,8 +164,8 @@ impl<R: Read> Rows<R> {
     fn read_line(&mut self) -> Result<bool, Failure> {
         self.text.clear();
         let read = (&mut self.input).take(MAX_LINE).read_until(b'\n', &mut self.text);
-        let read = read
-            .map_err(|error| Failure::input(format!("cannot read `{}`: {error}", self.name)))?;
+        let read =
+            read.map_err(|error| Failure::input(format!("cannot read `{}`: {error}", self.name)))?;
         self.line += u64::from(read > 0);
         if self.text.last() == Some(&b'\n') {
             self.text.pop();

@@ -202,8 +202,7 @@ impl EstimatorGroup {
         } else if divergence < CLEARLY_NEGATIVE {
             Outcome::Restarted(Violation::NegativeDivergence)
         } else {
-            let vectors = self.current.count()[lane] as u64;
-            Outcome::Defined { divergence: divergence.max(0.0), vectors }
+            Outcome::Defined { divergence: divergence.max(0.0), age: self.taken[lane] as u64 }
         }
     }
 }

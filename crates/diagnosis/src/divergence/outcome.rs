@@ -19,12 +19,12 @@ pub enum Violation {
 pub enum Outcome {
     /// Not enough vectors yet.
     Undefined,
-    /// The divergence D ≥ 0, and how many vectors the present Gaussian rests on.
+    /// The divergence D ≥ 0.
     Defined {
         /// D_KL(N_{k−l} ‖ N_k).
         divergence: f64,
-        /// n_k.
-        vectors: u64,
+        /// Vectors taken since the channel started; in sliding mode not all are still held.
+        age: u64,
     },
     /// A numerical violation: everything was forgotten and the channel starts again.
     Restarted(Violation),

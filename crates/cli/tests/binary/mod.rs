@@ -1,0 +1,75 @@
+//! Running the real binary.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// What a run of the binary left behind.
+pub struct Outcome {
+    pub code: Option<i32>,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Outcome {
+    /// The run failed with this exit code and said all of these.
+    #[track_caller]
+    pub fn fails(&self, code: i32, said: &[&str]) {
+        assert_eq!(self.code, Some(code), "{}", self.stderr);
+        assert!(self.stderr.starts_with("error: "), "{}", self.stderr);
+        for text in said {
+            assert!(self.stderr.contains(text), "`{text}` is not in: {}", self.stderr);
+        }
+    }
+
+    /// The run succeeded and said nothing on standard error.
+    #[track_caller]
+    pub fn succeeds(&self) {
+        assert_eq!((self.code, self.stderr.as_str()), (Some(0), ""));
+    }
+}
+
+pub fn trusswatch() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_trusswatch"))
+}
+
+/// Runs the binary with nothing on standard input.
+pub fn run<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Outcome {
+    outcome(trusswatch().args(arguments).stdin(Stdio::null()))
+}
+
+/// Runs the binary with this text on standard input.
+#[allow(dead_code, reason = "not every test file feeds its runs")]
+pub fn run_with(input: &str, arguments: &[&str]) -> Outcome {
+    let mut child = trusswatch()
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut stdin, input) = (child.stdin.take().unwrap(), input.to_owned());
+    // A run that stops at a mistake does not read the rest.
+    let feeder = std::thread::spawn(move || drop(stdin.write_all(input.as_bytes())));
+    let output = child.wait_with_output().unwrap();
+    feeder.join().unwrap();
+    read(output)
+}
+
+fn outcome(command: &mut Command) -> Outcome {
+    read(command.output().unwrap())
+}
+
+fn read(output: std::process::Output) -> Outcome {
+    Outcome {
+        code: output.status.code(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// A file of the repository.
+#[allow(dead_code, reason = "not every test file reads one")]
+pub fn repository(path: &str) -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path)
+}

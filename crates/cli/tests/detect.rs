@@ -1,0 +1,254 @@
+//! `trusswatch detect` through the real binary.
+
+mod binary;
+
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::Stdio;
+
+use binary::{Outcome, repository, run, run_with, trusswatch};
+use serde_json::Value;
+
+/// A small detector on standard input.
+const SMALL: [&str; 10] =
+    ["detect", "-", "--window", "1", "--lag", "1", "--interval", "2", "--prior-scatter", "1"];
+
+fn small(input: &str, more: &[&str]) -> Outcome {
+    run_with(input, &[&SMALL[..], more].concat())
+}
+
+fn rows(outcome: &Outcome) -> Vec<Value> {
+    outcome.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Divergences of channel `x`.
+fn divergences(outcome: &Outcome) -> Vec<Option<f64>> {
+    rows(outcome).iter().map(|row| row["channels"]["x"]["divergence"].as_f64()).collect()
+}
+
+fn golden() -> Vec<Value> {
+    let file = repository("crates/diagnosis/tests/data/kl_divergence.json");
+    serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap()
+}
+
+fn table_of(case: &Value) -> String {
+    let mut table = "x\n".to_owned();
+    for sample in case["samples"].as_array().unwrap() {
+        writeln!(table, "{sample}").unwrap();
+    }
+    table
+}
+
+fn flags_of(case: &Value) -> Vec<String> {
+    let number = |name: &str| case[name].to_string();
+    [
+        ["--window".into(), number("window")],
+        ["--lag".into(), number("lag")],
+        ["--interval".into(), number("interval")],
+        ["--prior-scatter".into(), number("regularization")],
+    ]
+    .concat()
+}
+
+#[test]
+fn every_golden_value_is_met() {
+    let cases = golden();
+    assert_eq!(cases.len(), 5);
+    for case in &cases {
+        let flags = flags_of(case);
+        let mut arguments = vec!["detect", "-", "--json"];
+        arguments.extend(flags.iter().map(String::as_str));
+        let outcome = run_with(&table_of(case), &arguments);
+        outcome.succeeds();
+        let found = divergences(&outcome);
+        assert_eq!(found.len(), case["samples"].as_array().unwrap().len());
+        let expected = case["divergence"].as_array().unwrap();
+        for pair in expected {
+            let index = pair[0].as_u64().unwrap() as usize;
+            let expected = pair[1].as_f64().unwrap();
+            let miss = (found[index].unwrap() - expected).abs();
+            assert!(
+                miss <= 1e-12 + 1e-9 * expected.abs(),
+                "{} row {index}: {miss}",
+                case["series"]
+            );
+        }
+        let first = expected[0][0].as_u64().unwrap() as usize;
+        assert!(found[..first].iter().all(Option::is_none), "{}", case["series"]);
+    }
+}
+
+#[test]
+fn a_line_of_json_has_the_documented_form() {
+    let outcome = small("x,\"the y\"\n1,2\n1,2\n4,2\n", &["--json", "--threshold", "0.1"]);
+    outcome.succeeds();
+    let lines: Vec<&str> = outcome.stdout.lines().collect();
+    assert_eq!(
+        lines[0],
+        r#"{"index":0,"channels":{"x":{"divergence":null,"change":false},"the y":{"divergence":null,"change":false}}}"#
+    );
+    let last: Value = serde_json::from_str(lines[2]).unwrap();
+    assert_eq!(last["index"], 2);
+    assert_eq!(last["channels"]["x"]["change"], true);
+    assert_eq!(last["channels"]["the y"]["change"], false);
+}
+
+#[test]
+fn a_change_begins_at_the_threshold_itself_and_needs_one() {
+    let table = "x\n1\n1\n4\n";
+    let exact = divergences(&small(table, &["--json"]))[2].unwrap().to_string();
+    let at = small(table, &["--json", "--threshold", &exact]);
+    assert_eq!(rows(&at)[2]["channels"]["x"]["change"], true);
+    assert_eq!(rows(&small(table, &["--json"]))[2]["channels"]["x"]["change"], false);
+}
+
+#[test]
+fn bad_rows_are_refused_by_line_and_column() {
+    let finite = "use a finite number";
+    for (table, said) in [
+        ("x,y\n1,2\n3,\n", "standard input, line 3, column 2 `y`: empty; use a finite number"),
+        ("x,y\n1,2\n\n3,4\n", "line 3, column 1 `x`: missing, 0 fields instead of 2"),
+        ("x,y\n1,2\n3\n", "line 3, column 2 `y`: missing, 1 fields instead of 2"),
+        ("x,y\n1,2\n3,4,5\n", "line 3, column 3: one too many, 3 fields instead of 2"),
+        ("x,y\n1,2\nfour,5\n", "line 3, column 1 `x`: `four` is no number"),
+        ("x,y\n1,2\n3,NaN\n", "line 3, column 2 `y`: `NaN` is not finite"),
+        ("x,y\n1,2\n-inf,4\n", "line 3, column 1 `x`: `-inf` is not finite"),
+        ("x,y\n1,2\n1e999,4\n", "line 3, column 1 `x`: `1e999` is not finite"),
+    ] {
+        let outcome = small(table, &["--json"]);
+        outcome.fails(3, &[said, "--skip-bad"]);
+        assert!(said.contains("one too many") || outcome.stderr.contains(finite));
+        assert_eq!(rows(&outcome).len(), 1, "the row before the mistake is told");
+    }
+}
+
+#[test]
+fn skipped_bad_rows_keep_their_place_and_are_counted_as_gaps() {
+    let table = "x\n1\n1\n4\nNaN\nabc\n\n1,2\n4\n4\n4\n";
+    let outcome = small(table, &["--json", "--skip-bad"]);
+    assert_eq!(outcome.code, Some(0));
+    assert_eq!(outcome.stderr, "standard input: 4 of 10 rows were bad and count as gaps\n");
+    let found = rows(&outcome);
+    let indices: Vec<u64> = found.iter().map(|row| row["index"].as_u64().unwrap()).collect();
+    assert_eq!(indices, (0..10).collect::<Vec<u64>>());
+    let defined: Vec<bool> = divergences(&outcome).iter().map(Option::is_some).collect();
+    assert_eq!(
+        defined,
+        [false, false, true, false, false, false, false, true, true, true],
+        "with a window of 1 the Gaussian outlives the gap"
+    );
+}
+
+#[test]
+fn no_window_is_formed_across_a_gap() {
+    let flags = ["--json", "--skip-bad", "--window", "3", "--lag", "1", "--interval", "0"];
+    let arguments = [&["detect", "-", "--prior-scatter", "1"], &flags[..]].concat();
+    let outcome = run_with("x\n1\n2\n4\n3\n5\nbad\n1\n2\n7\n", &arguments);
+    let defined: Vec<bool> = divergences(&outcome).iter().map(Option::is_some).collect();
+    assert_eq!(defined, [false, false, false, false, true, false, false, false, true]);
+}
+
+#[test]
+fn numbers_too_large_to_square_are_told_and_do_no_harm() {
+    let outcome = small("x\n1\n-1e300\n1e300\n1\n2\n3\n4\n", &["--json"]);
+    assert_eq!(outcome.code, Some(0));
+    assert!(outcome.stderr.contains("channel `x` was started anew"), "{}", outcome.stderr);
+    assert!(divergences(&outcome)[6].is_some());
+}
+
+#[test]
+fn settings_out_of_range_name_flag_and_range() {
+    for (flag, bad, said) in [
+        ("--window", "0", "from 1 to 256"),
+        ("--window", "257", "from 1 to 256"),
+        ("--window", "-3", "from 1 to 256"),
+        ("--window", "ten", "from 1 to 256"),
+        ("--lag", "0", "from 1 to 4096"),
+        ("--lag", "99999999999999999999", "from 1 to 4096"),
+        ("--interval", "1", "from 2 to 10000000 vectors, or 0"),
+        ("--prior-scatter", "0", "finite number above 0"),
+        ("--prior-scatter", "-1e-9", "finite number above 0"),
+        ("--prior-scatter", "nan", "finite number above 0"),
+        ("--threshold", "inf", "finite number above 0"),
+        ("--delimiter", "::", "one ASCII character"),
+    ] {
+        let mut arguments = vec!["detect", "-", flag, bad];
+        if flag != "--prior-scatter" {
+            arguments.extend(["--prior-scatter", "1"]);
+        }
+        run(&arguments).fails(2, &[flag, said, &format!("`{bad}`").replace('`', "'")]);
+    }
+    run(&["detect", "-"]).fails(2, &["--prior-scatter"]);
+}
+
+#[test]
+fn headers_that_cannot_be_meant_are_refused() {
+    for (table, said) in [
+        ("", "line 1: empty; put a header row"),
+        ("\n1\n", "line 1: empty; put a header row"),
+        ("0.5,0.25\n1,2\n", "line 1: `0.5` is a number; put a header row"),
+        ("x,x\n1,2\n", "line 1, column 2 `x`: the name stands there twice"),
+        (",x\n1,2\n", "line 1, column 1: the column has no name"),
+    ] {
+        small(table, &[]).fails(3, &[said]);
+    }
+    small("x,y\n1,2\n", &["--columns", "x,z"]).fails(3, &["no column `z`; use `x`, `y`"]);
+    small("x,y\n1,2\n", &["--columns", "x,x"]).fails(3, &["column 1 `x`", "twice"]);
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let arguments = ["detect", "no-such-file.csv", "--prior-scatter", "1"];
+    run(&arguments).fails(3, &["cannot read `no-such-file.csv`"]);
+}
+
+#[test]
+fn columns_that_are_not_chosen_may_hold_anything() {
+    let table = "time;x;note\n12:00;1;a\n12:01;3;\n12:02;4;NaN\n";
+    let outcome = small(table, &["--json", "--delimiter", ";", "--columns", "x"]);
+    outcome.succeeds();
+    assert_eq!(divergences(&outcome), divergences(&small("x\n1\n3\n4\n", &["--json"])));
+}
+
+#[test]
+fn the_summary_tells_where_the_largest_divergence_and_the_changes_are() {
+    let table = "quiet,x\n0,0\n0,0\n0,0\n0,9\n0,0\n0,0\n0,0\n";
+    let outcome = small(table, &["--threshold", "0.5"]);
+    outcome.succeeds();
+    assert!(outcome.stdout.contains("standard input: 7 rows, 2 channels"));
+    let line = |name: &str| -> Vec<String> {
+        let line = outcome.stdout.lines().find(|line| line.trim_start().starts_with(name));
+        line.unwrap().split_whitespace().map(str::to_owned).collect()
+    };
+    assert_eq!(line("quiet"), ["quiet", "5", "0.000000", "2", "0", "-"]);
+    assert_eq!(line("x ")[3..], ["5", "2", "3", "5"]);
+    let every_row = small(table, &["--all", "--threshold", "0.5"]);
+    assert_eq!(every_row.stdout.lines().count(), 8);
+    assert!(every_row.stdout.lines().nth(4).unwrap().trim_end().ends_with('!'));
+}
+
+#[test]
+fn a_closed_pipe_ends_the_run_quietly() {
+    let mut child = trusswatch()
+        .args(SMALL)
+        .arg("--json")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    stdin.write_all(b"x\n1\n").unwrap();
+    let mut line = String::new();
+    stdout.read_line(&mut line).unwrap();
+    assert!(line.starts_with(r#"{"index":0"#), "a row is told before the next one comes: {line}");
+    drop(stdout);
+    let rows = "2\n".repeat(100_000);
+    // The run may end before it has read everything.
+    drop(stdin.write_all(rows.as_bytes()));
+    drop(stdin);
+    let mut said = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!((child.wait().unwrap().code(), said.as_str()), (Some(0), ""));
+}

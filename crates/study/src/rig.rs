@@ -1,0 +1,229 @@
+//! A plant and its diagnosers in one process.
+
+use std::collections::VecDeque;
+
+use diagnosis::{
+    Action, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample, SetupError,
+    Transition,
+};
+use plant::{InjectError, Plant};
+use truss::ids::{ModuleName, RunId, Step};
+
+use crate::schedule::Schedule;
+
+/// Something that a module did and the study wants to know.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Occurrence {
+    /// A channel changed.
+    Change {
+        /// The module.
+        module: ModuleName,
+        /// The change.
+        change: Change,
+    },
+    /// A module asked a peer.
+    Question {
+        /// Who asked.
+        asker: ModuleName,
+        /// Who was asked.
+        peer: ModuleName,
+        /// What.
+        question: Question,
+        /// How many changes the answer named.
+        changes: usize,
+    },
+    /// A verdict changed.
+    Transition {
+        /// The module.
+        module: ModuleName,
+        /// The transition.
+        transition: Transition,
+    },
+}
+
+/// A rig that cannot be put together or driven.
+#[derive(Debug, thiserror::Error)]
+pub enum RigError {
+    /// A diagnoser's setup cannot be right.
+    #[error("module `{module}`: {}", problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Setup {
+        /// The module.
+        module: ModuleName,
+        /// What is wrong.
+        problems: Vec<SetupError>,
+    },
+    /// The plant has a module without a diagnoser, or the other way round.
+    #[error("the plant's modules and the diagnosers' differ: {plant} and {diagnosers}")]
+    Modules {
+        /// The plant's.
+        plant: String,
+        /// The diagnosers'.
+        diagnosers: String,
+    },
+    /// A fault of the schedule does not fit the plant.
+    #[error(transparent)]
+    Inject(#[from] InjectError),
+}
+
+/// A plant and one diagnoser for each of its equipped modules.
+#[derive(Debug)]
+pub struct Rig {
+    plant: Plant,
+    run: RunId,
+    diagnosers: Vec<Diagnoser>,
+    samples: Vec<Sample>,
+    schedule: Schedule,
+    occurrences: Vec<Occurrence>,
+    actions: Vec<Action>,
+    /// Every question put so far, by token: who asked whom what.
+    asked: Vec<(usize, ModuleName, Question)>,
+}
+
+impl Rig {
+    /// Puts a plant and diagnosers together; the setups are in the order of the plant's modules.
+    ///
+    /// # Errors
+    /// A setup that cannot be right.
+    pub fn new(
+        plant: Plant,
+        setups: Vec<ModuleSetup>,
+        schedule: Schedule,
+        run: RunId,
+    ) -> Result<Self, RigError> {
+        let diagnosers = setups.into_iter().map(|setup| {
+            let module = setup.module.clone();
+            Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })
+        });
+        Ok(Self {
+            plant,
+            run,
+            diagnosers: diagnosers.collect::<Result<_, _>>()?,
+            samples: Vec::new(),
+            schedule,
+            occurrences: Vec::new(),
+            actions: Vec::new(),
+            asked: Vec::new(),
+        })
+    }
+
+    /// The diagnosers, in the order of the plant's modules.
+    #[must_use]
+    pub fn diagnosers(&self) -> &[Diagnoser] {
+        &self.diagnosers
+    }
+
+    /// The plant.
+    #[must_use]
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// What happened so far, in order; forgets it.
+    pub fn take_occurrences(&mut self) -> Vec<Occurrence> {
+        std::mem::take(&mut self.occurrences)
+    }
+
+    /// Goes on for `steps` steps.
+    ///
+    /// # Errors
+    /// A fault of the schedule that does not fit the plant.
+    pub fn run(&mut self, steps: u64) -> Result<(), RigError> {
+        (0..steps).try_for_each(|_| self.step())
+    }
+
+    /// Goes on by one step: every diagnoser takes its sample, then questions are answered.
+    ///
+    /// # Errors
+    /// A fault of the schedule that does not fit the plant.
+    pub fn step(&mut self) -> Result<(), RigError> {
+        let step = self.plant.next_step();
+        self.schedule.apply(step, &mut self.plant)?;
+        self.sample();
+        for index in 0..self.diagnosers.len() {
+            let Some(diagnoser) = self.diagnosers.get_mut(index) else { continue };
+            diagnoser.take_sample(&self.samples[index], &mut self.actions);
+            if !self.actions.is_empty() {
+                self.carry_out(index);
+            }
+        }
+        Ok(())
+    }
+
+    /// Advances the plant and copies its signals into the diagnosers' samples.
+    fn sample(&mut self) {
+        let signals = self.plant.advance();
+        if self.samples.is_empty() {
+            let empty = Sample {
+                run: self.run,
+                step: Step(0),
+                demands_n: Vec::new(),
+                pressures_pa: Vec::new(),
+                elongations_m: Vec::new(),
+            };
+            self.samples = vec![empty; signals.modules.len()];
+        }
+        for (sample, module) in self.samples.iter_mut().zip(&signals.modules) {
+            sample.step = signals.step;
+            sample.demands_n.clone_from(&module.demands_n);
+            sample.pressures_pa.clone_from(&module.pressures_pa);
+            sample.elongations_m.clone_from(&module.elongations_m);
+        }
+    }
+
+    /// Carries out the actions of one diagnoser and whatever follows from them.
+    fn carry_out(&mut self, index: usize) {
+        let mut pending: VecDeque<(usize, Action)> =
+            self.actions.drain(..).map(|action| (index, action)).collect();
+        while let Some((actor, action)) = pending.pop_front() {
+            let Some((target, event)) = self.event_of(actor, action) else { continue };
+            let mut actions = std::mem::take(&mut self.actions);
+            if let Some(diagnoser) = self.diagnosers.get_mut(target) {
+                diagnoser.handle(event, &mut actions);
+            }
+            pending.extend(actions.drain(..).map(|action| (target, action)));
+            self.actions = actions;
+        }
+    }
+
+    /// What an action means for which diagnoser; records what the study wants to know.
+    fn event_of(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
+        let module = self.diagnosers.get(actor)?.module().clone();
+        match action {
+            Action::Report { change, .. } => {
+                self.occurrences.push(Occurrence::Change { module, change });
+                None
+            }
+            Action::Publish(transition) => {
+                self.occurrences.push(Occurrence::Transition { module, transition });
+                None
+            }
+            Action::Ask { peer, question } => {
+                let target = self.diagnosers.iter().position(|d| *d.module() == peer)?;
+                let token = QuestionToken(self.asked.len() as u64);
+                self.asked.push((actor, peer, question));
+                Some((target, Event::Asked { token, question }))
+            }
+            Action::Answer { token, answer } => {
+                let (asker, peer, _) = self.asked.get(usize::try_from(token.0).ok()?)?.clone();
+                self.occurrences.push(Occurrence::Question {
+                    asker: self.diagnosers.get(asker)?.module().clone(),
+                    peer: peer.clone(),
+                    question: answer.question,
+                    changes: answer.changes.len(),
+                });
+                Some((asker, Event::Answered { peer, answer }))
+            }
+            Action::Refuse { token, refusal } => {
+                let (asker, peer, question) =
+                    self.asked.get(usize::try_from(token.0).ok()?)?.clone();
+                let failure = diagnosis::PeerFailure::Refused(refusal.to_string());
+                Some((asker, Event::Unanswered { peer, question, failure }))
+            }
+            Action::Phase(_)
+            | Action::Rejected { .. }
+            | Action::Gap { .. }
+            | Action::Restarted { .. }
+            | Action::RunStarted(_) => None,
+        }
+    }
+}

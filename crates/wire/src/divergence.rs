@@ -1,0 +1,40 @@
+//! A module's divergences at one step.
+
+use serde::{Deserialize, Serialize};
+use truss::ids::{Component, ModuleName, RunId, Step, StructureName};
+
+use crate::encoding::Message;
+
+/// All channels of a module at one step. Published every so many steps, and at each change.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Divergences {
+    /// The structure.
+    pub structure: StructureName,
+    /// The module.
+    pub module: ModuleName,
+    /// The run that the step is counted in.
+    pub run: RunId,
+    /// The step.
+    pub step: Step,
+    /// When this was published \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// Actuators, then gages, in the order of the description.
+    pub channels: Vec<Channel>,
+}
+
+/// One channel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Channel {
+    /// The component that it watches.
+    pub component: Component,
+    /// The residual: \[N\] for an actuator, \[m\] for a gage.
+    pub residual: f64,
+    /// The divergence; `null` while undefined.
+    pub divergence: Option<f64>,
+    /// Its threshold.
+    pub threshold: f64,
+}
+
+impl Message for Divergences {
+    const WHAT: &'static str = "divergence message";
+}

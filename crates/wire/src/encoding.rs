@@ -1,0 +1,215 @@
+//! Bytes to messages and back.
+//!
+//! A message is one JSON object. Its field `v` is the version of the format, [`VERSION`]; it is
+//! looked at before anything else, so that a message of another version is called just that and not
+//! malformed. The version is raised when a field changes its meaning or goes; a new field alone does
+//! not raise it, so fields that are not known are passed over.
+//!
+//! Finite numbers come back as the very same bits. A number that is not finite is written `null`.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use serde_json::error::Category;
+
+/// The version that this crate reads and writes.
+pub const VERSION: u64 = 1;
+
+/// Longer messages are refused unread.
+pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
+
+/// A message that can be sent.
+pub trait Message: Serialize + DeserializeOwned {
+    /// What an error calls it, e.g. `sample`.
+    const WHAT: &'static str;
+}
+
+/// Bytes that are no message of the kind expected.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DecodeError {
+    /// Too many bytes.
+    #[error("{bytes} bytes are too many; a message has at most {MAX_MESSAGE_BYTES}")]
+    TooLong {
+        /// How many.
+        bytes: usize,
+    },
+    /// Not even text.
+    #[error("not UTF-8 text; a message is one JSON object")]
+    NotText,
+    /// Text, but not JSON.
+    #[error("malformed JSON: {0}")]
+    Malformed(String),
+    /// An object without a version.
+    #[error("no version; a message has the field `v`, presently {VERSION}")]
+    NoVersion,
+    /// A version that this crate does not read.
+    #[error("unknown version {0}; this side reads version {VERSION}")]
+    UnknownVersion(String),
+    /// The right version, but not the message expected.
+    #[error("not a {what}: {reason}")]
+    WrongMessage {
+        /// The message expected.
+        what: &'static str,
+        /// What does not fit.
+        reason: String,
+    },
+}
+
+/// A message that cannot be written.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{what} cannot be written as JSON: {reason}")]
+pub struct EncodeError {
+    what: &'static str,
+    reason: String,
+}
+
+#[derive(Serialize)]
+struct Versioned<'a, M> {
+    v: u64,
+    #[serde(flatten)]
+    message: &'a M,
+}
+
+#[derive(Deserialize)]
+struct VersionOnly {
+    v: Option<Value>,
+}
+
+/// Writes a message.
+///
+/// # Errors
+/// A message that JSON has no form for; none of this crate's is.
+pub fn encode<M: Message>(message: &M) -> Result<Vec<u8>, EncodeError> {
+    serde_json::to_vec(&Versioned { v: VERSION, message })
+        .map_err(|error| EncodeError { what: M::WHAT, reason: error.to_string() })
+}
+
+/// Reads a message.
+///
+/// # Errors
+/// Whatever is not a message of this kind and version, with what is wrong about it.
+pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
+    if bytes.len() > MAX_MESSAGE_BYTES {
+        return Err(DecodeError::TooLong { bytes: bytes.len() });
+    }
+    let text = std::str::from_utf8(bytes).map_err(|_| DecodeError::NotText)?;
+    check_version::<M>(text)?;
+    serde_json::from_str(text).map_err(|error| wrong_or_malformed::<M>(&error))
+}
+
+fn check_version<M: Message>(text: &str) -> Result<(), DecodeError> {
+    let found: VersionOnly =
+        serde_json::from_str(text).map_err(|error| wrong_or_malformed::<M>(&error))?;
+    if !text.trim_start().starts_with('{') {
+        let reason = "an array; a message is a JSON object".to_owned();
+        return Err(DecodeError::WrongMessage { what: M::WHAT, reason });
+    }
+    match found.v {
+        None => Err(DecodeError::NoVersion),
+        Some(v) if v.as_u64() == Some(VERSION) => Ok(()),
+        Some(v) => Err(DecodeError::UnknownVersion(shortened(&v.to_string()))),
+    }
+}
+
+fn wrong_or_malformed<M: Message>(error: &serde_json::Error) -> DecodeError {
+    let reason = shortened(&error.to_string());
+    match error.classify() {
+        Category::Data => DecodeError::WrongMessage { what: M::WHAT, reason },
+        Category::Syntax | Category::Eof | Category::Io => DecodeError::Malformed(reason),
+    }
+}
+
+/// Errors quote what they found; a hostile message must not fill the log.
+fn shortened(text: &str) -> String {
+    const LONGEST: usize = 200;
+    if text.chars().count() <= LONGEST {
+        return text.to_owned();
+    }
+    text.chars().take(LONGEST).chain("…".chars()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Progress;
+    use truss::ids::{RunId, Step};
+
+    fn refused(bytes: &[u8]) -> DecodeError {
+        decode::<Progress>(bytes).unwrap_err()
+    }
+
+    #[test]
+    fn the_version_stands_first() {
+        let bytes = encode(&Progress { run: RunId(7), step: Step(3) }).unwrap();
+        assert_eq!(String::from_utf8(bytes).unwrap(), r#"{"v":1,"run":7,"step":3}"#);
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_called_that() {
+        assert_eq!(refused(&[0xff, 0xfe]), DecodeError::NotText);
+    }
+
+    #[test]
+    fn text_that_is_no_json_is_malformed() {
+        let deep = "[".repeat(1000);
+        for text in
+            ["", "{", "hello", r#"{"v":1,}"#, r#"{"v":1,"run":NaN,"step":1}"#, "1e999", &deep]
+        {
+            let error = refused(text.as_bytes());
+            assert!(matches!(error, DecodeError::Malformed(_)), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn an_object_without_a_version_is_called_that() {
+        assert_eq!(refused(br#"{"run":1,"step":1}"#), DecodeError::NoVersion);
+        assert_eq!(refused(br#"{"v":null,"run":1,"step":1}"#), DecodeError::NoVersion);
+    }
+
+    #[test]
+    fn another_version_is_unknown_before_it_is_anything_else() {
+        for (text, named) in [
+            (r#"{"v":2,"anything":[1,2,3]}"#, "2"),
+            (r#"{"v":"1","run":1,"step":1}"#, "\"1\""),
+            (r#"{"v":-1}"#, "-1"),
+            (r#"{"v":1.5}"#, "1.5"),
+        ] {
+            assert_eq!(refused(text.as_bytes()), DecodeError::UnknownVersion(named.to_owned()));
+        }
+    }
+
+    #[test]
+    fn json_of_the_right_version_that_does_not_fit_is_a_wrong_message() {
+        for text in [
+            r#"{"v":1}"#,
+            r#"{"v":1,"run":1,"step":-4}"#,
+            r#"{"v":1,"run":1,"step":1.5}"#,
+            r#"{"v":1,"run":1,"run":1,"step":1}"#,
+            "[1]",
+            "3",
+            "null",
+        ] {
+            let error = refused(text.as_bytes());
+            assert!(matches!(error, DecodeError::WrongMessage { .. }), "{text}: {error:?}");
+            assert!(error.to_string().contains("progress"), "{error}");
+        }
+    }
+
+    #[test]
+    fn fields_that_are_not_known_are_passed_over() {
+        let text = br#"{"v":1,"run":1,"step":2,"colour":"red"}"#;
+        assert_eq!(decode(text), Ok(Progress { run: RunId(1), step: Step(2) }));
+    }
+
+    #[test]
+    fn a_message_too_long_is_refused_unread() {
+        let bytes = vec![b' '; MAX_MESSAGE_BYTES + 1];
+        assert_eq!(refused(&bytes), DecodeError::TooLong { bytes: MAX_MESSAGE_BYTES + 1 });
+    }
+
+    #[test]
+    fn errors_stay_short_whatever_they_quote() {
+        let text = format!(r#"{{"v":1,"run":"{}","step":1}}"#, "x".repeat(10_000));
+        assert!(refused(text.as_bytes()).to_string().len() < 300);
+    }
+}

@@ -1,0 +1,19 @@
+//! A channel at one step.
+
+use serde::{Deserialize, Serialize};
+use truss::ids::Step;
+
+/// What a verdict rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// The step.
+    pub step: Step,
+    /// The residual: \[N\] for an actuator, \[m\] for a gage.
+    pub residual: f64,
+    /// The divergence; `null` while undefined.
+    pub divergence: Option<f64>,
+    /// The threshold of the divergence.
+    pub threshold: f64,
+    /// Divergence by threshold; 0 while undefined.
+    pub ratio: f64,
+}

@@ -1,0 +1,169 @@
+//! What modules ask each other: "your changes from step a, as of step b?"
+//!
+//! The question travels as the parameters of a query, `state?from=a&step=b`, the answer as its reply.
+//! The reply may come late: it is held until step b has been processed.
+
+use serde::{Deserialize, Serialize};
+use truss::ids::{ActuatorName, Component, ModuleName, RunId, Step, StructureName};
+
+use crate::encoding::Message;
+
+/// A question to a module.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StateQuestion {
+    /// The run that the steps are counted in; without it, the module's present run.
+    pub run: Option<RunId>,
+    /// First step of interest.
+    pub from: Step,
+    /// The step as of which the answer is wanted, itself included.
+    pub step: Step,
+}
+
+/// Parameters that make no question.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum QuestionError {
+    /// A parameter is missing.
+    #[error("`{0}` is missing; ask `state?from=STEP&step=STEP`, with `&run=RUN` if need be")]
+    Missing(&'static str),
+    /// A parameter is not a number.
+    #[error("`{name}` is `{value}`; use a whole number of at least 0")]
+    NotANumber {
+        /// Which.
+        name: &'static str,
+        /// What it is.
+        value: String,
+    },
+    /// A parameter is given twice.
+    #[error("`{0}` is given twice")]
+    Repeated(&'static str),
+    /// The first step comes after the last.
+    #[error("`from` {from} is later than `step` {step}; use an earlier step")]
+    Backwards {
+        /// First step of interest.
+        from: Step,
+        /// The step as of which the answer is wanted.
+        step: Step,
+    },
+}
+
+impl StateQuestion {
+    /// The parameters of the query.
+    #[must_use]
+    pub fn to_parameters(&self) -> String {
+        let run = self.run.map_or(String::new(), |run| format!("&run={}", run.0));
+        format!("from={}&step={}{run}", self.from, self.step)
+    }
+
+    /// Reads the parameters of a query, separated by `&` or `;`. Other parameters are passed over.
+    ///
+    /// # Errors
+    /// A parameter missing, repeated or not a number, or steps in the wrong order.
+    pub fn from_parameters(text: &str) -> Result<Self, QuestionError> {
+        let from = number(text, "from")?.map(Step).ok_or(QuestionError::Missing("from"))?;
+        let step = number(text, "step")?.map(Step).ok_or(QuestionError::Missing("step"))?;
+        let run = number(text, "run")?.map(RunId);
+        if from > step {
+            return Err(QuestionError::Backwards { from, step });
+        }
+        Ok(Self { run, from, step })
+    }
+}
+
+fn number(text: &str, name: &'static str) -> Result<Option<u64>, QuestionError> {
+    let mut values = text
+        .split(['&', ';'])
+        .filter_map(|pair| pair.split_once('=').or(Some((pair, ""))))
+        .filter_map(|(key, value)| (key == name).then_some(value));
+    let Some(value) = values.next() else { return Ok(None) };
+    if values.next().is_some() {
+        return Err(QuestionError::Repeated(name));
+    }
+    let parsed = value.parse();
+    parsed
+        .map(Some)
+        .map_err(|_| QuestionError::NotANumber { name, value: value.chars().take(64).collect() })
+}
+
+/// A module's answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StateAnswer {
+    /// The structure.
+    pub structure: StructureName,
+    /// The module that answers.
+    pub module: ModuleName,
+    /// The run that the steps are counted in.
+    pub run: RunId,
+    /// First step asked about.
+    pub from_step: Step,
+    /// The step as of which this is the answer.
+    pub as_of_step: Step,
+    /// Since when every channel has been watched; `null` while initialising.
+    pub watching_since_step: Option<Step>,
+    /// Changes between the two steps, oldest first.
+    pub changes: Vec<StateChange>,
+    /// Actuators held for faulty as of that step, whenever that was found.
+    pub actuator_faults: Vec<ActuatorFault>,
+}
+
+/// A change in an answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StateChange {
+    /// The component whose channel changed.
+    pub component: Component,
+    /// The step at which the divergence reached its threshold.
+    pub step: Step,
+    /// Divergence by threshold at its largest while the change was fresh.
+    pub ratio: f64,
+}
+
+/// An actuator held for faulty.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActuatorFault {
+    /// The actuator.
+    pub actuator: ActuatorName,
+    /// The step of the change that named it.
+    pub step: Step,
+}
+
+impl Message for StateAnswer {
+    const WHAT: &'static str = "state answer";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<StateQuestion, QuestionError> {
+        StateQuestion::from_parameters(text)
+    }
+
+    #[test]
+    fn a_question_is_written_and_read_back() {
+        for run in [None, Some(RunId(u64::MAX))] {
+            let question = StateQuestion { run, from: Step(3), step: Step(99) };
+            assert_eq!(read(&question.to_parameters()), Ok(question));
+        }
+    }
+
+    #[test]
+    fn both_separators_are_understood_and_other_parameters_passed_over() {
+        let expected = StateQuestion { run: None, from: Step(1), step: Step(2) };
+        for text in ["from=1&step=2", "from=1;step=2", "step=2;_anyke;from=1", "x=9&from=1&step=2"]
+        {
+            assert_eq!(read(text), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn parameters_that_make_no_question_are_named() {
+        assert_eq!(read(""), Err(QuestionError::Missing("from")));
+        assert_eq!(read("from=1"), Err(QuestionError::Missing("step")));
+        assert_eq!(read("from=1&from=2&step=3"), Err(QuestionError::Repeated("from")));
+        let backwards = QuestionError::Backwards { from: Step(3), step: Step(2) };
+        assert_eq!(read("from=3&step=2"), Err(backwards));
+        for (text, value) in [("from=-1&step=2", "-1"), ("from=&step=2", ""), ("from&step=2", "")] {
+            let error = QuestionError::NotANumber { name: "from", value: value.into() };
+            assert_eq!(read(text), Err(error), "{text}");
+        }
+    }
+}

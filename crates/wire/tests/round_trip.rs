@@ -1,0 +1,246 @@
+//! What is written is read back, bit for bit.
+
+use proptest::prelude::*;
+use truss::fault::Fault;
+use truss::ids::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
+use wire::keys::PLANT;
+use wire::{
+    ActuatorFault, Change, Channel, Divergences, Evidence, FaultState, FaultTransition, Injected,
+    Injection, Key, Message, ModulePhase, ModuleStatus, PlantPhase, PlantStatus, PlantTopic,
+    PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Topic, decode, encode,
+};
+
+fn back<M: Message>(message: &M) -> M {
+    let bytes = encode(message).unwrap();
+    decode(&bytes).unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&bytes)))
+}
+
+fn name() -> impl Strategy<Value = String> {
+    "[A-Za-z0-9_][A-Za-z0-9_-]{0,63}"
+}
+
+fn component() -> impl Strategy<Value = Component> {
+    (name(), any::<bool>()).prop_map(|(name, actuator)| {
+        let kind = if actuator { "actuator" } else { "sensor" };
+        format!("{kind}/{name}").parse().unwrap()
+    })
+}
+
+fn topic() -> impl Strategy<Value = Topic> {
+    let plain = [
+        Topic::Sample,
+        Topic::Divergence,
+        Topic::Change,
+        Topic::State,
+        Topic::Status,
+        Topic::Progress,
+        Topic::Alive,
+    ];
+    prop_oneof![proptest::sample::select(plain.to_vec()), component().prop_map(Topic::Fault)]
+}
+
+fn finite() -> impl Strategy<Value = f64> {
+    any::<u64>().prop_map(f64::from_bits).prop_filter("finite", |x| x.is_finite())
+}
+
+proptest! {
+    #[test]
+    fn a_modules_key_is_read_back(structure in name(), module in name(), topic in topic()) {
+        prop_assume!(module != PLANT);
+        let key = Key::of_module(&structure.parse().unwrap(), &module.parse().unwrap(), topic);
+        prop_assert_eq!(key.to_string().parse(), Ok(key));
+    }
+
+    #[test]
+    fn a_plants_key_is_read_back(structure in name()) {
+        for topic in [PlantTopic::Inject, PlantTopic::Status, PlantTopic::Alive] {
+            let key = Key::of_plant(&structure.parse().unwrap(), topic);
+            prop_assert_eq!(key.to_string().parse(), Ok(key));
+        }
+    }
+
+    #[test]
+    fn any_text_as_a_key_is_read_or_refused_without_harm(text in ".{0,200}") {
+        if let Ok(key) = text.parse::<Key>() {
+            prop_assert_eq!(key.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn a_sample_comes_back_with_the_very_same_bits(
+        run in any::<u64>(),
+        step in any::<u64>(),
+        values in prop::collection::vec(finite(), 0..20),
+    ) {
+        let sample = Sample {
+            module: "module1".parse().unwrap(),
+            run: RunId(run),
+            step: Step(step),
+            time_unix_ns: run,
+            demands_n: values.clone(),
+            pressures_pa: values.iter().map(|&x| [x, -x]).collect(),
+            elongations_m: values,
+        };
+        let again = back(&sample);
+        let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        prop_assert_eq!(bits(&again.elongations_m), bits(&sample.elongations_m));
+        prop_assert_eq!(again, sample);
+    }
+
+    #[test]
+    fn any_bytes_are_decoded_or_refused_without_harm(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        prop_assert!(decode::<Sample>(&bytes).is_err());
+    }
+}
+
+fn structure() -> StructureName {
+    "tower".parse().unwrap()
+}
+
+fn module() -> ModuleName {
+    "module1".parse().unwrap()
+}
+
+const EVIDENCE: Evidence = Evidence {
+    step: Step(41),
+    residual: -1e-7,
+    divergence: Some(0.1),
+    threshold: 0.05,
+    ratio: 2.0,
+};
+
+#[test]
+fn events_are_read_back() {
+    let change = Change {
+        structure: structure(),
+        component: "module1/sensor/g1".parse().unwrap(),
+        run: RunId(5),
+        step: Step(41),
+        evidence: Evidence { divergence: None, ..EVIDENCE },
+        time_unix_ns: 9,
+    };
+    assert_eq!(back(&change), change);
+    let transition = FaultTransition {
+        structure: structure(),
+        module: module(),
+        component: "module1/sensor/g1".parse().unwrap(),
+        kind: ComponentKind::Sensor,
+        state: FaultState::Explained,
+        sequence: 3,
+        run: Some(RunId(5)),
+        onset_step: Some(Step(40)),
+        detection_step: Some(Step(41)),
+        decided_step: Some(Step(47)),
+        evidence: Some(EVIDENCE),
+        explained_by: Some("module2/actuator/a1".parse().unwrap()),
+        explained_since_step: Some(Step(39)),
+        silent: vec!["module2".parse().unwrap()],
+        time_unix_ns: 9,
+    };
+    assert_eq!(back(&transition), transition);
+    let divergences = Divergences {
+        structure: structure(),
+        module: module(),
+        run: RunId(5),
+        step: Step(41),
+        time_unix_ns: 9,
+        channels: vec![Channel {
+            component: "actuator/a1".parse().unwrap(),
+            residual: 12.5,
+            divergence: None,
+            threshold: 0.1,
+        }],
+    };
+    assert_eq!(back(&divergences), divergences);
+}
+
+#[test]
+fn the_states_of_a_fault_have_the_names_of_the_manual() {
+    let states = [
+        FaultState::Normal,
+        FaultState::Tentative,
+        FaultState::Unconfirmed,
+        FaultState::Explained,
+        FaultState::Latched,
+    ];
+    for state in states {
+        assert_eq!(serde_json::to_string(&state).unwrap(), format!("\"{state}\""));
+    }
+}
+
+#[test]
+fn answers_orders_and_refusals_are_read_back() {
+    let answer = StateAnswer {
+        structure: structure(),
+        module: module(),
+        run: RunId(1),
+        from_step: Step(1),
+        as_of_step: Step(9),
+        watching_since_step: None,
+        changes: vec![StateChange {
+            component: "sensor/g1".parse().unwrap(),
+            step: Step(4),
+            ratio: 1.25,
+        }],
+        actuator_faults: vec![ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(2) }],
+    };
+    assert_eq!(back(&answer), answer);
+    let refused = Refused { reason: "no sample yet".into() };
+    assert_eq!(back(&refused), refused);
+    let component: truss::ids::ComponentPath = "module1/sensor/g1".parse().unwrap();
+    for (fault, at_step) in [
+        (Some(Fault::Bias { offset_m: 1e-5 }), Some(Step(7))),
+        (Some(Fault::ZeroOutput {}), None),
+        (None, None),
+    ] {
+        let injection = Injection { component: component.clone(), fault, at_step };
+        assert_eq!(back(&injection), injection);
+    }
+    let injected = Injected { component, effective_step: Step(8) };
+    assert_eq!(back(&injected), injected);
+    let progress = Progress { run: RunId(1), step: Step(2) };
+    assert_eq!(back(&progress), progress);
+}
+
+#[test]
+fn statuses_are_read_back() {
+    let status = ModuleStatus {
+        structure: structure(),
+        module: module(),
+        software: "0.1.0".into(),
+        thresholds: "0123456789abcdef".into(),
+        phase: ModulePhase::InService,
+        in_service_since_step: Some(Step(2018)),
+        run: Some(RunId(1)),
+        step: Some(Step(3000)),
+        lag_ms: Some(0.4),
+        queued_samples: 1,
+        latched: 1,
+        unconfirmed: 0,
+        waiting_questions: 0,
+        next_sequence: 4,
+        intake: wire::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },
+        diagnosis: wire::DiagnosisCounters { samples: 3001, ..Default::default() },
+        publisher: wire::PublisherCounters { events: 5, ..Default::default() },
+        time_unix_ns: 10,
+    };
+    assert_eq!(back(&status), status);
+    let plant = PlantStatus {
+        structure: structure(),
+        software: "0.1.0".into(),
+        run: RunId(1),
+        phase: PlantPhase::Waiting,
+        waiting_for: vec![module()],
+        next_step: Step(0),
+        speed: None,
+        late_steps: 0,
+        latest_ms: 0.0,
+        samples_unsent: 0,
+        faults: vec![PresentFault {
+            component: "module1/actuator/a1".parse().unwrap(),
+            fault: Fault::HardOver {},
+        }],
+        time_unix_ns: 10,
+    };
+    assert_eq!(back(&plant), plant);
+}
