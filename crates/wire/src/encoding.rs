@@ -94,12 +94,16 @@ pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     }
     let text = std::str::from_utf8(bytes).map_err(|_| DecodeError::NotText)?;
     check_version::<M>(text)?;
-    serde_json::from_str(text).map_err(|error| wrong_or_malformed::<M>(&error))
+    // The text is JSON; what serde still calls a syntax error is a number or a list that does not fit.
+    serde_json::from_str(text).map_err(|error| wrong::<M>(&error))
 }
 
 fn check_version<M: Message>(text: &str) -> Result<(), DecodeError> {
-    let found: VersionOnly =
-        serde_json::from_str(text).map_err(|error| wrong_or_malformed::<M>(&error))?;
+    let found: VersionOnly = match serde_json::from_str(text) {
+        Ok(found) => found,
+        Err(error) if error.classify() == Category::Data => return Err(wrong::<M>(&error)),
+        Err(error) => return Err(DecodeError::Malformed(shortened(&error.to_string()))),
+    };
     if !text.trim_start().starts_with('{') {
         let reason = "an array; a message is a JSON object".to_owned();
         return Err(DecodeError::WrongMessage { what: M::WHAT, reason });
@@ -111,12 +115,8 @@ fn check_version<M: Message>(text: &str) -> Result<(), DecodeError> {
     }
 }
 
-fn wrong_or_malformed<M: Message>(error: &serde_json::Error) -> DecodeError {
-    let reason = shortened(&error.to_string());
-    match error.classify() {
-        Category::Data => DecodeError::WrongMessage { what: M::WHAT, reason },
-        Category::Syntax | Category::Eof | Category::Io => DecodeError::Malformed(reason),
-    }
+fn wrong<M: Message>(error: &serde_json::Error) -> DecodeError {
+    DecodeError::WrongMessage { what: M::WHAT, reason: shortened(&error.to_string()) }
 }
 
 /// Errors quote what they found; a hostile message must not fill the log.

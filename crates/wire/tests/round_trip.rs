@@ -1,4 +1,5 @@
 //! What is written is read back, bit for bit.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail loudly")]
 
 use proptest::prelude::*;
 use truss::fault::Fault;

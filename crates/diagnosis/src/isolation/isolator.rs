@@ -92,19 +92,34 @@ impl Isolator {
         self.log.push(LoggedChange::new(channel, step, evidence.ratio()));
         if judge {
             let decide_at = step.plus(self.hold(channel));
-            self.cases.push(Case { channel, change: step, onset, evidence, decide_at, new: true });
+            self.cases.push(Case {
+                channel,
+                change: step,
+                onset,
+                evidence,
+                decide_at,
+                new: true,
+            });
         }
     }
 
-    /// Steps from a change of this channel to its judgement.
+    /// Steps from a change of this channel to its judgement. By the paper an actuator fault is found
+    /// at once.
     fn hold(&self, channel: usize) -> u64 {
-        if self.asks_peers(channel) { self.settings.hold_steps } else { 0 }
+        let alone = self.settings.rule == Rule::Paper && self.is_actuator(channel);
+        if alone { 0 } else { self.settings.hold_steps }
     }
 
-    /// Does judging this channel need the peers? By the paper an actuator fault is found alone.
-    fn asks_peers(&self, channel: usize) -> bool {
-        let actuator = matches!(self.components[channel], Component::Actuator(_));
-        !(actuator && self.settings.rule == Rule::Paper)
+    fn is_actuator(&self, channel: usize) -> bool {
+        matches!(self.components[channel], Component::Actuator(_))
+    }
+
+    /// Needs the case no peer? By the paper an actuator fault is found alone, and explains the
+    /// sensors of its own module.
+    fn is_at_home(&self, case: &Case, latched: &[(ComponentPath, Step)]) -> bool {
+        self.settings.rule == Rule::Paper
+            && (self.is_actuator(case.channel)
+                || latched.iter().any(|(_, since)| *since <= case.decide_at))
     }
 
     /// Judges every case that can be judged at step `now`. Returns the findings in the order of the
@@ -116,21 +131,21 @@ impl Isolator {
     ) -> Vec<(Case, Finding)> {
         let mut findings = Vec::new();
         let mut latched = latched.to_vec();
+        self.cases.sort_by_key(|case| (case.decide_at, case.channel));
         for case in std::mem::take(&mut self.cases) {
             if now < case.decide_at {
                 self.cases.push(case);
                 continue;
             }
+            let at_home = self.is_at_home(&case, &latched);
             let silent = self.silent_peers(&case);
-            if !silent.is_empty() {
+            if !at_home && !silent.is_empty() {
                 self.cases.push(case.clone());
                 findings.push((case, Finding::Silent(silent)));
-            } else if self.is_known(&case) {
+            } else if at_home || self.is_known(&case) {
                 let judgement = self.judge(&case, &latched);
-                let path = self.path(case.channel);
-                if judgement == Judgement::Root && matches!(path.component, Component::Actuator(_))
-                {
-                    latched.push((path, case.change));
+                if judgement == Judgement::Root && self.is_actuator(case.channel) {
+                    latched.push((self.path(case.channel), case.change));
                 }
                 findings.push((case, Finding::Judged(judgement)));
             } else {
@@ -211,9 +226,6 @@ impl Isolator {
 
     /// The peers whose failure to answer keeps the case open.
     fn silent_peers(&self, case: &Case) -> Vec<ModuleName> {
-        if !self.asks_peers(case.channel) {
-            return Vec::new();
-        }
         let silent = self.peers.iter().filter(|peer| {
             peer.cannot_know(case.change, case.decide_at)
                 || (peer.is_silent() && !peer.suffices(case.change, case.decide_at))
@@ -222,8 +234,7 @@ impl Isolator {
     }
 
     fn is_known(&self, case: &Case) -> bool {
-        !self.asks_peers(case.channel)
-            || self.peers.iter().all(|peer| peer.suffices(case.change, case.decide_at))
+        self.peers.iter().all(|peer| peer.suffices(case.change, case.decide_at))
     }
 
     fn judge(&self, case: &Case, latched: &[(ComponentPath, Step)]) -> Judgement {

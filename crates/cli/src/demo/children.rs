@@ -1,0 +1,124 @@
+//! The processes of the demo: started, watched, stopped without exception.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
+use std::time::Duration;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use tokio::process::{Child, Command};
+use tokio::time::{sleep, timeout};
+
+use super::entry::Process;
+use super::interrupt::Interrupts;
+use crate::failure::Failure;
+
+/// How long processes may take to stop when asked to.
+const PATIENCE: Duration = Duration::from_secs(4);
+/// How often processes are looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// How many of a dead process's last log lines are shown.
+const LINES_SHOWN: usize = 12;
+
+struct Running {
+    process: Process,
+    child: Child,
+    log: PathBuf,
+}
+
+/// The processes of the demo.
+#[derive(Default)]
+pub(super) struct Children(Vec<Running>);
+
+impl Children {
+    /// Starts a process that writes its log into `directory`.
+    pub(super) fn start(
+        &mut self,
+        name: &str,
+        program: &Path,
+        arguments: &[PathBuf],
+        directory: &Path,
+    ) -> Result<(), Failure> {
+        let log = directory.join(format!("{name}.log"));
+        let cannot = |what: &Path, error: std::io::Error| {
+            Failure::runtime(format!("cannot start {name}: {}: {error}", what.display()))
+        };
+        let output = File::create(&log).map_err(|e| cannot(&log, e))?;
+        let also = output.try_clone().map_err(|e| cannot(&log, e))?;
+        let child = Command::new(program)
+            .args(arguments)
+            .current_dir(directory)
+            .stdin(Stdio::null())
+            .stdout(output)
+            .stderr(also)
+            // A Ctrl-C at the terminal is for the demo, which then stops its processes in order.
+            .process_group(0)
+            .kill_on_drop(true)
+            .spawn()
+            .map_err(|e| cannot(program, e))?;
+        // A process that has just been started has an id until it is waited for.
+        let pid = child.id().unwrap_or_default();
+        self.0.push(Running { process: Process { name: name.to_owned(), pid }, child, log });
+        Ok(())
+    }
+
+    /// The processes.
+    pub(super) fn processes(&self) -> Vec<Process> {
+        self.0.iter().map(|running| running.process.clone()).collect()
+    }
+
+    /// Waits for a process to end of its own accord, and tells about it.
+    pub(super) async fn a_death(&mut self) -> Failure {
+        loop {
+            for running in &mut self.0 {
+                if let Ok(Some(status)) = running.child.try_wait() {
+                    return obituary(running, status);
+                }
+            }
+            sleep(LOOK_EVERY).await;
+        }
+    }
+
+    /// Stops all processes: asks them to, and after a while, or when interrupted, kills them.
+    pub(super) async fn stop(mut self, interrupts: &mut Interrupts) {
+        for running in &mut self.0 {
+            ask_to_stop(&mut running.child);
+        }
+        tokio::select! {
+            () = self.all_ended() => {}
+            () = sleep(PATIENCE) => {}
+            () = interrupts.next() => {}
+        }
+        for running in &mut self.0 {
+            // An error means that it has ended already.
+            let _ = running.child.start_kill();
+        }
+        // Killed processes end; only an unkillable one would keep us here.
+        let _ = timeout(PATIENCE, self.all_ended()).await;
+    }
+
+    async fn all_ended(&mut self) {
+        for running in &mut self.0 {
+            // An error means that it was waited for already.
+            let _ = running.child.wait().await;
+        }
+    }
+}
+
+fn ask_to_stop(child: &mut Child) {
+    let pid = child.id().and_then(|id| i32::try_from(id).ok());
+    if let Some(pid) = pid {
+        // An error means that it has ended already.
+        let _ = kill(Pid::from_raw(pid), Signal::SIGTERM);
+    }
+}
+
+fn obituary(running: &Running, status: ExitStatus) -> Failure {
+    let log = fs::read_to_string(&running.log).unwrap_or_default();
+    let mut last: Vec<&str> = log.lines().rev().take(LINES_SHOWN).collect();
+    last.reverse();
+    let name = &running.process.name;
+    let last = if last.is_empty() { "nothing".to_owned() } else { last.join("\n  ") };
+    Failure::runtime(format!("{name} ended unexpectedly ({status}); its log ended with\n  {last}"))
+}

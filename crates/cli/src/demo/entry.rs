@@ -1,0 +1,102 @@
+//! What the demo has to tell, one entry at a time: for people a line, for machines a JSON object.
+
+use serde::Serialize;
+use truss::fault::Fault;
+use truss::ids::{ComponentPath, ModuleName, Step};
+use wire::FaultState;
+
+/// A process of the demo.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(super) struct Process {
+    pub(super) name: String,
+    pub(super) pid: u32,
+}
+
+/// Something worth telling.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub(super) enum Entry {
+    /// The processes run.
+    Started { structure: String, processes: Vec<Process>, endpoint: String },
+    /// A process is there.
+    Ready { process: String },
+    /// Some channels are not watched yet.
+    WarmingUp { step: Step, of_step: Step },
+    /// Every channel of a module is watched.
+    InService { module: ModuleName, since_step: Step },
+    /// A component got a fault.
+    Injected { step: Step, component: ComponentPath, fault: Fault, story: &'static str },
+    /// A component lost its fault.
+    Repaired { step: Step, component: ComponentPath },
+    /// A channel's divergence reached its threshold.
+    Change { step: Step, component: ComponentPath, ratio: f64 },
+    /// A module asked its peers.
+    Asked { step: Step, module: ModuleName, questions: u64, unanswered: u64 },
+    /// A module found something about a component.
+    Verdict {
+        step: Step,
+        component: ComponentPath,
+        state: FaultState,
+        detection_step: Option<Step>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        explained_by: Option<ComponentPath>,
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        silent: Vec<ModuleName>,
+    },
+    /// Something is not as it should be.
+    Trouble { text: String },
+    /// What came of it.
+    Summary(Summary),
+}
+
+impl Entry {
+    /// The step that the entry is about.
+    pub(super) fn step(&self) -> Option<Step> {
+        match self {
+            Entry::WarmingUp { step, .. }
+            | Entry::Injected { step, .. }
+            | Entry::Repaired { step, .. }
+            | Entry::Change { step, .. }
+            | Entry::Asked { step, .. }
+            | Entry::Verdict { step, .. } => Some(*step),
+            Entry::InService { since_step, .. } => Some(*since_step),
+            Entry::Started { .. }
+            | Entry::Ready { .. }
+            | Entry::Trouble { .. }
+            | Entry::Summary(_) => None,
+        }
+    }
+}
+
+/// What was injected against what was diagnosed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Summary {
+    pub(super) injected: Vec<InjectedFault>,
+    pub(super) diagnosed: Vec<DiagnosedFault>,
+    /// Every injected fault was named in its time, and nothing else was.
+    pub(super) exact: bool,
+    /// The process ids of the plant and the diagnosers.
+    pub(super) pids: Vec<u32>,
+}
+
+/// A fault that was injected.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct InjectedFault {
+    pub(super) component: ComponentPath,
+    pub(super) fault: Fault,
+    pub(super) step: Step,
+    pub(super) repaired_step: Step,
+}
+
+/// A fault that was diagnosed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct DiagnosedFault {
+    pub(super) component: ComponentPath,
+    pub(super) onset_step: Option<Step>,
+    pub(super) detection_step: Option<Step>,
+    pub(super) decided_step: Option<Step>,
+    /// From the injection to the detection; `null` if nothing was injected there before \[ms\].
+    pub(super) delay_ms: Option<f64>,
+    /// From the injection to the verdict \[ms\].
+    pub(super) verdict_delay_ms: Option<f64>,
+}

@@ -1,0 +1,104 @@
+//! Which faults were named, and whether they are the injected ones.
+
+use std::collections::BTreeMap;
+
+use truss::ids::{ComponentPath, Step};
+use wire::{FaultState, FaultTransition};
+
+use super::entry::{DiagnosedFault, InjectedFault, Summary};
+use super::story::Act;
+
+/// The faults that were named, each with the transition that named it first.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Ledger(BTreeMap<ComponentPath, FaultTransition>);
+
+impl Ledger {
+    /// Takes a transition into account.
+    pub(super) fn take(&mut self, transition: &FaultTransition) {
+        if transition.state == FaultState::Latched {
+            self.0.entry(transition.component.clone()).or_insert_with(|| transition.clone());
+        }
+    }
+
+    /// What was injected against what was named.
+    pub(super) fn summary(&self, acts: &[Act], step_s: f64, pids: Vec<u32>) -> Summary {
+        let mut diagnosed: Vec<DiagnosedFault> =
+            self.0.values().map(|transition| diagnosed(transition, acts, step_s)).collect();
+        diagnosed.sort_by_key(|fault| fault.detection_step);
+        let exact = self.0.len() == acts.len() && acts.iter().all(|act| self.is_named_in_time(act));
+        Summary { injected: acts.iter().map(injected).collect(), diagnosed, exact, pids }
+    }
+
+    fn is_named_in_time(&self, act: &Act) -> bool {
+        let named = self.0.get(&act.story.component);
+        let detected = named.and_then(|transition| transition.detection_step);
+        detected.is_some_and(|step| (act.injected..act.over).contains(&step))
+    }
+}
+
+fn injected(act: &Act) -> InjectedFault {
+    InjectedFault {
+        component: act.story.component.clone(),
+        fault: act.story.fault,
+        step: act.injected,
+        repaired_step: act.repaired,
+    }
+}
+
+fn diagnosed(transition: &FaultTransition, acts: &[Act], step_s: f64) -> DiagnosedFault {
+    let act = acts.iter().find(|act| act.story.component == transition.component);
+    let delay_ms = |step: Option<Step>| {
+        let (step, injected) = (step?, act?.injected);
+        // Rounded to the microsecond: steps are whole milliseconds, their product is not quite.
+        let ms = step.0.checked_sub(injected.0)? as f64 * step_s * 1e3;
+        Some((ms * 1e3).round() / 1e3)
+    };
+    DiagnosedFault {
+        component: transition.component.clone(),
+        onset_step: transition.onset_step,
+        detection_step: transition.detection_step,
+        decided_step: transition.decided_step,
+        delay_ms: delay_ms(transition.detection_step),
+        verdict_delay_ms: delay_ms(transition.decided_step),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo::testing::{acts, transition};
+
+    fn exact(transitions: &[(&str, u64)]) -> bool {
+        let mut ledger = Ledger::default();
+        for &(component, step) in transitions {
+            ledger.take(&transition(component, FaultState::Latched, step));
+        }
+        ledger.summary(&acts(), 1e-3, vec![1]).exact
+    }
+
+    #[test]
+    fn exact_is_every_fault_in_its_time_and_nothing_else() {
+        assert!(exact(&[("m1/sensor/g1", 105), ("m2/actuator/a1", 1000)]));
+        for wrong in [
+            &[][..],
+            &[("m1/sensor/g1", 105)],
+            &[("m1/sensor/g1", 99), ("m2/actuator/a1", 1000)],
+            &[("m1/sensor/g1", 1000), ("m2/actuator/a1", 1000)],
+            &[("m1/sensor/g1", 105), ("m2/actuator/a2", 1000)],
+            &[("m1/sensor/g1", 105), ("m2/actuator/a1", 1000), ("m1/sensor/g2", 1200)],
+        ] {
+            assert!(!exact(wrong), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn only_the_first_latching_counts_and_other_states_do_not() {
+        let mut ledger = Ledger::default();
+        ledger.take(&transition("m1/sensor/g2", FaultState::Explained, 100));
+        ledger.take(&transition("m1/sensor/g1", FaultState::Latched, 103));
+        ledger.take(&transition("m1/sensor/g1", FaultState::Latched, 900));
+        let summary = ledger.summary(&acts(), 1e-3, vec![]);
+        assert_eq!(summary.diagnosed.len(), 1);
+        assert_eq!(summary.diagnosed[0].delay_ms, Some(3.0));
+    }
+}

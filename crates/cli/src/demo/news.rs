@@ -1,0 +1,59 @@
+//! What the parent hears from plant and diagnosers.
+
+use truss::ids::ModuleName;
+use wire::{
+    Change, DecodeError, FaultTransition, Key, ModuleStatus, PlantStatus, PlantTopic, Progress,
+    Topic, decode,
+};
+
+/// A piece of news.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum News {
+    /// A channel changed.
+    Change(Change),
+    /// A verdict changed.
+    Transition(FaultTransition),
+    /// A module tells how it is.
+    Module(ModuleStatus),
+    /// The plant tells how it is.
+    Plant(PlantStatus),
+    /// A module tells how far it is.
+    Progress(ModuleName, Progress),
+    /// A process appeared or vanished.
+    Alive { process: String, there: bool },
+    /// Nothing that could be understood.
+    Unreadable(String),
+}
+
+/// Reads a message by its key; `None` if it is of no interest.
+pub(super) fn read(key: &str, payload: &[u8]) -> Option<News> {
+    let news = match key.parse::<Key>() {
+        Ok(key) => read_known(key, payload)?,
+        Err(error) => return Some(News::Unreadable(format!("key `{key}`: {error}"))),
+    };
+    Some(news.unwrap_or_else(|error| News::Unreadable(format!("message on `{key}`: {error}"))))
+}
+
+fn read_known(key: Key, payload: &[u8]) -> Option<Result<News, DecodeError>> {
+    let news = match key {
+        Key::Module { topic: Topic::Change, .. } => decode(payload).map(News::Change),
+        Key::Module { topic: Topic::Fault(_), .. } => decode(payload).map(News::Transition),
+        Key::Module { topic: Topic::Status, .. } => decode(payload).map(News::Module),
+        Key::Module { topic: Topic::Progress, module, .. } => {
+            decode(payload).map(|progress| News::Progress(module, progress))
+        }
+        Key::Plant { topic: PlantTopic::Status, .. } => decode(payload).map(News::Plant),
+        Key::Module { .. } | Key::Plant { .. } => return None,
+    };
+    Some(news)
+}
+
+/// Reads the appearance or disappearance of a liveliness token.
+pub(super) fn read_token(key: &str, there: bool) -> Option<News> {
+    let process = match key.parse::<Key>().ok()? {
+        Key::Module { module, topic: Topic::Alive, .. } => module.to_string(),
+        Key::Plant { topic: PlantTopic::Alive, .. } => wire::keys::PLANT.to_owned(),
+        Key::Module { .. } | Key::Plant { .. } => return None,
+    };
+    Some(News::Alive { process, there })
+}

@@ -1,0 +1,248 @@
+//! From news to entries: what is told, and when the show is over. No clock: time is the plant's.
+
+use std::collections::BTreeMap;
+
+use truss::ids::{ModuleName, Step};
+use wire::{Change, FaultState, FaultTransition, ModulePhase, ModuleStatus, PlantStatus};
+
+use super::entry::{Entry, Summary};
+use super::ledger::Ledger;
+use super::news::News;
+use super::story::{Act, Pace};
+
+/// What is known of a module.
+#[derive(Debug, Clone, Copy, Default)]
+struct Module {
+    step: Step,
+    in_service: bool,
+    questions: u64,
+    unanswered: u64,
+}
+
+/// The show.
+#[derive(Debug)]
+pub(super) struct Show {
+    pace: Pace,
+    acts: Vec<Act>,
+    /// Injections and repairs that have not been told.
+    cues: Vec<(Step, Entry)>,
+    modules: BTreeMap<ModuleName, Module>,
+    /// Processes that have not appeared.
+    missing: Vec<String>,
+    ledger: Ledger,
+    now: Step,
+    late_steps: u64,
+}
+
+impl Show {
+    pub(super) fn new(pace: Pace, acts: Vec<Act>, modules: &[ModuleName]) -> Show {
+        let mut cues: Vec<_> = acts.iter().flat_map(cues).collect();
+        cues.sort_by_key(|(step, _)| std::cmp::Reverse(*step));
+        let mut missing: Vec<_> = modules.iter().map(ModuleName::to_string).collect();
+        missing.push(wire::keys::PLANT.to_owned());
+        let modules = modules.iter().map(|module| (module.clone(), Module::default())).collect();
+        let (ledger, now) = (Ledger::default(), Step(0));
+        Show { pace, acts, cues, modules, missing, ledger, now, late_steps: 0 }
+    }
+
+    /// Processes that have not appeared yet.
+    pub(super) fn missing(&self) -> &[String] {
+        &self.missing
+    }
+
+    /// How far the plant is known to be.
+    pub(super) fn now(&self) -> Step {
+        self.now
+    }
+
+    /// Every module has seen the last story through.
+    pub(super) fn is_over(&self) -> bool {
+        let end = self.acts.last().map_or(Step(0), |act| act.over);
+        self.modules.values().all(|module| module.step >= end)
+    }
+
+    /// What came of it.
+    pub(super) fn summary(&self, pids: Vec<u32>) -> Summary {
+        self.ledger.summary(&self.acts, self.pace.step_s, pids)
+    }
+
+    /// Takes a piece of news; what is to be told goes to `entries`.
+    pub(super) fn take(&mut self, news: News, entries: &mut Vec<Entry>) {
+        match news {
+            News::Alive { process, there } => self.token(process, there, entries),
+            News::Progress(module, progress) => self.module_is_at(&module, progress.step, entries),
+            News::Plant(status) => self.plant(&status, entries),
+            News::Module(status) => self.status(&status, entries),
+            News::Change(change) => self.change(change, entries),
+            News::Transition(transition) => self.transition(transition, entries),
+            News::Unreadable(text) => entries.push(Entry::Trouble { text }),
+        }
+    }
+
+    fn token(&mut self, process: String, there: bool, entries: &mut Vec<Entry>) {
+        if !there {
+            entries.push(Entry::Trouble { text: format!("{process} is gone") });
+        } else if let Some(place) = self.missing.iter().position(|missing| *missing == process) {
+            self.missing.remove(place);
+            entries.push(Entry::Ready { process });
+        }
+    }
+
+    fn module_is_at(&mut self, module: &ModuleName, step: Step, entries: &mut Vec<Entry>) {
+        if let Some(module) = self.modules.get_mut(module) {
+            module.step = module.step.max(step);
+        }
+        self.time_is(step, entries);
+    }
+
+    /// Moves the time on and tells what has come due.
+    fn time_is(&mut self, step: Step, entries: &mut Vec<Entry>) {
+        let before = self.seconds(self.now);
+        self.now = self.now.max(step);
+        if self.seconds(self.now) > before && self.modules.values().any(|m| !m.in_service) {
+            let of_step = Step(self.pace.warm_up);
+            entries.push(Entry::WarmingUp { step: self.now.min(of_step), of_step });
+        }
+        while let Some((_, cue)) = self.cues.pop_if(|(due, _)| *due <= self.now) {
+            entries.push(cue);
+        }
+    }
+
+    fn seconds(&self, step: Step) -> u64 {
+        (step.0 as f64 * self.pace.step_s) as u64
+    }
+
+    fn plant(&mut self, status: &PlantStatus, entries: &mut Vec<Entry>) {
+        self.time_is(status.next_step.minus(1), entries);
+        if status.samples_unsent > 0 {
+            let text = format!("the plant could not send {} samples", status.samples_unsent);
+            entries.push(Entry::Trouble { text });
+        }
+        self.late_steps = status.late_steps;
+    }
+
+    fn status(&mut self, status: &ModuleStatus, entries: &mut Vec<Entry>) {
+        if let Some(step) = status.step {
+            self.module_is_at(&status.module, step, entries);
+        }
+        let Some(known) = self.modules.get_mut(&status.module) else { return };
+        let module = status.module.clone();
+        if status.phase == ModulePhase::InService && !known.in_service {
+            known.in_service = true;
+            let since_step = status.in_service_since_step.unwrap_or(known.step);
+            entries.push(Entry::InService { module: module.clone(), since_step });
+        }
+        let asked = status.diagnosis.questions_asked;
+        let unanswered = status.diagnosis.questions_unanswered;
+        if asked > known.questions || unanswered > known.unanswered {
+            entries.push(Entry::Asked {
+                step: known.step,
+                module,
+                questions: asked.saturating_sub(known.questions),
+                unanswered: unanswered.saturating_sub(known.unanswered),
+            });
+        }
+        (known.questions, known.unanswered) = (asked, unanswered);
+    }
+
+    fn change(&mut self, change: Change, entries: &mut Vec<Entry>) {
+        self.time_is(change.step, entries);
+        let (component, ratio) = (change.component, change.evidence.ratio);
+        entries.push(Entry::Change { step: change.step, component, ratio });
+    }
+
+    fn transition(&mut self, transition: FaultTransition, entries: &mut Vec<Entry>) {
+        let step = transition.decided_step.unwrap_or(self.now);
+        self.time_is(step, entries);
+        self.ledger.take(&transition);
+        // The change was told already, and that it is over is no finding.
+        if matches!(transition.state, FaultState::Tentative | FaultState::Normal) {
+            return;
+        }
+        entries.push(Entry::Verdict {
+            step,
+            component: transition.component,
+            state: transition.state,
+            detection_step: transition.detection_step,
+            explained_by: transition.explained_by,
+            silent: transition.silent,
+        });
+    }
+}
+
+/// The injection and the repair of an act.
+fn cues(act: &Act) -> [(Step, Entry); 2] {
+    let component = act.story.component.clone();
+    let injected = Entry::Injected {
+        step: act.injected,
+        component: component.clone(),
+        fault: act.story.fault,
+        story: act.story.title,
+    };
+    [
+        (act.injected, injected),
+        (act.repaired, Entry::Repaired { step: act.repaired, component }),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo::testing::{PACE, acts, transition};
+    use truss::ids::RunId;
+    use wire::Progress;
+
+    fn show() -> Show {
+        Show::new(PACE, acts(), &["m1".parse().unwrap(), "m2".parse().unwrap()])
+    }
+
+    fn progress(module: &str, step: u64) -> News {
+        News::Progress(module.parse().unwrap(), Progress { run: RunId(1), step: Step(step) })
+    }
+
+    fn told(show: &mut Show, news: News) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        show.take(news, &mut entries);
+        entries
+    }
+
+    #[test]
+    fn an_injection_is_told_before_what_follows_from_it() {
+        let entries = told(
+            &mut show(),
+            News::Transition(transition("m1/sensor/g1", FaultState::Latched, 104)),
+        );
+        assert!(matches!(entries[0], Entry::Injected { step: Step(100), .. }), "{entries:?}");
+        assert!(matches!(entries[1], Entry::Verdict { state: FaultState::Latched, .. }));
+        assert_eq!(entries.len(), 2);
+    }
+
+    #[test]
+    fn the_show_is_over_when_the_slowest_module_is_through() {
+        let mut show = show();
+        told(&mut show, progress("m1", 99_999));
+        assert!(!show.is_over());
+        told(&mut show, progress("m2", acts()[1].over.0));
+        assert!(show.is_over());
+    }
+
+    #[test]
+    fn processes_are_missed_until_they_appear() {
+        let mut show = show();
+        assert_eq!(show.missing(), ["m1", "m2", "plant"]);
+        for process in ["plant", "m2", "m1"] {
+            told(&mut show, News::Alive { process: process.into(), there: true });
+        }
+        assert!(show.missing().is_empty());
+        let gone = told(&mut show, News::Alive { process: "m1".into(), there: false });
+        assert_eq!(gone, [Entry::Trouble { text: "m1 is gone".into() }]);
+    }
+
+    #[test]
+    fn what_is_only_tentative_is_no_verdict() {
+        let mut show = show();
+        for state in [FaultState::Tentative, FaultState::Normal] {
+            assert!(told(&mut show, News::Transition(transition("m1/sensor/g1", state, 5))).is_empty());
+        }
+    }
+}

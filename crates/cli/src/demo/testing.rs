@@ -1,0 +1,43 @@
+//! Made-up acts and transitions for tests.
+
+use truss::fault::Fault;
+use truss::ids::{ComponentPath, Step};
+use wire::{FaultState, FaultTransition};
+
+use super::story::{Act, Pace, Story};
+
+pub(super) const PACE: Pace = Pace { step_s: 1e-3, warm_up: 50, horizon: 25, interval: 20 };
+
+pub(super) fn acts() -> Vec<Act> {
+    let act = |path: &str, fault, injected| Act {
+        story: Story { title: "t", component: path.parse().unwrap(), fault },
+        injected: Step(injected),
+        repaired: Step(injected + 15),
+        over: Step(injected + 900),
+    };
+    vec![
+        act("m1/sensor/g1", Fault::ZeroOutput {}, 100),
+        act("m2/actuator/a1", Fault::HardOver {}, 1000),
+    ]
+}
+
+pub(super) fn transition(component: &str, state: FaultState, detected: u64) -> FaultTransition {
+    let component: ComponentPath = component.parse().unwrap();
+    FaultTransition {
+        structure: "t".parse().unwrap(),
+        module: component.module.clone(),
+        kind: component.component.kind(),
+        component,
+        state,
+        sequence: 1,
+        run: None,
+        onset_step: None,
+        detection_step: Some(Step(detected)),
+        decided_step: Some(Step(detected)),
+        evidence: None,
+        explained_by: None,
+        explained_since_step: None,
+        silent: Vec::new(),
+        time_unix_ns: 0,
+    }
+}

@@ -1,0 +1,177 @@
+//! How entries are told: coloured lines for people, or one JSON object a line for machines.
+
+use std::io::{self, IsTerminal, Write};
+
+use comfy_table::CellAlignment;
+use serde::Serialize;
+use truss::fault::Fault;
+use truss::ids::{ComponentPath, ModuleName};
+use wire::FaultState;
+
+use super::entry::{Entry, Process, Summary};
+use crate::paint::{Colour, Paint};
+use crate::table::table;
+
+/// Tells entries on standard output.
+pub(super) struct Voice {
+    json: bool,
+    paint: Paint,
+    step_s: f64,
+}
+
+#[derive(Serialize)]
+struct Timed<'a> {
+    #[serde(flatten)]
+    entry: &'a Entry,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_s: Option<f64>,
+}
+
+impl Voice {
+    pub(super) fn new(json: bool, step_s: f64) -> Voice {
+        Voice { json, paint: Paint::for_terminal(io::stdout().is_terminal()), step_s }
+    }
+
+    /// Tells an entry, at once.
+    pub(super) fn tell(&self, entry: &Entry) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        let time_s = entry.step().map(|step| step.0 as f64 * self.step_s);
+        if self.json {
+            serde_json::to_writer(&mut out, &Timed { entry, time_s })?;
+            writeln!(out)?;
+        } else {
+            let time = time_s.map_or_else(String::new, |time_s| format!("{time_s:.3} s"));
+            for line in self.text(entry).lines() {
+                writeln!(out, "{time:>10}  {line}")?;
+            }
+        }
+        out.flush()
+    }
+
+    fn text(&self, entry: &Entry) -> String {
+        let paint = &self.paint;
+        match entry {
+            Entry::Started { structure, processes, endpoint } => {
+                started(structure, processes, endpoint)
+            }
+            Entry::Ready { process } => format!("ready      {process}"),
+            Entry::WarmingUp { step, of_step } => {
+                format!("warming up step {step} of {of_step}")
+            }
+            Entry::InService { module, .. } => format!("in service {module}: every channel is watched"),
+            Entry::Injected { component, fault, story, .. } => {
+                let what = format!("{component}: {}", describe(fault));
+                format!("\n{}  {}\n{story}", paint.bold("INJECT   "), paint.bold(&what))
+            }
+            Entry::Repaired { component, .. } => format!("repair     {component}"),
+            Entry::Change { component, ratio, .. } => paint.in_colour(
+                Colour::Dim,
+                &format!("change     {component}, divergence at {ratio:.1} times its threshold"),
+            ),
+            Entry::Asked { module, questions, unanswered, .. } => {
+                paint.in_colour(Colour::Cyan, &asked(module, *questions, *unanswered))
+            }
+            Entry::Verdict { component, state, explained_by, silent, .. } => {
+                self.verdict(component, *state, explained_by.as_ref(), silent)
+            }
+            Entry::Trouble { text } => paint.in_colour(Colour::Yellow, &format!("trouble    {text}")),
+            Entry::Summary(summary) => self.summary(summary),
+        }
+    }
+
+    fn verdict(
+        &self,
+        component: &ComponentPath,
+        state: FaultState,
+        explained_by: Option<&ComponentPath>,
+        silent: &[ModuleName],
+    ) -> String {
+        match (state, explained_by) {
+            (FaultState::Latched, _) => {
+                self.paint.in_colour(Colour::Red, &format!("FAULT      {component}"))
+            }
+            (FaultState::Explained, Some(root)) => self
+                .paint
+                .in_colour(Colour::Green, &format!("explained  {component}, explained by {root}")),
+            (FaultState::Unconfirmed, _) => {
+                let silent: Vec<_> = silent.iter().map(ModuleName::as_str).collect();
+                let text = format!("unconfirmed {component}: silent: {}", silent.join(", "));
+                self.paint.in_colour(Colour::Yellow, &text)
+            }
+            (state, _) => format!("{state:<10} {component}"),
+        }
+    }
+
+    fn summary(&self, summary: &Summary) -> String {
+        let mut table = table(["fault", "component", "injected", "diagnosed", "delay", "verdict after"]);
+        for injected in &summary.injected {
+            let named = summary.diagnosed.iter().find(|d| d.component == injected.component);
+            let ms = |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{ms:.0} ms"));
+            table.add_row([
+                injected.fault.kind().to_string(),
+                injected.component.to_string(),
+                format!("step {}", injected.step),
+                named.map_or_else(|| "NOT NAMED".into(), |named| named.component.to_string()),
+                ms(named.and_then(|named| named.delay_ms)),
+                ms(named.and_then(|named| named.verdict_delay_ms)),
+            ]);
+        }
+        for named in &summary.diagnosed {
+            if !summary.injected.iter().any(|injected| injected.component == named.component) {
+                let at = named.detection_step.map_or_else(|| "-".into(), |s| format!("step {s}"));
+                let dash = || "-".to_owned();
+                table.add_row([dash(), dash(), dash(), named.component.to_string(), at, dash()]);
+            }
+        }
+        for column in table.column_iter_mut().skip(4) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        let verdict = if summary.exact {
+            self.paint.in_colour(Colour::Green, "exact: every injected fault was named, and nothing else")
+        } else {
+            self.paint.in_colour(Colour::Red, "not exact: injected and diagnosed faults differ")
+        };
+        format!("\n{}\n\n{verdict}", table.trim_fmt())
+    }
+}
+
+fn started(structure: &str, processes: &[Process], endpoint: &str) -> String {
+    let processes: Vec<_> =
+        processes.iter().map(|process| format!("{} ({})", process.name, process.pid)).collect();
+    format!(
+        "{structure}: {}\nwatch it:\n{}\n ",
+        processes.join(", "),
+        watch_line(endpoint)
+    )
+}
+
+/// The line that shows the faults in another terminal.
+fn watch_line(endpoint: &str) -> String {
+    format!(
+        "  zenoh --mode client --connect {endpoint} --cfg scouting/multicast/enabled:false \
+         subscribe -k 'trusswatch/*/*/fault/**' --decoder json --line '{{key}} {{value}}'"
+    )
+}
+
+fn asked(module: &ModuleName, questions: u64, unanswered: u64) -> String {
+    let of_these = match unanswered {
+        0 => String::new(),
+        count => format!("; {count} went unanswered and are asked again"),
+    };
+    format!("asked      {module} asked its peers {questions} times{of_these}")
+}
+
+/// A fault in words.
+fn describe(fault: &Fault) -> String {
+    match *fault {
+        Fault::InternalLeakage { area_m2 } => format!("internal leakage, {area_m2:e} m²"),
+        Fault::ExternalLeakageA { area_m2 } => format!("leakage of chamber A, {area_m2:e} m²"),
+        Fault::ExternalLeakageB { area_m2 } => format!("leakage of chamber B, {area_m2:e} m²"),
+        Fault::HardOver {} => "hard-over, the inlet valve is fully open".to_owned(),
+        Fault::Bias { offset_m } => format!("bias of {:+} µm", (offset_m * 1e9).round() / 1e3),
+        Fault::RandomWalk { increment_m, .. } => {
+            format!("random walk, {} µm a step", (increment_m * 1e9).round() / 1e3)
+        }
+        Fault::ZeroOutput {} => "zero output".to_owned(),
+    }
+}

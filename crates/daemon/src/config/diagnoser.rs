@@ -1,0 +1,294 @@
+//! A diagnoser's file: its own module and nothing else of the structure.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use diagnosis::residual::Hydraulics;
+use diagnosis::{Diagnoser, ModuleSetup, SetupError};
+use serde::{Deserialize, Serialize};
+use truss::Structure;
+use truss::ids::{Component, ModuleName, StructureName};
+
+use super::document::Document;
+use super::error::ConfigErrors;
+use super::flags::NetworkFlags;
+use super::method::{DetectionSection, IsolationSection};
+use super::network::Network;
+use crate::thresholds::Thresholds;
+
+/// The file as it is written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DiagnoserFile {
+    module: ModuleName,
+    structure: PathBuf,
+    thresholds: PathBuf,
+    #[serde(default)]
+    peers: Vec<ModuleName>,
+    #[serde(default = "one_millisecond")]
+    step_s: f64,
+    gage_noise_strain: f64,
+    hydraulics: Hydraulics,
+    #[serde(default)]
+    detection: DetectionSection,
+    #[serde(default)]
+    isolation: IsolationSection,
+    #[serde(default)]
+    network: Network,
+    #[serde(default)]
+    publish: PublishSettings,
+    #[serde(default)]
+    queries: QuerySettings,
+}
+
+fn one_millisecond() -> f64 {
+    1e-3
+}
+
+/// The table `[publish]`: how often what is published.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PublishSettings {
+    /// Steps between two divergence messages: 100. At a change there is one besides.
+    pub divergence_every_steps: u64,
+    /// Steps between two progress messages: 20.
+    pub progress_every_steps: u64,
+    /// Time between two status messages \[ms\]: 1000.
+    pub status_every_ms: u64,
+    /// Transitions of each component that late listeners are given: 64.
+    pub history: usize,
+    /// Samples that may wait to be processed: 4096. More are dropped and counted.
+    pub sample_queue: usize,
+}
+
+impl Default for PublishSettings {
+    fn default() -> Self {
+        Self {
+            divergence_every_steps: 100,
+            progress_every_steps: 20,
+            status_every_ms: 1000,
+            history: 64,
+            sample_queue: 4096,
+        }
+    }
+}
+
+/// The table `[queries]`: how long who waits for whom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct QuerySettings {
+    /// How long a peer's answer is waited for \[ms\]: 300.
+    pub timeout_ms: u64,
+    /// How long a peer's question is held until its step comes \[ms\]: 1000.
+    pub hold_ms: u64,
+}
+
+impl Default for QuerySettings {
+    fn default() -> Self {
+        Self { timeout_ms: 300, hold_ms: 1000 }
+    }
+}
+
+impl QuerySettings {
+    pub(crate) fn timeout(&self) -> Duration {
+        Duration::from_millis(self.timeout_ms)
+    }
+
+    pub(crate) fn hold(&self) -> Duration {
+        Duration::from_millis(self.hold_ms)
+    }
+}
+
+/// Everything that a diagnoser process is told, checked.
+#[derive(Debug, Clone)]
+pub struct DiagnoserConfig {
+    /// Name of the structure, from its description.
+    pub structure_name: StructureName,
+    /// Where to listen and connect.
+    pub network: Network,
+    /// How often what is published.
+    pub publish: PublishSettings,
+    /// How long who waits for whom.
+    pub queries: QuerySettings,
+    /// Fingerprint of the thresholds.
+    pub thresholds: String,
+    setup: ModuleSetup,
+}
+
+impl DiagnoserConfig {
+    /// What the `diagnosis::Diagnoser` is made from.
+    #[must_use]
+    pub fn module_setup(&self) -> ModuleSetup {
+        self.setup.clone()
+    }
+
+    /// The module.
+    #[must_use]
+    pub fn module(&self) -> &ModuleName {
+        &self.setup.module
+    }
+
+    /// The other modules that are asked.
+    #[must_use]
+    pub fn peers(&self) -> &[ModuleName] {
+        &self.setup.peers
+    }
+
+    /// Number of actuators and of gages.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        let module = self.setup.structure.module(&self.setup.module);
+        module.map_or((0, 0), |module| (module.actuators.len(), module.gages.len()))
+    }
+
+    /// Adds endpoints from the command line.
+    ///
+    /// # Errors
+    /// An endpoint that is none.
+    pub fn with_flags(mut self, flags: &NetworkFlags) -> Result<Self, ConfigErrors> {
+        self.network.add(flags);
+        super::flags::check(flags)?;
+        Ok(self)
+    }
+}
+
+/// Reads and checks a diagnoser's file and the files that it names.
+///
+/// # Errors
+/// Every mistake that was found.
+pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
+    let document = Document::read(file)?;
+    let mut written: DiagnoserFile = document.parse()?;
+    let mut errors = ConfigErrors(Vec::new());
+    written.network.check(&document, &mut errors);
+    check_figures(&written, &document, &mut errors);
+    let structure = errors.collect(load_structure(&document.beside(&written.structure)));
+    let thresholds = Document::read(&document.beside(&written.thresholds))
+        .and_then(|document| Ok((document.parse::<Thresholds>()?, document)));
+    let thresholds = errors.collect(thresholds);
+    let (Some(structure), Some((thresholds, thresholds_document))) = (structure, thresholds) else {
+        return Err(errors);
+    };
+    let components = components(&structure, &written.module);
+    if components.is_empty() {
+        let problem = format!(
+            "`{}` has no module `{}` with actuators or gages",
+            written.structure.display(),
+            written.module
+        );
+        errors.add(file, document.line(&["module"]), problem);
+        return Err(errors);
+    }
+    let fitted = thresholds.fit(&written.module, &components, &written.detection);
+    let fitted = fitted.unwrap_or_else(|problems| {
+        for problem in problems {
+            let place = problem.place();
+            let place: Vec<&str> = place.iter().map(String::as_str).collect();
+            errors.add(&thresholds_document.file, thresholds_document.line(&place), problem);
+        }
+        // Stands in so that the rest of the setup can be checked as well.
+        vec![1.0; components.len()]
+    });
+    let structure_name = structure.name.clone();
+    let setup = setup(&written, structure, fitted);
+    for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
+        errors.add(file, document.line(&place(&problem)), problem);
+    }
+    errors.or(DiagnoserConfig {
+        structure_name,
+        network: written.network,
+        publish: written.publish,
+        queries: written.queries,
+        thresholds: thresholds.fingerprint(),
+        setup,
+    })
+}
+
+/// Reads a structure's description.
+pub(super) fn load_structure(file: &Path) -> Result<Structure, ConfigErrors> {
+    let document = Document::read(file)?;
+    Structure::from_toml(&document.text).map_err(|mistakes| {
+        let mut errors = ConfigErrors(Vec::new());
+        for mistake in mistakes.iter() {
+            errors.add(file, mistake.line, &mistake.problem);
+        }
+        errors
+    })
+}
+
+fn components(structure: &Structure, module: &ModuleName) -> Vec<Component> {
+    let Some(module) = structure.module(module) else { return Vec::new() };
+    let actuators = module.actuators.iter().map(|actuator| Component::Actuator(actuator.name.clone()));
+    let gages = module.gages.iter().map(|gage| Component::Sensor(gage.name.clone()));
+    actuators.chain(gages).collect()
+}
+
+fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) -> ModuleSetup {
+    ModuleSetup {
+        module: written.module.clone(),
+        structure,
+        hydraulics: written.hydraulics,
+        gage_noise_strain: written.gage_noise_strain,
+        step_s: written.step_s,
+        detection: written.detection.into(),
+        isolation: written.isolation.into(),
+        thresholds,
+        peers: written.peers.clone(),
+    }
+}
+
+/// Where in the file a problem of the setup lies.
+fn place(problem: &SetupError) -> Vec<&str> {
+    use diagnosis::divergence::SettingsError;
+    match problem {
+        SetupError::Divergence(SettingsError::Window(_)) => vec!["detection", "window"],
+        SetupError::Divergence(SettingsError::Lag(_)) => vec!["detection", "lag"],
+        SetupError::Divergence(SettingsError::Interval(_)) => vec!["detection", "interval"],
+        SetupError::Divergence(SettingsError::PriorScatter(_)) => vec!["gage_noise_strain"],
+        SetupError::Hydraulics(error) => vec!["hydraulics", error.name],
+        SetupError::Figure { name: name @ ("step_s" | "gage_noise_strain"), .. } => vec![name],
+        SetupError::Figure { name: name @ "warm_up_vectors", .. } => vec!["detection", name],
+        SetupError::Figure { name, .. } => vec!["isolation", name],
+        SetupError::Peer(_) => vec!["peers"],
+        SetupError::Structure(_) | SetupError::Model { .. } => vec!["structure"],
+        SetupError::ThresholdCount { .. } | SetupError::Threshold { .. } => vec!["thresholds"],
+    }
+}
+
+fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut ConfigErrors) {
+    for (key, name) in [("module", &written.module)]
+        .into_iter()
+        .chain(written.peers.iter().map(|peer| ("peers", peer)))
+    {
+        if name.as_str() == wire::keys::PLANT {
+            let problem = format!("no module may be called `{name}`: keys need the word");
+            errors.add(&document.file, document.line(&[key]), problem);
+        }
+    }
+    let PublishSettings {
+        divergence_every_steps,
+        progress_every_steps,
+        status_every_ms,
+        history,
+        sample_queue,
+    } = written.publish;
+    let QuerySettings { timeout_ms, hold_ms } = written.queries;
+    for (table, key, value, allowed) in [
+        ("publish", "divergence_every_steps", divergence_every_steps, 1..=1_000_000),
+        ("publish", "progress_every_steps", progress_every_steps, 1..=10_000),
+        ("publish", "status_every_ms", status_every_ms, 100..=60_000),
+        ("publish", "history", history as u64, 1..=10_000),
+        ("publish", "sample_queue", sample_queue as u64, 16..=1_000_000),
+        ("queries", "timeout_ms", timeout_ms, 10..=10_000),
+        ("queries", "hold_ms", hold_ms, 10..=60_000),
+    ] {
+        if !allowed.contains(&value) {
+            let problem = format!(
+                "`{key}` is {value}; use {} to {}",
+                allowed.start(),
+                allowed.end()
+            );
+            errors.add(&document.file, document.line(&[table, key]), problem);
+        }
+    }
+}

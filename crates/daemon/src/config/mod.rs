@@ -1,0 +1,20 @@
+//! Configuration files: read, checked, and every mistake reported at once.
+
+mod diagnoser;
+mod document;
+mod error;
+mod flags;
+mod method;
+mod network;
+mod plant;
+mod schedule;
+mod speed;
+
+pub use diagnoser::{DiagnoserConfig, PublishSettings, QuerySettings, load_diagnoser};
+pub use error::{ConfigError, ConfigErrors};
+pub use flags::{NetworkFlags, PlantFlags};
+pub use method::{DetectionSection, IsolationSection};
+pub use network::{Mode, Network};
+pub use plant::{LockStep, MismatchSection, PlantConfig, load_plant};
+pub use schedule::{Schedule, ScheduledFault, load_schedule};
+pub use speed::{Speed, SpeedError};

@@ -1,0 +1,80 @@
+//! Where a process listens and connects.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use zenoh::config::EndPoint;
+
+use super::document::Document;
+use super::error::ConfigErrors;
+use super::flags::NetworkFlags;
+use crate::session;
+
+/// Peer of its neighbours, or client of a router.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Connects directly to everybody it is told of.
+    #[default]
+    Peer,
+    /// Connects to a router, which passes everything on.
+    Client,
+}
+
+/// The table `[network]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Network {
+    /// Peer, the default, or client.
+    pub mode: Option<Mode>,
+    /// Endpoints to listen on, e.g. `tcp/127.0.0.1:7447`; added to by `--listen`.
+    pub listen: Vec<String>,
+    /// Endpoints to connect to; added to by `--connect`.
+    pub connect: Vec<String>,
+    /// A file of Zenoh's own settings in JSON5, used as it is in place of everything that trusswatch
+    /// would set; only `listen` and `connect`, if given, take the place of the file's.
+    pub zenoh: Option<PathBuf>,
+}
+
+impl Network {
+    /// A peer that listens nowhere.
+    #[must_use]
+    pub fn peer_of(endpoints: &[String]) -> Self {
+        Self { connect: endpoints.to_vec(), ..Self::default() }
+    }
+
+    /// A client.
+    #[must_use]
+    pub fn client_of(endpoints: &[String]) -> Self {
+        Self { mode: Some(Mode::Client), connect: endpoints.to_vec(), ..Self::default() }
+    }
+
+    pub(super) fn add(&mut self, flags: &NetworkFlags) {
+        self.listen.extend_from_slice(&flags.listen);
+        self.connect.extend_from_slice(&flags.connect);
+    }
+
+    /// Turns the file's path into one from here, and checks everything.
+    pub(super) fn check(&mut self, document: &Document, errors: &mut ConfigErrors) {
+        let line = |key: &str| document.line(&["network", key]);
+        for (key, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
+            for endpoint in endpoints {
+                if let Err(error) = endpoint.parse::<EndPoint>() {
+                    let problem = format!(
+                        "`{endpoint}` is no endpoint ({error}); write e.g. `tcp/127.0.0.1:7447`"
+                    );
+                    errors.add(&document.file, line(key), problem);
+                }
+            }
+        }
+        let Some(file) = &mut self.zenoh else { return };
+        *file = document.beside(file);
+        if self.mode.is_some() {
+            let problem = "`mode` has no effect beside `zenoh`; set it in that file";
+            errors.add(&document.file, line("mode"), problem);
+        }
+        if let Err(error) = session::from_file(file) {
+            errors.add(&document.file, line("zenoh"), error);
+        }
+    }
+}

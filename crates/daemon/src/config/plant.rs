@@ -1,0 +1,230 @@
+//! The simulated plant's file.
+
+use std::path::{Path, PathBuf};
+
+use plant::{Mismatch, Plant, PlantParameters};
+use serde::{Deserialize, Serialize};
+use truss::Structure;
+use truss::ids::{ModuleName, RunId};
+
+use super::diagnoser::load_structure;
+use super::document::Document;
+use super::error::ConfigErrors;
+use super::flags::PlantFlags;
+use super::network::Network;
+use super::schedule::{Schedule, load_schedule};
+use super::speed::Speed;
+
+/// The file as it is written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlantFile {
+    structure: PathBuf,
+    #[serde(default = "first_seed")]
+    seed: u64,
+    #[serde(default = "real_time")]
+    speed: Speed,
+    #[serde(default)]
+    steps: Option<u64>,
+    #[serde(default)]
+    wait_for: Option<Vec<ModuleName>>,
+    #[serde(default)]
+    schedule: Option<PathBuf>,
+    #[serde(default)]
+    mismatch: Option<MismatchSection>,
+    #[serde(default)]
+    plant: PlantParameters,
+    #[serde(default)]
+    lock_step: LockStep,
+    #[serde(default)]
+    network: Network,
+}
+
+fn first_seed() -> u64 {
+    1
+}
+
+fn real_time() -> Speed {
+    Speed::REAL
+}
+
+/// The table `[mismatch]`: how the true tower differs from the one that is described.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MismatchSection {
+    /// Every stiffness, mass, damping, volume, gain and noise is multiplied by a factor of its own
+    /// within 1 ± this.
+    pub relative: f64,
+    /// Seed of the factors.
+    pub seed: u64,
+}
+
+/// The table `[lock_step]`: how a plant that runs as fast as it can waits for the diagnosers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LockStep {
+    /// Most steps ahead of the slowest diagnoser: 200.
+    pub window_steps: u64,
+    /// A diagnoser that makes no progress for this long is no longer waited for \[ms\]: 10000.
+    pub patience_ms: u64,
+}
+
+impl Default for LockStep {
+    fn default() -> Self {
+        Self { window_steps: 200, patience_ms: 10_000 }
+    }
+}
+
+/// Everything that a plant process is told, checked.
+#[derive(Debug, Clone)]
+pub struct PlantConfig {
+    /// The structure as described, which the controller and the diagnosers believe in.
+    pub structure: Structure,
+    /// Its parameters, as believed too.
+    pub parameters: PlantParameters,
+    /// How the truth differs.
+    pub mismatch: Option<MismatchSection>,
+    /// Seed of all randomness.
+    pub seed: u64,
+    /// How fast simulated time passes.
+    pub speed: Speed,
+    /// End after this many steps.
+    pub steps: Option<u64>,
+    /// Number of the run; otherwise the time.
+    pub run: Option<RunId>,
+    /// Diagnosers that must be there before step 0.
+    pub wait_for: Vec<ModuleName>,
+    /// Faults to inject.
+    pub schedule: Schedule,
+    /// How diagnosers are waited for.
+    pub lock_step: LockStep,
+    /// Where to listen and connect.
+    pub network: Network,
+}
+
+impl PlantConfig {
+    /// The plant as configured, before its first step.
+    ///
+    /// # Errors
+    /// No plant can be made of this; with what would be right.
+    pub fn make_plant(&self) -> Result<Plant, plant::PlantError> {
+        let Some(MismatchSection { relative, seed }) = self.mismatch else {
+            return Plant::new(&self.structure, &self.parameters, self.seed);
+        };
+        let truth = Mismatch::draw(&self.structure, &self.parameters, relative, seed)?;
+        Plant::with_believed(
+            &truth.structure(&self.structure),
+            &self.structure,
+            &truth.parameters,
+            &self.parameters,
+            self.seed,
+        )
+    }
+}
+
+/// Reads and checks a plant's file and the files that it names; flags go before the file.
+///
+/// # Errors
+/// Every mistake that was found.
+pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, ConfigErrors> {
+    let document = Document::read(file)?;
+    let mut written: PlantFile = document.parse()?;
+    let mut errors = ConfigErrors(Vec::new());
+    written.network.check(&document, &mut errors);
+    errors.collect(super::flags::check(&flags.network));
+    written.network.add(&flags.network);
+    let schedule_file = written.schedule.as_ref().map(|schedule| document.beside(schedule));
+    let schedule_file = flags.schedule.clone().or(schedule_file);
+    let schedule = schedule_file.as_deref().map(|file| errors.collect(load_schedule(file)));
+    let structure = errors.collect(load_structure(&document.beside(&written.structure)));
+    let (Some(structure), Some(schedule)) = (structure, schedule.unwrap_or(Some(Schedule::default())))
+    else {
+        return Err(errors);
+    };
+    let wait_for = waited_for(&written, flags, &structure, &document, &mut errors);
+    check_figures(&written, &document, &mut errors);
+    let config = PlantConfig {
+        structure,
+        parameters: written.plant,
+        mismatch: written.mismatch,
+        seed: flags.seed.unwrap_or(written.seed),
+        speed: flags.speed.unwrap_or(written.speed),
+        steps: flags.steps.or(written.steps),
+        run: flags.run_id,
+        wait_for,
+        schedule,
+        lock_step: written.lock_step,
+        network: written.network,
+    };
+    check_plant(&config, &document, schedule_file.as_deref(), &mut errors);
+    errors.or(config)
+}
+
+fn waited_for(
+    written: &PlantFile,
+    flags: &PlantFlags,
+    structure: &Structure,
+    document: &Document,
+    errors: &mut ConfigErrors,
+) -> Vec<ModuleName> {
+    let equipped: Vec<ModuleName> =
+        structure.equipped().map(|module| module.name.clone()).collect();
+    if equipped.iter().any(|module| module.as_str() == wire::keys::PLANT) {
+        let problem = format!("no module may be called `{}`: keys need the word", wire::keys::PLANT);
+        errors.add(&document.file, document.line(&["structure"]), problem);
+    }
+    for module in written.wait_for.iter().flatten() {
+        if !equipped.contains(module) {
+            let known: Vec<String> = equipped.iter().map(|name| format!("`{name}`")).collect();
+            let problem =
+                format!("there is no equipped module `{module}`; use one of {}", known.join(", "));
+            errors.add(&document.file, document.line(&["wait_for"]), problem);
+        }
+    }
+    if flags.no_wait {
+        return Vec::new();
+    }
+    written.wait_for.clone().unwrap_or(equipped)
+}
+
+fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigErrors) {
+    let LockStep { window_steps, patience_ms } = written.lock_step;
+    for (key, value, allowed) in [
+        ("window_steps", window_steps, 1..=2000),
+        ("patience_ms", patience_ms, 100..=3_600_000),
+    ] {
+        if !allowed.contains(&value) {
+            let problem =
+                format!("`{key}` is {value}; use {} to {}", allowed.start(), allowed.end());
+            errors.add(&document.file, document.line(&["lock_step", key]), problem);
+        }
+    }
+}
+
+/// Makes the plant and tries every scheduled fault on it.
+fn check_plant(
+    config: &PlantConfig,
+    document: &Document,
+    schedule: Option<&Path>,
+    errors: &mut ConfigErrors,
+) {
+    let parameters = config.parameters.check();
+    for error in parameters.as_ref().err().map(|errors| errors.0.as_slice()).unwrap_or_default() {
+        let mut place = vec!["plant"];
+        place.extend(error.parameter.split('.'));
+        errors.add(&document.file, document.line(&place), error);
+    }
+    if parameters.is_err() {
+        return;
+    }
+    match config.make_plant() {
+        Ok(mut plant) => {
+            for fault in &config.schedule.faults {
+                if let Err(error) = plant.inject(&fault.component, fault.fault) {
+                    errors.add(schedule.unwrap_or(&document.file), None, error);
+                }
+            }
+        }
+        Err(error) => errors.add(&document.file, None, error),
+    }
+}

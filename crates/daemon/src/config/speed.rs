@@ -1,0 +1,99 @@
+//! How fast the plant runs.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// How fast simulated time passes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
+pub enum Speed {
+    /// As fast as the slowest diagnoser.
+    Max,
+    /// By the clock, times this factor; 1 is real time.
+    Factor(f64),
+}
+
+impl Speed {
+    /// Simulated time passes like time.
+    pub const REAL: Speed = Speed::Factor(1.0);
+
+    /// The factor, if there is one.
+    #[must_use]
+    pub fn factor(self) -> Option<f64> {
+        match self {
+            Speed::Max => None,
+            Speed::Factor(factor) => Some(factor),
+        }
+    }
+}
+
+/// A text or number that is no speed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("speed `{0}` is none; use `max`, `real` or a factor from 0.001 to 1000")]
+pub struct SpeedError(String);
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Written {
+    Number(f64),
+    Word(String),
+}
+
+impl TryFrom<Written> for Speed {
+    type Error = SpeedError;
+    fn try_from(written: Written) -> Result<Self, SpeedError> {
+        match written {
+            Written::Number(factor) => factor.to_string().parse(),
+            Written::Word(word) => word.parse(),
+        }
+    }
+}
+
+impl From<Speed> for Written {
+    fn from(speed: Speed) -> Self {
+        match speed {
+            Speed::Max => Written::Word("max".to_owned()),
+            Speed::Factor(factor) => Written::Number(factor),
+        }
+    }
+}
+
+impl FromStr for Speed {
+    type Err = SpeedError;
+    fn from_str(text: &str) -> Result<Self, SpeedError> {
+        match text {
+            "max" => Ok(Speed::Max),
+            "real" => Ok(Speed::REAL),
+            number => match number.parse::<f64>() {
+                Ok(factor) if (0.001..=1000.0).contains(&factor) => Ok(Speed::Factor(factor)),
+                _ => Err(SpeedError(number.chars().take(40).collect())),
+            },
+        }
+    }
+}
+
+impl fmt::Display for Speed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Speed::Max => f.write_str("max"),
+            Speed::Factor(factor) => write!(f, "{factor}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_factors_are_speeds_and_nothing_else_is() {
+        assert_eq!("max".parse(), Ok(Speed::Max));
+        assert_eq!("real".parse(), Ok(Speed::REAL));
+        assert_eq!("4".parse(), Ok(Speed::Factor(4.0)));
+        for text in ["", "fast", "0", "-1", "NaN", "inf", "1e9"] {
+            assert!(text.parse::<Speed>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! Between what the diagnosis says and what is sent.
+
+use diagnosis::{Answer, Counters, Phase, Question, Transition, Verdict};
+use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
+use wire::{FaultState, FaultTransition, ModulePhase};
+
+/// Who speaks.
+#[derive(Debug, Clone)]
+pub(crate) struct Speaker {
+    pub(crate) structure: StructureName,
+    pub(crate) module: ModuleName,
+}
+
+impl Speaker {
+    pub(crate) fn key(&self, topic: wire::Topic) -> String {
+        wire::Key::of_module(&self.structure, &self.module, topic).to_string()
+    }
+
+    pub(crate) fn path(&self, component: &Component) -> ComponentPath {
+        ComponentPath { module: self.module.clone(), component: component.clone() }
+    }
+
+    /// The message on a component that never had a transition.
+    pub(crate) fn untouched(&self, component: &Component, time_unix_ns: u64) -> FaultTransition {
+        FaultTransition {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            component: self.path(component),
+            kind: component.kind(),
+            state: FaultState::Normal,
+            sequence: 0,
+            run: None,
+            onset_step: None,
+            detection_step: None,
+            decided_step: None,
+            evidence: None,
+            explained_by: None,
+            explained_since_step: None,
+            silent: Vec::new(),
+            time_unix_ns,
+        }
+    }
+
+    pub(crate) fn transition(&self, transition: Transition, time_unix_ns: u64) -> FaultTransition {
+        let Transition { sequence, run, component, verdict, onset, detection, decided, evidence } =
+            transition;
+        let mut message = self.untouched(&component, time_unix_ns);
+        message.sequence = sequence;
+        message.run = Some(run);
+        message.onset_step = Some(onset);
+        message.detection_step = Some(detection);
+        message.decided_step = Some(decided);
+        message.evidence = Some(to_wire_evidence(&evidence));
+        message.state = match verdict {
+            Verdict::Normal => FaultState::Normal,
+            Verdict::Tentative => FaultState::Tentative,
+            Verdict::Unconfirmed { silent } => {
+                message.silent = silent;
+                FaultState::Unconfirmed
+            }
+            Verdict::Explained { by, since } => {
+                message.explained_by = Some(by);
+                message.explained_since_step = Some(since);
+                FaultState::Explained
+            }
+            Verdict::Latched => FaultState::Latched,
+        };
+        message
+    }
+
+    pub(crate) fn change(
+        &self,
+        run: RunId,
+        change: &diagnosis::Change,
+        evidence: &diagnosis::Evidence,
+        time_unix_ns: u64,
+    ) -> wire::Change {
+        wire::Change {
+            structure: self.structure.clone(),
+            component: self.path(&change.component),
+            run,
+            step: change.step,
+            evidence: to_wire_evidence(evidence),
+            time_unix_ns,
+        }
+    }
+
+    pub(crate) fn divergences(
+        &self,
+        run: RunId,
+        step: Step,
+        channels: (&[Component], &[diagnosis::Evidence]),
+        time_unix_ns: u64,
+    ) -> wire::Divergences {
+        let (components, evidence) = channels;
+        let channel = |(component, evidence): (&Component, &diagnosis::Evidence)| wire::Channel {
+            component: component.clone(),
+            residual: evidence.residual,
+            divergence: evidence.divergence,
+            threshold: evidence.threshold,
+        };
+        wire::Divergences {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            run,
+            step,
+            time_unix_ns,
+            channels: components.iter().zip(evidence).map(channel).collect(),
+        }
+    }
+
+    pub(crate) fn answer(&self, answer: Answer) -> wire::StateAnswer {
+        let Answer { question, watching_since, changes, actuator_faults } = answer;
+        let changes = changes.into_iter().map(|change| wire::StateChange {
+            component: change.component,
+            step: change.step,
+            ratio: change.ratio,
+        });
+        let faults = actuator_faults
+            .into_iter()
+            .map(|fault| wire::ActuatorFault { actuator: fault.actuator, step: fault.step });
+        wire::StateAnswer {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            run: question.run,
+            from_step: question.from,
+            as_of_step: question.as_of,
+            watching_since_step: watching_since,
+            changes: changes.collect(),
+            actuator_faults: faults.collect(),
+        }
+    }
+}
+
+fn to_wire_evidence(evidence: &diagnosis::Evidence) -> wire::Evidence {
+    wire::Evidence {
+        step: evidence.step,
+        residual: evidence.residual,
+        divergence: evidence.divergence,
+        threshold: evidence.threshold,
+        ratio: evidence.ratio(),
+    }
+}
+
+pub(crate) fn to_question(question: Question) -> wire::StateQuestion {
+    wire::StateQuestion { run: Some(question.run), from: question.from, step: question.as_of }
+}
+
+pub(crate) fn from_answer(answer: wire::StateAnswer) -> Answer {
+    let changes = answer.changes.into_iter().map(|change| diagnosis::Change {
+        component: change.component,
+        step: change.step,
+        ratio: change.ratio,
+    });
+    let faults = answer
+        .actuator_faults
+        .into_iter()
+        .map(|fault| diagnosis::ActuatorFault { actuator: fault.actuator, step: fault.step });
+    Answer {
+        question: Question {
+            run: answer.run,
+            from: answer.from_step,
+            as_of: answer.as_of_step,
+        },
+        watching_since: answer.watching_since_step,
+        changes: changes.collect(),
+        actuator_faults: faults.collect(),
+    }
+}
+
+pub(crate) fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
+    match phase {
+        Phase::Waiting => (ModulePhase::Waiting, None),
+        Phase::Initialising => (ModulePhase::Initialising, None),
+        Phase::InService { since } => (ModulePhase::InService, Some(since)),
+    }
+}
+
+pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
+    let Counters {
+        samples,
+        samples_missing,
+        samples_repeated,
+        samples_wrong_length,
+        samples_non_finite,
+        runs,
+        restarts,
+        changes,
+        questions_asked,
+        questions_unanswered,
+        answers_malformed,
+        answers_given,
+        questions_refused,
+    } = *counters;
+    wire::DiagnosisCounters {
+        samples,
+        samples_missing,
+        samples_repeated,
+        samples_wrong_length,
+        samples_non_finite,
+        runs,
+        restarts,
+        changes,
+        questions_asked,
+        questions_unanswered,
+        answers_malformed,
+        answers_given,
+        questions_refused,
+    }
+}

@@ -1,0 +1,24 @@
+//! The runtime that a process runs on.
+
+use std::future::Future;
+
+use crate::exit::Failure;
+use crate::shutdown::{self, Shutdown};
+
+/// Runs a process until it ends; SIGTERM and SIGINT ask it to.
+pub(crate) fn until_done<F>(process: impl FnOnce(Shutdown) -> F) -> Result<(), Failure>
+where
+    F: Future<Output = Result<(), Failure>>,
+{
+    // Zenoh needs more than one worker thread.
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::running("the runtime cannot be started", error))?;
+    runtime.block_on(async {
+        let shutdown = shutdown::on_signals()
+            .map_err(|error| Failure::running("signals cannot be received", error))?;
+        process(shutdown).await
+    })
+}

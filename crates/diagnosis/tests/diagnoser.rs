@@ -1,0 +1,421 @@
+//! The diagnoser as a whole: events in, actions out.
+
+mod fixture;
+
+use diagnosis::{
+    Action, ActuatorFault, Answer, Change, Event, PeerFailure, Phase, Question, QuestionToken,
+    Refusal, Rule, SampleRejection, Verdict,
+};
+use fixture::{Bench, HOLD, HORIZON, WARM_UP, name, setup};
+use truss::ids::{RunId, Step};
+
+const BIAS_M: f64 = 50e-6;
+
+fn answer(question: Question, changes: Vec<Change>) -> Event {
+    let answer = Answer {
+        question,
+        watching_since: Some(Step(WARM_UP)),
+        changes,
+        actuator_faults: Vec::new(),
+    };
+    Event::Answered { peer: name("upper"), answer }
+}
+
+fn change(component: &str, step: Step, ratio: f64) -> Change {
+    Change { component: component.parse().unwrap(), step, ratio }
+}
+
+/// A bias in gage g1, held for as long as the judgement takes; returns the question asked.
+fn biased() -> (Bench, Question) {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    let questions = bench.questions();
+    assert_eq!(questions.len(), 1, "one question for one change");
+    (bench, questions[0].1)
+}
+
+/// Goes on, every question being answered at once with no change.
+fn run_with_a_quiet_peer(bench: &mut Bench, steps: u64) {
+    let mut answered = bench.questions().len();
+    for _ in 0..steps {
+        bench.run(1);
+        for (_, question) in bench.questions().split_off(answered) {
+            bench.give(answer(question, Vec::new()));
+            answered += 1;
+        }
+    }
+}
+
+#[test]
+fn nothing_happens_while_nothing_is_wrong() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    bench.run(3000);
+    assert_eq!(bench.actions, []);
+    assert!(matches!(bench.diagnoser.phase(), Phase::InService { .. }));
+}
+
+#[test]
+fn no_verdict_is_given_before_the_warm_up_is_over() {
+    let mut bench = Bench::new("lower", Rule::FirstChange);
+    bench.run(WARM_UP / 2);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(WARM_UP / 4);
+    assert_eq!(bench.transitions().len(), 0);
+    assert_eq!(bench.diagnoser.phase(), Phase::Initialising);
+}
+
+#[test]
+fn a_sensor_fault_is_latched_once_the_peer_has_nothing_to_explain_it() {
+    let (mut bench, question) = biased();
+    assert_eq!(bench.story("sensor/g1"), ["tentative"]);
+    let injected = question.as_of.minus(HOLD);
+    bench.give(answer(question, Vec::new()));
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "latched"]);
+    let transition = bench.transitions()[1].clone();
+    assert_eq!((transition.onset, transition.detection), (injected, injected));
+    assert_eq!(transition.decided, question.as_of);
+    assert!(transition.evidence.ratio() >= 1.0);
+    bench.run(1000);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    assert_eq!(bench.story("sensor/g1").len(), 2, "latched once, and for good");
+}
+
+#[test]
+fn an_earlier_change_of_a_peer_explains_a_sensor_until_it_is_quiet_again() {
+    let (mut bench, question) = biased();
+    let earlier = change("actuator/a1", question.as_of.minus(HOLD + 20), 3.0);
+    bench.give(answer(question, vec![earlier]));
+    let explained = &bench.transitions()[1].verdict;
+    let Verdict::Explained { by, .. } = explained else { panic!("{explained:?}") };
+    assert_eq!(by.to_string(), "upper/actuator/a1");
+    bench.run(100);
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "explained", "normal"]);
+}
+
+#[test]
+fn a_later_change_of_a_peer_explains_nothing() {
+    let (mut bench, question) = biased();
+    let later = change("actuator/a1", question.as_of.minus(HOLD).plus(4), 300.0);
+    bench.give(answer(question, vec![later]));
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+}
+
+#[test]
+fn of_two_simultaneous_changes_the_stronger_one_is_blamed() {
+    for (ratio, latched) in [(1.0, vec!["sensor/g1"]), (1e9, vec![])] {
+        let (mut bench, question) = biased();
+        let rival = change("sensor/g3", question.as_of.minus(HOLD).plus(2), ratio);
+        bench.give(answer(question, vec![rival]));
+        assert_eq!(bench.latched(), latched);
+    }
+}
+
+#[test]
+fn a_silent_peer_leaves_the_change_unconfirmed_until_it_answers() {
+    let (mut bench, question) = biased();
+    let failure = PeerFailure::TimedOut;
+    bench.give(Event::Unanswered { peer: name("upper"), question, failure });
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
+    let unconfirmed = &bench.transitions()[1].verdict;
+    assert_eq!(*unconfirmed, Verdict::Unconfirmed { silent: vec![name("upper")] });
+    bench.run(240);
+    assert_eq!(bench.questions().len(), 1, "not asked again at once");
+    bench.run(20);
+    assert_eq!(bench.questions().len(), 2, "but after a while");
+    assert_eq!(bench.latched(), [""; 0]);
+    let again = bench.questions()[1].1;
+    bench.give(answer(again, Vec::new()));
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed", "latched"]);
+    assert_eq!(bench.transitions()[2].decided, question.as_of, "as if it had answered at once");
+}
+
+#[test]
+fn a_peer_that_was_not_watching_cannot_clear_anybody() {
+    let (mut bench, question) = biased();
+    let watching_since = Some(question.as_of);
+    let ignorant =
+        Answer { question, watching_since, changes: Vec::new(), actuator_faults: Vec::new() };
+    bench.give(Event::Answered { peer: name("upper"), answer: ignorant });
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
+    assert_eq!(bench.latched(), [""; 0]);
+}
+
+#[test]
+fn changes_of_ones_own_within_the_horizon_are_explained_by_the_first() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    run_with_a_quiet_peer(&mut bench, 20);
+    bench.signals.gage_offsets[1] = BIAS_M;
+    run_with_a_quiet_peer(&mut bench, HORIZON);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    assert_eq!(bench.story("sensor/g2")[..3], ["tentative", "explained", "normal"]);
+    bench.signals.gage_offsets[2] = BIAS_M;
+    run_with_a_quiet_peer(&mut bench, HORIZON);
+    assert_eq!(bench.latched(), ["sensor/g1", "sensor/g3"], "after it they are judged afresh");
+}
+
+#[test]
+fn by_the_paper_an_actuator_fault_is_found_alone_and_explains_sensors_for_ever() {
+    let mut bench = Bench::in_service("lower", Rule::Paper);
+    bench.signals.pressure_offsets[0] = 5e5;
+    bench.run(3);
+    assert_eq!(bench.latched(), ["actuator/a1"]);
+    bench.run(10 * HORIZON);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    assert_eq!(bench.questions(), [], "its own actuator explains it: nobody is asked");
+    assert_eq!(bench.story("sensor/g1").last(), Some(&"explained"));
+    assert_eq!(bench.latched(), ["actuator/a1"]);
+}
+
+#[test]
+fn by_the_paper_a_peers_actuator_fault_explains_a_sensor_and_a_peers_sensor_does_not() {
+    for (faulty, latched) in [(true, vec![]), (false, vec!["sensor/g1"])] {
+        let mut bench = Bench::in_service("lower", Rule::Paper);
+        bench.signals.gage_offsets[0] = BIAS_M;
+        bench.run(HOLD + 1);
+        let question = bench.questions()[0].1;
+        let fault = ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(350) };
+        let answer = Answer {
+            question,
+            watching_since: Some(Step(WARM_UP)),
+            changes: vec![change("sensor/g1", question.as_of.minus(10), 9.0)],
+            actuator_faults: if faulty { vec![fault] } else { Vec::new() },
+        };
+        bench.give(Event::Answered { peer: name("upper"), answer });
+        assert_eq!(bench.latched(), latched);
+    }
+}
+
+#[test]
+fn a_question_is_answered_as_of_its_step_and_not_before() {
+    let (mut bench, _) = biased();
+    let token = QuestionToken(7);
+    let question = Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5) };
+    bench.actions.clear();
+    bench.give(Event::Asked { token, question });
+    bench.run(4);
+    assert_eq!(bench.actions, [], "held");
+    assert_eq!(bench.diagnoser.waiting_questions(), 1);
+    bench.run(1);
+    let [Action::Answer { token: answered, answer }] = &bench.actions[..] else {
+        panic!("{:?}", bench.actions)
+    };
+    assert_eq!((*answered, answer.question), (token, question));
+    assert_eq!(answer.changes.len(), 1);
+    assert_eq!(answer.changes[0].component.to_string(), "sensor/g1");
+}
+
+#[test]
+fn a_late_question_gets_the_same_answer_as_one_in_time() {
+    let (mut bench, _) = biased();
+    let at = bench.now().minus(4);
+    let ask = |bench: &mut Bench, token| {
+        bench.actions.clear();
+        let question = Question { run: RunId(1), from: Step(0), as_of: at };
+        bench.give(Event::Asked { token: QuestionToken(token), question });
+        let Action::Answer { answer, .. } = &bench.actions[0] else { panic!() };
+        answer.clone()
+    };
+    let early = ask(&mut bench, 1);
+    bench.run(500);
+    assert_eq!(ask(&mut bench, 2), early);
+}
+
+#[test]
+fn questions_that_cannot_be_answered_are_refused_with_the_reason() {
+    let mut bench = Bench::new("lower", Rule::FirstChange);
+    let token = QuestionToken(1);
+    let question = Question { run: RunId(1), from: Step(0), as_of: Step(10) };
+    bench.give(Event::Asked { token, question });
+    assert_eq!(bench.actions.pop(), Some(Action::Refuse { token, refusal: Refusal::NoSample }));
+    bench.run(20);
+    bench.actions.clear();
+    let other = Question { run: RunId(2), ..question };
+    bench.give(Event::Asked { token, question: other });
+    let refusal = Refusal::OtherRun { asked: RunId(2), present: RunId(1) };
+    assert_eq!(bench.actions.pop(), Some(Action::Refuse { token, refusal }));
+    let far = Question { as_of: Step(u64::MAX), ..question };
+    bench.give(Event::Asked { token, question: far });
+    assert!(matches!(
+        bench.actions.pop(),
+        Some(Action::Refuse { refusal: Refusal::TooFarAhead { .. }, .. })
+    ));
+    assert_eq!(bench.diagnoser.counters().questions_refused, 3);
+}
+
+#[test]
+fn a_withdrawn_question_is_not_answered() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    let token = QuestionToken(1);
+    let question = Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5) };
+    bench.give(Event::Asked { token, question });
+    bench.give(Event::Withdrawn { token });
+    bench.run(10);
+    assert_eq!(bench.actions, []);
+}
+
+#[test]
+fn a_flood_of_questions_is_bounded() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    let as_of = bench.now().plus(5);
+    for token in 0..5000 {
+        let question = Question { run: RunId(1), from: Step(0), as_of };
+        bench.give(Event::Asked { token: QuestionToken(token), question });
+    }
+    assert!(bench.diagnoser.waiting_questions() <= 1024);
+    assert_eq!(bench.actions.len() + bench.diagnoser.waiting_questions(), 5000);
+}
+
+#[test]
+fn bad_samples_are_rejected_by_name_and_change_nothing() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    let good = bench.signals.clone().sample();
+    let mut short = good.clone();
+    short.elongations_m.pop();
+    let mut not_a_number = good.clone();
+    not_a_number.pressures_pa[0][1] = f64::NAN;
+    let mut infinite = good.clone();
+    infinite.demands_n[0] = f64::INFINITY;
+    let mut repeated = good.clone();
+    repeated.step = bench.now();
+    let mut backwards = good.clone();
+    backwards.step = Step(3);
+    let bad = [
+        (short, SampleRejection::WrongLength),
+        (not_a_number, SampleRejection::NonFinite),
+        (infinite, SampleRejection::NonFinite),
+        (repeated, SampleRejection::Repeated),
+        (backwards, SampleRejection::Repeated),
+    ];
+    for (sample, rejection) in bad {
+        let step = sample.step;
+        bench.give(Event::Sample(sample));
+        assert_eq!(bench.actions, [Action::Rejected { step, rejection }]);
+        bench.actions.clear();
+    }
+    let counters = *bench.diagnoser.counters();
+    assert_eq!(counters.samples_wrong_length, 1);
+    assert_eq!(counters.samples_non_finite, 2);
+    assert_eq!(counters.samples_repeated, 2);
+    bench.run(1000);
+    assert_eq!(bench.actions, [], "no gap, no change: as if they had never come");
+}
+
+#[test]
+fn a_gap_is_counted_and_causes_no_change() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    let from = bench.now().plus(1);
+    bench.signals.step = bench.signals.step.plus(3);
+    bench.run(2000);
+    assert_eq!(bench.actions, [Action::Gap { from, missing: 3 }]);
+    assert_eq!(bench.diagnoser.counters().samples_missing, 3);
+}
+
+#[test]
+fn a_new_run_starts_afresh_but_keeps_what_is_latched() {
+    let (mut bench, question) = biased();
+    bench.give(answer(question, Vec::new()));
+    bench.signals.run = RunId(2);
+    bench.signals.step = Step(0);
+    bench.run(10);
+    assert_eq!(bench.diagnoser.phase(), Phase::Initialising);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    assert_eq!(bench.diagnoser.counters().runs, 2);
+    bench.run(WARM_UP);
+    assert!(matches!(bench.diagnoser.phase(), Phase::InService { .. }));
+}
+
+#[test]
+fn answers_that_do_not_fit_are_counted_and_believed_by_nobody() {
+    let lies = |question: Question| {
+        let honest = Answer {
+            question,
+            watching_since: Some(Step(WARM_UP)),
+            changes: Vec::new(),
+            actuator_faults: Vec::new(),
+        };
+        let with = |changes| Answer { changes, ..honest.clone() };
+        let fault = |step| ActuatorFault { actuator: "a1".parse().unwrap(), step };
+        vec![
+            Answer { question: Question { as_of: Step(1), ..question }, ..honest.clone() },
+            with(vec![change("actuator/a1", question.as_of.plus(1), 5.0)]),
+            with(vec![change("actuator/a1", question.as_of, f64::NAN)]),
+            with(vec![change("actuator/a1", question.as_of, 0.5)]),
+            with(vec![change("actuator/a1", question.as_of, 5.0); 5000]),
+            Answer { actuator_faults: vec![fault(question.as_of.plus(1))], ..honest.clone() },
+        ]
+    };
+    for lie in 0..6 {
+        let (mut bench, question) = biased();
+        let answer = lies(question).swap_remove(lie);
+        bench.give(Event::Answered { peer: name("upper"), answer });
+        assert_eq!(bench.diagnoser.counters().answers_malformed, 1);
+        assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
+    }
+    let (mut bench, question) = biased();
+    let stranger = Event::Answered {
+        peer: name("stranger"),
+        answer: Answer {
+            question,
+            watching_since: Some(Step(0)),
+            changes: Vec::new(),
+            actuator_faults: Vec::new(),
+        },
+    };
+    bench.give(stranger);
+    assert_eq!(bench.diagnoser.counters().answers_malformed, 1);
+    assert_eq!(bench.story("sensor/g1"), ["tentative"]);
+}
+
+#[test]
+fn several_changes_are_put_into_one_question() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    bench.signals.gage_offsets = vec![BIAS_M; 3];
+    bench.run(HOLD + 1);
+    assert_eq!(bench.questions().len(), 1);
+    bench.give(answer(bench.questions()[0].1, Vec::new()));
+    assert_eq!(bench.latched().len(), 1, "one is blamed, the others are explained");
+}
+
+#[test]
+fn sequence_numbers_are_contiguous() {
+    let (mut bench, question) = biased();
+    bench.give(answer(question, Vec::new()));
+    bench.signals.gage_offsets[1] = BIAS_M;
+    bench.run(HOLD + 1);
+    bench.give(answer(bench.questions()[1].1, Vec::new()));
+    bench.run(200);
+    let sequences: Vec<u64> = bench.transitions().iter().map(|t| t.sequence).collect();
+    let expected: Vec<u64> = (1..=sequences.len() as u64).collect();
+    assert_eq!(sequences, expected);
+    assert_eq!(bench.diagnoser.next_sequence(), expected.len() as u64 + 1);
+}
+
+#[test]
+fn the_same_events_lead_to_the_same_actions() {
+    let run = || {
+        let (mut bench, question) = biased();
+        bench.give(answer(question, Vec::new()));
+        bench.run(500);
+        bench.actions
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn everything_wrong_with_a_setup_is_told_at_once() {
+    let mut bad = setup("lower", Rule::FirstChange);
+    bad.detection.divergence.window = 0;
+    bad.hydraulics.volume_a_m3 = -1.0;
+    bad.isolation.hold_steps = 1;
+    bad.thresholds[1] = f64::NAN;
+    bad.peers.push(name("lower"));
+    let problems = diagnosis::Diagnoser::new(bad).unwrap_err();
+    let text: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    let text = text.join("\n");
+    for named in ["window is 0", "volume_a_m3", "hold_steps", "threshold of a2", "peer `lower`"] {
+        assert!(text.contains(named), "{named} is missing in:\n{text}");
+    }
+}
