@@ -2,6 +2,8 @@
 //!
 //! `cargo bench -p diagnosis --bench channel_step`
 
+#![allow(clippy::expect_used, reason = "a benchmark may stop")]
+
 use std::collections::VecDeque;
 use std::hint::black_box;
 

@@ -42,7 +42,8 @@ pub fn largest_divergences(rig: &mut Rig, steps: u64) -> Result<Calibration, Rig
                 continue;
             }
             for (evidence, largest) in diagnoser.evidence().iter().zip(largest) {
-                *largest = evidence.divergence.map_or(*largest, |divergence| largest.max(divergence));
+                *largest =
+                    evidence.divergence.map_or(*largest, |divergence| largest.max(divergence));
             }
         }
     }

@@ -67,17 +67,20 @@ impl Accumulator {
         }
     }
 
-    /// Forgets every vector of one channel; later ones are taken relative to `origin`.
-    pub(super) fn clear(&mut self, lane: usize, prior_scatter: f64, origin: f64) {
+    /// Forgets every vector of one channel; later ones are taken relative to `origin`. Returns how
+    /// many numbers were written.
+    pub(super) fn clear(&mut self, lane: usize, prior_scatter: f64, origin: f64) -> usize {
         self.count[lane] = 0.0;
         self.origin[lane] = origin;
         let zeroed = [&mut self.mean, &mut self.factor, &mut self.gain, &mut self.deviation];
         zeroed.into_iter().flatten().for_each(|x| x[lane] = 0.0);
         self.diagonal.iter_mut().for_each(|d| d[lane] = prior_scatter);
+        self.factor.len() + 4 * self.mean.len()
     }
 
-    /// Exchanges one channel's vectors with those held by `other`.
-    pub(super) fn swap_lane(&mut self, other: &mut Accumulator, lane: usize) {
+    /// Exchanges one channel's vectors with those held by `other`. Returns how many numbers changed
+    /// places.
+    pub(super) fn swap_lane(&mut self, other: &mut Accumulator, lane: usize) -> usize {
         std::mem::swap(&mut self.count[lane], &mut other.count[lane]);
         std::mem::swap(&mut self.origin[lane], &mut other.origin[lane]);
         let pairs = [
@@ -90,6 +93,7 @@ impl Accumulator {
                 std::mem::swap(&mut a[lane], &mut b[lane]);
             }
         }
+        self.factor.len() + 2 * self.mean.len()
     }
 
     /// Number of vectors held by each channel.

@@ -72,6 +72,7 @@ impl EstimatorGroup {
     /// Forgets all data.
     pub(super) fn restart(&mut self) {
         self.history.clear();
+        self.recent.rewind();
         (0..LANES).for_each(|lane| self.restart_lane(lane));
     }
 
@@ -114,8 +115,8 @@ impl EstimatorGroup {
             return false;
         };
         for lane in (0..LANES).filter(|&lane| self.taken[lane] == 0.0) {
-            self.current.clear(lane, self.prior_scatter[lane], newest[0][lane]);
-            self.fresh.clear(lane, self.prior_scatter[lane], newest[0][lane]);
+            on.moved(self.current.clear(lane, self.prior_scatter[lane], newest[0][lane]));
+            on.moved(self.fresh.clear(lane, self.prior_scatter[lane], newest[0][lane]));
         }
         self.taken.iter_mut().for_each(|taken| *taken += 1.0);
         let added = self.current.add(on, newest, splat(1.0));
@@ -152,13 +153,11 @@ impl EstimatorGroup {
         };
         let origin = newest[0];
         self.fresh.add(on, newest, over_full);
-        let complete = self.fresh.count().map(|n| n >= interval);
-        for lane in (0..LANES).filter(|&lane| complete[lane]) {
-            self.current.swap_lane(&mut self.fresh, lane);
-            self.fresh.clear(lane, self.prior_scatter[lane], origin[lane]);
-        }
-        if complete.contains(&true) {
-            self.recent.refresh_mean_shift(on);
+        let complete = self.fresh.count();
+        for lane in (0..LANES).filter(|&lane| complete[lane] >= interval) {
+            on.moved(2 * self.current.swap_lane(&mut self.fresh, lane));
+            on.moved(self.fresh.clear(lane, self.prior_scatter[lane], origin[lane]));
+            on.moved(self.recent.refresh_mean_shift(lane));
         }
     }
 
@@ -204,5 +203,114 @@ impl EstimatorGroup {
         } else {
             Outcome::Defined { divergence: divergence.max(0.0), age: self.taken[lane] as u64 }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    const SETTINGS: DivergenceSettings =
+        DivergenceSettings { window: 10, lag: 10, interval: Interval::Sliding { vectors: 300 } };
+
+    /// Plain arithmetic that counts its operations.
+    #[derive(Clone, Copy)]
+    struct Counting<'a>(&'a Cell<u64>);
+
+    impl Counting<'_> {
+        fn count(self) {
+            self.0.set(self.0.get() + 1);
+        }
+    }
+
+    impl Instructions for Counting<'_> {
+        type Vector = Lane;
+
+        fn load(self, lane: &Lane) -> Lane {
+            Portable.load(lane)
+        }
+
+        fn store(self, lane: &mut Lane, vector: Lane) {
+            self.count();
+            Portable.store(lane, vector);
+        }
+
+        fn add(self, a: Lane, b: Lane) -> Lane {
+            self.count();
+            Portable.add(a, b)
+        }
+
+        fn sub(self, a: Lane, b: Lane) -> Lane {
+            self.count();
+            Portable.sub(a, b)
+        }
+
+        fn mul(self, a: Lane, b: Lane) -> Lane {
+            self.count();
+            Portable.mul(a, b)
+        }
+
+        fn div(self, a: Lane, b: Lane) -> Lane {
+            self.count();
+            Portable.div(a, b)
+        }
+
+        fn moved(self, numbers: usize) {
+            self.0.set(self.0.get() + numbers as u64);
+        }
+    }
+
+    /// A deterministic series with some life in it.
+    fn sample(k: u32) -> Lane {
+        let x = f64::from(k);
+        [(0.1 * x).sin(), (0.37 * x).sin() + 0.01 * x.sqrt(), f64::from(k % 17), 1.0 / (1.0 + x)]
+    }
+
+    #[test]
+    fn no_step_does_more_than_four_times_the_work_of_the_median_step() {
+        let operations = Cell::new(0);
+        let mut group = EstimatorGroup::new(SETTINGS, splat(1e-4));
+        let mut work: Vec<u64> = (0..3000)
+            .map(|k| {
+                operations.set(0);
+                group.push_with(Counting(&operations), sample(k));
+                operations.get()
+            })
+            .collect();
+        let largest = work.iter().copied().max().unwrap();
+        work.sort_unstable();
+        let median = work[work.len() / 2];
+        println!("median {median} operations, largest {largest}");
+        assert!(median > 1000, "the counter counts: {median}");
+        assert!(largest <= 2 * median, "{largest} against a median of {median}");
+    }
+
+    #[test]
+    fn the_machines_vector_instructions_give_the_same_bits_as_plain_arithmetic() {
+        let mut plain = EstimatorGroup::new(SETTINGS, splat(1e-4));
+        let mut wide = plain.clone();
+        for k in 0..2000 {
+            assert_eq!(plain.push_with(Portable, sample(k)), wide.push(sample(k)), "step {k}");
+        }
+    }
+
+    #[test]
+    fn a_channel_that_is_lost_comes_back_and_leaves_the_others_alone() {
+        let mut hit = EstimatorGroup::new(SETTINGS, splat(1e-4));
+        let mut spared = hit.clone();
+        let mut restarts = 0;
+        for k in 0..2000 {
+            let mut disturbed = sample(k);
+            if k == 700 {
+                disturbed[1] = 1e200;
+            }
+            let (a, b) = (hit.push(disturbed), spared.push(sample(k)));
+            restarts += u32::from(matches!(a[1], Outcome::Restarted(_)));
+            assert_eq!((a[0], a[2], a[3]), (b[0], b[2], b[3]));
+        }
+        assert!(restarts >= 1);
+        assert!(hit.push(sample(2000))[1].divergence().is_some());
     }
 }

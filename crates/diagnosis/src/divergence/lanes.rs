@@ -30,6 +30,10 @@ pub(super) trait Instructions: Copy {
     fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn div(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Notes that this many numbers were moved besides the arithmetic; of interest to tests only.
+    #[inline(always)]
+    fn moved(self, _numbers: usize) {}
+
     /// The same number for all channels.
     #[inline(always)]
     fn splat(self, x: f64) -> Self::Vector {

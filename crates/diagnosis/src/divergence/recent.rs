@@ -71,6 +71,11 @@ impl RecentChanges {
         }
     }
 
+    /// Starts writing at the first place again, as a new one would.
+    pub(super) fn rewind(&mut self) {
+        self.next = 0;
+    }
+
     /// Forgets every change of one channel.
     pub(super) fn clear(&mut self, lane: usize) {
         self.deviations.iter_mut().for_each(|u| u[lane] = 0.0);
@@ -162,12 +167,15 @@ impl RecentChanges {
         &self.shift
     }
 
-    /// Sums δ anew, so that the rounding of many steps does not pile up.
-    #[inline(always)]
-    pub(super) fn refresh_mean_shift(&mut self, on: impl Instructions) {
-        self.shift.fill(splat(0.0));
+    /// Sums δ of one channel anew, so that the rounding of many steps does not pile up. Returns how
+    /// many operations that took.
+    pub(super) fn refresh_mean_shift(&mut self, lane: usize) -> usize {
+        self.shift.iter_mut().for_each(|s| s[lane] = 0.0);
         for (term, u) in self.terms.iter().zip(self.deviations.chunks_exact(self.dimension)) {
-            on.add_scaled(&mut self.shift, on.load(&term.mean_share), u);
+            for (s, u) in self.shift.iter_mut().zip(u) {
+                s[lane] += term.mean_share[lane] * u[lane];
+            }
         }
+        2 * self.deviations.len()
     }
 }

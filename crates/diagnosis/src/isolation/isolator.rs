@@ -92,14 +92,7 @@ impl Isolator {
         self.log.push(LoggedChange::new(channel, step, evidence.ratio()));
         if judge {
             let decide_at = step.plus(self.hold(channel));
-            self.cases.push(Case {
-                channel,
-                change: step,
-                onset,
-                evidence,
-                decide_at,
-                new: true,
-            });
+            self.cases.push(Case { channel, change: step, onset, evidence, decide_at, new: true });
         }
     }
 

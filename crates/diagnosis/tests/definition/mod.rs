@@ -3,6 +3,13 @@
 //! Nothing is shared with the estimator: every Gaussian is formed anew from its vectors, and the
 //! inverse is taken through a factorisation of the whole covariance.
 
+#![allow(dead_code, reason = "each test uses its own part of this")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::needless_range_loop,
+    reason = "test code, close to the formulas"
+)]
+
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
 

@@ -1,0 +1,51 @@
+//! One step of a diagnoser with twelve channels: module 1 of the shipped tower.
+//!
+//! `cargo bench -p diagnosis --bench diagnoser_step`
+
+#![allow(clippy::expect_used, reason = "a benchmark may stop")]
+
+#[path = "../tests/fixture/mod.rs"]
+mod fixture;
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use diagnosis::divergence::{DivergenceSettings, Interval};
+use diagnosis::{Diagnoser, ModuleSetup, Rule};
+use fixture::Signals;
+use truss::Structure;
+
+fn tower_setup() -> ModuleSetup {
+    let tower = Structure::from_toml(include_str!("../../../configs/tower.toml"))
+        .expect("the shipped tower is valid");
+    let module = fixture::name("module1");
+    let mut setup = fixture::setup("lower", Rule::FirstChange);
+    setup.structure = tower.local(&module).expect("the shipped tower has a first module");
+    setup.module = module;
+    setup.thresholds = vec![1e9; 12];
+    setup.detection.divergence =
+        DivergenceSettings { window: 10, lag: 10, interval: Interval::Sliding { vectors: 2000 } };
+    setup.detection.warm_up_vectors = 2500;
+    setup
+}
+
+fn diagnoser_step(c: &mut Criterion) {
+    let mut signals = Signals::new(4, 8);
+    let mut samples: Vec<_> = (0..8192).map(|_| signals.sample()).collect();
+    let mut diagnoser = Diagnoser::new(tower_setup()).expect("the setup is valid");
+    let mut actions = Vec::new();
+    let mut next = 0_u64;
+    c.bench_function("diagnoser_step", |b| {
+        b.iter(|| {
+            let count = samples.len() as u64;
+            let sample = &mut samples[usize::try_from(next % count).unwrap_or(0)];
+            sample.step = truss::ids::Step(next);
+            next += 1;
+            diagnoser.take_sample(black_box(sample), &mut actions);
+            actions.clear();
+        });
+    });
+}
+
+criterion_group!(benches, diagnoser_step);
+criterion_main!(benches);
