@@ -1,5 +1,7 @@
 //! The diagnoser as a whole: events in, actions out.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
 mod fixture;
 
 use diagnosis::{
