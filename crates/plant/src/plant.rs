@@ -7,7 +7,7 @@
 
 use nalgebra::DVector;
 use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
+use truss::ids::{ComponentPath, ModuleName, Step};
 use truss::{ModalStepper, Modes, Structure};
 
 use crate::controller::{Controller, Design, beside, gage_noise_m};
@@ -204,6 +204,11 @@ impl Plant {
     #[must_use]
     pub fn conditions(&self) -> &Conditions {
         &self.conditions
+    }
+
+    /// The equipped modules, in the order of [`Signals::modules`].
+    pub fn modules(&self) -> impl Iterator<Item = &ModuleName> {
+        self.signals.modules.iter().map(|module| &module.module)
     }
 
     /// The step that the next [`Plant::advance`] computes.

@@ -2,9 +2,11 @@
 //! plant, with questions answered at once.
 
 mod calibration;
+mod error;
 mod rig;
 mod schedule;
 
-pub use calibration::{Calibration, largest_divergences};
+pub use calibration::{Calibration, NominalRuns, plant};
+pub use error::StudyError;
 pub use rig::{Occurrence, Rig, RigError};
 pub use schedule::{Injection, Schedule};

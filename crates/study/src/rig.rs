@@ -52,13 +52,13 @@ pub enum RigError {
         /// What is wrong.
         problems: Vec<SetupError>,
     },
-    /// The plant has a module without a diagnoser, or the other way round.
-    #[error("the plant's modules and the diagnosers' differ: {plant} and {diagnosers}")]
+    /// The setups are not those of the plant's modules, one by one.
+    #[error("diagnosers for `{setups}`, but the plant has `{plant}`; give them in this order")]
     Modules {
-        /// The plant's.
+        /// Modules of the setups.
+        setups: String,
+        /// Modules of the plant.
         plant: String,
-        /// The diagnosers'.
-        diagnosers: String,
     },
     /// A fault of the schedule does not fit the plant.
     #[error(transparent)]
@@ -83,13 +83,14 @@ impl Rig {
     /// Puts a plant and diagnosers together; the setups are in the order of the plant's modules.
     ///
     /// # Errors
-    /// A setup that cannot be right.
+    /// A setup that cannot be right, or setups of other modules than the plant's.
     pub fn new(
         plant: Plant,
         setups: Vec<ModuleSetup>,
         schedule: Schedule,
         run: RunId,
     ) -> Result<Self, RigError> {
+        check_modules(&plant, &setups)?;
         let diagnosers = setups.into_iter().map(|setup| {
             let module = setup.module.clone();
             Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })
@@ -226,4 +227,13 @@ impl Rig {
             | Action::RunStarted(_) => None,
         }
     }
+}
+
+fn check_modules(plant: &Plant, setups: &[ModuleSetup]) -> Result<(), RigError> {
+    let of_plant: Vec<&str> = plant.modules().map(ModuleName::as_str).collect();
+    let of_setups: Vec<&str> = setups.iter().map(|setup| setup.module.as_str()).collect();
+    if of_plant == of_setups {
+        return Ok(());
+    }
+    Err(RigError::Modules { setups: of_setups.join(", "), plant: of_plant.join(", ") })
 }

@@ -1,0 +1,87 @@
+//! The shipped tower with settings of its own, independent of the shipped configurations.
+
+use diagnosis::divergence::{DivergenceSettings, Interval};
+use diagnosis::residual::{ActuatorResidual, Hydraulics};
+use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, Verdict};
+use plant::PlantParameters;
+use study::{Injection, Occurrence, Rig, Schedule};
+use truss::Structure;
+use truss::fault::Fault;
+use truss::ids::{ComponentPath, RunId, Step};
+
+pub fn bias(offset_m: f64) -> Fault {
+    Fault::Bias { offset_m }
+}
+
+pub fn random_walk() -> Fault {
+    Fault::RandomWalk { drift_m_per_s: 60e-6, increment_m: 6e-6 }
+}
+
+pub fn leakage() -> Fault {
+    Fault::InternalLeakage { area_m2: 3e-7 }
+}
+
+pub fn hard_over() -> Fault {
+    Fault::HardOver {}
+}
+
+pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
+    let structure = Structure::from_toml(include_str!("../../../../configs/tower.toml")).unwrap();
+    let parameters = PlantParameters::default();
+    let names: Vec<_> = structure.equipped().map(|module| module.name.clone()).collect();
+    let h = &parameters.hydraulics;
+    let setups = names.iter().map(|name| ModuleSetup {
+        module: name.clone(),
+        structure: structure.local(name).unwrap(),
+        hydraulics: Hydraulics {
+            area_a_m2: h.area_a_m2,
+            area_b_m2: h.area_b_m2,
+            volume_a_m3: h.volume_a_m3,
+            volume_b_m3: h.volume_b_m3,
+            bulk_modulus_pa: h.bulk_modulus_pa,
+            force_gain_m3_per_s_n: h.force_gain_m3_per_s_per_n,
+            valve_flow_m3_per_s: h.valve_flow_m3_per_s,
+            supply_pa: h.supply_pa,
+            tank_pa: h.tank_pa,
+            pressure_noise_pa: h.pressure_noise_pa,
+        },
+        gage_noise_strain: parameters.gages.noise_strain,
+        step_s: parameters.step_s,
+        detection: DetectionSettings {
+            divergence: DivergenceSettings {
+                window: 10,
+                lag: 10,
+                interval: Interval::Sliding { vectors: 2000 },
+            },
+            actuator_residual: ActuatorResidual::Tracking,
+            warm_up_vectors: 2500,
+        },
+        isolation: IsolationSettings {
+            rule: Rule::FirstChange,
+            hold_steps: 6,
+            tie_steps: 3,
+            horizon_steps: 2500,
+            quiet_steps: 40,
+        },
+        // about 2.5 times what healthy runs reach
+        thresholds: [[0.006; 4].as_slice(), &[0.012; 8]].concat(),
+        peers: names.iter().filter(|peer| *peer != name).cloned().collect(),
+    });
+    let setups = setups.collect();
+    (structure, parameters, setups)
+}
+
+pub fn rig(seed: u64, injections: Vec<Injection>) -> Rig {
+    let (structure, parameters, setups) = parts();
+    let plant = study::plant(&structure, &parameters, 0.0, seed).unwrap();
+    Rig::new(plant, setups, Schedule::new(injections), RunId(seed)).unwrap()
+}
+
+/// The component and the step of a fault that was committed.
+pub fn latched(occurrence: &Occurrence) -> Option<(ComponentPath, Step)> {
+    let Occurrence::Transition { module, transition } = occurrence else { return None };
+    (transition.verdict == Verdict::Latched).then(|| {
+        let component = transition.component.clone();
+        (ComponentPath { module: module.clone(), component }, transition.detection)
+    })
+}
