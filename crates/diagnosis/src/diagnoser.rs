@@ -191,8 +191,10 @@ impl Diagnoser {
                 Observation::Nothing => {}
                 Observation::Changed { onset } => {
                     self.counters.changes += 1;
-                    let open = matches!(self.ledger.verdict(channel), Verdict::Normal);
-                    self.isolator.change(channel, onset, evidence, open);
+                    // Whatever the verdict on an earlier change will be, this one is judged too: the
+                    // outcome must not depend on when a peer's answer comes.
+                    let judge = !self.ledger.verdict(channel).is_latched();
+                    self.isolator.change(channel, onset, evidence, judge);
                     let step = sample.step;
                     let change =
                         Change { component: component.clone(), step, ratio: evidence.ratio() };

@@ -98,7 +98,9 @@ impl Ledger {
         record: Record,
     ) -> Option<Transition> {
         let entry = &mut self.entries[channel];
-        if entry.verdict == verdict || entry.verdict.is_latched() {
+        let known = entry.verdict == verdict
+            && entry.latest.as_ref().is_none_or(|latest| latest.detection == record.detection);
+        if known || entry.verdict.is_latched() {
             return None;
         }
         self.sequence += 1;

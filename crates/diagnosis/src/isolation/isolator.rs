@@ -9,6 +9,10 @@ use crate::evidence::Evidence;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::{IsolationSettings, Rule};
 
+/// Most changes of one channel that await their judgement; further ones are logged only. Reached only
+/// while peers stay silent for long.
+const MAX_PENDING: usize = 8;
+
 /// A change that awaits its judgement.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Case {
@@ -24,6 +28,8 @@ pub(crate) struct Case {
     pub(crate) decide_at: Step,
     /// Not yet published as tentative.
     new: bool,
+    /// The peers that were last reported as silent.
+    reported: Vec<ModuleName>,
 }
 
 /// What was found about a case.
@@ -90,9 +96,18 @@ impl Isolator {
     pub(crate) fn change(&mut self, channel: usize, onset: Step, evidence: Evidence, judge: bool) {
         let step = evidence.step;
         self.log.push(LoggedChange::new(channel, step, evidence.ratio()));
-        if judge {
+        let pending = self.cases.iter().filter(|case| case.channel == channel).count();
+        if judge && pending < MAX_PENDING {
             let decide_at = step.plus(self.hold(channel));
-            self.cases.push(Case { channel, change: step, onset, evidence, decide_at, new: true });
+            self.cases.push(Case {
+                channel,
+                change: step,
+                onset,
+                evidence,
+                decide_at,
+                new: true,
+                reported: Vec::new(),
+            });
         }
     }
 
@@ -125,7 +140,7 @@ impl Isolator {
         let mut findings = Vec::new();
         let mut latched = latched.to_vec();
         self.cases.sort_by_key(|case| (case.decide_at, case.channel));
-        for case in std::mem::take(&mut self.cases) {
+        for mut case in std::mem::take(&mut self.cases) {
             if now < case.decide_at {
                 self.cases.push(case);
                 continue;
@@ -133,8 +148,11 @@ impl Isolator {
             let at_home = self.is_at_home(&case, &latched);
             let silent = self.silent_peers(&case);
             if !at_home && !silent.is_empty() {
-                self.cases.push(case.clone());
-                findings.push((case, Finding::Silent(silent)));
+                if case.reported != silent {
+                    case.reported.clone_from(&silent);
+                    findings.push((case.clone(), Finding::Silent(silent)));
+                }
+                self.cases.push(case);
             } else if at_home || self.is_known(&case) {
                 let judgement = self.judge(&case, &latched);
                 if judgement == Judgement::Root && self.is_actuator(case.channel) {
