@@ -1,0 +1,36 @@
+//! Where the programs under test are.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+/// A program that was built with the tests' own profile.
+///
+/// # Panics
+/// If it was not built.
+#[must_use]
+pub fn program(name: &str) -> Command {
+    Command::new(path(name))
+}
+
+/// Path of a program that was built with the tests' own profile.
+///
+/// # Panics
+/// If it was not built.
+#[must_use]
+pub fn path(name: &str) -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    // target/release/deps/TEST
+    let path = test.parent().and_then(|deps| deps.parent()).unwrap().join(name);
+    assert!(
+        path.exists(),
+        "{} is missing: run `cargo build --release --locked` first",
+        path.display()
+    );
+    path
+}
+
+/// The folder of the shipped configurations.
+#[must_use]
+pub fn configs() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../configs")
+}

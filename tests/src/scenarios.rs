@@ -1,0 +1,36 @@
+//! Fault scenarios that cover every kind of fault, short enough for many of them.
+
+use daemon::config::{Schedule, ScheduledFault};
+use truss::fault::Fault;
+use truss::ids::Step;
+
+/// Steps of a scenario.
+pub const STEPS: u64 = 4200;
+/// First step with the fault.
+pub const ONSET: u64 = 3300;
+
+/// One fault after the warm-up, for good.
+#[must_use]
+pub fn single(component: &str, fault: Fault) -> Schedule {
+    let component = component.parse().unwrap();
+    let fault = ScheduledFault { at_step: Step(ONSET), until_step: None, component, fault };
+    Schedule { faults: vec![fault] }
+}
+
+/// Ten scenarios: every kind of fault, both modules, and one without a fault.
+#[must_use]
+pub fn ten() -> Vec<Schedule> {
+    let walk = |increment_m| Fault::RandomWalk { drift_m_per_s: 6e-5, increment_m };
+    vec![
+        single("module1/sensor/g2", Fault::Bias { offset_m: 1.5e-4 }),
+        single("module2/sensor/g7", Fault::Bias { offset_m: -3e-4 }),
+        single("module1/sensor/g5", walk(2e-5)),
+        single("module2/sensor/g1", walk(6e-6)),
+        single("module1/sensor/g6", Fault::ZeroOutput {}),
+        single("module1/actuator/a3", Fault::InternalLeakage { area_m2: 3e-7 }),
+        single("module2/actuator/a4", Fault::ExternalLeakageA { area_m2: 2e-7 }),
+        single("module2/actuator/a1", Fault::ExternalLeakageB { area_m2: 4e-7 }),
+        single("module1/actuator/a1", Fault::HardOver {}),
+        single("module2/actuator/a2", Fault::HardOver {}),
+    ]
+}

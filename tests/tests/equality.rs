@@ -1,0 +1,106 @@
+//! The distributed verdicts are those of the same run in one process: component, outcome, onset,
+//! detection and decision, whatever the speed and whoever starts first.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use system_tests::deployment::Deployment;
+use system_tests::observer::{Faults, Observer};
+use system_tests::verdict::Reached;
+use system_tests::{in_time, reference, scenarios};
+use truss::ids::RunId;
+
+/// Longer than any scenario takes.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+#[derive(Clone, Copy)]
+enum Order {
+    PlantFirst,
+    DiagnosersFirst,
+}
+
+/// Runs a scenario in processes and holds its verdicts against those of one process.
+async fn compare(schedule: daemon::config::Schedule, number: u64, speed: &str, order: Order) {
+    let (seed, run) = (100 + number, RunId(1000 + number));
+    let deployment = Deployment::of_tower(&schedule);
+    let expected = reference::verdicts(&deployment, seed, run, scenarios::STEPS);
+    assert!(!expected.is_empty(), "scenario {number} shows nothing");
+    let start_plant = || deployment.start_plant(speed, scenarios::STEPS, seed, run);
+    let (mut plant, diagnosers);
+    let (observer, mut faults);
+    match order {
+        Order::PlantFirst => {
+            plant = start_plant();
+            // The plant waits for its diagnosers, so the observer cannot be late.
+            diagnosers = vec![deployment.start_diagnoser(1)];
+            observer = Observer::of(&deployment).await;
+            faults = observer.faults().await;
+        }
+        Order::DiagnosersFirst => {
+            diagnosers = vec![deployment.start_diagnoser(1)];
+            observer = Observer::of(&deployment).await;
+            faults = observer.faults().await;
+            observer.wait_for(&["module2"], false).await;
+            plant = start_plant();
+        }
+    }
+    let last = deployment.start_diagnoser(0);
+    let reached = match collect(&mut faults, &expected).await {
+        Ok(reached) => reached,
+        Err(reached) => panic!(
+            "scenario {number} at speed {speed} reached only {reached:#?} of {expected:#?}\n{}",
+            deployment.logs()
+        ),
+    };
+    assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
+    let mut all = reached;
+    all.extend(faults.arrived().iter().filter_map(|(_, message)| Reached::of_message(message)));
+    assert_eq!(all, expected, "scenario {number} at speed {speed}");
+    for process in diagnosers.into_iter().chain([last]) {
+        process.stop().await;
+    }
+    observer.session.close().await.unwrap();
+}
+
+/// Listens until everything expected has been reached; if it is not in time, what has.
+async fn collect(
+    faults: &mut Faults,
+    expected: &BTreeSet<Reached>,
+) -> Result<BTreeSet<Reached>, BTreeSet<Reached>> {
+    let mut reached = BTreeSet::new();
+    let deadline = tokio::time::Instant::now() + PATIENCE;
+    while !expected.is_subset(&reached) {
+        match tokio::time::timeout_at(deadline, faults.next()).await {
+            Ok((_, message)) => reached.extend(Reached::of_message(&message)),
+            Err(_) => return Err(reached),
+        }
+    }
+    Ok(reached)
+}
+
+async fn compare_all(speed: &'static str, at_a_time: usize) {
+    let mut running = tokio::task::JoinSet::new();
+    for (number, schedule) in (0..).zip(scenarios::ten()) {
+        for order in [Order::PlantFirst, Order::DiagnosersFirst] {
+            running.spawn(compare(schedule.clone(), number, speed, order));
+            if running.len() >= at_a_time {
+                in_time("a scenario", running.join_next()).await.unwrap().unwrap();
+            }
+        }
+    }
+    while let Some(done) = in_time("a scenario", running.join_next()).await {
+        done.unwrap();
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn at_full_speed() {
+    compare_all("max", 1).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn in_real_time() {
+    compare_all("real", 3).await;
+}

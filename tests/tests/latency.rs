@@ -1,0 +1,150 @@
+//! From the publication of the sample that decides a verdict to the arrival of the fault message at a
+//! third party, in real time at 1 kHz, beside a plain Zenoh round trip of the same payload.
+
+#![allow(clippy::unwrap_used, reason = "test code")]
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use daemon::config::{Network, Schedule, ScheduledFault};
+use system_tests::deployment::{Deployment, free_endpoint};
+use system_tests::in_time;
+use system_tests::observer::{Faults, Observer};
+use truss::fault::Fault;
+use truss::ids::{ModuleName, RunId, Step};
+use wire::FaultState;
+
+const STEPS: u64 = 40_000;
+/// A fault in one of these gages and its repair are changes of their own, each decided by a sample.
+const GAGES: [&str; 12] = [
+    "module1/sensor/g1",
+    "module2/sensor/g1",
+    "module1/sensor/g2",
+    "module2/sensor/g2",
+    "module1/sensor/g3",
+    "module2/sensor/g3",
+    "module1/sensor/g4",
+    "module2/sensor/g4",
+    "module1/sensor/g5",
+    "module2/sensor/g5",
+    "module1/sensor/g6",
+    "module2/sensor/g6",
+];
+
+fn schedule() -> Schedule {
+    let faults = GAGES.iter().enumerate().map(|(place, component)| ScheduledFault {
+        at_step: Step(3200 + 3000 * place as u64),
+        until_step: None,
+        component: component.parse().unwrap(),
+        fault: Fault::Bias { offset_m: 4e-4 },
+    });
+    Schedule { faults: faults.collect() }
+}
+
+/// When each sample was published \[ns since 1970\].
+type Published = Arc<Mutex<BTreeMap<(ModuleName, Step), u64>>>;
+
+async fn note_publications(observer: &Observer) -> (zenoh::pubsub::Subscriber<()>, Published) {
+    let published = Published::default();
+    let noted = published.clone();
+    let callback = move |sample: zenoh::sample::Sample| {
+        let message: wire::Sample = wire::decode(&sample.payload().to_bytes()).unwrap();
+        noted.lock().unwrap().insert((message.module, message.step), message.time_unix_ns);
+    };
+    let subscriber = observer.session.declare_subscriber("trusswatch/*/*/sample");
+    (subscriber.callback(callback).await.unwrap(), published)
+}
+
+/// p50 and p99 \[ms\].
+fn percentiles(mut ms: Vec<f64>) -> (f64, f64) {
+    ms.sort_by(f64::total_cmp);
+    let at = |share: f64| ms[((ms.len() - 1) as f64 * share).round() as usize];
+    (at(0.5), at(0.99))
+}
+
+/// Round trips of a payload of this size between two sessions over loopback \[ms\].
+async fn round_trips(size: usize, count: usize) -> Vec<f64> {
+    let endpoint = free_endpoint();
+    let near = Network { listen: vec![endpoint.clone()], ..Network::default() };
+    let near = daemon::session::open(&near).await.unwrap();
+    let far = daemon::session::open(&Network::peer_of(&[endpoint])).await.unwrap();
+    let echo = far.clone();
+    let _echo = far
+        .declare_subscriber("ping")
+        .callback(move |sample| {
+            let (echo, payload) = (echo.clone(), sample.payload().clone());
+            tokio::spawn(async move { echo.put("pong", payload).await.unwrap() });
+        })
+        .await
+        .unwrap();
+    let (sender, mut pongs) = tokio::sync::mpsc::unbounded_channel();
+    let _pong = near
+        .declare_subscriber("pong")
+        .callback(move |_| {
+            let _ = sender.send(Instant::now());
+        })
+        .await
+        .unwrap();
+    let payload = vec![b'x'; size];
+    let mut trips = Vec::new();
+    while trips.len() < count {
+        let start = Instant::now();
+        near.put("ping", payload.clone()).await.unwrap();
+        // The first pings may go before the links are declared.
+        if let Ok(Some(end)) = tokio::time::timeout(Duration::from_millis(200), pongs.recv()).await
+        {
+            trips.push((end - start).as_secs_f64() * 1e3);
+        }
+    }
+    trips
+}
+
+/// Milliseconds from the deciding sample to the message, of every verdict.
+async fn delays(faults: &mut Faults, published: &Published) -> (Vec<f64>, usize) {
+    let mut arrivals = Vec::new();
+    let mut size = 0;
+    while arrivals.len() < GAGES.len() {
+        let (arrival, message) = faults.next().await;
+        if message.state == FaultState::Latched {
+            size = wire::encode(&message).unwrap().len();
+            arrivals.push((arrival, message.module, message.decided_step.unwrap()));
+        }
+    }
+    let published = published.lock().unwrap();
+    let delay = |(arrival, module, step): (u64, ModuleName, Step)| {
+        arrival.saturating_sub(published[&(module, step)]) as f64 / 1e6
+    };
+    (arrivals.into_iter().map(delay).collect(), size)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn in_real_time_no_sample_is_dropped_and_the_message_follows_the_deciding_sample() {
+    let deployment = Deployment::of_tower(&schedule());
+    let diagnosers = deployment.start_diagnosers();
+    let observer = Observer::of(&deployment).await;
+    observer.wait_for(&["module1", "module2"], false).await;
+    let (_publications, published) = note_publications(&observer).await;
+    let mut faults = observer.faults().await;
+    let mut plant = deployment.start_plant("real", STEPS, 7, RunId(7));
+    let (delays, size) = delays(&mut faults, &published).await;
+    let pings = round_trips(size, 500).await;
+    assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
+    for module in ["module1", "module2"] {
+        let status = observer
+            .status(|s| s.module.as_str() == module && s.step == Some(Step(STEPS - 1)))
+            .await;
+        assert_eq!(status.intake.dropped, 0, "{module}");
+        assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
+        assert_eq!(status.diagnosis.samples, STEPS, "{module}");
+    }
+    let ((p50, p99), (ping_p50, ping_p99)) = (percentiles(delays), percentiles(pings));
+    println!("from the deciding sample to the fault message, {} verdicts:", GAGES.len());
+    println!("  p50 {p50:.2} ms, p99 {p99:.2} ms");
+    println!("a plain round trip of the same {size} bytes, 500 times:");
+    println!("  p50 {ping_p50:.2} ms, p99 {ping_p99:.2} ms");
+    assert!(p50 < 50.0, "two hops and a question take no {p50} ms");
+    for process in diagnosers {
+        in_time("the end", process.stop()).await;
+    }
+}
