@@ -2,11 +2,18 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{detect, model};
+use crate::failure::EXIT_CODES;
+use crate::{calibrate, check, demo, detect, model};
 
 /// Distributed fault diagnosis of adaptive structures.
 #[derive(Debug, Parser)]
-#[command(name = "trusswatch", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(
+    name = "trusswatch",
+    version,
+    max_term_width = 100,
+    arg_required_else_help = true,
+    after_help = EXIT_CODES
+)]
 pub(crate) struct CommandLine {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -16,4 +23,7 @@ pub(crate) struct CommandLine {
 pub(crate) enum Command {
     Model(model::Arguments),
     Detect(detect::Arguments),
+    Demo(demo::Arguments),
+    Calibrate(calibrate::Arguments),
+    Check(check::Arguments),
 }

@@ -3,6 +3,15 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+/// What `--help` says about exit codes.
+pub(crate) const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  it did not work out; of the demo: injected and diagnosed faults differ
+  2  wrong use of the command line
+  3  a file that cannot be used
+  4  the network";
+
 /// Kinds of failure, each with its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {

@@ -3,10 +3,14 @@
 //! Exit codes: 0 done; 1 it did not work out; 2 usage; 3 an input or configuration that cannot be
 //! used; 4 the network.
 
+mod calibrate;
+mod check;
 mod command_line;
+mod demo;
 mod detect;
 mod failure;
 mod model;
+mod paint;
 mod table;
 
 use std::process::ExitCode;
@@ -21,6 +25,9 @@ pub fn run() -> ExitCode {
     let done = match CommandLine::parse().command {
         Command::Model(arguments) => model::run(&arguments),
         Command::Detect(arguments) => detect::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

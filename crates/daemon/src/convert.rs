@@ -157,11 +157,7 @@ pub(crate) fn from_answer(answer: wire::StateAnswer) -> Answer {
         .into_iter()
         .map(|fault| diagnosis::ActuatorFault { actuator: fault.actuator, step: fault.step });
     Answer {
-        question: Question {
-            run: answer.run,
-            from: answer.from_step,
-            as_of: answer.as_of_step,
-        },
+        question: Question { run: answer.run, from: answer.from_step, as_of: answer.as_of_step },
         watching_since: answer.watching_since_step,
         changes: changes.collect(),
         actuator_faults: faults.collect(),

@@ -1,5 +1,7 @@
 //! Logs go to standard error, filtered by the environment.
 
+use std::io::IsTerminal;
+
 use tracing_subscriber::EnvFilter;
 
 /// The environment variable with the filter, e.g. `debug` or `daemon=debug,zenoh=warn`.
@@ -14,8 +16,10 @@ pub(crate) fn start() {
         Ok(filter) => (filter, None),
         Err(error) => (EnvFilter::new(DEFAULT_FILTER), Some(error)),
     };
-    let subscriber =
-        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let subscriber = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_writer(std::io::stderr);
     // Fails only if logging was started before, and then there is nothing to do.
     let _ = subscriber.try_init();
     if let Some(error) = problem {

@@ -122,10 +122,7 @@ fn ours(mode: Mode) -> Result<Config, NetworkError> {
         ("listen/exit_on_failure", "true"),
         ("connect/timeout_ms", "-1"),
         ("connect/exit_on_failure", "false"),
-        (
-            "connect/retry",
-            "{period_init_ms: 100, period_max_ms: 500, period_increase_factor: 1.5}",
-        ),
+        ("connect/retry", "{period_init_ms: 100, period_max_ms: 500, period_increase_factor: 1.5}"),
         ("transport/link/tx/lease", &LEASE_MS.to_string()),
         (
             "transport/link/tx/queue/congestion_control/block/wait_before_close",

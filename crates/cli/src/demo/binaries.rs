@@ -14,8 +14,9 @@ pub(super) struct Binaries {
 impl Binaries {
     /// Finds them beside this program.
     pub(super) fn find() -> Result<Binaries, Failure> {
-        let own = std::env::current_exe()
-            .map_err(|error| Failure::runtime(format!("cannot tell where this program is: {error}")))?;
+        let own = std::env::current_exe().map_err(|error| {
+            Failure::runtime(format!("cannot tell where this program is: {error}"))
+        })?;
         let directory = own.parent().unwrap_or(Path::new("."));
         let plant = beside(directory, "trusswatch-plant")?;
         Ok(Binaries { plant, diagnoser: beside(directory, "trusswatch-diagnoser")? })

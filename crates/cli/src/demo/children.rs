@@ -1,5 +1,6 @@
 //! The processes of the demo: started, watched, stopped without exception.
 
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
@@ -37,7 +38,7 @@ impl Children {
         &mut self,
         name: &str,
         program: &Path,
-        arguments: &[PathBuf],
+        arguments: &[OsString],
         directory: &Path,
     ) -> Result<(), Failure> {
         let log = directory.join(format!("{name}.log"));

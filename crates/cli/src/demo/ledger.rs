@@ -29,10 +29,11 @@ impl Ledger {
         Summary { injected: acts.iter().map(injected).collect(), diagnosed, exact, pids }
     }
 
+    /// Named while it was there.
     fn is_named_in_time(&self, act: &Act) -> bool {
         let named = self.0.get(&act.story.component);
         let detected = named.and_then(|transition| transition.detection_step);
-        detected.is_some_and(|step| (act.injected..act.over).contains(&step))
+        detected.is_some_and(|step| (act.injected..act.repaired).contains(&step))
     }
 }
 
@@ -83,7 +84,7 @@ mod tests {
             &[][..],
             &[("m1/sensor/g1", 105)],
             &[("m1/sensor/g1", 99), ("m2/actuator/a1", 1000)],
-            &[("m1/sensor/g1", 1000), ("m2/actuator/a1", 1000)],
+            &[("m1/sensor/g1", 115), ("m2/actuator/a1", 1000)],
             &[("m1/sensor/g1", 105), ("m2/actuator/a2", 1000)],
             &[("m1/sensor/g1", 105), ("m2/actuator/a1", 1000), ("m1/sensor/g2", 1200)],
         ] {

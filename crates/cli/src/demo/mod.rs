@@ -19,10 +19,12 @@ mod story;
 mod testing;
 mod voice;
 
+use std::io::{self, Write};
 use std::time::Duration;
 
 use daemon::config::Speed;
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, sleep_until, timeout_at};
+use truss::ids::Step;
 
 use crate::failure::Failure;
 use children::Children;
@@ -86,7 +88,10 @@ async fn stage(arguments: &Arguments) -> Result<(), Failure> {
         Err(failure) => Err(failure),
     };
     children.stop(&mut interrupts).await;
-    rig.clear_away(arguments.keep_logs)?;
+    if let Some(kept) = rig.clear_away(arguments.keep_logs) {
+        // Nobody is left to be told if standard error is closed.
+        let _ = writeln!(io::stderr(), "logs and configurations are in {}", kept.display());
+    }
     shown
 }
 
@@ -96,14 +101,14 @@ async fn connect_and_show(
     children: &mut Children,
 ) -> Result<(), Failure> {
     let mut network = Network::open(&rig.structure, &rig.own, &rig.endpoints).await?;
-    let voice = Voice::new(arguments.json, rig.pace.step_s);
+    let mut voice = Voice::new(arguments.json, rig.pace.step_s);
     let processes = children.processes();
     let pids = processes.iter().map(|process| process.pid).collect();
     let (structure, endpoint) = (rig.structure.to_string(), rig.own.clone());
     voice.tell(&Entry::Started { structure, processes, endpoint })?;
     let mut show = Show::new(rig.pace, rig.acts.clone(), &rig.modules);
     let shown = tokio::select! {
-        shown = listen(&mut show, &mut network, &voice) => shown,
+        shown = listen(&mut show, &mut network, &mut voice) => shown,
         failure = children.a_death() => Err(failure),
     };
     network.close().await;
@@ -115,7 +120,7 @@ async fn connect_and_show(
 }
 
 /// Tells what is heard until the show is over.
-async fn listen(show: &mut Show, network: &mut Network, voice: &Voice) -> Result<(), Failure> {
+async fn listen(show: &mut Show, network: &mut Network, voice: &mut Voice) -> Result<(), Failure> {
     let mut entries = Vec::new();
     let mut patience = Patience::new();
     while !show.is_over() {
@@ -129,7 +134,8 @@ async fn listen(show: &mut Show, network: &mut Network, voice: &Voice) -> Result
             voice.tell(&entry)?;
         }
     }
-    while let Ok(news) = timeout(STRAGGLERS, network.next()).await {
+    let end = Instant::now() + STRAGGLERS;
+    while let Ok(news) = timeout_at(end, network.next()).await {
         show.take(news?, &mut entries);
         for entry in entries.drain(..) {
             voice.tell(&entry)?;
@@ -141,12 +147,12 @@ async fn listen(show: &mut Show, network: &mut Network, voice: &Voice) -> Result
 /// Waits for things to appear and to move, but not for ever.
 struct Patience {
     until: Instant,
-    seen: (usize, truss::ids::Step),
+    seen: (usize, Step),
 }
 
 impl Patience {
     fn new() -> Patience {
-        Patience { until: Instant::now() + APPEAR_WITHIN, seen: (usize::MAX, truss::ids::Step(0)) }
+        Patience { until: Instant::now() + APPEAR_WITHIN, seen: (usize::MAX, Step(0)) }
     }
 
     fn look_at(&mut self, show: &Show) {

@@ -30,7 +30,13 @@ impl Network {
         own: &str,
         endpoints: &[String],
     ) -> Result<Network, Failure> {
-        let session = zenoh::open(config(own, endpoints)?).await.map_err(broken("open a session"))?;
+        let places = daemon::config::Network {
+            listen: vec![own.to_owned()],
+            ..daemon::config::Network::peer_of(endpoints)
+        };
+        let session = daemon::session::open(&places)
+            .await
+            .map_err(|error| Failure::network(error.to_string()))?;
         // Memory is bounded all the same: a demo ends after some tens of seconds.
         let (outbox, inbox) = unbounded_channel();
         let watched = Watched { structure: Some(structure), module: None };
@@ -51,31 +57,8 @@ impl Network {
 
     /// Leaves the network.
     pub(super) async fn close(self) {
-        // An error means that it is closed already.
-        let _ = self.session.close().await;
+        daemon::session::close(&self.session).await;
     }
-}
-
-fn config(own: &str, endpoints: &[String]) -> Result<zenoh::Config, Failure> {
-    let mut config = zenoh::Config::default();
-    let settings = [
-        ("mode", "\"peer\"".to_owned()),
-        ("scouting/multicast/enabled", "false".to_owned()),
-        ("scouting/gossip/enabled", "false".to_owned()),
-        ("listen/endpoints", serde_json::json!([own]).to_string()),
-        ("connect/endpoints", serde_json::json!(endpoints).to_string()),
-        ("connect/timeout_ms", "-1".to_owned()),
-        ("connect/exit_on_failure", "false".to_owned()),
-        (
-            "connect/retry",
-            "{ period_init_ms: 50, period_max_ms: 200, period_increase_factor: 1.5 }".to_owned(),
-        ),
-        ("transport/link/tx/lease", "1000".to_owned()),
-    ];
-    for (key, value) in settings {
-        config.insert_json5(key, &value).map_err(broken("configure the session"))?;
-    }
-    Ok(config)
 }
 
 /// Hands a sample on. A callback must not wait, and this one does not.

@@ -31,7 +31,8 @@ pub(super) struct Show {
     missing: Vec<String>,
     ledger: Ledger,
     now: Step,
-    late_steps: u64,
+    /// Samples that the plant could not send.
+    unsent: u64,
 }
 
 impl Show {
@@ -42,7 +43,7 @@ impl Show {
         missing.push(wire::keys::PLANT.to_owned());
         let modules = modules.iter().map(|module| (module.clone(), Module::default())).collect();
         let (ledger, now) = (Ledger::default(), Step(0));
-        Show { pace, acts, cues, modules, missing, ledger, now, late_steps: 0 }
+        Show { pace, acts, cues, modules, missing, ledger, now, unsent: 0 }
     }
 
     /// Processes that have not appeared yet.
@@ -99,9 +100,9 @@ impl Show {
     fn time_is(&mut self, step: Step, entries: &mut Vec<Entry>) {
         let before = self.seconds(self.now);
         self.now = self.now.max(step);
-        if self.seconds(self.now) > before && self.modules.values().any(|m| !m.in_service) {
-            let of_step = Step(self.pace.warm_up);
-            entries.push(Entry::WarmingUp { step: self.now.min(of_step), of_step });
+        let of_step = Step(self.pace.warm_up);
+        if self.seconds(self.now) > before && self.now < of_step {
+            entries.push(Entry::WarmingUp { step: self.now, of_step });
         }
         while let Some((_, cue)) = self.cues.pop_if(|(due, _)| *due <= self.now) {
             entries.push(cue);
@@ -114,11 +115,11 @@ impl Show {
 
     fn plant(&mut self, status: &PlantStatus, entries: &mut Vec<Entry>) {
         self.time_is(status.next_step.minus(1), entries);
-        if status.samples_unsent > 0 {
+        if status.samples_unsent > self.unsent {
+            self.unsent = status.samples_unsent;
             let text = format!("the plant could not send {} samples", status.samples_unsent);
             entries.push(Entry::Trouble { text });
         }
-        self.late_steps = status.late_steps;
     }
 
     fn status(&mut self, status: &ModuleStatus, entries: &mut Vec<Entry>) {
@@ -179,10 +180,7 @@ fn cues(act: &Act) -> [(Step, Entry); 2] {
         fault: act.story.fault,
         story: act.story.title,
     };
-    [
-        (act.injected, injected),
-        (act.repaired, Entry::Repaired { step: act.repaired, component }),
-    ]
+    [(act.injected, injected), (act.repaired, Entry::Repaired { step: act.repaired, component })]
 }
 
 #[cfg(test)]
@@ -242,7 +240,9 @@ mod tests {
     fn what_is_only_tentative_is_no_verdict() {
         let mut show = show();
         for state in [FaultState::Tentative, FaultState::Normal] {
-            assert!(told(&mut show, News::Transition(transition("m1/sensor/g1", state, 5))).is_empty());
+            assert!(
+                told(&mut show, News::Transition(transition("m1/sensor/g1", state, 5))).is_empty()
+            );
         }
     }
 }

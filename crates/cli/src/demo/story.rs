@@ -4,7 +4,7 @@ use truss::fault::Fault;
 use truss::ids::{ComponentError, ComponentPath, Step};
 
 /// From the injection of a fault to the repair, in seconds of the plant.
-const REPAIRED_AFTER_S: f64 = 1.5;
+const REPAIRED_AFTER_S: f64 = 1.2;
 
 /// One fault and what it shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,14 +39,14 @@ const STORIES: [(&str, &str, Fault); 6] = [
     (
         "a valve stands fully open; gages of both modules change, and the answer of the module with \
          the valve explains those of the other",
-        "module2/actuator/a1",
+        "module1/actuator/a1",
         Fault::HardOver {},
     ),
     (
         "a gage reads far too much; the controller reacts, forces and other gages follow, and the \
          first change explains them all",
         "module2/sensor/g1",
-        Fault::Bias { offset_m: -3e-4 },
+        Fault::Bias { offset_m: -6e-4 },
     ),
 ];
 
@@ -79,15 +79,20 @@ impl Pace {
         (seconds / self.step_s).round() as u64
     }
 
-    /// The first story: half a second after the warm-up.
+    /// The first story: a while after the warm-up.
     fn first(&self) -> Step {
-        Step(self.warm_up + self.steps(0.5))
+        Step(self.warm_up + self.steps(0.6))
     }
 
-    /// From a story to the next: the repair is forgotten and the fault explains nothing any more.
+    /// From a repair until the statistics have forgotten it. While they forget, the component may
+    /// change once more.
+    fn forgotten(&self) -> u64 {
+        self.interval + self.steps(0.1)
+    }
+
+    /// From a story to the next: everything is forgotten and the fault explains nothing any more.
     fn spacing(&self) -> u64 {
-        let forgotten = self.steps(REPAIRED_AFTER_S) + self.interval;
-        forgotten.max(self.horizon) + self.interval
+        self.steps(REPAIRED_AFTER_S) + self.forgotten() + self.horizon
     }
 }
 
@@ -99,7 +104,7 @@ pub(super) struct Act {
     pub(super) injected: Step,
     /// The first step without it.
     pub(super) repaired: Step,
-    /// The first step of the next story.
+    /// The first step at which nothing of it is left in the statistics.
     pub(super) over: Step,
 }
 
@@ -108,7 +113,7 @@ pub(super) fn acts(stories: Vec<Story>, pace: &Pace) -> Vec<Act> {
     let acts = stories.into_iter().enumerate().map(|(place, story)| {
         let injected = pace.first().plus(place as u64 * pace.spacing());
         let repaired = injected.plus(pace.steps(REPAIRED_AFTER_S));
-        Act { story, injected, repaired, over: injected.plus(pace.spacing()) }
+        Act { story, injected, repaired, over: repaired.plus(pace.forgotten()) }
     });
     acts.collect()
 }
@@ -132,13 +137,12 @@ mod tests {
     }
 
     #[test]
-    fn a_story_is_forgotten_before_the_next_begins() {
+    fn a_story_is_forgotten_and_explains_nothing_any_more_when_the_next_begins() {
         let acts = acts(stories().unwrap(), &PACE);
         assert!(acts[0].injected.0 > PACE.warm_up);
         for pair in acts.windows(2) {
-            assert_eq!(pair[0].over, pair[1].injected);
-            assert!(pair[1].injected.since(pair[0].repaired) >= PACE.interval);
-            assert!(pair[1].injected.since(pair[0].injected) > PACE.horizon + PACE.interval / 2);
+            assert!(pair[1].injected.since(pair[0].repaired) > PACE.interval + PACE.horizon);
+            assert!(pair[0].repaired < pair[0].over && pair[0].over < pair[1].injected);
         }
     }
 }

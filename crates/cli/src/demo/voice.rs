@@ -1,5 +1,6 @@
 //! How entries are told: coloured lines for people, or one JSON object a line for machines.
 
+use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
 
 use comfy_table::CellAlignment;
@@ -17,6 +18,8 @@ pub(super) struct Voice {
     json: bool,
     paint: Paint,
     step_s: f64,
+    /// Changes and explanations of the present story that people have read already.
+    read: BTreeSet<String>,
 }
 
 #[derive(Serialize)]
@@ -29,23 +32,47 @@ struct Timed<'a> {
 
 impl Voice {
     pub(super) fn new(json: bool, step_s: f64) -> Voice {
-        Voice { json, paint: Paint::for_terminal(io::stdout().is_terminal()), step_s }
+        Voice {
+            json,
+            paint: Paint::for_terminal(io::stdout().is_terminal()),
+            step_s,
+            read: BTreeSet::new(),
+        }
     }
 
     /// Tells an entry, at once.
-    pub(super) fn tell(&self, entry: &Entry) -> io::Result<()> {
+    pub(super) fn tell(&mut self, entry: &Entry) -> io::Result<()> {
         let mut out = io::stdout().lock();
         let time_s = entry.step().map(|step| step.0 as f64 * self.step_s);
         if self.json {
             serde_json::to_writer(&mut out, &Timed { entry, time_s })?;
             writeln!(out)?;
-        } else {
+        } else if matches!(entry, Entry::Started { .. } | Entry::Summary(_)) {
+            writeln!(out, "{}", self.text(entry))?;
+        } else if self.is_new(entry) {
             let time = time_s.map_or_else(String::new, |time_s| format!("{time_s:.3} s"));
             for line in self.text(entry).lines() {
-                writeln!(out, "{time:>10}  {line}")?;
+                let time = if line.is_empty() { "" } else { &time };
+                writeln!(out, "{}", format!("{time:>10}  {line}").trim_end())?;
             }
         }
         out.flush()
+    }
+
+    /// False for a change or an explanation that was told in this story already: as a disturbance
+    /// passes, channels rise above their thresholds again and again.
+    fn is_new(&mut self, entry: &Entry) -> bool {
+        match entry {
+            Entry::Change { component, .. } => self.read.insert(component.to_string()),
+            Entry::Verdict { component, explained_by: Some(root), .. } => {
+                self.read.insert(format!("{component} {root}"))
+            }
+            Entry::Injected { .. } => {
+                self.read.clear();
+                true
+            }
+            _ => true,
+        }
     }
 
     fn text(&self, entry: &Entry) -> String {
@@ -58,7 +85,9 @@ impl Voice {
             Entry::WarmingUp { step, of_step } => {
                 format!("warming up step {step} of {of_step}")
             }
-            Entry::InService { module, .. } => format!("in service {module}: every channel is watched"),
+            Entry::InService { module, .. } => {
+                format!("in service {module}: every channel is watched")
+            }
             Entry::Injected { component, fault, story, .. } => {
                 let what = format!("{component}: {}", describe(fault));
                 format!("\n{}  {}\n{story}", paint.bold("INJECT   "), paint.bold(&what))
@@ -71,39 +100,21 @@ impl Voice {
             Entry::Asked { module, questions, unanswered, .. } => {
                 paint.in_colour(Colour::Cyan, &asked(module, *questions, *unanswered))
             }
-            Entry::Verdict { component, state, explained_by, silent, .. } => {
-                self.verdict(component, *state, explained_by.as_ref(), silent)
+            Entry::Verdict { component, state, explained_by, silent, step, detection_step } => {
+                let after = detection_step.map(|detection| step.since(detection));
+                let text = verdict(component, *state, explained_by.as_ref(), silent, after);
+                paint.in_colour(colour(*state), &text)
             }
-            Entry::Trouble { text } => paint.in_colour(Colour::Yellow, &format!("trouble    {text}")),
+            Entry::Trouble { text } => {
+                paint.in_colour(Colour::Yellow, &format!("trouble    {text}"))
+            }
             Entry::Summary(summary) => self.summary(summary),
         }
     }
 
-    fn verdict(
-        &self,
-        component: &ComponentPath,
-        state: FaultState,
-        explained_by: Option<&ComponentPath>,
-        silent: &[ModuleName],
-    ) -> String {
-        match (state, explained_by) {
-            (FaultState::Latched, _) => {
-                self.paint.in_colour(Colour::Red, &format!("FAULT      {component}"))
-            }
-            (FaultState::Explained, Some(root)) => self
-                .paint
-                .in_colour(Colour::Green, &format!("explained  {component}, explained by {root}")),
-            (FaultState::Unconfirmed, _) => {
-                let silent: Vec<_> = silent.iter().map(ModuleName::as_str).collect();
-                let text = format!("unconfirmed {component}: silent: {}", silent.join(", "));
-                self.paint.in_colour(Colour::Yellow, &text)
-            }
-            (state, _) => format!("{state:<10} {component}"),
-        }
-    }
-
     fn summary(&self, summary: &Summary) -> String {
-        let mut table = table(["fault", "component", "injected", "diagnosed", "delay", "verdict after"]);
+        let mut table =
+            table(["fault", "component", "injected", "diagnosed", "delay", "verdict after"]);
         for injected in &summary.injected {
             let named = summary.diagnosed.iter().find(|d| d.component == injected.component);
             let ms = |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{ms:.0} ms"));
@@ -127,7 +138,8 @@ impl Voice {
             column.set_cell_alignment(CellAlignment::Right);
         }
         let verdict = if summary.exact {
-            self.paint.in_colour(Colour::Green, "exact: every injected fault was named, and nothing else")
+            self.paint
+                .in_colour(Colour::Green, "exact: every injected fault was named, and nothing else")
         } else {
             self.paint.in_colour(Colour::Red, "not exact: injected and diagnosed faults differ")
         };
@@ -138,11 +150,7 @@ impl Voice {
 fn started(structure: &str, processes: &[Process], endpoint: &str) -> String {
     let processes: Vec<_> =
         processes.iter().map(|process| format!("{} ({})", process.name, process.pid)).collect();
-    format!(
-        "{structure}: {}\nwatch it:\n{}\n ",
-        processes.join(", "),
-        watch_line(endpoint)
-    )
+    format!("{structure}: {}\nwatch it:\n{}\n", processes.join(", "), watch_line(endpoint))
 }
 
 /// The line that shows the faults in another terminal.
@@ -151,6 +159,39 @@ fn watch_line(endpoint: &str) -> String {
         "  zenoh --mode client --connect {endpoint} --cfg scouting/multicast/enabled:false \
          subscribe -k 'trusswatch/*/*/fault/**' --decoder json --line '{{key}} {{value}}'"
     )
+}
+
+fn colour(state: FaultState) -> Colour {
+    match state {
+        FaultState::Latched => Colour::Red,
+        FaultState::Explained => Colour::Green,
+        FaultState::Unconfirmed => Colour::Yellow,
+        FaultState::Normal | FaultState::Tentative => Colour::Dim,
+    }
+}
+
+/// What a module found, and how many steps after the change.
+fn verdict(
+    component: &ComponentPath,
+    state: FaultState,
+    explained_by: Option<&ComponentPath>,
+    silent: &[ModuleName],
+    after: Option<u64>,
+) -> String {
+    match (state, explained_by) {
+        (FaultState::Latched, _) => {
+            let after = after.unwrap_or_default();
+            format!("FAULT      {component}, found {after} steps after its change")
+        }
+        (FaultState::Explained, Some(root)) => {
+            format!("explained  {component}, explained by {root}")
+        }
+        (FaultState::Unconfirmed, _) => {
+            let silent: Vec<_> = silent.iter().map(ModuleName::as_str).collect();
+            format!("open       {component}, unconfirmed: no answer from {}", silent.join(", "))
+        }
+        (state, _) => format!("{state:<10} {component}"),
+    }
 }
 
 fn asked(module: &ModuleName, questions: u64, unanswered: u64) -> String {

@@ -36,6 +36,10 @@ pub(crate) struct Arguments {
     /// Divergence from which on a row counts as a change, above 0; without it nothing does
     #[arg(long, value_name = "G", value_parser = threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<f64>,
+    /// Vectors that must have been taken before a row can count as a change: the first divergences of
+    /// any series are large
+    #[arg(long, value_name = "VECTORS", default_value_t = 0)]
+    pub(super) warm_up: u64,
     /// Only these columns, separated by commas
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(super) columns: Option<Vec<String>>,

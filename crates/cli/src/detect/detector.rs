@@ -10,16 +10,23 @@ use crate::failure::Failure;
 pub(super) struct Reading {
     /// The divergence; `None` while undefined.
     pub(super) divergence: Option<f64>,
-    /// Has the divergence reached the threshold?
+    /// Has the divergence reached the threshold, after the warm-up?
     pub(super) change: bool,
     /// The channel was started anew.
     pub(super) restarted: Option<Violation>,
 }
 
+/// What counts as a change.
+#[derive(Debug, Clone, Copy)]
+struct Criterion {
+    threshold: f64,
+    warm_up: u64,
+}
+
 /// The detector of all channels.
 pub(super) struct Detector {
     bank: DivergenceBank,
-    threshold: f64,
+    criterion: Criterion,
     readings: Vec<Reading>,
 }
 
@@ -29,7 +36,8 @@ impl Detector {
         let bank = DivergenceBank::new(arguments.settings(), &prior_scatters)
             .map_err(|error| Failure::usage(error.to_string()))?;
         let threshold = arguments.threshold.unwrap_or(f64::INFINITY);
-        Ok(Detector { bank, threshold, readings: vec![Reading::default(); channels] })
+        let criterion = Criterion { threshold, warm_up: arguments.warm_up };
+        Ok(Detector { bank, criterion, readings: vec![Reading::default(); channels] })
     }
 
     /// Takes the next row; `None` is a gap.
@@ -39,19 +47,25 @@ impl Detector {
             self.readings.fill(Reading::default());
             return &self.readings;
         };
-        let threshold = self.threshold;
         for (reading, &outcome) in self.readings.iter_mut().zip(self.bank.push(values)) {
-            *reading = judge(outcome, threshold);
+            *reading = self.criterion.judge(outcome);
         }
         &self.readings
     }
 }
 
-fn judge(outcome: Outcome, threshold: f64) -> Reading {
-    let divergence = outcome.divergence();
-    let restarted = match outcome {
-        Outcome::Restarted(violation) => Some(violation),
-        Outcome::Undefined | Outcome::Defined { .. } => None,
-    };
-    Reading { divergence, change: divergence.is_some_and(|d| d >= threshold), restarted }
+impl Criterion {
+    fn judge(&self, outcome: Outcome) -> Reading {
+        match outcome {
+            Outcome::Undefined => Reading::default(),
+            Outcome::Restarted(violation) => {
+                Reading { restarted: Some(violation), ..Reading::default() }
+            }
+            Outcome::Defined { divergence, age } => Reading {
+                divergence: Some(divergence),
+                change: divergence >= self.threshold && age >= self.warm_up,
+                restarted: None,
+            },
+        }
+    }
 }

@@ -81,11 +81,14 @@ pub struct QuerySettings {
     pub timeout_ms: u64,
     /// How long a peer's question is held until its step comes \[ms\]: 1000.
     pub hold_ms: u64,
+    /// How long the next sample waits for a peer's answer \[ms\]: 50. While the answers come within
+    /// this, every transition is that of a single process, not only every verdict.
+    pub pause_ms: u64,
 }
 
 impl Default for QuerySettings {
     fn default() -> Self {
-        Self { timeout_ms: 300, hold_ms: 1000 }
+        Self { timeout_ms: 300, hold_ms: 1000, pause_ms: 50 }
     }
 }
 
@@ -96,6 +99,10 @@ impl QuerySettings {
 
     pub(crate) fn hold(&self) -> Duration {
         Duration::from_millis(self.hold_ms)
+    }
+
+    pub(crate) fn pause(&self) -> Duration {
+        Duration::from_millis(self.pause_ms)
     }
 }
 
@@ -204,6 +211,36 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     })
 }
 
+/// A module that thresholds are to be made for.
+#[derive(Debug, Clone)]
+pub struct Uncalibrated {
+    /// The setup; its thresholds mean nothing.
+    pub setup: ModuleSetup,
+    /// The detection that the thresholds are for.
+    pub detection: DetectionSection,
+    /// The file that the thresholds belong into.
+    pub thresholds: PathBuf,
+}
+
+/// Reads and checks a diagnoser's file and its structure, but not its thresholds.
+///
+/// # Errors
+/// Every mistake that was found.
+pub fn load_uncalibrated(file: &Path) -> Result<Uncalibrated, ConfigErrors> {
+    let document = Document::read(file)?;
+    let written: DiagnoserFile = document.parse()?;
+    let mut errors = ConfigErrors(Vec::new());
+    check_figures(&written, &document, &mut errors);
+    let structure = load_structure(&document.beside(&written.structure))?;
+    let channels = components(&structure, &written.module).len();
+    let setup = setup(&written, structure, vec![1.0; channels]);
+    for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
+        errors.add(file, document.line(&place(&problem)), problem);
+    }
+    let thresholds = document.beside(&written.thresholds);
+    errors.or(Uncalibrated { setup, detection: written.detection, thresholds })
+}
+
 /// Reads a structure's description.
 pub(super) fn load_structure(file: &Path) -> Result<Structure, ConfigErrors> {
     let document = Document::read(file)?;
@@ -218,7 +255,8 @@ pub(super) fn load_structure(file: &Path) -> Result<Structure, ConfigErrors> {
 
 fn components(structure: &Structure, module: &ModuleName) -> Vec<Component> {
     let Some(module) = structure.module(module) else { return Vec::new() };
-    let actuators = module.actuators.iter().map(|actuator| Component::Actuator(actuator.name.clone()));
+    let actuators =
+        module.actuators.iter().map(|actuator| Component::Actuator(actuator.name.clone()));
     let gages = module.gages.iter().map(|gage| Component::Sensor(gage.name.clone()));
     actuators.chain(gages).collect()
 }
@@ -272,7 +310,7 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         history,
         sample_queue,
     } = written.publish;
-    let QuerySettings { timeout_ms, hold_ms } = written.queries;
+    let QuerySettings { timeout_ms, hold_ms, pause_ms } = written.queries;
     for (table, key, value, allowed) in [
         ("publish", "divergence_every_steps", divergence_every_steps, 1..=1_000_000),
         ("publish", "progress_every_steps", progress_every_steps, 1..=10_000),
@@ -281,13 +319,11 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         ("publish", "sample_queue", sample_queue as u64, 16..=1_000_000),
         ("queries", "timeout_ms", timeout_ms, 10..=10_000),
         ("queries", "hold_ms", hold_ms, 10..=60_000),
+        ("queries", "pause_ms", pause_ms, 0..=10_000),
     ] {
         if !allowed.contains(&value) {
-            let problem = format!(
-                "`{key}` is {value}; use {} to {}",
-                allowed.start(),
-                allowed.end()
-            );
+            let problem =
+                format!("`{key}` is {value}; use {} to {}", allowed.start(), allowed.end());
             errors.add(&document.file, document.line(&[table, key]), problem);
         }
     }

@@ -16,9 +16,8 @@ pub(crate) struct Document {
 
 impl Document {
     pub(crate) fn read(file: &Path) -> Result<Self, ConfigErrors> {
-        let text = std::fs::read_to_string(file).map_err(|error| {
-            ConfigErrors::one(file, None, format!("cannot be read: {error}"))
-        })?;
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| ConfigErrors::one(file, None, format!("cannot be read: {error}")))?;
         Ok(Self { file: file.to_owned(), text })
     }
 

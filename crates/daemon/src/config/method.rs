@@ -19,7 +19,8 @@ pub struct DetectionSection {
     pub interval: Interval,
     /// `"tracking"`, the default, or `"demand"`.
     pub actuator_residual: ActuatorResidual,
-    /// Vectors that a Gaussian must rest on before a channel is judged: 2000.
+    /// Vectors that a channel must have taken before it is judged: 2500. More than the interval
+    /// holds, so that what the models did while they settled has left it again.
     pub warm_up_vectors: u64,
 }
 
@@ -30,14 +31,15 @@ impl Default for DetectionSection {
             lag: 10,
             interval: Interval::Sliding { vectors: 2000 },
             actuator_residual: ActuatorResidual::Tracking,
-            warm_up_vectors: 2000,
+            warm_up_vectors: 2500,
         }
     }
 }
 
 impl From<DetectionSection> for DetectionSettings {
     fn from(section: DetectionSection) -> Self {
-        let DetectionSection { window, lag, interval, actuator_residual, warm_up_vectors } = section;
+        let DetectionSection { window, lag, interval, actuator_residual, warm_up_vectors } =
+            section;
         Self {
             divergence: DivergenceSettings { window, lag, interval },
             actuator_residual,

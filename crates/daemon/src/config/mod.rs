@@ -10,7 +10,10 @@ mod plant;
 mod schedule;
 mod speed;
 
-pub use diagnoser::{DiagnoserConfig, PublishSettings, QuerySettings, load_diagnoser};
+pub use diagnoser::{
+    DiagnoserConfig, PublishSettings, QuerySettings, Uncalibrated, load_diagnoser,
+    load_uncalibrated,
+};
 pub use error::{ConfigError, ConfigErrors};
 pub use flags::{NetworkFlags, PlantFlags};
 pub use method::{DetectionSection, IsolationSection};

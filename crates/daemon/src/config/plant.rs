@@ -137,7 +137,8 @@ pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, Config
     let schedule_file = flags.schedule.clone().or(schedule_file);
     let schedule = schedule_file.as_deref().map(|file| errors.collect(load_schedule(file)));
     let structure = errors.collect(load_structure(&document.beside(&written.structure)));
-    let (Some(structure), Some(schedule)) = (structure, schedule.unwrap_or(Some(Schedule::default())))
+    let (Some(structure), Some(schedule)) =
+        (structure, schedule.unwrap_or(Some(Schedule::default())))
     else {
         return Err(errors);
     };
@@ -170,7 +171,8 @@ fn waited_for(
     let equipped: Vec<ModuleName> =
         structure.equipped().map(|module| module.name.clone()).collect();
     if equipped.iter().any(|module| module.as_str() == wire::keys::PLANT) {
-        let problem = format!("no module may be called `{}`: keys need the word", wire::keys::PLANT);
+        let problem =
+            format!("no module may be called `{}`: keys need the word", wire::keys::PLANT);
         errors.add(&document.file, document.line(&["structure"]), problem);
     }
     for module in written.wait_for.iter().flatten() {
@@ -189,10 +191,9 @@ fn waited_for(
 
 fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigErrors) {
     let LockStep { window_steps, patience_ms } = written.lock_step;
-    for (key, value, allowed) in [
-        ("window_steps", window_steps, 1..=2000),
-        ("patience_ms", patience_ms, 100..=3_600_000),
-    ] {
+    for (key, value, allowed) in
+        [("window_steps", window_steps, 1..=2000), ("patience_ms", patience_ms, 100..=3_600_000)]
+    {
         if !allowed.contains(&value) {
             let problem =
                 format!("`{key}` is {value}; use {} to {}", allowed.start(), allowed.end());

@@ -1,12 +1,10 @@
 //! `trusswatch detect` through the real binary.
 
-mod binary;
-
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
 
-use binary::{Outcome, repository, run, run_with, trusswatch};
+use crate::binary::{Outcome, repository, run, run_with, trusswatch};
 use serde_json::Value;
 
 /// A small detector on standard input.
@@ -100,6 +98,19 @@ fn a_change_begins_at_the_threshold_itself_and_needs_one() {
     let at = small(table, &["--json", "--threshold", &exact]);
     assert_eq!(rows(&at)[2]["channels"]["x"]["change"], true);
     assert_eq!(rows(&small(table, &["--json"]))[2]["channels"]["x"]["change"], false);
+}
+
+#[test]
+fn nothing_counts_as_a_change_before_the_warm_up() {
+    let changes = |warm_up: &str| -> Vec<bool> {
+        let flags = ["--json", "--threshold", "0.1", "--warm-up", warm_up, "--interval", "0"];
+        let arguments = ["detect", "-", "--window", "1", "--lag", "1", "--prior-scatter", "1"];
+        let outcome = run_with("x\n1\n2\n9\n1\n9\n", &[&arguments[..], &flags[..]].concat());
+        outcome.succeeds();
+        rows(&outcome).iter().map(|row| row["channels"]["x"]["change"] == true).collect()
+    };
+    assert_eq!(changes("0"), [false, false, true, true, true]);
+    assert_eq!(changes("5"), [false, false, false, false, true]);
 }
 
 #[test]

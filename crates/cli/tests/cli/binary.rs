@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 /// What a run of the binary left behind.
-pub struct Outcome {
-    pub code: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Outcome {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Outcome {
     /// The run failed with this exit code and said all of these.
     #[track_caller]
-    pub fn fails(&self, code: i32, said: &[&str]) {
+    pub(crate) fn fails(&self, code: i32, said: &[&str]) {
         assert_eq!(self.code, Some(code), "{}", self.stderr);
         assert!(self.stderr.starts_with("error: "), "{}", self.stderr);
         for text in said {
@@ -24,23 +24,22 @@ impl Outcome {
 
     /// The run succeeded and said nothing on standard error.
     #[track_caller]
-    pub fn succeeds(&self) {
+    pub(crate) fn succeeds(&self) {
         assert_eq!((self.code, self.stderr.as_str()), (Some(0), ""));
     }
 }
 
-pub fn trusswatch() -> Command {
+pub(crate) fn trusswatch() -> Command {
     Command::new(env!("CARGO_BIN_EXE_trusswatch"))
 }
 
 /// Runs the binary with nothing on standard input.
-pub fn run<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Outcome {
+pub(crate) fn run<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Outcome {
     outcome(trusswatch().args(arguments).stdin(Stdio::null()))
 }
 
 /// Runs the binary with this text on standard input.
-#[allow(dead_code, reason = "not every test file feeds its runs")]
-pub fn run_with(input: &str, arguments: &[&str]) -> Outcome {
+pub(crate) fn run_with(input: &str, arguments: &[&str]) -> Outcome {
     let mut child = trusswatch()
         .args(arguments)
         .stdin(Stdio::piped())
@@ -69,7 +68,6 @@ fn read(output: std::process::Output) -> Outcome {
 }
 
 /// A file of the repository.
-#[allow(dead_code, reason = "not every test file reads one")]
-pub fn repository(path: &str) -> PathBuf {
+pub(crate) fn repository(path: &str) -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path)
 }

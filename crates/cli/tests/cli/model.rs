@@ -1,8 +1,6 @@
 //! `trusswatch model` through the real binary.
 
-mod binary;
-
-use binary::{repository, run};
+use crate::binary::{repository, run};
 use serde_json::Value;
 
 fn tower() -> String {

@@ -1,0 +1,79 @@
+//! What kind of file a file is, from its content.
+
+use std::path::Path;
+
+use toml::Table;
+
+/// A kind of configuration file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Structure,
+    Plant,
+    Diagnoser,
+    Thresholds,
+    Schedule,
+    Zenoh,
+}
+
+impl Kind {
+    /// Looks at the ending and at the keys that only one kind has.
+    ///
+    /// # Errors
+    /// What is wrong, and in which line: no TOML, or keys of no kind.
+    pub(super) fn of(file: &Path, text: &str) -> Result<Kind, (Option<usize>, String)> {
+        let ending = file.extension().and_then(|ending| ending.to_str());
+        if matches!(ending, Some("json5" | "json")) {
+            return Ok(Kind::Zenoh);
+        }
+        let table: Table = text.parse().map_err(|error: toml::de::Error| {
+            (error.span().map(|span| line_at(text, span.start)), error.message().to_owned())
+        })?;
+        Kind::of_table(&table).ok_or_else(|| {
+            let problem = "nothing that is known: a structure has `modules`, a plant `structure` but \
+                           no `module`, a diagnoser `module` and `structure`, thresholds \
+                           `thresholds` and `provenance`, a schedule `faults`";
+            (None, problem.to_owned())
+        })
+    }
+
+    fn of_table(table: &Table) -> Option<Kind> {
+        let has = |key: &str| table.contains_key(key);
+        let is_table = |key: &str| table.get(key).is_some_and(toml::Value::is_table);
+        if has("modules") {
+            Some(Kind::Structure)
+        } else if has("provenance") || is_table("thresholds") {
+            Some(Kind::Thresholds)
+        } else if has("module") {
+            Some(Kind::Diagnoser)
+        } else if has("structure") {
+            Some(Kind::Plant)
+        } else if has("faults") {
+            Some(Kind::Schedule)
+        } else {
+            None
+        }
+    }
+}
+
+/// The line of a place in a text, counted from 1.
+pub(super) fn line_at(text: &str, offset: usize) -> usize {
+    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_what_its_keys_say() {
+        let kind = |text| Kind::of(Path::new("x.toml"), text);
+        assert_eq!(kind("name = 't'\n[[modules]]"), Ok(Kind::Structure));
+        assert_eq!(kind("structure = 's'\nseed = 1"), Ok(Kind::Plant));
+        assert_eq!(kind("module = 'm'\nstructure = 's'\nthresholds = 't'"), Ok(Kind::Diagnoser));
+        assert_eq!(kind("module = 'm'\n[thresholds]"), Ok(Kind::Thresholds));
+        assert_eq!(kind("[[faults]]"), Ok(Kind::Schedule));
+        assert_eq!(Kind::of(Path::new("x.json5"), "{"), Ok(Kind::Zenoh));
+        assert_eq!(kind("colour = 1").unwrap_err().0, None);
+        assert_eq!(kind("a = 1\nb = [").unwrap_err().0, Some(2));
+    }
+}

@@ -1,0 +1,117 @@
+//! `trusswatch check`: are these files usable, and what are they?
+
+mod kind;
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use daemon::config::{
+    ConfigError, ConfigErrors, PlantFlags, load_diagnoser, load_plant, load_schedule,
+};
+use daemon::thresholds::Thresholds;
+use truss::Structure;
+
+use crate::failure::Failure;
+use kind::Kind;
+
+/// Check configuration files without starting anything
+///
+/// Tells what each file is and every mistake in it and in the files that it names. Knows structures,
+/// plants, diagnosers, thresholds, schedules and Zenoh settings; which of these a file is follows
+/// from its content.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Files to check
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    let mut mistakes = Vec::new();
+    for file in &arguments.files {
+        match check(file) {
+            Ok(what) => writeln!(out, "{}: valid: {what}", file.display())?,
+            Err(errors) => mistakes.extend(errors.0.iter().map(ToString::to_string)),
+        }
+    }
+    out.flush()?;
+    if mistakes.is_empty() { Ok(()) } else { Err(Failure::inputs(mistakes)) }
+}
+
+/// What the file is, or what is wrong with it.
+fn check(file: &Path) -> Result<String, ConfigErrors> {
+    let text = fs::read_to_string(file)
+        .map_err(|error| mistake(file, None, format!("cannot be read: {error}")))?;
+    match Kind::of(file, &text).map_err(|(line, problem)| mistake(file, line, problem))? {
+        Kind::Structure => structure(file, &text),
+        Kind::Plant => plant(file),
+        Kind::Diagnoser => diagnoser(file),
+        Kind::Thresholds => thresholds(file, &text),
+        Kind::Schedule => Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len())),
+        Kind::Zenoh => zenoh(file),
+    }
+}
+
+fn mistake(file: &Path, line: Option<usize>, problem: impl ToString) -> ConfigErrors {
+    ConfigErrors(vec![ConfigError { file: file.to_owned(), line, problem: problem.to_string() }])
+}
+
+fn structure(file: &Path, text: &str) -> Result<String, ConfigErrors> {
+    let structure = Structure::from_toml(text).map_err(|errors| {
+        let each = errors.iter().map(|error| mistake(file, error.line, &error.problem).0);
+        ConfigErrors(each.flatten().collect())
+    })?;
+    let (name, nodes, members) = (&structure.name, structure.nodes.len(), structure.members.len());
+    let model = truss::Mechanics::assemble(&structure);
+    model.map_err(|error| mistake(file, None, error))?;
+    let modules: Vec<_> = structure.modules.iter().map(|module| module.name.as_str()).collect();
+    let modules = modules.join(", ");
+    Ok(format!("structure `{name}`, {nodes} nodes, {members} members, modules {modules}"))
+}
+
+fn plant(file: &Path) -> Result<String, ConfigErrors> {
+    let config = load_plant(file, &PlantFlags::default())?;
+    let modules: Vec<_> =
+        config.structure.equipped().map(|module| module.name.to_string()).collect();
+    Ok(format!(
+        "plant of `{}`, modules {}, seed {}, speed {}",
+        config.structure.name,
+        modules.join(", "),
+        config.seed,
+        config.speed
+    ))
+}
+
+fn diagnoser(file: &Path) -> Result<String, ConfigErrors> {
+    let config = load_diagnoser(file)?;
+    let (actuators, gages) = config.size();
+    let peers: Vec<_> = config.peers().iter().map(ToString::to_string).collect();
+    Ok(format!(
+        "diagnoser of module `{}` of `{}`, {actuators} actuators, {gages} gages, peers: {}",
+        config.module(),
+        config.structure_name,
+        if peers.is_empty() { "none".to_owned() } else { peers.join(", ") }
+    ))
+}
+
+/// Thresholds by themselves: whether they fit a module shows when that module's file is checked.
+fn thresholds(file: &Path, text: &str) -> Result<String, ConfigErrors> {
+    let read: Thresholds = toml::from_str(text).map_err(|error| {
+        mistake(file, error.span().map(|span| kind::line_at(text, span.start)), error.message())
+    })?;
+    let components: Vec<_> = read.thresholds.keys().cloned().collect();
+    let fitted = read.fit(&read.module, &components, &read.detection).map_err(|problems| {
+        let each = problems.iter().map(|problem| mistake(file, None, problem).0);
+        ConfigErrors(each.flatten().collect())
+    })?;
+    Ok(format!("{} thresholds of module `{}`", fitted.len(), read.module))
+}
+
+fn zenoh(file: &Path) -> Result<String, ConfigErrors> {
+    let problem = |error| mistake(file, None, format!("no file of Zenoh settings: {error}"));
+    let config = zenoh::Config::from_file(file).map_err(problem)?;
+    let mode = config.get_json("mode").unwrap_or_default();
+    Ok(format!("Zenoh settings, mode {}", mode.trim_matches('"')))
+}

@@ -1,0 +1,193 @@
+//! Everything that the processes are told: the shipped configurations, put into a directory of their
+//! own with endpoints of this machine.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use daemon::config::{
+    ConfigErrors, DiagnoserConfig, PlantFlags, Schedule, ScheduledFault, Speed, load_diagnoser,
+    load_plant,
+};
+use tempfile::TempDir;
+use toml::Table;
+use truss::ids::{ModuleName, StructureName};
+
+use super::binaries::Binaries;
+use super::children::Children;
+use super::ports::free_endpoints;
+use super::story::{self, Act, Pace};
+use crate::failure::Failure;
+
+/// A shipped file: its path in the directory of configurations, and its text.
+type Shipped = (&'static str, &'static str);
+
+macro_rules! shipped {
+    ($path:literal) => {
+        ($path, include_str!(concat!("../../../../configs/", $path)))
+    };
+}
+
+const PLANT: Shipped = shipped!("plant.toml");
+const MODULES: [Shipped; 2] = [shipped!("module1.toml"), shipped!("module2.toml")];
+/// What those refer to.
+const OTHERS: [Shipped; 5] = [
+    shipped!("tower.toml"),
+    shipped!("tower/module1.structure.toml"),
+    shipped!("tower/module2.structure.toml"),
+    shipped!("thresholds/module1.toml"),
+    shipped!("thresholds/module2.toml"),
+];
+
+/// The processes' configurations, and what follows from them.
+pub(super) struct Rig {
+    binaries: Binaries,
+    directory: TempDir,
+    flags: Vec<OsString>,
+    /// Name of the structure.
+    pub(super) structure: StructureName,
+    /// The modules with a diagnoser.
+    pub(super) modules: Vec<ModuleName>,
+    /// Where the parent listens.
+    pub(super) own: String,
+    /// Where the processes listen.
+    pub(super) endpoints: Vec<String>,
+    /// Lengths in steps.
+    pub(super) pace: Pace,
+    /// The stories.
+    pub(super) acts: Vec<Act>,
+}
+
+impl Rig {
+    /// Lays everything out.
+    pub(super) fn set_up(speed: Speed, seed: u64) -> Result<Rig, Failure> {
+        let binaries = Binaries::find()?;
+        let directory = tempfile::Builder::new().prefix("trusswatch-demo-").tempdir();
+        let directory = directory.map_err(|e| cannot_write("a temporary directory", &e))?;
+        let [own, plant, first, second] = free_endpoints()?;
+        let endpoints = vec![plant, first, second];
+        let place = directory.path();
+        for (path, text) in OTHERS {
+            write(&place.join(path), text)?;
+        }
+        write_config(place, PLANT, &endpoints[0], &[])?;
+        let mut configs = Vec::new();
+        for (index, module) in MODULES.into_iter().enumerate() {
+            // Each module connects to the plant and to the modules before it.
+            let (before, own) = (&endpoints[..=index], &endpoints[index + 1]);
+            let file = write_config(place, module, own, before)?;
+            configs.push(load_diagnoser(&file).map_err(|errors| unusable(&errors))?);
+        }
+        let pace = pace(&configs);
+        let stories = story::stories().map_err(|error| Failure::runtime(error.to_string()))?;
+        let acts = story::acts(stories, &pace);
+        write_schedule(place, &acts)?;
+        check_plant(place)?;
+        let flags = ["--seed", &seed.to_string(), "--speed", &speed.to_string()];
+        Ok(Rig {
+            binaries,
+            flags: flags.iter().map(OsString::from).collect(),
+            structure: configs[0].structure_name.clone(),
+            modules: configs.iter().map(|config| config.module().clone()).collect(),
+            own,
+            endpoints,
+            pace,
+            acts,
+            directory,
+        })
+    }
+
+    /// Starts the processes.
+    pub(super) fn start(&self, children: &mut Children) -> Result<(), Failure> {
+        let place = self.directory.path();
+        let run = |config: &str| vec![OsString::from("run"), place.join(config).into()];
+        for (module, (config, _)) in self.modules.iter().zip(MODULES) {
+            let arguments = run(config);
+            children.start(module.as_str(), &self.binaries.diagnoser, &arguments, place)?;
+        }
+        let mut arguments = run(PLANT.0);
+        arguments.extend_from_slice(&self.flags);
+        arguments.extend(["--schedule".into(), schedule_file(place).into()]);
+        children.start(wire::keys::PLANT, &self.binaries.plant, &arguments, place)
+    }
+
+    /// Removes everything, or says where it is.
+    pub(super) fn clear_away(self, keep: bool) -> Option<PathBuf> {
+        keep.then(|| self.directory.keep())
+    }
+}
+
+fn cannot_write(what: &str, error: &std::io::Error) -> Failure {
+    Failure::runtime(format!("cannot write {what}: {error}"))
+}
+
+fn write(file: &Path, text: &str) -> Result<(), Failure> {
+    let folder = file.parent().unwrap_or(file);
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(file, text))
+        .map_err(|error| cannot_write(&format!("`{}`", file.display()), &error))
+}
+
+fn schedule_file(place: &Path) -> PathBuf {
+    place.join("schedule.toml")
+}
+
+fn unusable(errors: &ConfigErrors) -> Failure {
+    Failure::inputs(errors.0.iter().map(ToString::to_string).collect())
+}
+
+/// Writes a shipped configuration with other endpoints.
+fn write_config(
+    place: &Path,
+    (path, text): Shipped,
+    listen: &str,
+    connect: &[String],
+) -> Result<PathBuf, Failure> {
+    let mut table: Table =
+        text.parse().map_err(|error| Failure::input(format!("the shipped `{path}`: {error}")))?;
+    table.insert("network".to_owned(), network(listen, connect));
+    let file = place.join(path);
+    write(&file, &table.to_string())?;
+    Ok(file)
+}
+
+fn network(listen: &str, connect: &[String]) -> toml::Value {
+    let array = |endpoints: &[String]| {
+        toml::Value::Array(endpoints.iter().cloned().map(toml::Value::from).collect())
+    };
+    let entries = [("listen", array(&[listen.to_owned()])), ("connect", array(connect))];
+    toml::Value::Table(entries.map(|(key, value)| (key.to_owned(), value)).into_iter().collect())
+}
+
+fn write_schedule(place: &Path, acts: &[Act]) -> Result<(), Failure> {
+    let faults = acts.iter().map(|act| ScheduledFault {
+        at_step: act.injected,
+        until_step: Some(act.repaired),
+        component: act.story.component.clone(),
+        fault: act.story.fault,
+    });
+    let schedule = Schedule { faults: faults.collect() };
+    let text = toml::to_string(&schedule)
+        .map_err(|error| Failure::runtime(format!("cannot write the schedule: {error}")))?;
+    write(&schedule_file(place), &text)
+}
+
+fn check_plant(place: &Path) -> Result<(), Failure> {
+    let flags = PlantFlags { schedule: Some(schedule_file(place)), ..PlantFlags::default() };
+    load_plant(&place.join(PLANT.0), &flags).map_err(|errors| unusable(&errors))?;
+    Ok(())
+}
+
+/// The longest of each length among the modules.
+fn pace(configs: &[DiagnoserConfig]) -> Pace {
+    let mut pace = Pace { step_s: 1e-3, warm_up: 0, horizon: 0, interval: 0 };
+    for setup in configs.iter().map(DiagnoserConfig::module_setup) {
+        let divergence = setup.detection.divergence;
+        let vectors = divergence.interval.vectors().unwrap_or_default() as u64;
+        pace.step_s = setup.step_s;
+        pace.warm_up = pace.warm_up.max(setup.detection.warm_up_vectors + divergence.window as u64);
+        pace.horizon = pace.horizon.max(setup.isolation.horizon_steps);
+        pace.interval = pace.interval.max(vectors);
+    }
+    pace
+}

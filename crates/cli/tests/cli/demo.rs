@@ -1,0 +1,191 @@
+//! `trusswatch demo` with real processes on this machine. Needs the processes beside the binary under
+//! test: `cargo build --release -p daemon`, or test the whole workspace.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::binary::{run, trusswatch};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+
+/// A demo that was started.
+struct Demo {
+    child: Child,
+    events: Option<BufReader<ChildStdout>>,
+    pids: Vec<i32>,
+}
+
+impl Demo {
+    fn start(arguments: &[&str]) -> Demo {
+        for name in ["trusswatch-plant", "trusswatch-diagnoser"] {
+            let beside = Path::new(env!("CARGO_BIN_EXE_trusswatch")).with_file_name(name);
+            assert!(beside.is_file(), "build {name} first: cargo build --release -p daemon");
+        }
+        let mut child = trusswatch()
+            .args(["demo", "--json"])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let events = child.stdout.take().map(BufReader::new);
+        let mut demo = Demo { child, events, pids: Vec::new() };
+        let started = demo.next().unwrap();
+        assert_eq!(started["event"], "started");
+        let processes = started["processes"].as_array().unwrap();
+        demo.pids = processes.iter().map(|p| p["pid"].as_i64().unwrap() as i32).collect();
+        demo
+    }
+
+    fn next(&mut self) -> Option<Value> {
+        let mut line = String::new();
+        let read = self.events.as_mut().unwrap().read_line(&mut line).unwrap();
+        (read > 0).then(|| serde_json::from_str(&line).unwrap())
+    }
+
+    fn wait_for(&mut self, event: &str) -> Value {
+        loop {
+            let next = self.next().unwrap_or_else(|| panic!("no `{event}` came"));
+            if next["event"] == event {
+                return next;
+            }
+        }
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill(Pid::from_raw(self.child.id() as i32), signal).unwrap();
+    }
+
+    /// Waits for the end; none of the processes may be left.
+    fn end(mut self, within: Duration) -> (ExitStatus, String) {
+        let start = Instant::now();
+        let mut said = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        let status = self.child.wait().unwrap();
+        assert!(start.elapsed() < within, "the end took {:?}", start.elapsed());
+        let left: Vec<&i32> = self.pids.iter().filter(|pid| is_running(**pid)).collect();
+        assert!(left.is_empty(), "processes left: {left:?}");
+        (status, said)
+    }
+}
+
+fn is_running(pid: i32) -> bool {
+    kill(Pid::from_raw(pid), None).is_ok()
+}
+
+const SOON: Duration = Duration::from_secs(5);
+
+#[test]
+fn every_injected_fault_is_named_and_nothing_else() {
+    let mut demo = Demo::start(&["--speed", "max"]);
+    let mut events = Vec::new();
+    while let Some(event) = demo.next() {
+        events.push(event);
+    }
+    let pids = demo.pids.clone();
+    let (status, said) = demo.end(SOON);
+    assert_eq!((status.code(), said.as_str()), (Some(0), ""));
+    let summary = events.last().unwrap();
+    assert_eq!(summary["event"], "summary");
+    assert_eq!(summary["exact"], true);
+    let told: Vec<_> =
+        summary["pids"].as_array().unwrap().iter().map(|p| p.as_i64().unwrap() as i32).collect();
+    assert_eq!(told, pids);
+    let components = |list: &str| -> Vec<String> {
+        let faults = summary[list].as_array().unwrap().iter();
+        faults.map(|fault| fault["component"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(components("injected").len(), 6);
+    assert_eq!(components("injected"), components("diagnosed"));
+    for event in ["ready", "in_service", "injected", "repaired", "change"] {
+        assert!(events.iter().any(|told| told["event"] == event), "no {event}");
+    }
+    let explained_elsewhere = events.iter().any(|told| {
+        told["state"] == "explained"
+            && told["explained_by"] == "module1/actuator/a1"
+            && told["component"].as_str().unwrap().starts_with("module2/")
+    });
+    assert!(explained_elsewhere, "no gage of module2 was explained by the actuator of module1");
+}
+
+#[test]
+fn an_interrupt_leaves_no_process_behind() {
+    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+        let mut demo = Demo::start(&[]);
+        demo.wait_for("warming_up");
+        demo.signal(signal);
+        let (status, said) = demo.end(SOON);
+        assert_eq!(
+            (status.code(), said.as_str()),
+            (Some(1), "error: interrupted before the end\n")
+        );
+    }
+}
+
+#[test]
+fn a_second_interrupt_kills_what_does_not_stop() {
+    let mut demo = Demo::start(&[]);
+    demo.wait_for("warming_up");
+    kill(Pid::from_raw(demo.pids[1]), Signal::SIGSTOP).unwrap();
+    demo.signal(Signal::SIGINT);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(is_running(demo.pids[1]), "a frozen process does not stop when asked");
+    demo.signal(Signal::SIGINT);
+    demo.end(Duration::from_secs(2));
+}
+
+#[test]
+fn a_process_that_dies_is_reported_with_its_log() {
+    let mut demo = Demo::start(&[]);
+    demo.wait_for("warming_up");
+    kill(Pid::from_raw(demo.pids[1]), Signal::SIGKILL).unwrap();
+    let (status, said) = demo.end(SOON);
+    assert_eq!(status.code(), Some(1));
+    assert!(said.starts_with("error: module2 ended unexpectedly (signal: 9"), "{said}");
+    assert!(said.contains("module=module2"), "{said}");
+}
+
+#[test]
+fn a_closed_pipe_ends_the_demo_quietly() {
+    let mut demo = Demo::start(&["--speed", "max"]);
+    demo.events = None;
+    let (status, said) = demo.end(Duration::from_secs(20));
+    assert_eq!((status.code(), said.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn logs_are_kept_where_it_says() {
+    let mut demo = Demo::start(&["--keep-logs"]);
+    demo.wait_for("ready");
+    demo.signal(Signal::SIGINT);
+    let (_, said) = demo.end(SOON);
+    let kept = said.lines().find_map(|line| line.strip_prefix("logs and configurations are in "));
+    let kept = PathBuf::from(kept.unwrap());
+    for file in ["plant.log", "module1.log", "module2.log", "plant.toml", "schedule.toml"] {
+        assert!(kept.join(file).is_file(), "{file}");
+    }
+    std::fs::remove_dir_all(kept).unwrap();
+}
+
+#[test]
+fn without_the_processes_beside_it_the_demo_says_how_to_build_them() {
+    let alone = tempfile::tempdir().unwrap();
+    let program = alone.path().join("trusswatch");
+    std::fs::copy(env!("CARGO_BIN_EXE_trusswatch"), &program).unwrap();
+    let output = Command::new(&program).arg("demo").output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said.contains("`trusswatch-plant`"), "{said}");
+    assert!(said.contains("cargo build --release -p daemon"), "{said}");
+}
+
+#[test]
+fn a_speed_that_is_none_is_refused_with_those_that_are() {
+    for speed in ["fast", "0", "-1", "nan"] {
+        run(&["demo", &format!("--speed={speed}")])
+            .fails(2, &["--speed", "`max`, `real` or a factor"]);
+    }
+}

@@ -1,0 +1,7 @@
+//! The simulated tower; see `daemon::plant`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    daemon::plant::main()
+}

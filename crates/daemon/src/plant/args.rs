@@ -1,0 +1,76 @@
+//! The command line of `trusswatch-plant`.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::config::{ConfigErrors, PlantFlags, load_plant};
+use crate::exit::{EXIT_CODES, Failure, conclude};
+use crate::{logging, runtime};
+
+/// The simulated tower: wind, hydraulics, gages and controller, with faults on demand.
+///
+/// Logs go to standard error; TRUSSWATCH_LOG filters them, e.g. `TRUSSWATCH_LOG=debug`.
+#[derive(Debug, Parser)]
+#[command(name = "trusswatch-plant", version, after_help = EXIT_CODES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Simulate until the last step, SIGTERM or SIGINT
+    #[command(after_help = EXIT_CODES)]
+    Run {
+        /// The plant's configuration
+        config: PathBuf,
+        #[command(flatten)]
+        flags: PlantFlags,
+    },
+    /// Check configurations and everything they name, without starting
+    #[command(after_help = EXIT_CODES)]
+    Check {
+        /// The plants' configurations
+        #[arg(required = true)]
+        configs: Vec<PathBuf>,
+    },
+}
+
+/// The whole program.
+#[must_use]
+pub fn main() -> ExitCode {
+    conclude(match Arguments::parse().command {
+        Command::Run { config, flags } => run(&config, &flags),
+        Command::Check { configs } => check(&configs),
+    })
+}
+
+fn run(config: &std::path::Path, flags: &PlantFlags) -> Result<(), Failure> {
+    logging::start();
+    let config = load_plant(config, flags)?;
+    runtime::until_done(|shutdown| super::run(config, shutdown))
+}
+
+fn check(configs: &[PathBuf]) -> Result<(), Failure> {
+    let mut errors = ConfigErrors(Vec::new());
+    for file in configs {
+        if let Some(config) = errors.collect(load_plant(file, &PlantFlags::default())) {
+            let modules: Vec<String> =
+                config.structure.equipped().map(|module| module.name.to_string()).collect();
+            let summary = format!(
+                "{}: valid: structure `{}`, modules {}, seed {}, speed {}",
+                file.display(),
+                config.structure.name,
+                modules.join(", "),
+                config.seed,
+                config.speed,
+            );
+            writeln!(std::io::stdout(), "{summary}")
+                .map_err(|error| Failure::running("standard output", error))?;
+        }
+    }
+    Ok(errors.or(())?)
+}

@@ -1,0 +1,242 @@
+//! Which diagnosers are there, and how far they have come.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use truss::ids::{ModuleName, RunId, Step, StructureName};
+use wire::keys::Watched;
+use wire::{Key, Progress, Topic};
+use zenoh::Session;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::SampleKind;
+
+/// How long a wait lasts at most before it is looked whether the end was asked for.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// The diagnosers of the equipped modules.
+#[derive(Debug)]
+pub(crate) struct Attendance {
+    run: RunId,
+    book: Mutex<Book>,
+    changed: Condvar,
+}
+
+#[derive(Debug)]
+struct Book {
+    /// The step that the plant computes next.
+    next_step: Step,
+    modules: BTreeMap<ModuleName, Entry>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Entry {
+    present: bool,
+    /// Steps that need not be waited for any more, counted from 0.
+    done: Step,
+    /// Made no progress for too long: not waited for until it does.
+    excused: bool,
+}
+
+impl Entry {
+    fn is_waited_for(&self) -> bool {
+        self.present && !self.excused
+    }
+}
+
+impl Attendance {
+    pub(crate) fn new(run: RunId, modules: &[ModuleName]) -> Self {
+        let entries = modules.iter().map(|module| (module.clone(), Entry::default()));
+        let book = Book { next_step: Step(0), modules: entries.collect() };
+        Self { run, book: Mutex::new(book), changed: Condvar::new() }
+    }
+
+    /// Notes who comes and goes, those included who are there already.
+    pub(crate) async fn watch_tokens(
+        self: &Arc<Self>,
+        session: &Session,
+        structure: &StructureName,
+    ) -> zenoh::Result<Subscriber<()>> {
+        let this = Arc::clone(self);
+        let watched = Watched { structure: Some(structure), module: None };
+        session
+            .liveliness()
+            .declare_subscriber(watched.tokens())
+            .history(true)
+            .callback(move |token| {
+                if let Ok(Key::Module { module, topic: Topic::Alive, .. }) =
+                    token.key_expr().as_str().parse()
+                {
+                    this.note_presence(&module, token.kind() == SampleKind::Put);
+                }
+            })
+            .await
+    }
+
+    /// Notes how far everyone has come.
+    pub(crate) async fn watch_progress(
+        self: &Arc<Self>,
+        session: &Session,
+        structure: &StructureName,
+    ) -> zenoh::Result<Subscriber<()>> {
+        let this = Arc::clone(self);
+        let watched = Watched { structure: Some(structure), module: None };
+        session
+            .declare_subscriber(watched.progress())
+            .callback(move |received| {
+                let key = received.key_expr().as_str().parse();
+                let message = wire::decode::<Progress>(&received.payload().to_bytes());
+                match (key, message) {
+                    (Ok(Key::Module { module, topic: Topic::Progress, .. }), Ok(progress)) => {
+                        this.note_progress(&module, progress);
+                    }
+                    (_, Err(error)) => tracing::debug!("progress not used: {error}"),
+                    (Ok(_) | Err(_), Ok(_)) => {}
+                }
+            })
+            .await
+    }
+
+    fn note_presence(&self, module: &ModuleName, present: bool) {
+        let mut book = self.book();
+        let next_step = book.next_step;
+        let Some(entry) = book.modules.get_mut(module) else { return };
+        tracing::info!(%module, step = %next_step, "diagnoser {}", if present { "is there" } else { "has gone" });
+        // Whoever comes back in the middle has not seen the steps before and never will.
+        *entry = Entry { present, done: entry.done.max(next_step), excused: false };
+        drop(book);
+        self.changed.notify_all();
+    }
+
+    fn note_progress(&self, module: &ModuleName, progress: Progress) {
+        let mut book = self.book();
+        let Some(entry) = book.modules.get_mut(module) else { return };
+        let done = progress.step.plus(1);
+        if progress.run == self.run && done > entry.done {
+            entry.done = done;
+            entry.excused = false;
+            drop(book);
+            self.changed.notify_all();
+        }
+    }
+
+    /// Those of `modules` that are not there.
+    pub(crate) fn missing(&self, modules: &[ModuleName]) -> Vec<ModuleName> {
+        let book = self.book();
+        let is_missing =
+            |module: &&ModuleName| !book.modules.get(*module).is_some_and(|entry| entry.present);
+        modules.iter().filter(is_missing).cloned().collect()
+    }
+
+    /// Notes that all steps before this one were computed.
+    pub(crate) fn advance_to(&self, step: Step) {
+        self.book().next_step = step;
+    }
+
+    /// Waits until everyone who is there has done the steps before `step`. Whoever makes no progress
+    /// for as long as `patience` is no longer waited for. Returns at once when `stop` says so.
+    pub(crate) fn wait_until_done(&self, step: Step, patience: Duration, stop: impl Fn() -> bool) {
+        let mut book = self.book();
+        let mut last_sum = None;
+        let mut since = Instant::now();
+        loop {
+            let behind = |entry: &Entry| entry.is_waited_for() && entry.done < step;
+            if !book.modules.values().any(behind) || stop() {
+                return;
+            }
+            let sum: u128 = book.modules.values().map(|entry| u128::from(entry.done.0)).sum();
+            if last_sum != Some(sum) {
+                (last_sum, since) = (Some(sum), Instant::now());
+            } else if since.elapsed() >= patience {
+                for (module, entry) in book.modules.iter_mut().filter(|(_, entry)| behind(entry)) {
+                    tracing::warn!(%module, done = %entry.done, "no progress for {patience:?}: no longer waited for");
+                    entry.excused = true;
+                }
+                return;
+            }
+            let waited = self.changed.wait_timeout(book, GLANCE.min(patience));
+            book = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// A thread that failed while it held the book left it in order: every change is one assignment.
+    fn book(&self) -> MutexGuard<'_, Book> {
+        self.book.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PATIENCE: Duration = Duration::from_millis(30);
+
+    fn module(name: &str) -> ModuleName {
+        name.parse().unwrap()
+    }
+
+    fn attendance() -> Attendance {
+        Attendance::new(RunId(1), &[module("a"), module("b")])
+    }
+
+    fn waits(attendance: &Attendance, step: u64) -> bool {
+        let asked = std::cell::Cell::new(0);
+        let stop = || {
+            asked.set(asked.get() + 1);
+            true
+        };
+        attendance.wait_until_done(Step(step), PATIENCE, stop);
+        asked.get() > 0
+    }
+
+    #[test]
+    fn those_who_are_not_there_are_missing_and_not_waited_for() {
+        let attendance = attendance();
+        assert_eq!(attendance.missing(&[module("a"), module("b")]), [module("a"), module("b")]);
+        assert!(!waits(&attendance, 5));
+        attendance.note_presence(&module("a"), true);
+        assert_eq!(attendance.missing(&[module("a"), module("b")]), [module("b")]);
+        assert!(waits(&attendance, 5));
+        attendance.note_presence(&module("a"), false);
+        assert!(!waits(&attendance, 5));
+    }
+
+    #[test]
+    fn the_slowest_is_waited_for() {
+        let attendance = attendance();
+        for name in ["a", "b"] {
+            attendance.note_presence(&module(name), true);
+        }
+        attendance.note_progress(&module("a"), Progress { run: RunId(1), step: Step(9) });
+        attendance.note_progress(&module("b"), Progress { run: RunId(1), step: Step(4) });
+        assert!(!waits(&attendance, 5));
+        assert!(waits(&attendance, 6));
+    }
+
+    #[test]
+    fn progress_in_another_run_counts_for_nothing() {
+        let attendance = attendance();
+        attendance.note_presence(&module("a"), true);
+        attendance.note_progress(&module("a"), Progress { run: RunId(2), step: Step(9) });
+        assert!(waits(&attendance, 1));
+    }
+
+    #[test]
+    fn whoever_comes_late_owes_nothing_of_what_was_before() {
+        let attendance = attendance();
+        attendance.advance_to(Step(1000));
+        attendance.note_presence(&module("a"), true);
+        assert!(!waits(&attendance, 1000));
+        assert!(waits(&attendance, 1001));
+    }
+
+    #[test]
+    fn patience_ends_and_progress_restores_it() {
+        let attendance = attendance();
+        attendance.note_presence(&module("a"), true);
+        attendance.wait_until_done(Step(5), PATIENCE, || false);
+        assert!(!waits(&attendance, 5));
+        attendance.note_progress(&module("a"), Progress { run: RunId(1), step: Step(2) });
+        assert!(waits(&attendance, 5));
+    }
+}

@@ -1,0 +1,134 @@
+//! The process that stands in for the tower.
+//!
+//! | file | job |
+//! |---|---|
+//! | `simulation` | a thread: orders and agenda, one step, its samples out, and again |
+//! | `pacing` | when the next step may come: by the clock, or as fast as the diagnosers |
+//! | `attendance` | which diagnosers are there and how far they have come |
+//! | `injection` | orders from the network |
+//! | `agenda` | what is to happen to which component at which step |
+//! | `sample_publisher` | one module's samples |
+//! | `status` | how it all is |
+
+mod agenda;
+mod args;
+mod attendance;
+mod injection;
+mod pacing;
+mod sample_publisher;
+mod simulation;
+mod status;
+
+use std::sync::Arc;
+
+use tokio::sync::oneshot;
+use truss::ids::RunId;
+use wire::PlantTopic;
+use zenoh::Session;
+
+pub use args::main;
+
+use crate::clock;
+use crate::config::PlantConfig;
+use crate::exit::Failure;
+use crate::session;
+use crate::shutdown::Shutdown;
+use agenda::Agenda;
+use attendance::Attendance;
+use pacing::Pacing;
+use sample_publisher::SamplePublisher;
+use simulation::Simulation;
+use status::Board;
+
+/// Runs a plant until its last step is done or it is asked to end.
+///
+/// # Errors
+/// No plant can be made, no session can be opened, or the network refuses a declaration.
+pub async fn run(config: PlantConfig, mut shutdown: Shutdown) -> Result<(), Failure> {
+    let plant =
+        config.make_plant().map_err(|error| Failure::running("no plant can be made", error))?;
+    let session = tokio::select! {
+        opened = session::open(&config.network) => opened?,
+        () = shutdown.requested() => return Ok(()),
+    };
+    let result = serve(&session, &config, plant, shutdown).await;
+    session::close(&session).await;
+    result
+}
+
+async fn serve(
+    session: &Session,
+    config: &PlantConfig,
+    plant: ::plant::Plant,
+    shutdown: Shutdown,
+) -> Result<(), Failure> {
+    let refused =
+        |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
+    let structure = &config.structure.name;
+    let run = config.run.unwrap_or(RunId(clock::unix_ns() / 1000));
+    let equipped: Vec<_> = config.structure.equipped().map(|module| module.name.clone()).collect();
+
+    let attendance = Arc::new(Attendance::new(run, &equipped));
+    let present = attendance.watch_tokens(session, structure).await.map_err(refused)?;
+    let progress = attendance.watch_progress(session, structure).await.map_err(refused)?;
+    let (orders, replies) = injection::channel();
+    let inject = injection::declare(session, structure, orders.sender, replies.sender.clone())
+        .await
+        .map_err(refused)?;
+    let replying = tokio::spawn(injection::reply(replies.receiver));
+    let pacing = Pacing::new(config, Arc::clone(&attendance));
+    let mut publishers = Vec::with_capacity(equipped.len());
+    for module in &config.structure.modules {
+        if module.is_equipped() {
+            let publisher =
+                SamplePublisher::declare(session, structure, &module.name, run, &pacing);
+            publishers.push(publisher.await.map_err(refused)?);
+        }
+    }
+    let board = Arc::new(Board::new(structure.clone(), run, config.speed));
+    let reporting = tokio::spawn(status::report(
+        status::declare(session, structure).await.map_err(refused)?,
+        Arc::clone(&board),
+    ));
+    let token_key = wire::Key::of_plant(structure, PlantTopic::Alive).to_string();
+    let token = session.liveliness().declare_token(token_key).await.map_err(refused)?;
+    tracing::info!(%structure, %run, seed = config.seed, speed = %config.speed, "ready");
+
+    let simulation = Simulation {
+        plant,
+        publishers,
+        agenda: Agenda::from_schedule(&config.schedule),
+        orders: orders.receiver,
+        replies: replies.sender,
+        attendance,
+        pacing,
+        wait_for: config.wait_for.clone(),
+        steps: config.steps,
+        board: Arc::clone(&board),
+        shutdown,
+    };
+    let (ending, ended) = oneshot::channel();
+    std::thread::Builder::new()
+        .name("plant".to_owned())
+        .spawn(move || {
+            simulation.run();
+            // Fails only if nobody waits for the end.
+            let _ = ending.send(());
+        })
+        .map_err(|error| Failure::running("the plant's thread cannot be started", error))?;
+    // An error means that the thread has gone without a word.
+    let ended = ended.await;
+    reporting.abort();
+    replying.abort();
+    for undeclared in [
+        token.undeclare().await,
+        inject.undeclare().await,
+        present.undeclare().await,
+        progress.undeclare().await,
+    ] {
+        undeclared.map_err(refused)?;
+    }
+    ended.map_err(|_| Failure::Running("the plant's thread has failed".to_owned()))?;
+    tracing::info!("stopped");
+    Ok(())
+}

@@ -1,0 +1,167 @@
+//! When the next step may come.
+//!
+//! By the clock: step k is due k step lengths after step 0, whatever became of the steps between, so
+//! the pace does not drift. Steps that come late are counted and caught up at no more than twice the
+//! pace, lest the catching up overruns those who listen. As fast as possible: never more than a window
+//! ahead of the slowest diagnoser, so that nothing is dropped.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use truss::ids::Step;
+
+use super::attendance::Attendance;
+use crate::config::{LockStep, PlantConfig, Speed};
+
+/// Longest sleep before it is looked whether the end was asked for.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// How steps are paced.
+#[derive(Debug)]
+pub(crate) enum Pacing {
+    /// By the clock.
+    Clock(Metronome),
+    /// By the diagnosers.
+    LockStep {
+        /// The diagnosers.
+        attendance: Arc<Attendance>,
+        /// How they are waited for.
+        settings: LockStep,
+    },
+}
+
+/// How late steps were.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Lateness {
+    /// Steps that came more than a step's length too late.
+    pub(crate) steps: u64,
+    /// The worst delay.
+    pub(crate) worst: Duration,
+}
+
+impl Pacing {
+    pub(crate) fn new(config: &PlantConfig, attendance: Arc<Attendance>) -> Self {
+        match config.speed {
+            Speed::Max => Pacing::LockStep { attendance, settings: config.lock_step },
+            Speed::Factor(factor) => {
+                Pacing::Clock(Metronome::new(config.parameters.step_s / factor))
+            }
+        }
+    }
+
+    /// Are diagnosers waited for?
+    pub(crate) fn is_lock_step(&self) -> bool {
+        matches!(self, Pacing::LockStep { .. })
+    }
+
+    /// Waits until the step may be published.
+    pub(crate) fn wait(&mut self, step: Step, stop: impl Fn() -> bool) {
+        match self {
+            Pacing::Clock(metronome) => {
+                while let Some(remaining) = metronome.remaining(step, Instant::now()) {
+                    if stop() {
+                        return;
+                    }
+                    std::thread::sleep(remaining.min(GLANCE));
+                }
+                metronome.published(step, Instant::now());
+            }
+            Pacing::LockStep { attendance, settings } => {
+                // All steps before this one must be done but for a window's length.
+                let must_be_done = step.plus(1).minus(settings.window_steps);
+                let patience = Duration::from_millis(settings.patience_ms);
+                attendance.wait_until_done(must_be_done, patience, stop);
+            }
+        }
+    }
+
+    pub(crate) fn lateness(&self) -> Lateness {
+        match self {
+            Pacing::Clock(metronome) => metronome.lateness,
+            Pacing::LockStep { .. } => Lateness::default(),
+        }
+    }
+}
+
+/// Absolute deadlines on a monotonic clock.
+#[derive(Debug)]
+pub(crate) struct Metronome {
+    period: Duration,
+    period_s: f64,
+    start: Option<(Step, Instant)>,
+    latest: Option<Instant>,
+    lateness: Lateness,
+}
+
+impl Metronome {
+    fn new(period_s: f64) -> Self {
+        let period = Duration::try_from_secs_f64(period_s).unwrap_or(Duration::from_millis(1));
+        Self { period, period_s, start: None, latest: None, lateness: Lateness::default() }
+    }
+
+    fn deadline(&self, step: Step) -> Option<Instant> {
+        let (first, start) = self.start?;
+        // Exact for as many steps as a run of years has.
+        #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2^53")]
+        let elapsed_s = step.since(first) as f64 * self.period_s;
+        start.checked_add(Duration::try_from_secs_f64(elapsed_s).ok()?)
+    }
+
+    /// How long it is until the step may be published; `None` if that is now.
+    fn remaining(&self, step: Step, now: Instant) -> Option<Duration> {
+        let due = self.deadline(step)?;
+        let gentle = self.latest.map_or(due, |latest| latest + self.period / 2);
+        let remaining = due.max(gentle).saturating_duration_since(now);
+        (!remaining.is_zero()).then_some(remaining)
+    }
+
+    fn published(&mut self, step: Step, now: Instant) {
+        let Some(due) = self.deadline(step) else {
+            (self.start, self.latest) = (Some((step, now)), Some(now));
+            return;
+        };
+        self.latest = Some(now);
+        let late = now.saturating_duration_since(due);
+        if late > self.period {
+            self.lateness.steps += 1;
+        }
+        self.lateness.worst = self.lateness.worst.max(late);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    #[test]
+    fn deadlines_do_not_drift_whatever_the_steps_between_took() {
+        let start = Instant::now();
+        let mut metronome = Metronome::new(1e-3);
+        assert_eq!(metronome.remaining(Step(0), start), None);
+        metronome.published(Step(0), start);
+        metronome.published(Step(1), start + 3 * MS / 2);
+        assert_eq!(metronome.remaining(Step(2), start + 3 * MS / 2), Some(MS / 2));
+        assert_eq!(metronome.remaining(Step(3_600_000), start), Some(3_600_000 * MS));
+        assert_eq!(metronome.lateness, Lateness { steps: 0, worst: MS / 2 });
+    }
+
+    #[test]
+    fn late_steps_are_counted_and_caught_up_at_twice_the_pace() {
+        let start = Instant::now();
+        let mut metronome = Metronome::new(1e-3);
+        metronome.published(Step(0), start);
+        let mut now = start + 10 * MS;
+        let mut step = 1;
+        while metronome.remaining(Step(step), now).is_none_or(|left| left <= MS / 2) {
+            now += metronome.remaining(Step(step), now).unwrap_or_default();
+            metronome.published(Step(step), now);
+            step += 1;
+        }
+        // 10 ms late, half a millisecond gained with each step
+        assert!((18..=20).contains(&step), "{step}");
+        assert!(metronome.lateness.steps >= 15);
+        assert_eq!(metronome.lateness.worst, 9 * MS);
+    }
+}

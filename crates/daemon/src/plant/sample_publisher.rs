@@ -1,0 +1,62 @@
+//! One module's samples onto the network.
+
+use plant::ModuleSignals;
+use truss::ids::{ModuleName, RunId, Step, StructureName};
+use wire::{Key, Sample, Topic};
+use zenoh::bytes::Encoding;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
+
+use super::pacing::Pacing;
+use crate::clock;
+
+/// Publishes a module's samples.
+#[derive(Debug)]
+pub(crate) struct SamplePublisher {
+    publisher: Publisher<'static>,
+    /// Used again for each step.
+    sample: Sample,
+}
+
+impl SamplePublisher {
+    /// By the clock, a sample that finds no room is dropped: it would only come late. In lock-step
+    /// nothing may be dropped, and there is time to wait.
+    pub(crate) async fn declare(
+        session: &Session,
+        structure: &StructureName,
+        module: &ModuleName,
+        run: RunId,
+        pacing: &Pacing,
+    ) -> zenoh::Result<Self> {
+        let congestion_control =
+            if pacing.is_lock_step() { CongestionControl::Block } else { CongestionControl::Drop };
+        let publisher = session
+            .declare_publisher(Key::of_module(structure, module, Topic::Sample).to_string())
+            .encoding(Encoding::APPLICATION_JSON)
+            .congestion_control(congestion_control)
+            .await?;
+        let sample = Sample {
+            module: module.clone(),
+            run,
+            step: Step(0),
+            time_unix_ns: 0,
+            demands_n: Vec::new(),
+            pressures_pa: Vec::new(),
+            elongations_m: Vec::new(),
+        };
+        Ok(Self { publisher, sample })
+    }
+
+    /// Publishes a step. Why it could not be sent, if so; the next one can be tried.
+    pub(crate) fn publish(&mut self, step: Step, signals: &ModuleSignals) -> Result<(), String> {
+        let sample = &mut self.sample;
+        sample.step = step;
+        sample.demands_n.clone_from(&signals.demands_n);
+        sample.pressures_pa.clone_from(&signals.pressures_pa);
+        sample.elongations_m.clone_from(&signals.elongations_m);
+        sample.time_unix_ns = clock::unix_ns();
+        let bytes = wire::encode(sample).map_err(|error| error.to_string())?;
+        self.publisher.put(bytes).wait().map_err(|error| error.to_string())
+    }
+}

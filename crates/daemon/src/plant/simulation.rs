@@ -1,0 +1,133 @@
+//! The plant's thread: orders and agenda, one step, its samples out, and again.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+use plant::Plant;
+use tokio::sync::mpsc;
+use truss::ids::{ModuleName, Step};
+use wire::PlantPhase;
+
+use super::agenda::Agenda;
+use super::attendance::Attendance;
+use super::injection::{self, Order, OrderReply};
+use super::pacing::Pacing;
+use super::sample_publisher::SamplePublisher;
+use super::status::Board;
+use crate::occurrences::Occurrences;
+use crate::shutdown::Shutdown;
+
+/// How often it is looked who is there while the plant waits for diagnosers.
+const ROLL_CALL: Duration = Duration::from_millis(10);
+/// How long the diagnosers may take over the last samples.
+const LAST_SAMPLES: Duration = Duration::from_secs(5);
+
+/// Everything that the thread owns.
+pub(crate) struct Simulation {
+    pub(crate) plant: Plant,
+    pub(crate) publishers: Vec<SamplePublisher>,
+    pub(crate) agenda: Agenda,
+    pub(crate) orders: Receiver<Order>,
+    pub(crate) replies: mpsc::Sender<OrderReply>,
+    pub(crate) attendance: Arc<Attendance>,
+    pub(crate) pacing: Pacing,
+    pub(crate) wait_for: Vec<ModuleName>,
+    pub(crate) steps: Option<u64>,
+    pub(crate) board: Arc<Board>,
+    pub(crate) shutdown: Shutdown,
+}
+
+impl Simulation {
+    /// Runs to the last step, or until the end is asked for.
+    pub(crate) fn run(mut self) {
+        self.wait_for_diagnosers();
+        self.board.phase(PlantPhase::Running);
+        let mut unsent = Occurrences::default();
+        let mut unsent_count = 0;
+        while !self.shutdown.is_requested() && !self.is_done() {
+            while let Ok(order) = self.orders.try_recv() {
+                self.obey(order);
+            }
+            self.do_what_is_due();
+            unsent_count += self.step(&mut unsent);
+            let next_step = self.plant.next_step();
+            self.attendance.advance_to(next_step);
+            self.board.step(next_step, self.pacing.lateness(), unsent_count);
+        }
+        self.board.phase(PlantPhase::Done);
+        let shutdown = &self.shutdown;
+        let next_step = self.plant.next_step();
+        self.attendance.wait_until_done(next_step, LAST_SAMPLES, || shutdown.is_requested());
+        tracing::info!(steps = %next_step, late = self.pacing.lateness().steps, "done");
+    }
+
+    fn is_done(&self) -> bool {
+        self.steps.is_some_and(|steps| self.plant.next_step() >= Step(steps))
+    }
+
+    /// Orders are obeyed meanwhile: they concern step 0 or a later one.
+    fn wait_for_diagnosers(&mut self) {
+        let mut announced = None;
+        loop {
+            let missing = self.attendance.missing(&self.wait_for);
+            if missing.is_empty() || self.shutdown.is_requested() {
+                return;
+            }
+            if announced.as_ref() != Some(&missing) {
+                let names: Vec<String> = missing.iter().map(ToString::to_string).collect();
+                tracing::info!(missing = names.join(", "), "waiting for diagnosers");
+                self.board.waiting(missing.clone());
+                announced = Some(missing);
+            }
+            match self.orders.recv_timeout(ROLL_CALL) {
+                Ok(order) => self.obey(order),
+                Err(RecvTimeoutError::Timeout) => {}
+                // Without the queryable there are no more orders; the roll call goes on.
+                Err(RecvTimeoutError::Disconnected) => std::thread::sleep(ROLL_CALL),
+            }
+        }
+    }
+
+    fn obey(&mut self, order: Order) {
+        let Order { injection, query } = order;
+        let what = injection.clone();
+        let outcome = injection::obey(injection, &mut self.plant, &mut self.agenda);
+        match &outcome {
+            Ok(injected) => tracing::info!(
+                component = %what.component,
+                fault = ?what.fault,
+                step = %injected.effective_step,
+                "order"
+            ),
+            Err(reason) => tracing::warn!(component = %what.component, "order refused: {reason}"),
+        }
+        self.board.faults(&self.plant);
+        // A full queue leaves the order without a reply; it was obeyed all the same.
+        let _ = self.replies.try_send(OrderReply { outcome, query });
+    }
+
+    fn do_what_is_due(&mut self) {
+        let step = self.plant.next_step();
+        if injection::catch_up(&mut self.agenda, &mut self.plant, step) {
+            self.board.faults(&self.plant);
+        }
+    }
+
+    /// Computes and publishes one step; how many samples could not be sent.
+    fn step(&mut self, unsent: &mut Occurrences) -> u64 {
+        let shutdown = &self.shutdown;
+        let signals = self.plant.advance();
+        self.pacing.wait(signals.step, || shutdown.is_requested());
+        let mut failed = 0;
+        for (publisher, module) in self.publishers.iter_mut().zip(&signals.modules) {
+            if let Err(error) = publisher.publish(signals.step, module) {
+                failed += 1;
+                if let Some(times) = unsent.note() {
+                    tracing::warn!(module = %module.module, times, "sample not sent: {error}");
+                }
+            }
+        }
+        failed
+    }
+}

@@ -1,0 +1,236 @@
+//! Every mistake in a configuration is named, with its file and line, and all of them at once.
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
+
+use std::path::{Path, PathBuf};
+
+use daemon::config::{NetworkFlags, PlantFlags, load_diagnoser, load_plant};
+use tempfile::TempDir;
+
+/// A copy of the shipped files that may be spoilt.
+struct Copy(TempDir);
+
+impl Copy {
+    fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        for name in ["tower", "thresholds"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        for file in [
+            "tower.toml",
+            "plant.toml",
+            "module1.toml",
+            "tower/module1.structure.toml",
+            "thresholds/module1.toml",
+            "thresholds/module2.toml",
+        ] {
+            let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs").join(file);
+            std::fs::copy(from, folder.path().join(file)).unwrap();
+        }
+        Self(folder)
+    }
+
+    fn path(&self, file: &str) -> PathBuf {
+        self.0.path().join(file)
+    }
+
+    /// Replaces a part of a file's line; its number.
+    fn spoil(&self, file: &str, from: &str, to: &str) -> usize {
+        let text = std::fs::read_to_string(self.path(file)).unwrap();
+        let place = text.find(from).unwrap();
+        std::fs::write(self.path(file), text.replacen(from, to, 1)).unwrap();
+        text[..place].lines().count().max(1) + usize::from(text[..place].ends_with('\n'))
+    }
+
+    fn module_errors(&self) -> String {
+        load_diagnoser(&self.path("module1.toml")).unwrap_err().to_string()
+    }
+
+    fn plant_errors(&self, flags: &PlantFlags) -> String {
+        load_plant(&self.path("plant.toml"), flags).unwrap_err().to_string()
+    }
+}
+
+#[test]
+fn a_misspelt_key_is_refused_with_its_line_and_the_keys_that_exist() {
+    for (from, to) in [
+        ("hold_steps", "holdsteps"),
+        ("window = 10", "windows = 10"),
+        ("peers =", "pears ="),
+        ("area_a_m2", "area_a_mm2"),
+        ("[publish]", "[published]"),
+        ("timeout_ms", "time_out_ms"),
+    ] {
+        let copy = Copy::new();
+        let line = copy.spoil("module1.toml", from, to);
+        let error = copy.module_errors();
+        let wrong = to.split(['=', ' ']).next().unwrap().trim_matches(['[', ']']);
+        assert!(error.contains(&format!("module1.toml:{line}: ")), "{to}: {error}");
+        assert!(error.contains(&format!("unknown field `{wrong}`")), "{to}: {error}");
+    }
+}
+
+#[test]
+fn a_misspelt_key_of_the_plant_is_refused_with_its_line() {
+    for (from, to) in
+        [("seed = 1", "sead = 1"), ("window_steps", "window"), ("step_s =", "steps_s =")]
+    {
+        let copy = Copy::new();
+        let line = copy.spoil("plant.toml", from, to);
+        let error = copy.plant_errors(&PlantFlags::default());
+        let wrong = to.split(' ').next().unwrap();
+        let reported = format!("plant.toml:{line}: unknown field `{wrong}`");
+        assert!(error.contains(&reported), "{error}");
+    }
+}
+
+#[test]
+fn thresholds_for_other_settings_are_refused_and_the_setting_is_named() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "lag = 10", "lag = 12");
+    let error = copy.module_errors();
+    assert!(error.contains("thresholds/module1.toml:") && error.contains("`lag` 10"), "{error}");
+    assert!(error.contains("configured with 12"), "{error}");
+}
+
+#[test]
+fn thresholds_of_another_module_are_refused() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "thresholds/module1.toml", "thresholds/module2.toml");
+    assert!(copy.module_errors().contains("the thresholds of `module2`; give those of `module1`"));
+}
+
+#[test]
+fn missing_and_unknown_channels_are_named() {
+    let copy = Copy::new();
+    let line = copy.spoil("thresholds/module1.toml", "\"sensor/g8\"", "\"sensor/g9\"");
+    let error = copy.module_errors();
+    assert!(error.contains("no threshold for `sensor/g8`"), "{error}");
+    let unknown = format!("thresholds/module1.toml:{line}: `sensor/g9` is no component");
+    assert!(error.contains(&unknown), "{error}");
+}
+
+#[test]
+fn all_mistakes_are_reported_at_once_each_with_its_line() {
+    let copy = Copy::new();
+    let mistakes = [
+        ("gage_noise_strain = 0.3e-6", "gage_noise_strain = -1.0"),
+        ("window = 10", "window = 0"),
+        ("warm_up_vectors = 2000", "warm_up_vectors = 9000"),
+        ("hold_steps = 6", "hold_steps = 1"),
+        ("tank_pa = 1e5", "tank_pa = nan"),
+        ("status_every_ms = 1000", "status_every_ms = 0"),
+        ("pause_ms = 50", "pause_ms = 99999"),
+        ("peers = [\"module2\"]", "peers = [\"module1\"]"),
+        ("listen = [\"tcp/127.0.0.1:7448\"]", "listen = [\"7448\"]"),
+    ];
+    let lines: Vec<usize> =
+        mistakes.iter().map(|(from, to)| copy.spoil("module1.toml", from, to)).collect();
+    let error = copy.module_errors();
+    for ((_, to), line) in mistakes.iter().zip(lines) {
+        let key = to.split(' ').next().unwrap();
+        let reported = error.lines().any(|text| text.contains(&format!("module1.toml:{line}: ")));
+        assert!(reported, "{key} in line {line}:\n{error}");
+    }
+}
+
+#[test]
+fn files_that_are_missing_are_named() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "tower/module1.structure.toml", "tower/none.toml");
+    copy.spoil("module1.toml", "thresholds/module1.toml", "thresholds/none.toml");
+    let error = copy.module_errors();
+    for file in ["tower/none.toml: cannot be read", "thresholds/none.toml: cannot be read"] {
+        assert!(error.contains(file), "{error}");
+    }
+    let error = load_diagnoser(&copy.path("none.toml")).unwrap_err().to_string();
+    assert!(error.contains("none.toml: cannot be read"), "{error}");
+}
+
+#[test]
+fn mistakes_in_the_structure_are_reported_with_its_own_lines() {
+    let copy = Copy::new();
+    let line = copy.spoil("tower/module1.structure.toml", "alpha_per_s", "alpha");
+    let error = copy.module_errors();
+    assert!(error.contains(&format!("module1.structure.toml:{line}: ")), "{error}");
+}
+
+#[test]
+fn a_module_that_the_structure_does_not_have_is_refused() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "module = \"module1\"", "module = \"module7\"");
+    assert!(copy.module_errors().contains("module1.toml:3: "), "{}", copy.module_errors());
+    assert!(copy.module_errors().contains("no module `module7`"), "{}", copy.module_errors());
+}
+
+#[test]
+fn no_module_may_be_called_like_the_plant() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "peers = [\"module2\"]", "peers = [\"plant\"]");
+    assert!(copy.module_errors().contains("no module may be called `plant`"));
+}
+
+#[test]
+fn a_file_of_zenoh_settings_that_is_none_is_named_and_excludes_the_mode() {
+    let copy = Copy::new();
+    std::fs::write(copy.path("bad.json5"), "{ mode: \"peer\", scouting: { multicast: 7 } }")
+        .unwrap();
+    copy.spoil("module1.toml", "[network]", "[network]\nzenoh = \"bad.json5\"\nmode = \"peer\"");
+    let error = copy.module_errors();
+    assert!(error.contains("bad.json5` is no file of Zenoh settings"), "{error}");
+    assert!(error.contains("`mode` has no effect beside `zenoh`"), "{error}");
+}
+
+#[test]
+fn flags_that_are_no_endpoints_are_named() {
+    let copy = Copy::new();
+    let config = load_diagnoser(&copy.path("module1.toml")).unwrap();
+    let flags = NetworkFlags { listen: vec!["nowhere".into()], connect: vec!["tcp/".into()] };
+    let error = config.with_flags(&flags).unwrap_err().to_string();
+    assert!(error.contains("--listen: `nowhere` is no endpoint"), "{error}");
+}
+
+#[test]
+fn mistakes_of_the_plant_are_reported_at_once() {
+    let copy = Copy::new();
+    let wait = copy.spoil("plant.toml", "\"module2\"]", "\"module9\"]");
+    let window = copy.spoil("plant.toml", "window_steps = 200", "window_steps = 0");
+    let step = copy.spoil("plant.toml", "step_s = 1e-3", "step_s = 1.0");
+    let error = copy.plant_errors(&PlantFlags::default());
+    for (line, named) in
+        [(wait, "`module9`"), (window, "`window_steps` is 0"), (step, "`step_s` is 1")]
+    {
+        assert!(error.contains(&format!("plant.toml:{line}: ")), "{line} {error}");
+        assert!(error.contains(named), "{error}");
+    }
+}
+
+#[test]
+fn a_speed_that_is_none_is_refused_with_what_would_be_right() {
+    let copy = Copy::new();
+    let line = copy.spoil("plant.toml", "\"real\"\n", "\"fast\"\n");
+    let error = copy.plant_errors(&PlantFlags::default());
+    assert!(error.contains(&format!("plant.toml:{line}: ")), "{error}");
+    assert!(error.contains("use `max`, `real` or a factor"), "{error}");
+}
+
+#[test]
+fn a_schedule_is_tried_on_the_plant() {
+    let copy = Copy::new();
+    let schedule = copy.path("faults.toml");
+    let flags = PlantFlags { schedule: Some(schedule.clone()), ..PlantFlags::default() };
+    let faults = |component: &str, fault: &str| {
+        let text = format!(
+            "[[faults]]\nat_step = 10\nuntil_step = 5\ncomponent = \"{component}\"\nfault = {fault}\n"
+        );
+        std::fs::write(&schedule, text).unwrap();
+        copy.plant_errors(&flags)
+    };
+    let error = faults("module1/sensor/g9", "{ kind = \"zero_output\" }");
+    assert!(error.contains("not after `at_step` 10"), "{error}");
+    let text = "[[faults]]\nat_step = 10\ncomponent = \"module1/sensor/g9\"\nfault = { kind = \"zero_output\" }\n";
+    std::fs::write(&schedule, text).unwrap();
+    let error = copy.plant_errors(&flags);
+    assert!(error.contains("faults.toml: there is no `module1/sensor/g9`"), "{error}");
+    let error = faults("module1/sensor/g1", "{ kind = \"bias\" }");
+    assert!(error.contains("offset_m"), "{error}");
+}

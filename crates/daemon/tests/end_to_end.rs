@@ -1,0 +1,183 @@
+//! Plant and diagnosers over the network come to the verdicts of one process.
+//!
+//! Authority: `diagnosis` and `plant` in one process, without any network.
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use daemon::config::{PlantFlags, ScheduledFault, Speed};
+use daemon::observer;
+use support::{Process, Reference, Rig, Story, in_time, note, story_of_reference};
+use truss::fault::Fault;
+use truss::ids::{RunId, Step};
+use wire::keys::Watched;
+use wire::{FaultTransition, ModulePhase, ModuleStatus};
+use zenoh::Session;
+use zenoh::query::ConsolidationMode;
+
+const RUN: RunId = RunId(42);
+const TOWER: [&str; 2] = ["module1.toml", "module2.toml"];
+const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
+
+fn fault(at_step: u64, until_step: Option<u64>, component: &str, fault: Fault) -> ScheduledFault {
+    let component = component.parse().unwrap();
+    ScheduledFault { at_step: Step(at_step), until_step: until_step.map(Step), component, fault }
+}
+
+/// A sensor's and an actuator's fault, more than a horizon apart.
+fn rig(plant: &str, modules: &[&str], components: [&str; 2], flags: PlantFlags) -> Rig {
+    let flags = PlantFlags { run_id: Some(RUN), ..flags };
+    let mut rig = Rig::new(plant, modules, &flags);
+    rig.plant.schedule.faults = vec![
+        fault(2600, Some(3100), components[0], Fault::Bias { offset_m: 5e-5 }),
+        fault(6400, None, components[1], Fault::InternalLeakage { area_m2: 5e-8 }),
+    ];
+    rig
+}
+
+fn expected(rig: &Rig, steps: u64) -> Story {
+    let mut reference = Reference::new(rig);
+    reference.run(RUN, steps);
+    let story = story_of_reference(&reference);
+    let mut latched: Vec<&str> = story
+        .values()
+        .filter(|told| told.state == "latched")
+        .map(|told| told.component.as_str())
+        .collect();
+    latched.sort_unstable();
+    let mut faulty: Vec<String> =
+        rig.plant.schedule.faults.iter().map(|fault| fault.component.to_string()).collect();
+    faulty.sort_unstable();
+    assert_eq!(latched, faulty, "{story:#?}");
+    story
+}
+
+/// Listens until the whole story was told.
+async fn until_as_expected(faults: &Faults, expected: &Story) {
+    let mut story = Story::new();
+    let as_expected = async {
+        while story != *expected {
+            let received = faults.recv_async().await.unwrap();
+            let transition: FaultTransition = wire::decode(&received.payload().to_bytes()).unwrap();
+            note(&mut story, &transition);
+        }
+    };
+    let in_time = tokio::time::timeout(support::LIMIT, as_expected).await;
+    assert!(in_time.is_ok(), "expected {expected:#?}\nfound {story:#?}");
+}
+
+type Faults = zenoh::pubsub::Subscriber<zenoh::handlers::FifoChannelHandler<zenoh::sample::Sample>>;
+
+async fn listen(observer: &Session, rig: &Rig) -> Faults {
+    let (structure, modules) = (&rig.plant.structure.name, rig.modules());
+    let everybody = observer::wait_for(observer, structure, &modules, false, support::LIMIT);
+    everybody.await.unwrap();
+    observer.declare_subscriber(Watched::default().faults()).await.unwrap()
+}
+
+/// Asks everybody for the present states.
+async fn present_states(observer: &Session) -> BTreeMap<String, FaultTransition> {
+    let replies = observer
+        .get(Watched::default().faults())
+        .consolidation(ConsolidationMode::None)
+        .timeout(Duration::from_secs(5))
+        .await
+        .unwrap();
+    let mut states = BTreeMap::new();
+    while let Ok(reply) = in_time("a reply", replies.recv_async()).await {
+        let bytes = reply.result().unwrap().payload().to_bytes();
+        let state: FaultTransition = wire::decode(&bytes).unwrap();
+        states.insert(state.component.to_string(), state);
+    }
+    states
+}
+
+async fn status(observer: &Session, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
+    let statuses = observer.declare_subscriber("trusswatch/*/*/status").await.unwrap();
+    in_time("the status wanted", async {
+        loop {
+            let received = statuses.recv_async().await.unwrap();
+            if let Ok(status) = wire::decode(&received.payload().to_bytes())
+                && wanted(&status)
+            {
+                return status;
+            }
+        }
+    })
+    .await
+}
+
+async fn stop(diagnosers: Vec<Process>, observer: Session) {
+    for diagnoser in diagnosers {
+        diagnoser.stop().await;
+    }
+    daemon::session::close(&observer).await;
+}
+
+fn at_speed(speed: Speed, steps: u64) -> PlantFlags {
+    PlantFlags { speed: Some(speed), steps: Some(steps), ..PlantFlags::default() }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn at_full_speed_with_the_plant_last_the_verdicts_are_those_of_one_process() {
+    let components = ["module2/sensor/g3", "module1/actuator/a2"];
+    let rig = rig("plant.toml", &TOWER, components, at_speed(Speed::Max, 9000));
+    let expected = expected(&rig, 9000);
+    let diagnosers = vec![rig.start_diagnoser(0), rig.start_diagnoser(1)];
+    let observer = rig.observer().await;
+    let faults = listen(&observer, &rig).await;
+    rig.start_plant().end().await;
+    until_as_expected(&faults, &expected).await;
+    for module in rig.modules() {
+        let status = status(&observer, |status| status.module == module).await;
+        assert_eq!(status.diagnosis.samples, 9000);
+        assert_eq!(status.diagnosis.samples_missing, 0);
+        assert_eq!(status.intake.dropped, 0);
+        assert_eq!(status.publisher.events_lost, 0);
+        assert_eq!(status.phase, ModulePhase::InService);
+    }
+    let states = present_states(&observer).await;
+    assert_eq!(states.len(), 24, "each component has a state");
+    for told in expected.values() {
+        let latest = expected.values().rfind(|other| other.component == told.component).unwrap();
+        assert_eq!(states[&told.component].state.to_string(), latest.state);
+    }
+    stop(diagnosers, observer).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn at_full_speed_with_the_plant_first_the_verdicts_are_those_of_one_process() {
+    let components = ["lower/sensor/g1", "upper/actuator/a1"];
+    let rig = rig("small/plant.toml", &SMALL, components, at_speed(Speed::Max, 9000));
+    let expected = expected(&rig, 9000);
+    let plant = rig.start_plant();
+    let observer = rig.observer().await;
+    let structure = &rig.plant.structure.name;
+    let plant_is_there = observer::wait_for(&observer, structure, &[], true, support::LIMIT);
+    plant_is_there.await.unwrap();
+    let faults = observer.declare_subscriber(Watched::default().faults()).await.unwrap();
+    let diagnosers = vec![rig.start_diagnoser(1), rig.start_diagnoser(0)];
+    plant.end().await;
+    until_as_expected(&faults, &expected).await;
+    for module in rig.modules() {
+        let status = status(&observer, |status| status.module == module).await;
+        assert_eq!((status.diagnosis.samples, status.diagnosis.samples_missing), (9000, 0));
+    }
+    stop(diagnosers, observer).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn by_the_clock_the_verdicts_are_those_of_one_process() {
+    let components = ["lower/sensor/g1", "upper/actuator/a1"];
+    let rig = rig("small/plant.toml", &SMALL, components, at_speed(Speed::Factor(2.0), 8000));
+    let expected = expected(&rig, 8000);
+    let diagnosers = vec![rig.start_diagnoser(0), rig.start_diagnoser(1)];
+    let observer = rig.observer().await;
+    let faults = listen(&observer, &rig).await;
+    rig.start_plant().end().await;
+    until_as_expected(&faults, &expected).await;
+    stop(diagnosers, observer).await;
+}

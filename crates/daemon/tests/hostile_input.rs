@@ -1,0 +1,275 @@
+//! What is not as it should be is refused or counted, by name, and nothing stops working.
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
+
+mod support;
+
+use std::time::Duration;
+
+use daemon::config::{PlantFlags, Speed};
+use daemon::observer::{self, OrderError};
+use support::{Process, Rig, in_time};
+use truss::fault::Fault;
+use truss::ids::{RunId, Step};
+use wire::{
+    Injection, ModuleStatus, PlantPhase, PlantStatus, Refused, Sample, StateAnswer, StateQuestion,
+};
+use zenoh::Session;
+use zenoh::query::ConsolidationMode;
+
+const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
+
+async fn status(observer: &Session, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
+    let statuses = observer.declare_subscriber("trusswatch/small/*/status").await.unwrap();
+    in_time("the status wanted", async {
+        loop {
+            let received = statuses.recv_async().await.unwrap();
+            if let Ok(status) = wire::decode(&received.payload().to_bytes())
+                && wanted(&status)
+            {
+                return status;
+            }
+        }
+    })
+    .await
+}
+
+/// A diagnoser of the lower module and whoever plays the rest of the world.
+async fn diagnoser_alone() -> (Process, Session) {
+    let mut rig = Rig::new("small/plant.toml", &SMALL, &PlantFlags::default());
+    rig.diagnosers[0].publish.status_every_ms = 100;
+    rig.diagnosers[0].queries.hold_ms = 3000;
+    let diagnoser = rig.start_diagnoser(0);
+    let observer = rig.observer().await;
+    let (structure, lower) = (&rig.plant.structure.name, ["lower".parse().unwrap()]);
+    observer::wait_for(&observer, structure, &lower, false, support::LIMIT).await.unwrap();
+    (diagnoser, observer)
+}
+
+fn sample(step: u64) -> Sample {
+    Sample {
+        module: "lower".parse().unwrap(),
+        run: RunId(1),
+        step: Step(step),
+        time_unix_ns: 1,
+        demands_n: vec![0.0; 2],
+        pressures_pa: vec![[7e6, 9.86e6]; 2],
+        elongations_m: vec![0.0; 3],
+    }
+}
+
+async fn put(observer: &Session, bytes: Vec<u8>) {
+    observer.put("trusswatch/small/lower/sample", bytes).await.unwrap();
+}
+
+async fn put_sample(observer: &Session, sample: &Sample) {
+    put(observer, wire::encode(sample).unwrap()).await;
+}
+
+/// The reply to a question in the lower module: an answer, a refusal, or silence.
+async fn ask(observer: &Session, parameters: &str) -> Option<Result<StateAnswer, String>> {
+    let replies = observer
+        .get(format!("trusswatch/small/lower/state?{parameters}"))
+        .consolidation(ConsolidationMode::None)
+        .timeout(Duration::from_secs(10))
+        .await
+        .unwrap();
+    let reply = in_time("a reply", replies.recv_async()).await.ok()?;
+    Some(match reply.result() {
+        Ok(sample) => Ok(wire::decode(&sample.payload().to_bytes()).unwrap()),
+        Err(error) => Err(wire::decode::<Refused>(&error.payload().to_bytes()).unwrap().reason),
+    })
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_kind_of_bad_sample_is_counted_by_its_name_and_good_ones_are_still_used() {
+    let (diagnoser, observer) = diagnoser_alone().await;
+    put_sample(&observer, &sample(0)).await;
+    put_sample(&observer, &sample(1)).await;
+    // malformed JSON, a literal NaN, no text at all
+    for bytes in [b"{\"v\":1,".to_vec(), br#"{"v":1,"step":NaN}"#.to_vec(), vec![0xff, 0x00]] {
+        put(&observer, bytes).await;
+    }
+    // an unknown version
+    put(&observer, br#"{"v":7,"whatever":true}"#.to_vec()).await;
+    // JSON, but no sample
+    put(&observer, br#"{"v":1,"hello":"world"}"#.to_vec()).await;
+    // another module's
+    put_sample(&observer, &Sample { module: "upper".parse().unwrap(), ..sample(2) }).await;
+    // wrong lengths
+    put_sample(&observer, &Sample { elongations_m: vec![0.0; 4], ..sample(2) }).await;
+    put_sample(&observer, &Sample { demands_n: vec![], ..sample(2) }).await;
+    // not a number, which travels as null
+    put_sample(&observer, &Sample { demands_n: vec![f64::NAN, 0.0], ..sample(2) }).await;
+    // a step that was seen, and one that goes backwards
+    put_sample(&observer, &sample(1)).await;
+    put_sample(&observer, &sample(0)).await;
+    // a gap of three
+    put_sample(&observer, &sample(5)).await;
+
+    let status = status(&observer, |status| status.step == Some(Step(5))).await;
+    let (intake, diagnosis) = (status.intake, status.diagnosis);
+    assert_eq!((intake.received, intake.dropped), (14, 0));
+    assert_eq!((intake.malformed, intake.unknown_version), (3, 1));
+    assert_eq!((intake.wrong_message, intake.other_module), (1, 1));
+    assert_eq!(diagnosis.samples_wrong_length, 2);
+    assert_eq!(diagnosis.samples_non_finite, 1);
+    assert_eq!(diagnosis.samples_repeated, 2);
+    assert_eq!(diagnosis.samples_missing, 3);
+    assert_eq!(diagnosis.samples, 3);
+    diagnoser.stop().await;
+    daemon::session::close(&observer).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_question_is_answered_held_or_refused_with_its_reason() {
+    let (diagnoser, observer) = diagnoser_alone().await;
+    let refused = |reply: Option<Result<StateAnswer, String>>| reply.unwrap().unwrap_err();
+
+    assert_eq!(refused(ask(&observer, "from=0&step=5").await), "no sample yet");
+    assert!(refused(ask(&observer, "from=0").await).contains("`step` is missing"));
+    assert!(refused(ask(&observer, "from=x&step=5").await).contains("`from` is `x`"));
+    assert!(refused(ask(&observer, "from=6&step=5").await).contains("later than"));
+
+    put_sample(&observer, &sample(0)).await;
+    status(&observer, |status| status.step == Some(Step(0))).await;
+    let other_run = StateQuestion { run: Some(RunId(9)), from: Step(0), step: Step(0) };
+    assert!(refused(ask(&observer, &other_run.to_parameters()).await).contains("present run"));
+    assert!(refused(ask(&observer, "from=0&step=900000").await).contains("too far ahead"));
+
+    // without a run the present one is meant; both separators are understood
+    for parameters in ["from=0&step=0", "from=0;step=0"] {
+        let answer = ask(&observer, parameters).await.unwrap().unwrap();
+        assert_eq!((answer.run, answer.as_of_step), (RunId(1), Step(0)));
+        assert_eq!(answer.watching_since_step, None);
+    }
+
+    // held until the step has come
+    let (reply, ()) = tokio::join!(ask(&observer, "from=0&step=2"), async {
+        status(&observer, |status| status.waiting_questions == 1).await;
+        put_sample(&observer, &sample(1)).await;
+        put_sample(&observer, &sample(2)).await;
+    });
+    assert_eq!(reply.unwrap().unwrap().as_of_step, Step(2));
+
+    // but not for ever
+    assert!(refused(ask(&observer, "from=0&step=99").await).contains("not reached within 3000 ms"));
+    let status = status(&observer, |status| status.step == Some(Step(2))).await;
+    assert_eq!(status.waiting_questions, 0);
+    diagnoser.stop().await;
+    daemon::session::close(&observer).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn without_its_peer_a_change_is_unconfirmed_and_the_silent_one_is_named() {
+    let flags = PlantFlags { speed: Some(Speed::Factor(4.0)), ..PlantFlags::default() };
+    let mut rig = Rig::new("small/plant.toml", &SMALL, &flags);
+    rig.plant.wait_for = vec!["lower".parse().unwrap()];
+    let lower = rig.start_diagnoser(0);
+    let observer = rig.observer().await;
+    let structure = rig.plant.structure.name.clone();
+    let watched = "trusswatch/small/lower/fault/sensor/g1";
+    let faults = observer.declare_subscriber(watched).await.unwrap();
+    let plant = rig.start_plant();
+    status(&observer, |status| status.in_service_since_step.is_some()).await;
+    let order = Injection {
+        component: "lower/sensor/g1".parse().unwrap(),
+        fault: Some(Fault::Bias { offset_m: 5e-5 }),
+        at_step: None,
+    };
+    let second = Duration::from_secs(5);
+    observer::inject(&observer, &structure, &order, second).await.unwrap();
+    let mut states = Vec::new();
+    in_time("an unconfirmed change", async {
+        while states.last().is_none_or(|state| state != "unconfirmed") {
+            let received = faults.recv_async().await.unwrap();
+            let told: wire::FaultTransition = wire::decode(&received.payload().to_bytes()).unwrap();
+            if told.state == wire::FaultState::Unconfirmed {
+                assert_eq!(told.silent, ["upper".parse().unwrap()]);
+            }
+            states.push(told.state.to_string());
+        }
+    })
+    .await;
+    assert_eq!(states, ["tentative", "unconfirmed"]);
+    for process in [lower, plant] {
+        process.stop().await;
+    }
+    daemon::session::close(&observer).await;
+}
+
+async fn plant_status(observer: &Session, wanted: impl Fn(&PlantStatus) -> bool) -> PlantStatus {
+    let statuses = observer.declare_subscriber("trusswatch/small/plant/status").await.unwrap();
+    in_time("the plant's status wanted", async {
+        loop {
+            let received = statuses.recv_async().await.unwrap();
+            let status: PlantStatus = wire::decode(&received.payload().to_bytes()).unwrap();
+            if wanted(&status) {
+                return status;
+            }
+        }
+    })
+    .await
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_reason() {
+    let flags = PlantFlags { speed: Some(Speed::REAL), ..PlantFlags::default() };
+    let mut rig = Rig::new("small/plant.toml", &SMALL, &flags);
+    rig.plant.wait_for.clear();
+    let plant = rig.start_plant();
+    let observer = rig.observer().await;
+    let structure = rig.plant.structure.name.clone();
+    observer::wait_for(&observer, &structure, &[], true, support::LIMIT).await.unwrap();
+    let order = |component: &str, fault, at_step: Option<u64>| Injection {
+        component: component.parse().unwrap(),
+        fault,
+        at_step: at_step.map(Step),
+    };
+    let bias = Some(Fault::Bias { offset_m: 1e-5 });
+    let send = async |order: &Injection| {
+        observer::inject(&observer, &structure, order, Duration::from_secs(5)).await
+    };
+
+    let done = send(&order("lower/sensor/g1", bias, None)).await.unwrap();
+    let later = send(&order("lower/sensor/g2", bias, Some(1_000_000))).await.unwrap();
+    assert_eq!(later.effective_step, Step(1_000_000));
+    let status = plant_status(&observer, |status| status.next_step > done.effective_step).await;
+    assert_eq!(status.phase, PlantPhase::Running);
+    assert_eq!(status.faults.len(), 1);
+    assert_eq!(status.faults[0].component.to_string(), "lower/sensor/g1");
+
+    for (order, reason) in [
+        (order("lower/sensor/g9", bias, None), "there is no `lower/sensor/g9`"),
+        (order("lower/sensor/g9", bias, Some(1_000_000)), "there is no `lower/sensor/g9`"),
+        (order("roof/sensor/g1", bias, None), "no equipped module `roof`"),
+        (order("lower/actuator/a1", bias, None), "cannot have the fault"),
+        (order("lower/sensor/g1", bias, Some(0)), "step 0 is over"),
+        (order("lower/sensor/g9", None, None), "there is no `lower/sensor/g9`"),
+    ] {
+        match send(&order).await {
+            Err(OrderError::Refused(found)) => assert!(found.contains(reason), "{found}"),
+            other => panic!("{order:?}: {other:?}"),
+        }
+    }
+    for (payload, reason) in [
+        ("", "malformed JSON"),
+        ("{\"v\":1}", "missing field `component`"),
+        ("{\"v\":3}", "unknown version 3"),
+    ] {
+        let replies = observer
+            .get("trusswatch/small/plant/command/inject")
+            .payload(payload)
+            .timeout(Duration::from_secs(5))
+            .await
+            .unwrap();
+        let reply = in_time("a reply", replies.recv_async()).await.unwrap();
+        let error = reply.result().unwrap_err().payload().to_bytes().into_owned();
+        let refused: Refused = wire::decode(&error).unwrap();
+        assert!(refused.reason.contains(reason), "{payload}: {}", refused.reason);
+    }
+
+    send(&order("lower/sensor/g1", None, None)).await.unwrap();
+    plant_status(&observer, |status| status.faults.is_empty()).await;
+    plant.stop().await;
+    daemon::session::close(&observer).await;
+}

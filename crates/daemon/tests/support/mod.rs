@@ -1,0 +1,260 @@
+//! What several tests need: a reference in one process, processes as tasks, an observer.
+#![allow(dead_code, reason = "each test uses a part")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that cannot set itself up has failed"
+)]
+
+use std::collections::{BTreeMap, VecDeque};
+use std::future::Future;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use daemon::config::{
+    DiagnoserConfig, Network, PlantConfig, PlantFlags, load_diagnoser, load_plant,
+};
+use daemon::exit::Failure;
+use daemon::shutdown::{self, Trigger};
+use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Sample, Transition};
+use tokio::task::JoinHandle;
+use truss::ids::{ModuleName, RunId};
+use zenoh::Session;
+
+/// No step of a test takes longer than this.
+pub const LIMIT: Duration = Duration::from_secs(60);
+
+pub async fn in_time<F: Future>(what: &str, future: F) -> F::Output {
+    match tokio::time::timeout(LIMIT, future).await {
+        Ok(output) => output,
+        Err(_) => panic!("{what} did not happen within {LIMIT:?}"),
+    }
+}
+
+pub fn configs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs")
+}
+
+/// An endpoint on a port that was free a moment ago.
+pub fn free_endpoint() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    format!("tcp/{}", listener.local_addr().unwrap())
+}
+
+/// A plant and its diagnosers, each with an endpoint of its own.
+pub struct Rig {
+    pub plant: PlantConfig,
+    pub diagnosers: Vec<DiagnoserConfig>,
+    pub endpoints: Vec<String>,
+}
+
+impl Rig {
+    /// From the shipped files.
+    pub fn new(plant: &str, modules: &[&str], flags: &PlantFlags) -> Self {
+        let mut plant = load_plant(&configs().join(plant), flags).unwrap();
+        let load = |file: &&str| load_diagnoser(&configs().join(file)).unwrap();
+        let mut diagnosers: Vec<_> = modules.iter().map(load).collect();
+        let endpoints: Vec<String> = (0..=modules.len()).map(|_| free_endpoint()).collect();
+        plant.network = Network { listen: vec![endpoints[0].clone()], ..Network::default() };
+        for (index, diagnoser) in diagnosers.iter_mut().enumerate() {
+            let own = index + 1;
+            diagnoser.network = Network {
+                listen: vec![endpoints[own].clone()],
+                connect: endpoints.iter().filter(|e| **e != endpoints[own]).cloned().collect(),
+                ..Network::default()
+            };
+        }
+        Self { plant, diagnosers, endpoints }
+    }
+
+    pub fn start_plant(&self) -> Process {
+        let (trigger, shutdown) = shutdown::pair();
+        let config = self.plant.clone();
+        Process { trigger, task: tokio::spawn(daemon::plant::run(config, shutdown)) }
+    }
+
+    pub fn start_diagnoser(&self, index: usize) -> Process {
+        let (trigger, shutdown) = shutdown::pair();
+        let config = self.diagnosers[index].clone();
+        Process { trigger, task: tokio::spawn(daemon::diagnoser::run(config, shutdown)) }
+    }
+
+    pub fn modules(&self) -> Vec<ModuleName> {
+        self.diagnosers.iter().map(|diagnoser| diagnoser.module().clone()).collect()
+    }
+
+    /// A session that is connected to everybody.
+    pub async fn observer(&self) -> Session {
+        let network = Network::peer_of(&self.endpoints);
+        in_time("the observer's session", daemon::session::open(&network)).await.unwrap()
+    }
+}
+
+/// A process that runs as a task.
+pub struct Process {
+    pub trigger: Trigger,
+    pub task: JoinHandle<Result<(), Failure>>,
+}
+
+impl Process {
+    pub async fn stop(self) {
+        self.trigger.pull();
+        self.end().await;
+    }
+
+    pub async fn end(self) {
+        in_time("the end of a process", self.task).await.unwrap().unwrap();
+    }
+}
+
+/// The same in one process: everybody sees every step at once, and every question is answered.
+pub struct Reference {
+    plant: plant::Plant,
+    pub diagnosers: Vec<Diagnoser>,
+    names: Vec<ModuleName>,
+    agenda: Vec<daemon::config::ScheduledFault>,
+    pub transitions: Vec<(ModuleName, Transition)>,
+    pub largest: BTreeMap<String, f64>,
+}
+
+impl Reference {
+    pub fn new(rig: &Rig) -> Self {
+        let diagnosers =
+            rig.diagnosers.iter().map(|config| Diagnoser::new(config.module_setup()).unwrap());
+        Self {
+            plant: rig.plant.make_plant().unwrap(),
+            diagnosers: diagnosers.collect(),
+            names: rig.modules(),
+            agenda: rig.plant.schedule.faults.clone(),
+            transitions: Vec::new(),
+            largest: BTreeMap::new(),
+        }
+    }
+
+    pub fn run(&mut self, run: RunId, steps: u64) {
+        for _ in 0..steps {
+            self.step(run);
+        }
+    }
+
+    fn step(&mut self, run: RunId) {
+        let step = self.plant.next_step();
+        for fault in &self.agenda {
+            if fault.until_step == Some(step) {
+                self.plant.clear(&fault.component).unwrap();
+            }
+            if fault.at_step == step {
+                self.plant.inject(&fault.component, fault.fault).unwrap();
+            }
+        }
+        let signals = self.plant.advance().clone();
+        let mut events = VecDeque::new();
+        for module in &signals.modules {
+            let index = self.names.iter().position(|name| *name == module.module).unwrap();
+            let sample = Sample {
+                run,
+                step,
+                demands_n: module.demands_n.clone(),
+                pressures_pa: module.pressures_pa.clone(),
+                elongations_m: module.elongations_m.clone(),
+            };
+            events.push_back((index, Event::Sample(sample)));
+        }
+        let mut askers = Vec::new();
+        while let Some((index, event)) = events.pop_front() {
+            let mut actions = Vec::new();
+            self.diagnosers[index].handle(event, &mut actions);
+            for action in actions {
+                self.carry_out(index, action, &mut events, &mut askers);
+            }
+        }
+        for (diagnoser, name) in self.diagnosers.iter().zip(&self.names) {
+            for (component, evidence) in diagnoser.components().iter().zip(diagnoser.evidence()) {
+                let largest = self.largest.entry(format!("{name}/{component}")).or_default();
+                if matches!(diagnoser.phase(), diagnosis::Phase::InService { .. }) {
+                    *largest = largest.max(evidence.divergence.unwrap_or(0.0));
+                }
+            }
+        }
+    }
+
+    fn carry_out(
+        &mut self,
+        index: usize,
+        action: Action,
+        events: &mut VecDeque<(usize, Event)>,
+        askers: &mut Vec<(usize, diagnosis::Question)>,
+    ) {
+        match action {
+            Action::Publish(transition) => {
+                self.transitions.push((self.names[index].clone(), transition));
+            }
+            Action::Ask { peer, question } => {
+                let token = QuestionToken(askers.len() as u64);
+                askers.push((index, question));
+                let peer = self.names.iter().position(|name| *name == peer).unwrap();
+                events.push_back((peer, Event::Asked { token, question }));
+            }
+            Action::Answer { token, answer } => {
+                let asker = askers[usize::try_from(token.0).unwrap()].0;
+                let peer = self.names[index].clone();
+                events.push_back((asker, Event::Answered { peer, answer }));
+            }
+            Action::Refuse { token, refusal } => {
+                let (asker, question) = askers[usize::try_from(token.0).unwrap()];
+                let failure = PeerFailure::Refused(refusal.to_string());
+                let peer = self.names[index].clone();
+                events.push_back((asker, Event::Unanswered { peer, question, failure }));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// One transition, without what differs from run to run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Told {
+    pub component: String,
+    pub state: String,
+    pub onset: u64,
+    pub detection: u64,
+    pub decided: u64,
+    pub explained_by: Option<String>,
+}
+
+/// All transitions, by module and sequence number.
+pub type Story = BTreeMap<(String, u64), Told>;
+
+pub fn story_of_reference(reference: &Reference) -> Story {
+    let told = |(module, transition): &(ModuleName, Transition)| {
+        let explained_by = match &transition.verdict {
+            diagnosis::Verdict::Explained { by, .. } => Some(by.to_string()),
+            _ => None,
+        };
+        let told = Told {
+            component: format!("{module}/{}", transition.component),
+            state: transition.verdict.as_str().to_owned(),
+            onset: transition.onset.0,
+            detection: transition.detection.0,
+            decided: transition.decided.0,
+            explained_by,
+        };
+        ((module.to_string(), transition.sequence), told)
+    };
+    reference.transitions.iter().map(told).collect()
+}
+
+/// Takes a transition into the story.
+pub fn note(story: &mut Story, transition: &wire::FaultTransition) {
+    let step = |step: Option<truss::ids::Step>| step.unwrap().0;
+    let told = Told {
+        component: transition.component.to_string(),
+        state: transition.state.to_string(),
+        onset: step(transition.onset_step),
+        detection: step(transition.detection_step),
+        decided: step(transition.decided_step),
+        explained_by: transition.explained_by.as_ref().map(ToString::to_string),
+    };
+    story.insert((transition.module.to_string(), transition.sequence), told);
+}
