@@ -12,8 +12,8 @@ Exit codes:
   0  done, or stopped by SIGTERM or SIGINT
   1  failed while running
   2  wrong use of the command line
-  3  the configuration is not valid
-  4  the network cannot be used as configured (busy port, endpoint that is none)";
+  3  the configuration is not valid, or an endpoint in a flag is none
+  4  the network cannot be used as configured (busy port, address that is not here)";
 
 /// Why a process ends otherwise than as intended.
 #[derive(Debug, thiserror::Error)]

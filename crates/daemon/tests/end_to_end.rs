@@ -32,8 +32,8 @@ fn rig(plant: &str, modules: &[&str], components: [&str; 2], flags: PlantFlags) 
     let flags = PlantFlags { run_id: Some(RUN), ..flags };
     let mut rig = Rig::new(plant, modules, &flags);
     rig.plant.schedule.faults = vec![
-        fault(2600, Some(3100), components[0], Fault::Bias { offset_m: 5e-5 }),
-        fault(6400, None, components[1], Fault::InternalLeakage { area_m2: 5e-8 }),
+        fault(3000, Some(3500), components[0], Fault::Bias { offset_m: 5e-5 }),
+        fault(6800, None, components[1], Fault::InternalLeakage { area_m2: 5e-8 }),
     ];
     rig
 }
@@ -172,8 +172,8 @@ async fn at_full_speed_with_the_plant_first_the_verdicts_are_those_of_one_proces
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn by_the_clock_the_verdicts_are_those_of_one_process() {
     let components = ["lower/sensor/g1", "upper/actuator/a1"];
-    let rig = rig("small/plant.toml", &SMALL, components, at_speed(Speed::Factor(2.0), 8000));
-    let expected = expected(&rig, 8000);
+    let rig = rig("small/plant.toml", &SMALL, components, at_speed(Speed::Factor(2.0), 8400));
+    let expected = expected(&rig, 8400);
     let diagnosers = vec![rig.start_diagnoser(0), rig.start_diagnoser(1)];
     let observer = rig.observer().await;
     let faults = listen(&observer, &rig).await;

@@ -103,8 +103,7 @@ fn calibrate(
     };
     let setups: Vec<_> = modules.iter().map(|module| module.setup.clone()).collect();
     let bar = progress_bar(arguments.runs);
-    let calibration =
-        runs.calibrate(&plant.structure, &plant.parameters, &setups, &|| bar.inc(1));
+    let calibration = runs.calibrate(&plant.structure, &plant.parameters, &setups, &|| bar.inc(1));
     bar.finish_and_clear();
     calibration.map_err(|error| Failure::input(error.to_string()))
 }
@@ -159,9 +158,8 @@ fn components(module: &Uncalibrated) -> Vec<Component> {
 
 fn write_file(file: &Path, thresholds: &Thresholds) -> Result<(), Failure> {
     let text = toml::to_string(thresholds).map_err(|error| Failure::runtime(error.to_string()))?;
-    std::fs::write(file, text).map_err(|error| {
-        Failure::runtime(format!("cannot write {}: {error}", file.display()))
-    })
+    std::fs::write(file, text)
+        .map_err(|error| Failure::runtime(format!("cannot write {}: {error}", file.display())))
 }
 
 fn say(line: &str) -> Result<(), Failure> {

@@ -72,6 +72,17 @@ impl Demo {
     }
 }
 
+/// A test that fails leaves nothing behind either.
+impl Drop for Demo {
+    fn drop(&mut self) {
+        self.events = None;
+        if let Ok(None) = self.child.try_wait() {
+            self.signal(Signal::SIGTERM);
+            drop(self.child.wait());
+        }
+    }
+}
+
 fn is_running(pid: i32) -> bool {
     kill(Pid::from_raw(pid), None).is_ok()
 }

@@ -105,7 +105,7 @@ fn nothing_counts_as_a_change_before_the_warm_up() {
     let changes = |warm_up: &str| -> Vec<bool> {
         let flags = ["--json", "--threshold", "0.1", "--warm-up", warm_up, "--interval", "0"];
         let arguments = ["detect", "-", "--window", "1", "--lag", "1", "--prior-scatter", "1"];
-        let outcome = run_with("x\n1\n2\n9\n1\n9\n", &[&arguments[..], &flags[..]].concat());
+        let outcome = run_with("x\n1\n2\n9\n-80\n900\n", &[&arguments[..], &flags[..]].concat());
         outcome.succeeds();
         rows(&outcome).iter().map(|row| row["channels"]["x"]["change"] == true).collect()
     };
