@@ -60,7 +60,7 @@ pub enum NetworkError {
 pub async fn open(network: &Network) -> Result<Session, NetworkError> {
     let config = settings(network)?;
     zenoh::open(config).await.map_err(|error| {
-        let reason = error.to_string();
+        let reason = plain(&error);
         let named = |endpoints: &[String]| endpoints.join(", ");
         if network.listen.is_empty() || network.mode == Some(Mode::Client) {
             NetworkError::Open { endpoints: named(&network.connect), reason }
@@ -102,7 +102,7 @@ pub fn settings(network: &Network) -> Result<Config, NetworkError> {
 pub(crate) fn from_file(file: &Path) -> Result<Config, NetworkError> {
     Config::from_file(file).map_err(|error| NetworkError::File {
         file: file.display().to_string(),
-        reason: error.to_string(),
+        reason: plain(&error),
     })
 }
 
@@ -134,11 +134,26 @@ fn ours(mode: Mode) -> Result<Config, NetworkError> {
     Ok(config)
 }
 
+/// What an error says, without the places in Zenoh's source where it was raised.
+fn plain(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    let mut words = text.split(' ').peekable();
+    let mut kept = Vec::new();
+    while let Some(word) = words.next() {
+        if word == "at" && words.peek().is_some_and(|next| next.contains(".rs:")) {
+            words.next();
+        } else {
+            kept.push(word);
+        }
+    }
+    kept.join(" ")
+}
+
 fn set(config: &mut Config, key: &'static str, value: &str) -> Result<(), NetworkError> {
     config.insert_json5(key, value).map_err(|error| NetworkError::Setting {
         key,
         value: value.to_owned(),
-        reason: error.to_string(),
+        reason: plain(&error),
     })
 }
 
@@ -161,6 +176,12 @@ mod tests {
             assert_eq!(get("scouting/multicast/enabled"), "false");
             assert_eq!(get("transport/link/tx/lease"), "1000");
         }
+    }
+
+    #[test]
+    fn errors_do_not_name_places_in_the_source() {
+        let error = "bad: 7 at /some/where/x.rs:61. - Caused by worse at home at y.rs:2.";
+        assert_eq!(plain(&zenoh::Error::from(error)), "bad: 7 - Caused by worse at home");
     }
 
     #[test]

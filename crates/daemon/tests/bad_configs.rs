@@ -116,7 +116,7 @@ fn all_mistakes_are_reported_at_once_each_with_its_line() {
     let mistakes = [
         ("gage_noise_strain = ", "gage_noise_strain = -1.0 #"),
         ("window = ", "window = 0 #"),
-        ("warm_up_vectors = ", "warm_up_vectors = 9000000 #"),
+        ("warm_up_vectors = ", "warm_up_vectors = 0 #"),
         ("hold_steps = ", "hold_steps = 1 #"),
         ("tank_pa = ", "tank_pa = nan #"),
         ("status_every_ms = ", "status_every_ms = 0 #"),

@@ -183,9 +183,12 @@ fn logs_are_kept_where_it_says() {
 
 #[test]
 fn without_the_processes_beside_it_the_demo_says_how_to_build_them() {
-    let alone = tempfile::tempdir().unwrap();
+    // A link, not a copy: a file that was just written may still be open in a child of another test,
+    // and could then not be started.
+    let built = PathBuf::from(env!("CARGO_BIN_EXE_trusswatch"));
+    let alone = tempfile::tempdir_in(built.parent().unwrap()).unwrap();
     let program = alone.path().join("trusswatch");
-    std::fs::copy(env!("CARGO_BIN_EXE_trusswatch"), &program).unwrap();
+    std::fs::hard_link(&built, &program).unwrap();
     let output = Command::new(&program).arg("demo").output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1));
