@@ -12,6 +12,8 @@ pub struct Counters {
     pub samples_missing: u64,
     /// Samples whose step was seen before or went backwards.
     pub samples_repeated: u64,
+    /// Samples whose step lay implausibly far ahead.
+    pub samples_far_ahead: u64,
     /// Samples with the wrong number of values.
     pub samples_wrong_length: u64,
     /// Samples with a value that is not a finite number.

@@ -22,6 +22,9 @@ use crate::sample::{Sample, SampleRejection};
 use crate::settings::{ModuleSetup, SetupError};
 use crate::verdict::{Transition, Verdict};
 
+/// Most steps that a single sample may lie ahead of the one before it: ten seconds at 1 kHz.
+const LONGEST_LEAP: u64 = 10_000;
+
 /// The diagnoser of one module.
 #[derive(Debug, Clone)]
 pub struct Diagnoser {
@@ -39,6 +42,8 @@ pub struct Diagnoser {
     phase: Phase,
     run: Option<RunId>,
     last_step: Option<Step>,
+    /// Where a sample landed that leapt too far to be believed alone.
+    leap: Option<Step>,
     counters: Counters,
 }
 
@@ -89,6 +94,7 @@ impl Diagnoser {
             phase: Phase::Waiting,
             run: None,
             last_step: None,
+            leap: None,
             counters: Counters::default(),
         })
     }
@@ -131,6 +137,7 @@ impl Diagnoser {
         if sample.step <= last {
             return Err(SampleRejection::Repeated);
         }
+        self.check_leap(last, sample.step)?;
         let missing = sample.step.since(last) - 1;
         if missing > 0 {
             self.counters.samples_missing += missing;
@@ -141,11 +148,22 @@ impl Diagnoser {
         Ok(())
     }
 
+    /// A leap is believed once a second sample follows where the first one landed.
+    fn check_leap(&mut self, last: Step, step: Step) -> Result<(), SampleRejection> {
+        let landed = self.leap.replace(step);
+        if step.since(last) > LONGEST_LEAP && landed.map(|landed| landed.plus(1)) != Some(step) {
+            return Err(SampleRejection::FarAhead);
+        }
+        self.leap = None;
+        Ok(())
+    }
+
     fn count_rejection(&mut self, rejection: SampleRejection) {
         let counter = match rejection {
             SampleRejection::WrongLength => &mut self.counters.samples_wrong_length,
             SampleRejection::NonFinite => &mut self.counters.samples_non_finite,
             SampleRejection::Repeated => &mut self.counters.samples_repeated,
+            SampleRejection::FarAhead => &mut self.counters.samples_far_ahead,
         };
         *counter += 1;
     }
@@ -159,6 +177,7 @@ impl Diagnoser {
         self.monitors.iter_mut().for_each(Monitor::restart);
         self.isolator.restart();
         self.last_step = None;
+        self.leap = None;
         self.phase = Phase::Initialising;
         actions.push(Action::RunStarted(run));
         actions.push(Action::Phase(self.phase));

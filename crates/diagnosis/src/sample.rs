@@ -29,6 +29,10 @@ pub enum SampleRejection {
     /// The step was seen before or lies before one that was seen.
     #[error("step repeated or going backwards")]
     Repeated,
+    /// The step lies so far ahead that a single sample is not believed: taking it would turn every
+    /// honest sample after it into a repeated one.
+    #[error("step implausibly far ahead")]
+    FarAhead,
 }
 
 impl Sample {

@@ -309,6 +309,24 @@ fn bad_samples_are_rejected_by_name_and_change_nothing() {
 }
 
 #[test]
+fn one_absurd_step_does_not_blind_the_module_and_a_true_leap_is_followed() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    let mut absurd = bench.signals.clone().sample();
+    absurd.step = Step(u64::MAX);
+    let step = absurd.step;
+    bench.give(Event::Sample(absurd));
+    assert_eq!(bench.actions, [Action::Rejected { step, rejection: SampleRejection::FarAhead }]);
+    bench.actions.clear();
+    bench.run(100);
+    assert_eq!(bench.actions, [], "honest samples go on as if nothing had been");
+    bench.signals.step = bench.signals.step.plus(50_000);
+    bench.run(2);
+    assert_eq!(bench.now(), bench.signals.step.minus(1));
+    assert_eq!(bench.diagnoser.counters().samples_far_ahead, 2);
+    assert_eq!(bench.diagnoser.counters().samples_missing, 50_001);
+}
+
+#[test]
 fn a_gap_is_counted_and_causes_no_change() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let from = bench.now().plus(1);

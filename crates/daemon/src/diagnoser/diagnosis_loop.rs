@@ -263,7 +263,7 @@ impl DiagnosisLoop {
         let occurrences = match rejection {
             SampleRejection::WrongLength => lengths,
             SampleRejection::NonFinite => values,
-            SampleRejection::Repeated => repeats,
+            SampleRejection::Repeated | SampleRejection::FarAhead => repeats,
         };
         if let Some(times) = occurrences.note() {
             tracing::warn!(%step, times, "sample not used: {rejection}");
