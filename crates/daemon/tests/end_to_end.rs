@@ -17,6 +17,7 @@ use wire::keys::Watched;
 use wire::{FaultTransition, ModulePhase, ModuleStatus};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
+use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 const RUN: RunId = RunId(42);
 const TOWER: [&str; 2] = ["module1.toml", "module2.toml"];
@@ -69,13 +70,24 @@ async fn until_as_expected(faults: &Faults, expected: &Story) {
     assert!(in_time.is_ok(), "expected {expected:#?}\nfound {story:#?}");
 }
 
-type Faults = zenoh::pubsub::Subscriber<zenoh::handlers::FifoChannelHandler<zenoh::sample::Sample>>;
+type Faults = AdvancedSubscriber<zenoh::handlers::FifoChannelHandler<zenoh::sample::Sample>>;
+
+/// Listens to every transition, those included that were told before a link was there.
+async fn subscribe(observer: &Session) -> Faults {
+    observer
+        .declare_subscriber(Watched::default().faults())
+        .advanced()
+        .history(HistoryConfig::default().detect_late_publishers().max_samples(64))
+        .recovery(RecoveryConfig::default().heartbeat())
+        .await
+        .unwrap()
+}
 
 async fn listen(observer: &Session, rig: &Rig) -> Faults {
     let (structure, modules) = (&rig.plant.structure.name, rig.modules());
     let everybody = observer::wait_for(observer, structure, &modules, false, support::LIMIT);
     everybody.await.unwrap();
-    observer.declare_subscriber(Watched::default().faults()).await.unwrap()
+    subscribe(observer).await
 }
 
 /// Asks everybody for the present states.
@@ -158,7 +170,7 @@ async fn at_full_speed_with_the_plant_first_the_verdicts_are_those_of_one_proces
     let structure = &rig.plant.structure.name;
     let plant_is_there = observer::wait_for(&observer, structure, &[], true, support::LIMIT);
     plant_is_there.await.unwrap();
-    let faults = observer.declare_subscriber(Watched::default().faults()).await.unwrap();
+    let faults = subscribe(&observer).await;
     let diagnosers = vec![rig.start_diagnoser(1), rig.start_diagnoser(0)];
     plant.end().await;
     until_as_expected(&faults, &expected).await;
