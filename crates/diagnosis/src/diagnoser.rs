@@ -442,10 +442,7 @@ impl Diagnoser {
 
 /// The channels of a module, in order.
 fn components(structure: &Structure, name: &ModuleName) -> Vec<Component> {
-    let Some(module) = structure.module(name) else { return Vec::new() };
-    let actuators = module.actuators.iter().map(|a| Component::Actuator(a.name.clone()));
-    let gages = module.gages.iter().map(|g| Component::Sensor(g.name.clone()));
-    actuators.chain(gages).collect()
+    structure.module(name).map_or_else(Vec::new, |module| module.components().collect())
 }
 
 /// ε of each channel: the variance that the noise of its own sensors gives its residual.

@@ -6,7 +6,9 @@
 //! [`Structure::nodes`].
 
 use crate::direction::Support;
-use crate::ids::{ActuatorName, GageName, MemberName, ModuleName, NodeName, StructureName};
+use crate::ids::{
+    ActuatorName, Component, GageName, MemberName, ModuleName, NodeName, StructureName,
+};
 use crate::member::Member;
 
 /// Nodes closer than this in height stand on the same level [m].
@@ -70,6 +72,13 @@ impl Module {
     #[must_use]
     pub fn is_equipped(&self) -> bool {
         !self.actuators.is_empty() || !self.gages.is_empty()
+    }
+
+    /// The components that are watched: actuators, then gages. This is the order of channels
+    /// everywhere.
+    pub fn components(&self) -> impl Iterator<Item = Component> + '_ {
+        let actuators = self.actuators.iter().map(|a| Component::Actuator(a.name.clone()));
+        actuators.chain(self.gages.iter().map(|g| Component::Sensor(g.name.clone())))
     }
 }
 

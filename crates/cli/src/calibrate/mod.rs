@@ -8,7 +8,7 @@ use daemon::config::{PlantConfig, PlantFlags, Uncalibrated, load_plant, load_unc
 use daemon::thresholds::{Provenance, Thresholds};
 use indicatif::{ProgressBar, ProgressStyle};
 use study::{Calibration, NominalRuns};
-use truss::ids::Component;
+use truss::Module;
 
 use crate::failure::Failure;
 
@@ -122,7 +122,7 @@ fn thresholds(
     hours: f64,
 ) -> Thresholds {
     let last_seed = arguments.first_seed.saturating_add(arguments.runs - 1);
-    let components = components(module);
+    let own = module.setup.structure.module(&module.setup.module);
     Thresholds {
         module: module.setup.module.clone(),
         provenance: Provenance {
@@ -136,8 +136,9 @@ fn thresholds(
             note: None,
         },
         detection: module.detection,
-        thresholds: components
+        thresholds: own
             .into_iter()
+            .flat_map(Module::components)
             .zip(largest.iter().map(|d| round(d * arguments.margin)))
             .collect(),
     }
@@ -146,14 +147,6 @@ fn thresholds(
 /// Four digits are plenty for a threshold, and pleasant to read.
 fn round(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
-}
-
-fn components(module: &Uncalibrated) -> Vec<Component> {
-    let structure = &module.setup.structure;
-    let Some(own) = structure.module(&module.setup.module) else { return Vec::new() };
-    let actuators = own.actuators.iter().map(|a| Component::Actuator(a.name.clone()));
-    let gages = own.gages.iter().map(|g| Component::Sensor(g.name.clone()));
-    actuators.chain(gages).collect()
 }
 
 fn write_file(file: &Path, thresholds: &Thresholds) -> Result<(), Failure> {

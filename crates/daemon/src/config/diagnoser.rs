@@ -254,11 +254,7 @@ pub(super) fn load_structure(file: &Path) -> Result<Structure, ConfigErrors> {
 }
 
 fn components(structure: &Structure, module: &ModuleName) -> Vec<Component> {
-    let Some(module) = structure.module(module) else { return Vec::new() };
-    let actuators =
-        module.actuators.iter().map(|actuator| Component::Actuator(actuator.name.clone()));
-    let gages = module.gages.iter().map(|gage| Component::Sensor(gage.name.clone()));
-    actuators.chain(gages).collect()
+    structure.module(module).map_or_else(Vec::new, |module| module.components().collect())
 }
 
 fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) -> ModuleSetup {
