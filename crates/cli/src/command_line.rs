@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::failure::EXIT_CODES;
-use crate::{calibrate, check, demo, detect, model};
+use crate::{calibrate, check, demo, detect, model, study};
 
 /// Distributed fault diagnosis of adaptive structures.
 #[derive(Debug, Parser)]
@@ -26,4 +26,5 @@ pub(crate) enum Command {
     Demo(demo::Arguments),
     Calibrate(calibrate::Arguments),
     Check(check::Arguments),
+    Study(Box<study::Arguments>),
 }

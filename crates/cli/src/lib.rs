@@ -6,11 +6,15 @@
 mod calibrate;
 mod check;
 mod command_line;
+mod csv_rows;
 mod demo;
 mod detect;
 mod failure;
 mod model;
 mod paint;
+mod progress;
+mod shipped;
+mod study;
 mod table;
 
 use std::process::ExitCode;
@@ -28,6 +32,7 @@ pub fn run() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,9 +3,9 @@
 use comfy_table::{LineStyle, Table, presets};
 
 /// An empty table with this heading.
-pub(crate) fn table<const COLUMNS: usize>(heading: [&str; COLUMNS]) -> Table {
+pub(crate) fn table(heading: &[&str]) -> Table {
     let mut table = Table::new();
     let rule = LineStyle::new('─', '─', '─', '─');
-    table.load_style(presets::NOTHING.header_separator(rule)).set_header(heading);
+    table.load_style(presets::NOTHING.header_separator(rule)).set_header(heading.iter().copied());
     table
 }

@@ -27,9 +27,13 @@ pub struct Thresholds {
 pub struct Provenance {
     /// By what method.
     pub method: String,
-    /// Seeds of the runs without a fault, e.g. `1000..1040`.
-    pub seeds: String,
-    /// How many runs.
+    /// Seeds of the simulated runs without a fault, e.g. `1000..1040`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seeds: Option<String>,
+    /// Files of recorded residuals without a fault.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub recordings: Vec<String>,
+    /// How many runs or recordings.
     pub runs: u64,
     /// Hours of data that were judged.
     pub hours: f64,
@@ -163,7 +167,8 @@ mod tests {
             module: "module1".parse().unwrap(),
             provenance: Provenance {
                 method: "maximum".into(),
-                seeds: "1..40".into(),
+                seeds: Some("1..40".into()),
+                recordings: Vec::new(),
                 runs: 40,
                 hours: 0.5,
                 margin: 2.5,

@@ -69,7 +69,7 @@ impl Diagnoser {
             setup.step_s,
         )
         .map_err(model_error)?;
-        let bank = DivergenceBank::new(detection.divergence, &prior_scatters(&setup))
+        let bank = DivergenceBank::new(detection.divergence, &setup.prior_scatters())
             .map_err(|error| vec![error.into()])?;
         let quiet = setup.isolation.quiet_steps;
         let monitor = |&threshold: &f64| Monitor::new(threshold, detection.warm_up_vectors, quiet);
@@ -443,15 +443,4 @@ impl Diagnoser {
 /// The channels of a module, in order.
 fn components(structure: &Structure, name: &ModuleName) -> Vec<Component> {
     structure.module(name).map_or_else(Vec::new, |module| module.components().collect())
-}
-
-/// ε of each channel: the variance that the noise of its own sensors gives its residual.
-fn prior_scatters(setup: &ModuleSetup) -> Vec<f64> {
-    let Some(module) = setup.structure.module(&setup.module) else { return Vec::new() };
-    let actuators = module.actuators.iter().map(|_| setup.hydraulics.force_variance());
-    let gages = module.gages.iter().map(|gage| {
-        let deviation = setup.gage_noise_strain * setup.structure.gage_length_m(gage);
-        deviation * deviation
-    });
-    actuators.chain(gages).collect()
 }

@@ -26,6 +26,7 @@ pub use counters::Counters;
 pub use diagnoser::Diagnoser;
 pub use event::{Action, Event, QuestionToken};
 pub use evidence::Evidence;
+pub use monitor::{Monitor, Observation};
 pub use phase::Phase;
 pub use question::{ActuatorFault, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
 pub use sample::{Sample, SampleRejection};

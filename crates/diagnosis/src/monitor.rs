@@ -10,7 +10,7 @@ const ONSET_SHARE: f64 = 0.25;
 
 /// What a channel did at a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Observation {
+pub enum Observation {
     /// Nothing new.
     Nothing,
     /// The divergence rose to its threshold; the residual has been changing since `onset`.
@@ -22,9 +22,10 @@ pub(crate) enum Observation {
     Quiet,
 }
 
-/// The watch over one channel.
+/// The watch over one channel: the very rule by which a diagnoser tells changes. It wants every outcome
+/// of the channel's divergence, in order; steps without one (a gap) are left out.
 #[derive(Debug, Clone)]
-pub(crate) struct Monitor {
+pub struct Monitor {
     evidence: Evidence,
     warm_up_vectors: u64,
     quiet_steps: u64,
@@ -35,7 +36,10 @@ pub(crate) struct Monitor {
 }
 
 impl Monitor {
-    pub(crate) fn new(threshold: f64, warm_up_vectors: u64, quiet_steps: u64) -> Self {
+    /// The watch over a channel with threshold γ. A change counts once the channel's Gaussian has taken
+    /// `warm_up_vectors`, and is over after `quiet_steps` steps below γ in a row.
+    #[must_use]
+    pub fn new(threshold: f64, warm_up_vectors: u64, quiet_steps: u64) -> Self {
         let evidence = Evidence { step: Step(0), residual: 0.0, divergence: None, threshold };
         Self {
             evidence,
@@ -49,28 +53,31 @@ impl Monitor {
     }
 
     /// Forgets the past.
-    pub(crate) fn restart(&mut self) {
+    pub fn restart(&mut self) {
         let threshold = self.evidence.threshold;
         *self = Self::new(threshold, self.warm_up_vectors, self.quiet_steps);
     }
 
     /// The channel at the latest step.
-    pub(crate) fn evidence(&self) -> &Evidence {
+    #[must_use]
+    pub fn evidence(&self) -> &Evidence {
         &self.evidence
     }
 
     /// Does the channel's Gaussian rest on enough vectors?
-    pub(crate) fn is_watched(&self) -> bool {
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
         self.watched
     }
 
     /// Has the channel changed and not become quiet since?
-    pub(crate) fn is_active(&self) -> bool {
+    #[must_use]
+    pub fn is_active(&self) -> bool {
         self.active
     }
 
     /// Takes the channel's next residual with what the estimator made of it.
-    pub(crate) fn observe(&mut self, step: Step, residual: f64, outcome: Outcome) -> Observation {
+    pub fn observe(&mut self, step: Step, residual: f64, outcome: Outcome) -> Observation {
         self.evidence =
             Evidence { step, residual, divergence: outcome.divergence(), ..self.evidence };
         match outcome {

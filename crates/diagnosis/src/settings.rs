@@ -138,6 +138,20 @@ impl ModuleSetup {
         problems
     }
 
+    /// ε of each channel, actuators first, then gages, in the order of the description: the variance
+    /// that the noise of the channel's own sensors gives its residual, in N² and m². Empty if the
+    /// structure has no such module.
+    #[must_use]
+    pub fn prior_scatters(&self) -> Vec<f64> {
+        let Some(module) = self.structure.module(&self.module) else { return Vec::new() };
+        let actuators = module.actuators.iter().map(|_| self.hydraulics.force_variance());
+        let gages = module.gages.iter().map(|gage| {
+            let deviation = self.gage_noise_strain * self.structure.gage_length_m(gage);
+            deviation * deviation
+        });
+        actuators.chain(gages).collect()
+    }
+
     fn figure_problems(&self) -> Vec<SetupError> {
         let mut problems = Vec::new();
         let mut require = |ok: bool, name, value: String, expected: &str| {

@@ -1,6 +1,7 @@
 //! What can go wrong in a study.
 
 use plant::{ParameterErrors, PlantError};
+use truss::ids::StructureName;
 
 use crate::rig::RigError;
 
@@ -13,6 +14,20 @@ pub enum StudyError {
     /// Parameters of the plant.
     #[error(transparent)]
     Parameters(#[from] ParameterErrors),
+    /// No component of the structure can have the fault that was drawn.
+    #[error("the structure needs at least one actuator and one gage for its scenarios")]
+    NothingToBreak,
+    /// The structure has not what a figure of the paper shows.
+    #[error("structure `{structure}` has no {what}, which the figure needs")]
+    Lacks {
+        /// The structure.
+        structure: StructureName,
+        /// What is missing, by its position.
+        what: String,
+    },
+    /// A recording could not be written.
+    #[error("cannot write the recording: {0}")]
+    Write(#[from] std::io::Error),
     /// The rig.
     #[error(transparent)]
     Rig(#[from] RigError),

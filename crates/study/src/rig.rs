@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use diagnosis::{
-    Action, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample, SetupError,
-    Transition,
+    Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
+    SetupError, Transition,
 };
 use plant::{InjectError, Plant};
 use truss::ids::{ModuleName, RunId, Step};
@@ -21,7 +21,7 @@ pub enum Occurrence {
         /// The change.
         change: Change,
     },
-    /// A module asked a peer.
+    /// A peer answered a module's question.
     Question {
         /// Who asked.
         asker: ModuleName,
@@ -29,8 +29,10 @@ pub enum Occurrence {
         peer: ModuleName,
         /// What.
         question: Question,
-        /// How many changes the answer named.
-        changes: usize,
+        /// The changes that the answer named.
+        changes: Vec<Change>,
+        /// The actuators that the peer held for faulty.
+        actuator_faults: Vec<ActuatorFault>,
     },
     /// A verdict changed.
     Transition {
@@ -117,6 +119,12 @@ impl Rig {
     #[must_use]
     pub fn plant(&self) -> &Plant {
         &self.plant
+    }
+
+    /// The latest sample of each module, in the order of the plant's modules; none before the first step.
+    #[must_use]
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
     }
 
     /// What happened so far, in order; forgets it.
@@ -210,7 +218,8 @@ impl Rig {
                     asker: self.diagnosers.get(asker)?.module().clone(),
                     peer: peer.clone(),
                     question: answer.question,
-                    changes: answer.changes.len(),
+                    changes: answer.changes.clone(),
+                    actuator_faults: answer.actuator_faults.clone(),
                 });
                 Some((asker, Event::Answered { peer, answer }))
             }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 use diagnosis::Verdict;
-use study::{Injection, NominalRuns, Occurrence, Rig, Schedule};
+use study::{Injection, Occurrence, Rig, Schedule};
 
 mod tower;
 
@@ -73,16 +73,6 @@ fn the_same_seed_gives_the_same_story_and_another_seed_another() {
     };
     assert_eq!(run(5), run(5));
     assert_ne!(run(5), run(6));
-}
-
-#[test]
-fn a_calibration_does_not_depend_on_the_number_of_jobs() {
-    let (structure, parameters, setups) = tower::parts();
-    let run = |jobs| {
-        let runs = NominalRuns { first_seed: 1, runs: 3, steps: 3000, mismatch: 0.1, jobs };
-        runs.calibrate(&structure, &parameters, &setups, &|| {}).unwrap()
-    };
-    assert_eq!(run(1), run(3));
 }
 
 #[test]

@@ -6,6 +6,7 @@
 //! out on any machine.
 
 use nalgebra::DMatrix;
+use pulp::Arch;
 
 use crate::modal::Modes;
 use crate::oscillator::Transition;
@@ -99,6 +100,13 @@ impl ModalStepper {
     /// `inputs` must have [`ModalStepper::input_count`] values.
     pub fn step(&mut self, inputs: &[f64]) {
         debug_assert_eq!(inputs.len(), self.inputs, "number of inputs");
+        Arch::new().dispatch(|| self.advance(inputs));
+    }
+
+    /// Compiled for each set of vector instructions that a processor may have; the operations and
+    /// their order, and so the bits, are the same for all.
+    #[inline(always)]
+    fn advance(&mut self, inputs: &[f64]) {
         for (block, transition) in self.transitions.iter().enumerate() {
             let force = modal_force(&self.input_map, self.inputs, block, inputs);
             let (displacement, velocity) =
@@ -161,6 +169,12 @@ impl ModalStepper {
     }
 
     fn read(&self, state: &[Block], out: &mut [f64]) {
+        Arch::new().dispatch(|| self.combine(state, out));
+    }
+
+    /// As [`ModalStepper::advance`].
+    #[inline(always)]
+    fn combine(&self, state: &[Block], out: &mut [f64]) {
         if self.modes == 0 {
             out.fill(0.0);
             return;
@@ -180,7 +194,7 @@ impl ModalStepper {
 }
 
 /// Forces on a block of modes.
-#[inline]
+#[inline(always)]
 fn modal_force(input_map: &[Block], count: usize, block: usize, inputs: &[f64]) -> Block {
     let mut force = [0.0; LANES];
     // `input_map` holds `count` blocks for each block of modes.

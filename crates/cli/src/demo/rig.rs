@@ -18,26 +18,7 @@ use super::children::Children;
 use super::ports::free_endpoints;
 use super::story::{self, Act, Pace};
 use crate::failure::Failure;
-
-/// A shipped file: its path in the directory of configurations, and its text.
-type Shipped = (&'static str, &'static str);
-
-macro_rules! shipped {
-    ($path:literal) => {
-        ($path, include_str!(concat!("../../../../configs/", $path)))
-    };
-}
-
-const PLANT: Shipped = shipped!("plant.toml");
-const MODULES: [Shipped; 2] = [shipped!("module1.toml"), shipped!("module2.toml")];
-/// What those refer to.
-const OTHERS: [Shipped; 5] = [
-    shipped!("tower.toml"),
-    shipped!("tower/module1.structure.toml"),
-    shipped!("tower/module2.structure.toml"),
-    shipped!("thresholds/module1.toml"),
-    shipped!("thresholds/module2.toml"),
-];
+use crate::shipped::{MODULES, OTHERS, PLANT, Shipped, temporary_directory};
 
 /// The processes' configurations, and what follows from them.
 pub(super) struct Rig {
@@ -62,13 +43,12 @@ impl Rig {
     /// Lays everything out.
     pub(super) fn set_up(speed: Speed, seed: u64) -> Result<Rig, Failure> {
         let binaries = Binaries::find()?;
-        let directory = tempfile::Builder::new().prefix("trusswatch-demo-").tempdir();
-        let directory = directory.map_err(|e| cannot_write("a temporary directory", &e))?;
+        let directory = temporary_directory("trusswatch-demo-")?;
         let [own, plant, first, second] = free_endpoints()?;
         let endpoints = vec![plant, first, second];
         let place = directory.path();
-        for (path, text) in OTHERS {
-            write(&place.join(path), text)?;
+        for file in OTHERS {
+            file.write(place)?;
         }
         write_config(place, PLANT, &endpoints[0], &[])?;
         let mut configs = Vec::new();
@@ -101,11 +81,11 @@ impl Rig {
     pub(super) fn start(&self, children: &mut Children) -> Result<(), Failure> {
         let place = self.directory.path();
         let run = |config: &str| vec![OsString::from("run"), place.join(config).into()];
-        for (module, (config, _)) in self.modules.iter().zip(MODULES) {
-            let arguments = run(config);
+        for (module, config) in self.modules.iter().zip(MODULES) {
+            let arguments = run(config.path);
             children.start(module.as_str(), &self.binaries.diagnoser, &arguments, place)?;
         }
-        let mut arguments = run(PLANT.0);
+        let mut arguments = run(PLANT.path);
         arguments.extend_from_slice(&self.flags);
         arguments.extend(["--schedule".into(), schedule_file(place).into()]);
         children.start(wire::keys::PLANT, &self.binaries.plant, &arguments, place)
@@ -115,17 +95,6 @@ impl Rig {
     pub(super) fn clear_away(self, keep: bool) -> Option<PathBuf> {
         keep.then(|| self.directory.keep())
     }
-}
-
-fn cannot_write(what: &str, error: &std::io::Error) -> Failure {
-    Failure::runtime(format!("cannot write {what}: {error}"))
-}
-
-fn write(file: &Path, text: &str) -> Result<(), Failure> {
-    let folder = file.parent().unwrap_or(file);
-    fs::create_dir_all(folder)
-        .and_then(|()| fs::write(file, text))
-        .map_err(|error| cannot_write(&format!("`{}`", file.display()), &error))
 }
 
 fn schedule_file(place: &Path) -> PathBuf {
@@ -139,16 +108,14 @@ fn unusable(errors: &ConfigErrors) -> Failure {
 /// Writes a shipped configuration with other endpoints.
 fn write_config(
     place: &Path,
-    (path, text): Shipped,
+    shipped: Shipped,
     listen: &str,
     connect: &[String],
 ) -> Result<PathBuf, Failure> {
-    let mut table: Table =
-        text.parse().map_err(|error| Failure::input(format!("the shipped `{path}`: {error}")))?;
+    let unusable = |error| Failure::input(format!("the shipped `{}`: {error}", shipped.path));
+    let mut table: Table = shipped.text.parse().map_err(unusable)?;
     table.insert("network".to_owned(), network(listen, connect));
-    let file = place.join(path);
-    write(&file, &table.to_string())?;
-    Ok(file)
+    shipped.write_as(place, &table.to_string())
 }
 
 fn network(listen: &str, connect: &[String]) -> toml::Value {
@@ -169,12 +136,14 @@ fn write_schedule(place: &Path, acts: &[Act]) -> Result<(), Failure> {
     let schedule = Schedule { faults: faults.collect() };
     let text = toml::to_string(&schedule)
         .map_err(|error| Failure::runtime(format!("cannot write the schedule: {error}")))?;
-    write(&schedule_file(place), &text)
+    let file = schedule_file(place);
+    fs::write(&file, text)
+        .map_err(|error| Failure::runtime(format!("cannot write `{}`: {error}", file.display())))
 }
 
 fn check_plant(place: &Path) -> Result<(), Failure> {
     let flags = PlantFlags { schedule: Some(schedule_file(place)), ..PlantFlags::default() };
-    load_plant(&place.join(PLANT.0), &flags).map_err(|errors| unusable(&errors))?;
+    load_plant(&place.join(PLANT.path), &flags).map_err(|errors| unusable(&errors))?;
     Ok(())
 }
 

@@ -114,7 +114,7 @@ impl Voice {
 
     fn summary(&self, summary: &Summary) -> String {
         let mut table =
-            table(["fault", "component", "injected", "diagnosed", "delay", "verdict after"]);
+            table(&["fault", "component", "injected", "diagnosed", "delay", "verdict after"]);
         for injected in &summary.injected {
             let named = summary.diagnosed.iter().find(|d| d.component == injected.component);
             let ms = |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{ms:.0} ms"));

@@ -7,6 +7,8 @@ use diagnosis::divergence::{
     DivergenceSettings, Interval, MAX_INTERVAL, MAX_LAG, MAX_WINDOW, SettingsError,
 };
 
+use super::plan::{Group, Tuning};
+
 /// Run the change detector on your own numbers
 ///
 /// FILE is a table (CSV) with a header row; each column is a channel, each row a sampling instant.
@@ -15,7 +17,7 @@ use diagnosis::divergence::{
 /// statistics of the channel stay what they are, large when they change.
 ///
 /// All channels share one set of settings: channels of different units are best run one by one
-/// with --columns.
+/// with --columns. With --module each column is watched as the module's diagnoser does it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Table with a header row; `-` reads standard input
@@ -29,17 +31,31 @@ pub(crate) struct Arguments {
     /// Vectors that a Gaussian rests on, 2 to 10000000; 0 for all since the start
     #[arg(long, value_name = "M", default_value = "2000", value_parser = interval, allow_hyphen_values = true)]
     interval: usize,
+    /// Take the settings of the columns from a diagnoser's configuration, as often as there are
+    /// modules. Columns are then named by the paths of components, `module1/actuator/a1`; other
+    /// columns are left out. The first row counts as the first step of a run
+    #[arg(
+        long = "module",
+        value_name = "CONFIG.toml",
+        conflicts_with_all = [
+            "window", "lag", "interval", "prior_scatter", "threshold", "warm_up", "quiet_steps"
+        ],
+    )]
+    pub(super) modules: Vec<PathBuf>,
     /// Scatter to start from, above 0: about the square of the sensor's noise (standard deviation),
     /// in squared units of the channel. Keeps a stuck or silent channel well defined
-    #[arg(long, value_name = "E", value_parser = prior_scatter, allow_hyphen_values = true)]
-    pub(super) prior_scatter: f64,
+    #[arg(long, value_name = "E", value_parser = prior_scatter, allow_hyphen_values = true, required_unless_present = "modules")]
+    prior_scatter: Option<f64>,
     /// Divergence from which on a row counts as a change, above 0; without it nothing does
     #[arg(long, value_name = "G", value_parser = threshold, allow_hyphen_values = true)]
-    pub(super) threshold: Option<f64>,
+    threshold: Option<f64>,
     /// Vectors that must have been taken before a row can count as a change: the first divergences of
     /// any series are large
     #[arg(long, value_name = "VECTORS", default_value_t = 0)]
-    pub(super) warm_up: u64,
+    warm_up: u64,
+    /// Rows below the threshold after which a change is over, at least 1
+    #[arg(long, value_name = "ROWS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    quiet_steps: u64,
     /// Only these columns, separated by commas
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(super) columns: Option<Vec<String>>,
@@ -59,12 +75,23 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn settings(&self) -> DivergenceSettings {
+    /// How the flags say that so many channels are watched.
+    pub(super) fn group(&self, channels: usize) -> Group {
         let interval = match self.interval {
             0 => Interval::Growing,
             vectors => Interval::Sliding { vectors },
         };
-        DivergenceSettings { window: self.window, lag: self.lag, interval }
+        let tuning = Tuning {
+            // Not a number is refused like any other that cannot be meant, if ever it is missing.
+            prior_scatter: self.prior_scatter.unwrap_or(f64::NAN),
+            threshold: self.threshold.unwrap_or(f64::INFINITY),
+        };
+        Group {
+            settings: DivergenceSettings { window: self.window, lag: self.lag, interval },
+            warm_up: self.warm_up,
+            quiet_steps: self.quiet_steps,
+            channels: vec![tuning; channels],
+        }
     }
 }
 

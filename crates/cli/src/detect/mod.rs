@@ -1,30 +1,39 @@
 //! `trusswatch detect`: the detector, alone, on a table of numbers.
 
 mod arguments;
-mod cells;
-mod column;
 mod detector;
+mod module;
+mod plan;
 mod report;
-mod rows;
 mod tally;
 
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
+use crate::csv_rows::Rows;
 use crate::failure::Failure;
 
 pub(crate) use arguments::Arguments;
 use detector::Detector;
+use plan::Plan;
 use report::Report;
-use rows::Rows;
 use tally::Tally;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let modules = module::load(&arguments.modules, arguments.columns.as_deref())?;
+    let columns = match &modules[..] {
+        [] => arguments.columns.clone(),
+        modules => Some(modules.iter().flat_map(|module| module.columns.clone()).collect()),
+    };
     let (input, name) = open(&arguments.file)?;
-    let rows = Rows::new(input, name, arguments.delimiter, arguments.columns.as_deref())?;
+    let rows = Rows::new(input, name, arguments.delimiter, |_| Ok(columns))?;
+    let plan = match &modules[..] {
+        [] => Plan::alike(arguments.group(rows.channels().len())),
+        _ => Plan::of_modules(modules),
+    };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let judged = judge(arguments, rows, &mut out);
+    let judged = judge(arguments, &plan, rows, &mut out);
     // What was found up to a mistake is told before the mistake.
     out.flush()?;
     judged
@@ -32,12 +41,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn judge(
     arguments: &Arguments,
+    plan: &Plan,
     mut rows: Rows<Box<dyn Read>>,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     let channels = rows.channels();
-    let mut detector = Detector::new(arguments, channels.len())?;
-    let mut report = Report::new(arguments, &channels, out);
+    let mut detector = Detector::new(plan)?;
+    let mut report = Report::new(arguments, plan, &channels, out);
     let mut tally = Tally::new(channels.len());
     while let Some(row) = rows.next_row()? {
         let usable = row.problem.is_none();

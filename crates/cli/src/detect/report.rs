@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 
 use comfy_table::{CellAlignment, Table};
-use diagnosis::divergence::{DivergenceSettings, Interval};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::arguments::Arguments;
 use super::detector::Reading;
+use super::plan::Plan;
 use super::tally::{ChannelTally, Tally};
 use crate::table::table;
 
@@ -21,21 +21,24 @@ enum Form {
 /// Writes the outcome.
 pub(super) struct Report<'a, W> {
     form: Form,
-    settings: DivergenceSettings,
-    threshold: Option<f64>,
+    plan: &'a Plan,
     channels: &'a [String],
     out: W,
 }
 
 impl<'a, W: Write> Report<'a, W> {
-    pub(super) fn new(arguments: &Arguments, channels: &'a [String], out: W) -> Self {
+    pub(super) fn new(
+        arguments: &Arguments,
+        plan: &'a Plan,
+        channels: &'a [String],
+        out: W,
+    ) -> Self {
         let form = match (arguments.json, arguments.all) {
             (true, _) => Form::Json,
             (false, true) => Form::Rows,
             (false, false) => Form::Summary,
         };
-        let (settings, threshold) = (arguments.settings(), arguments.threshold);
-        Report { form, settings, threshold, channels, out }
+        Report { form, plan, channels, out }
     }
 
     /// Tells one row.
@@ -89,25 +92,13 @@ impl<'a, W: Write> Report<'a, W> {
     }
 
     fn heading(&self, name: &str, tally: &Tally) -> String {
-        let DivergenceSettings { window, lag, interval } = self.settings;
-        let interval = match interval {
-            Interval::Growing => "all vectors since the start".to_owned(),
-            Interval::Sliding { vectors } => format!("the last {vectors} vectors"),
-        };
-        let threshold = match self.threshold {
-            Some(threshold) => format!("threshold {threshold}"),
-            None => "no threshold: nothing counts as a change".to_owned(),
-        };
-        let (rows, channels) = (tally.rows(), self.channels.len());
-        format!(
-            "{name}: {rows} rows, {channels} channels; rows are counted from 0\n\
-             window {window}, lag {lag}, {interval}; {threshold}"
-        )
+        let (rows, channels, words) = (tally.rows(), self.channels.len(), &self.plan.words);
+        format!("{name}: {rows} rows, {channels} channels; rows are counted from 0\n{words}")
     }
 
     fn table(&self, tally: &Tally) -> Table {
         let mut table =
-            table(["channel", "rows with D", "largest D", "at row", "changes", "at rows"]);
+            table(&["channel", "rows with D", "largest D", "at row", "changes", "at rows"]);
         for (name, channel) in self.channels.iter().zip(tally.channels()) {
             table.add_row(self.summary(name, channel));
         }
@@ -123,7 +114,8 @@ impl<'a, W: Write> Report<'a, W> {
             || (dash(), dash()),
             |(divergence, row)| (format!("{divergence:.6}"), row.to_string()),
         );
-        let changes = self.threshold.map_or_else(dash, |_| channel.changes().to_string());
+        let tells_changes = self.plan.tells_changes();
+        let changes = if tells_changes { channel.changes().to_string() } else { dash() };
         [name.to_owned(), channel.defined().to_string(), largest, at, changes, rows_told(channel)]
     }
 }

@@ -114,6 +114,18 @@ fn nothing_counts_as_a_change_before_the_warm_up() {
 }
 
 #[test]
+fn a_change_is_over_once_the_channel_was_quiet_for_long_enough() {
+    let changes = |quiet_steps: &str| -> Vec<bool> {
+        let flags = ["--json", "--threshold", "0.1", "--quiet-steps", quiet_steps];
+        let outcome = small("x\n0\n0\n9\n9\n9\n9\n9\n", &flags);
+        outcome.succeeds();
+        rows(&outcome).iter().map(|row| row["channels"]["x"]["change"] == true).collect()
+    };
+    assert_eq!(changes("1"), [false, false, true, true, false, false, false]);
+    assert_eq!(changes("3"), [false, false, true, true, true, true, false]);
+}
+
+#[test]
 fn bad_rows_are_refused_by_line_and_column() {
     let finite = "use a finite number";
     for (table, said) in [
@@ -181,6 +193,7 @@ fn settings_out_of_range_name_flag_and_range() {
         ("--prior-scatter", "-1e-9", "finite number above 0"),
         ("--prior-scatter", "nan", "finite number above 0"),
         ("--threshold", "inf", "finite number above 0"),
+        ("--quiet-steps", "0", "1.."),
         ("--delimiter", "::", "one ASCII character"),
     ] {
         let mut arguments = vec!["detect", "-", flag, bad];

@@ -6,7 +6,10 @@
 )]
 
 mod binary;
+mod calibrate;
 mod check;
 mod demo;
 mod detect;
+mod detect_modules;
 mod model;
+mod study;

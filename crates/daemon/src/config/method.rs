@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub struct DetectionSection {
     /// Samples in a lagged vector: 10.
     pub window: usize,
-    /// Steps between the two compared Gaussians: 10.
+    /// Steps between the two compared Gaussians: 5.
     pub lag: usize,
     /// `"growing"` or `{ sliding = { vectors = 2000 } }`, the default.
     pub interval: Interval,
@@ -28,7 +28,7 @@ impl Default for DetectionSection {
     fn default() -> Self {
         Self {
             window: 10,
-            lag: 10,
+            lag: 5,
             interval: Interval::Sliding { vectors: 2000 },
             actuator_residual: ActuatorResidual::Tracking,
             warm_up_vectors: 2500,

@@ -39,7 +39,7 @@ pub struct HydraulicParameters {
     pub demand_limit_n: f64,
     /// Standard deviation of the pressure measurements' noise \[Pa\]: 1e4, about 163 N \[E\].
     pub pressure_noise_pa: f64,
-    /// Integration sub-steps per step: 2.
+    /// Integration sub-steps per step: 1; the force control is ten times slower than a step.
     pub substeps: usize,
 }
 
@@ -61,7 +61,7 @@ impl Default for HydraulicParameters {
             force_gain_m3_per_s_per_n: 6.7e-9,
             demand_limit_n: 120e3,
             pressure_noise_pa: 1e4,
-            substeps: 2,
+            substeps: 1,
         }
     }
 }

@@ -1,10 +1,13 @@
 //! The shipped tower with settings of its own, independent of the shipped configurations.
 
+#![allow(dead_code, reason = "every test takes the parts that it needs")]
+#![allow(clippy::unwrap_used, reason = "test code")]
+
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::residual::{ActuatorResidual, Hydraulics};
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, Verdict};
 use plant::PlantParameters;
-use study::{Injection, Occurrence, Rig, Schedule};
+use study::{Campaign, Injection, Occurrence, Rig, ScenarioRanges, Schedule};
 use truss::Structure;
 use truss::fault::Fault;
 use truss::ids::{ComponentPath, RunId, Step};
@@ -50,7 +53,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
         detection: DetectionSettings {
             divergence: DivergenceSettings {
                 window: 10,
-                lag: 10,
+                lag: 5,
                 interval: Interval::Sliding { vectors: 2000 },
             },
             actuator_residual: ActuatorResidual::Tracking,
@@ -64,7 +67,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
             quiet_steps: 40,
         },
         // about 2.5 times what healthy runs reach
-        thresholds: [[0.006; 4].as_slice(), &[0.012; 8]].concat(),
+        thresholds: vec![0.006; 12],
         peers: names.iter().filter(|peer| *peer != name).cloned().collect(),
     });
     let setups = setups.collect();
@@ -75,6 +78,14 @@ pub fn rig(seed: u64, injections: Vec<Injection>) -> Rig {
     let (structure, parameters, setups) = parts();
     let plant = study::plant(&structure, &parameters, 0.0, seed).unwrap();
     Rig::new(plant, setups, Schedule::new(injections), RunId(seed)).unwrap()
+}
+
+/// A campaign of short runs: 3 s without and 2 s with a fault.
+pub fn campaign(rule: Rule) -> Campaign {
+    let (structure, parameters, mut setups) = parts();
+    setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
+    let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() };
+    Campaign { structure, parameters, setups, mismatch: 0.1, seed: 7, ranges }
 }
 
 /// The component and the step of a fault that was committed.

@@ -20,7 +20,7 @@ const BUFFER: usize = 1 << 16;
 
 /// What is wrong with a row.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Problem {
+pub(crate) struct Problem {
     line: u64,
     complaint: Complaint,
 }
@@ -59,14 +59,16 @@ impl fmt::Display for Problem {
 
 /// One row: its numbers, or what is wrong with it.
 #[derive(Debug)]
-pub(super) struct Row<'a> {
+pub(crate) struct Row<'a> {
+    /// Its line in the table, from 1.
+    pub(crate) line: u64,
     /// The channels' numbers; meaningless if there is a problem.
-    pub(super) values: &'a [f64],
-    pub(super) problem: Option<Problem>,
+    pub(crate) values: &'a [f64],
+    pub(crate) problem: Option<Problem>,
 }
 
 /// The rows of a table.
-pub(super) struct Rows<R> {
+pub(crate) struct Rows<R> {
     input: BufReader<R>,
     name: String,
     delimiter: u8,
@@ -84,12 +86,13 @@ pub(super) struct Rows<R> {
 }
 
 impl<R: Read> Rows<R> {
-    /// Reads the header row. `name` is how the input is called in messages.
-    pub(super) fn new(
+    /// Reads the header row. `name` is how the input is called in messages; `choose` is told the
+    /// columns' names and returns those that are wanted, or none for all, or what is wrong.
+    pub(crate) fn new(
         input: R,
         name: String,
         delimiter: u8,
-        wanted: Option<&[String]>,
+        choose: impl FnOnce(&[String]) -> Result<Option<Vec<String>>, String>,
     ) -> Result<Self, Failure> {
         let mut rows = Rows {
             input: BufReader::with_capacity(BUFFER, input),
@@ -104,11 +107,14 @@ impl<R: Read> Rows<R> {
             held: false,
             empty_lines: 0,
         };
-        rows.read_header(wanted)?;
+        rows.read_header(choose)?;
         Ok(rows)
     }
 
-    fn read_header(&mut self, wanted: Option<&[String]>) -> Result<(), Failure> {
+    fn read_header(
+        &mut self,
+        choose: impl FnOnce(&[String]) -> Result<Option<Vec<String>>, String>,
+    ) -> Result<(), Failure> {
         if !self.read_line()? || self.is_empty_line() {
             let name = &self.name;
             return Err(Failure::input(format!(
@@ -119,28 +125,30 @@ impl<R: Read> Rows<R> {
         let text = self.text.strip_prefix(byte_order_mark).unwrap_or(&self.text);
         cells::split(text, self.delimiter, &mut self.fields);
         let complain = |problem| Failure::input(format!("{}, {problem}", self.name));
-        self.channels = column::channels(&self.fields, wanted).map_err(complain)?;
         self.header = column::named(&self.fields);
+        let names: Vec<String> = self.header.iter().map(|column| column.name.clone()).collect();
+        let wanted = choose(&names).map_err(|wrong| complain(format!("line 1: {wrong}")))?;
+        self.channels = column::channels(&self.fields, wanted.as_deref()).map_err(complain)?;
         Ok(())
     }
 
     /// How the input is called in messages.
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// Names of the channels.
-    pub(super) fn channels(&self) -> Vec<String> {
+    pub(crate) fn channels(&self) -> Vec<String> {
         self.channels.iter().map(|channel| channel.name.clone()).collect()
     }
 
     /// Must the next row be waited for?
-    pub(super) fn is_drained(&self) -> bool {
+    pub(crate) fn is_drained(&self) -> bool {
         self.input.buffer().is_empty()
     }
 
     /// The next row; `None` at the end.
-    pub(super) fn next_row(&mut self) -> Result<Option<Row<'_>>, Failure> {
+    pub(crate) fn next_row(&mut self) -> Result<Option<Row<'_>>, Failure> {
         while !self.held {
             if !self.read_line()? {
                 return Ok(None);
@@ -157,7 +165,7 @@ impl<R: Read> Rows<R> {
             (self.line, self.parse().err())
         };
         let problem = complaint.map(|complaint| Problem { line, complaint });
-        Ok(Some(Row { values: &self.values, problem }))
+        Ok(Some(Row { line, values: &self.values, problem }))
     }
 
     /// Reads a line without its end. False at the end of the input.
@@ -230,7 +238,7 @@ mod tests {
 
     /// Every row as its numbers or its problem.
     fn rows(text: &str) -> Vec<Result<Vec<f64>, String>> {
-        let mut rows = Rows::new(text.as_bytes(), "t".into(), b',', None).unwrap();
+        let mut rows = Rows::new(text.as_bytes(), "t".into(), b',', |_| Ok(None)).unwrap();
         let mut all = Vec::new();
         while let Some(row) = rows.next_row().unwrap() {
             all.push(match row.problem {

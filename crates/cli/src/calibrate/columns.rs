@@ -1,0 +1,136 @@
+//! Which columns of a recording belong to which channels.
+
+use study::Recording;
+use truss::ids::ComponentPath;
+
+/// Name of the column that numbers the steps.
+const STEP: &str = "step";
+/// Up to here every whole number is a floating-point number.
+const LARGEST_STEP: f64 = (1_u64 << 53) as f64;
+
+/// The columns of a recording: possibly the step, then the channels of some modules.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct Columns {
+    step: bool,
+    /// Places of the modules whose channels are there, rising, with how many channels they have.
+    modules: Vec<(usize, usize)>,
+}
+
+impl Columns {
+    /// Finds the columns of those modules of which any is there.
+    ///
+    /// # Errors
+    /// In words, what is missing.
+    pub(super) fn find(
+        header: &[String],
+        channels: &[Vec<ComponentPath>],
+    ) -> Result<Columns, String> {
+        let is_there = |path: &ComponentPath| header.contains(&path.to_string());
+        let mut modules = Vec::new();
+        for (place, paths) in channels.iter().enumerate() {
+            if !paths.iter().any(is_there) {
+                continue;
+            }
+            if let Some(missing) = paths.iter().find(|path| !is_there(path)) {
+                return Err(format!(
+                    "there is no column `{missing}`; give all of a module's components"
+                ));
+            }
+            modules.push((place, paths.len()));
+        }
+        if modules.is_empty() {
+            let example = channels.iter().flatten().next();
+            let example = example.map_or_else(String::new, |path| format!(" like `{path}`"));
+            return Err(format!(
+                "no column is a component of the modules; name the columns by components{example}"
+            ));
+        }
+        Ok(Columns { step: header.iter().any(|name| name == STEP), modules })
+    }
+
+    /// Their names, in the order of [`Columns::take`].
+    pub(super) fn names(&self, channels: &[Vec<ComponentPath>]) -> Vec<String> {
+        let step = self.step.then(|| STEP.to_owned());
+        let of_modules = self.modules.iter().filter_map(|(place, _)| channels.get(*place));
+        step.into_iter().chain(of_modules.flatten().map(ToString::to_string)).collect()
+    }
+
+    /// Gives each module its part of a row.
+    ///
+    /// # Errors
+    /// In words, what is wrong with the step.
+    pub(super) fn take(&self, row: &[f64], recordings: &mut [Recording]) -> Result<(), String> {
+        let (step, mut rest) = match row {
+            [step, rest @ ..] if self.step => (Some(whole(*step)?), rest),
+            _ => (None, row),
+        };
+        for (place, channels) in &self.modules {
+            let (residuals, others) = rest.split_at((*channels).min(rest.len()));
+            rest = others;
+            if let Some(recording) = recordings.get_mut(*place) {
+                recording.push(step, residuals).map_err(|error| error.to_string())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A row that is missing. Where steps are numbered, the next one tells it.
+    pub(super) fn skip(&self, recordings: &mut [Recording]) {
+        if self.step {
+            return;
+        }
+        for (place, _) in &self.modules {
+            if let Some(recording) = recordings.get_mut(*place) {
+                recording.skip();
+            }
+        }
+    }
+}
+
+fn whole(step: f64) -> Result<u64, String> {
+    if step.fract() == 0.0 && (0.0..=LARGEST_STEP).contains(&step) {
+        return Ok(step as u64);
+    }
+    Err(format!("step {step} is no step; use whole numbers from 0"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channels() -> Vec<Vec<ComponentPath>> {
+        let paths = |names: [&str; 2]| names.map(|name| name.parse().unwrap()).to_vec();
+        vec![paths(["m1/actuator/a1", "m1/sensor/g1"]), paths(["m2/actuator/a1", "m2/sensor/g1"])]
+    }
+
+    fn find(header: &[&str]) -> Result<Vec<String>, String> {
+        let header: Vec<String> = header.iter().map(ToString::to_string).collect();
+        Columns::find(&header, &channels()).map(|columns| columns.names(&channels()))
+    }
+
+    #[test]
+    fn the_order_of_columns_does_not_matter_and_strange_ones_are_left_out() {
+        let found = find(&["m2/sensor/g1", "note", "step", "m2/actuator/a1", ""]).unwrap();
+        assert_eq!(found, ["step", "m2/actuator/a1", "m2/sensor/g1"]);
+    }
+
+    #[test]
+    fn a_module_without_one_of_its_components_is_refused() {
+        let error = find(&["m1/actuator/a1", "m1/sensor/g1", "m2/sensor/g1"]).unwrap_err();
+        assert!(error.contains("no column `m2/actuator/a1`"), "{error}");
+    }
+
+    #[test]
+    fn a_table_of_something_else_is_refused_with_an_example() {
+        let error = find(&["step", "a1", "g1"]).unwrap_err();
+        assert!(error.contains("like `m1/actuator/a1`"), "{error}");
+    }
+
+    #[test]
+    fn a_step_is_a_whole_number() {
+        assert_eq!(whole(12.0), Ok(12));
+        for step in [-1.0, 0.5, 1e300] {
+            assert!(whole(step).is_err(), "{step}");
+        }
+    }
+}

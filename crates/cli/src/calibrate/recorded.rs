@@ -1,0 +1,97 @@
+//! Divergences of recorded residuals.
+
+use std::fs::File;
+use std::path::Path;
+
+use daemon::config::Uncalibrated;
+use study::{Calibration, Recording};
+use truss::ids::ComponentPath;
+
+use super::columns::Columns;
+use super::data::{Data, Origin};
+use crate::csv_rows::Rows;
+use crate::failure::Failure;
+
+pub(super) fn read(
+    files: &[impl AsRef<Path>],
+    skip_bad: bool,
+    modules: &[Uncalibrated],
+) -> Result<Data, Failure> {
+    let step_s = common_step(modules)?;
+    let mut recordings = modules
+        .iter()
+        .map(|module| Recording::new(&module.setup))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|error| Failure::input(error.to_string()))?;
+    let channels: Vec<Vec<ComponentPath>> = (modules.iter().zip(&recordings))
+        .map(|(module, recording)| paths(module, recording))
+        .collect();
+    for file in files {
+        read_file(file.as_ref(), skip_bad, &channels, &mut recordings)?;
+    }
+    let calibration =
+        Calibration { modules: recordings.into_iter().map(Recording::finish).collect() };
+    check_watched(&calibration)?;
+    let names = files.iter().map(|file| file.as_ref().display().to_string()).collect();
+    Ok(Data { calibration, step_s, origin: Origin::Recorded { files: names } })
+}
+
+fn common_step(modules: &[Uncalibrated]) -> Result<f64, Failure> {
+    let first = modules.first().map_or(f64::NAN, |module| module.setup.step_s);
+    for Uncalibrated { setup, .. } in modules {
+        if setup.step_s != first {
+            return Err(Failure::input(format!(
+                "module `{}` has steps of {} s, others of {first} s; calibrate them apart",
+                setup.module, setup.step_s
+            )));
+        }
+    }
+    Ok(first)
+}
+
+fn paths(module: &Uncalibrated, recording: &Recording) -> Vec<ComponentPath> {
+    let path = |component: &truss::ids::Component| ComponentPath {
+        module: module.setup.module.clone(),
+        component: component.clone(),
+    };
+    recording.components().iter().map(path).collect()
+}
+
+fn read_file(
+    file: &Path,
+    skip_bad: bool,
+    channels: &[Vec<ComponentPath>],
+    recordings: &mut [Recording],
+) -> Result<(), Failure> {
+    let name = file.display().to_string();
+    let opened = File::open(file)
+        .map_err(|error| Failure::input(format!("cannot read `{name}`: {error}")))?;
+    let mut columns = Columns::default();
+    let mut rows = Rows::new(opened, name.clone(), b',', |header| {
+        columns = Columns::find(header, channels)?;
+        Ok(Some(columns.names(channels)))
+    })?;
+    while let Some(row) = rows.next_row()? {
+        if let Some(problem) = row.problem {
+            if !skip_bad {
+                return Err(Failure::input(format!("{name}, {problem}")));
+            }
+            columns.skip(recordings);
+        } else {
+            let taken = columns.take(row.values, recordings);
+            taken.map_err(|wrong| Failure::input(format!("{name}, line {}: {wrong}", row.line)))?;
+        }
+    }
+    recordings.iter_mut().for_each(Recording::end_run);
+    Ok(())
+}
+
+fn check_watched(calibration: &Calibration) -> Result<(), Failure> {
+    let unwatched = calibration.modules.iter().find(|module| module.watched_steps == 0);
+    unwatched.map_or(Ok(()), |module| {
+        Err(Failure::input(format!(
+            "the recordings of module `{}` end before every channel is watched; record for longer",
+            module.module
+        )))
+    })
+}

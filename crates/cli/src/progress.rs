@@ -1,0 +1,64 @@
+//! Progress of long work on standard error: a bar with the time left on a terminal, now and then a
+//! line elsewhere.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Lines that tell the progress where there is no terminal.
+const LINES: u64 = 10;
+
+/// How far work has come that several threads do.
+pub(crate) struct Progress {
+    what: &'static str,
+    unit: &'static str,
+    bar: ProgressBar,
+    is_terminal: bool,
+    done: AtomicU64,
+    all: u64,
+}
+
+impl Progress {
+    /// Counts runs.
+    pub(crate) fn of_runs(what: &'static str, all: u64) -> Progress {
+        Progress::new(what, "runs", all)
+    }
+
+    /// Counts seconds of the tower's time.
+    pub(crate) fn of_time(what: &'static str, all: u64) -> Progress {
+        Progress::new(what, "s of the tower's time", all)
+    }
+
+    fn new(what: &'static str, unit: &'static str, all: u64) -> Progress {
+        let template = format!("{{msg}} {{wide_bar}} {{pos}} of {{len}} {unit}, {{eta}} left");
+        let style = ProgressStyle::with_template(&template)
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::new(all).with_style(style).with_message(what);
+        Progress {
+            what,
+            unit,
+            bar,
+            is_terminal: io::stderr().is_terminal(),
+            done: AtomicU64::new(0),
+            all,
+        }
+    }
+
+    /// One more is done.
+    pub(crate) fn advance(&self) {
+        self.bar.inc(1);
+        let before = self.done.fetch_add(1, Ordering::Relaxed);
+        let tenth = |done: u64| done * LINES / self.all.max(1);
+        if tenth(before + 1) > tenth(before) && !self.is_terminal {
+            let (what, done, all, unit) = (self.what, before + 1, self.all, self.unit);
+            // Nobody is left to be told if standard error is closed.
+            let _ = writeln!(io::stderr(), "{what}: {done} of {all} {unit}");
+        }
+    }
+
+    /// It is over.
+    pub(crate) fn end(self) {
+        self.bar.finish_and_clear();
+    }
+}

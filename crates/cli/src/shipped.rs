@@ -1,0 +1,62 @@
+//! The shipped configurations, carried by the program itself.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// A shipped file: its path in the directory of configurations, and its text.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shipped {
+    pub(crate) path: &'static str,
+    pub(crate) text: &'static str,
+}
+
+macro_rules! shipped {
+    ($path:literal) => {
+        Shipped { path: $path, text: include_str!(concat!("../../../configs/", $path)) }
+    };
+}
+
+/// The plant of the tower.
+pub(crate) const PLANT: Shipped = shipped!("plant.toml");
+/// The diagnosers of its modules.
+pub(crate) const MODULES: [Shipped; 2] = [shipped!("module1.toml"), shipped!("module2.toml")];
+/// The diagnosers of its modules as the paper has them.
+pub(crate) const PAPER_MODULES: [Shipped; 2] =
+    [shipped!("paper/module1.toml"), shipped!("paper/module2.toml")];
+/// What those refer to.
+pub(crate) const OTHERS: [Shipped; 7] = [
+    shipped!("tower.toml"),
+    shipped!("tower/module1.structure.toml"),
+    shipped!("tower/module2.structure.toml"),
+    shipped!("thresholds/module1.toml"),
+    shipped!("thresholds/module2.toml"),
+    shipped!("paper/thresholds/module1.toml"),
+    shipped!("paper/thresholds/module2.toml"),
+];
+
+impl Shipped {
+    /// Writes the file to its place in this directory, and returns where that is.
+    pub(crate) fn write(self, directory: &Path) -> Result<PathBuf, Failure> {
+        self.write_as(directory, self.text)
+    }
+
+    /// Writes another text to the file's place in this directory, and returns where that is.
+    pub(crate) fn write_as(self, directory: &Path, text: &str) -> Result<PathBuf, Failure> {
+        let file = directory.join(self.path);
+        let folder = file.parent().unwrap_or(directory);
+        fs::create_dir_all(folder).and_then(|()| fs::write(&file, text)).map_err(|error| {
+            Failure::runtime(format!("cannot write `{}`: {error}", file.display()))
+        })?;
+        Ok(file)
+    }
+}
+
+/// An empty directory that is removed when it is dropped.
+pub(crate) fn temporary_directory(prefix: &str) -> Result<tempfile::TempDir, Failure> {
+    tempfile::Builder::new()
+        .prefix(prefix)
+        .tempdir()
+        .map_err(|error| Failure::runtime(format!("cannot write a temporary directory: {error}")))
+}

@@ -1,0 +1,128 @@
+//! `trusswatch detect --module`: a recording of a run gives the very changes of the run.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::binary::{Outcome, repository, run, run_with};
+use daemon::config::{PlantFlags, load_diagnoser, load_plant};
+use serde_json::Value;
+use study::{Campaign, ScenarioRanges, export_scenario};
+
+fn shipped(name: &str) -> String {
+    repository("configs").join(name).display().to_string()
+}
+
+/// The shipped tower in short runs: 3 s without and 2 s with a fault.
+fn campaign() -> Campaign {
+    let plant = load_plant(Path::new(&shipped("plant.toml")), &PlantFlags::default()).unwrap();
+    let setup = |name| load_diagnoser(Path::new(&shipped(name))).unwrap().module_setup();
+    Campaign {
+        structure: plant.structure,
+        parameters: plant.parameters,
+        setups: vec![setup("module1.toml"), setup("module2.toml")],
+        mismatch: 0.1,
+        seed: 7,
+        ranges: ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() },
+    }
+}
+
+fn modules(names: &[&str]) -> Vec<String> {
+    names.iter().flat_map(|name| ["--module".to_owned(), shipped(name)]).collect()
+}
+
+fn detect(input: &str, modules: &[String], more: &[&str]) -> Outcome {
+    let mut arguments = vec!["detect", "-"];
+    arguments.extend(modules.iter().map(String::as_str));
+    arguments.extend(more);
+    run_with(input, &arguments)
+}
+
+/// Channel and row of every change.
+fn changes(outcome: &Outcome) -> BTreeSet<(String, u64)> {
+    outcome.succeeds();
+    let mut active = BTreeSet::new();
+    let mut begun = BTreeSet::new();
+    for line in outcome.stdout.lines() {
+        let row: Value = serde_json::from_str(line).unwrap();
+        for (channel, reading) in row["channels"].as_object().unwrap() {
+            if reading["change"] == false {
+                active.remove(channel);
+            } else if active.insert(channel.clone()) {
+                begun.insert((channel.clone(), row["index"].as_u64().unwrap()));
+            }
+        }
+    }
+    begun
+}
+
+#[test]
+fn a_recording_gives_the_very_changes_of_its_run() {
+    let campaign = campaign();
+    let both = modules(&["module1.toml", "module2.toml"]);
+    let mut count = 0;
+    for number in 0..7 {
+        let mut table = Vec::new();
+        let exported = export_scenario(&campaign, number, &mut table).unwrap();
+        let table = String::from_utf8(table).unwrap();
+        let expected: BTreeSet<_> =
+            exported.changes.iter().map(|c| (c.component.to_string(), c.step.0)).collect();
+        count += expected.len();
+        assert_eq!(changes(&detect(&table, &both, &["--json"])), expected);
+        // a module alone, and a channel alone, are watched no differently
+        let alone = detect(&table, &modules(&["module2.toml"]), &["--json"]);
+        let of = |name: &str| -> BTreeSet<_> {
+            expected.iter().filter(|(channel, _)| channel.starts_with(name)).cloned().collect()
+        };
+        assert_eq!(changes(&alone), of("module2/"));
+        let faulty = exported.record.component.to_string();
+        let one = detect(&table, &both, &["--json", "--columns", &faulty]);
+        assert_eq!(changes(&one), of(&faulty));
+    }
+    assert!(count >= 7, "only {count} changes");
+}
+
+#[test]
+fn the_summary_names_the_modules() {
+    let mut table = Vec::new();
+    let mut campaign = campaign();
+    campaign.ranges.length_s = 0.1;
+    campaign.ranges.onset_s = [0.05, 0.06];
+    export_scenario(&campaign, 0, &mut table).unwrap();
+    let table = String::from_utf8(table).unwrap();
+    let both = modules(&["module1.toml", "module2.toml"]);
+    let outcome = detect(&table, &both, &[]);
+    outcome.succeeds();
+    assert!(outcome.stdout.contains("100 rows, 24 channels"), "{}", outcome.stdout);
+    let said = "settings and thresholds of `module1`, `module2`";
+    assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
+}
+
+#[test]
+fn a_column_that_is_missing_is_named() {
+    let one = modules(&["module1.toml"]);
+    let table = "step,module1/actuator/a1\n0,1\n";
+    detect(table, &one, &[]).fails(3, &["no column `module1/actuator/a2`"]);
+    let outcome = detect(table, &one, &["--columns", "step"]);
+    outcome.fails(2, &["no module given has a component `step`", "`module1/sensor/g8`"]);
+    detect(table, &one, &["--columns", "module1/actuator/a1"]).succeeds();
+}
+
+#[test]
+fn modules_leave_no_room_for_settings_of_one_s_own() {
+    for flag in [
+        "--window",
+        "--lag",
+        "--interval",
+        "--prior-scatter",
+        "--threshold",
+        "--warm-up",
+        "--quiet-steps",
+    ] {
+        let module = shipped("module1.toml");
+        run(&["detect", "-", "--module", &module, flag, "2"]).fails(2, &[flag, "--module"]);
+    }
+    let twice = modules(&["module1.toml", "module1.toml"]);
+    detect("x\n1\n", &twice, &[]).fails(2, &["`module1` was given before"]);
+    let none = ["detect", "-", "--module", "no-such-file.toml"];
+    run(&none).fails(3, &["no-such-file.toml"]);
+}

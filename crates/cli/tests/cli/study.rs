@@ -1,0 +1,130 @@
+//! `trusswatch study` through the real binary.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::Stdio;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+
+use crate::binary::{Outcome, repository, run, trusswatch};
+
+fn study(arguments: &[&str]) -> Outcome {
+    run(&[&["study", "--seed", "11"], arguments].concat())
+}
+
+fn object(outcome: &Outcome) -> Value {
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    serde_json::from_str(&outcome.stdout).unwrap()
+}
+
+#[test]
+fn one_object_tells_what_came_of_it_whatever_the_number_of_jobs() {
+    let with = |jobs| study(&["--scenarios", "7", "--nominal", "2", "--json", "--jobs", jobs]);
+    let (one, three) = (with("1"), with("3"));
+    assert_eq!(one.stdout, three.stdout);
+    let object = object(&one);
+    assert_eq!((object["scenarios"].as_u64(), object["nominal_runs"].as_u64()), (Some(7), Some(2)));
+    assert!(object["false_alarm_runs"].is_u64());
+    let shares: f64 = ["tp", "fn", "fp", "tn"]
+        .iter()
+        .map(|cell| object["paper_table"][cell].as_f64().unwrap())
+        .sum();
+    assert!((shares - 1.0).abs() < 1e-9);
+    assert!(object["exact_isolation"]["overall"].is_f64());
+    // seven scenarios: one of each kind
+    assert_eq!(object["exact_isolation"]["by_kind"].as_object().unwrap().len(), 7);
+    // no setting could miss a valve that stands open
+    assert_eq!(object["exact_isolation"]["by_kind"]["hard_over"], 1.0);
+    let delay = &object["delay_ms"]["hard_over"];
+    assert!(delay["median"].as_f64().is_some_and(|delay| delay <= 5.0));
+    assert_eq!(delay["median"], delay["max"]);
+    assert_eq!(delay["p95"], delay["max"]);
+}
+
+#[test]
+fn a_campaign_is_gone_on_with_and_extended() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().to_str().unwrap();
+    let first = study(&["--scenarios", "2", "--out", out]);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
+    // as if it had been killed in the middle of a line
+    let journal = directory.path().join("runs.jsonl");
+    let whole = fs::read_to_string(&journal).unwrap();
+    fs::write(&journal, &whole[..whole.len() - 20]).unwrap();
+    let extended = study(&["--scenarios", "4", "--nominal", "1", "--out", out, "--json"]);
+    // one run of 15 s was done already
+    assert!(extended.stderr.contains("60 of 60 s"), "{}", extended.stderr);
+    let fresh = study(&["--scenarios", "4", "--nominal", "1", "--json"]);
+    assert_eq!(extended.stdout, fresh.stdout);
+    assert_eq!(fs::read_to_string(directory.path().join("summary.json")).unwrap(), fresh.stdout);
+    let rows = |name| fs::read_to_string(directory.path().join(name)).unwrap().lines().count();
+    assert_eq!((rows("scenarios.csv"), rows("nominal.csv")), (5, 2));
+    // nothing is left to be done
+    let again = study(&["--scenarios", "4", "--nominal", "1", "--out", out, "--json"]);
+    assert_eq!((again.stdout, again.stderr.as_str()), (fresh.stdout, ""));
+}
+
+#[test]
+fn another_campaign_s_directory_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().to_str().unwrap();
+    study(&["--scenarios", "1", "--out", out]);
+    let with = |arguments: &[&str]| run(&[&["study", "--out", out], arguments].concat());
+    with(&["--seed", "12"]).fails(3, &["runs.jsonl:1", "seed 11", "12 is asked for", "--out"]);
+    with(&["--seed", "11", "--mismatch", "0.1"]).fails(3, &["mismatch 0"]);
+    with(&["--seed", "11", "--preset", "paper"]).fails(3, &["preset default"]);
+}
+
+#[test]
+fn an_interrupted_campaign_tells_and_keeps_what_is_done() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().to_str().unwrap();
+    let arguments = ["study", "--scenarios", "100000", "--jobs", "1", "--json", "--out", out];
+    let mut child = trusswatch();
+    let child = child.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = child.spawn().unwrap();
+    wait_for_a_run(directory.path());
+    kill(Pid::from_raw(child.id().cast_signed()), Signal::SIGINT).unwrap();
+    let mut stdout = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut stdout).unwrap();
+    let stderr = BufReader::new(child.stderr.take().unwrap()).lines();
+    let stderr: Vec<String> = stderr.map(Result::unwrap).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    assert!(stderr.iter().any(|line| line.contains("the same command goes on")), "{stderr:?}");
+    let object: Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(object["complete"], false);
+    let done = object["scenarios"].as_u64().unwrap();
+    let kept = fs::read_to_string(directory.path().join("runs.jsonl")).unwrap();
+    assert_eq!(kept.lines().count() as u64, 1 + done);
+}
+
+/// Until the journal holds a run; the test harness limits how long.
+fn wait_for_a_run(directory: &Path) {
+    let journal = directory.join("runs.jsonl");
+    while fs::read_to_string(&journal).map_or(0, |text| text.lines().count()) < 2 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused() {
+    study(&["--mismatch", "1.5"]).fails(2, &["`--mismatch` is 1.5", "use a share"]);
+    let config = |name: &str| repository("configs").join(name).display().to_string();
+    let (plant, module) = (config("plant.toml"), config("module2.toml"));
+    let swapped =
+        study(&["--plant", &plant, "--module", &module, "--module", &config("module1.toml")]);
+    swapped.fails(3, &["module2, module1", "give them in this order"]);
+}
+
+#[test]
+fn the_four_combinations_are_told_side_by_side() {
+    // own modules that need no calibration for the tracking residual, and few scenarios
+    let outcome = study(&["--compare", "--scenarios", "7"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    for text in ["only actuators explain", "first change names the fault", "demand", "tracking"] {
+        assert!(outcome.stdout.contains(text), "{}", outcome.stdout);
+    }
+}

@@ -1,0 +1,123 @@
+//! Divergences of recorded residuals.
+
+use diagnosis::divergence::{DivergenceBank, Outcome};
+use diagnosis::{ModuleSetup, SetupError};
+use truss::ids::Component;
+
+use super::ModulePeaks;
+use super::collector::Collector;
+use crate::error::StudyError;
+use crate::rig::RigError;
+
+/// A step that does not follow the one before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("step {step} after step {last}; give each step once, rising")]
+pub struct StepOrder {
+    /// The step.
+    pub step: u64,
+    /// The one before it.
+    pub last: u64,
+}
+
+/// Turns recorded residuals of one module into the peaks of their divergences, just as a diagnoser
+/// would see them.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    components: Vec<Component>,
+    bank: DivergenceBank,
+    warm_up_vectors: u64,
+    watched: Vec<bool>,
+    last_step: Option<u64>,
+    collector: Collector,
+}
+
+impl Recording {
+    /// Has seen nothing yet. Whatever thresholds `setup` has do not matter.
+    ///
+    /// # Errors
+    /// A setup that cannot be right.
+    pub fn new(setup: &ModuleSetup) -> Result<Self, StudyError> {
+        let fail = |problems| RigError::Setup { module: setup.module.clone(), problems };
+        let components: Vec<Component> = (setup.structure.module(&setup.module).into_iter())
+            .flat_map(truss::Module::components)
+            .collect();
+        let thresholds = vec![f64::MAX; components.len()];
+        let problems = ModuleSetup { thresholds, ..setup.clone() }.problems();
+        if !problems.is_empty() {
+            return Err(fail(problems).into());
+        }
+        let bank = DivergenceBank::new(setup.detection.divergence, &setup.prior_scatters())
+            .map_err(|error| fail(vec![SetupError::from(error)]))?;
+        Ok(Self {
+            bank,
+            warm_up_vectors: setup.detection.warm_up_vectors,
+            watched: vec![false; components.len()],
+            last_step: None,
+            collector: Collector::new(setup, &components),
+            components,
+        })
+    }
+
+    /// The channels: actuators, then gages, in the order of the description.
+    #[must_use]
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// Takes the residuals of the next step, \[N\] of actuators and \[m\] of gages, in the order of
+    /// [`Self::components`]. Without a number it is the step after the one before; over missing steps
+    /// no window is formed. Residuals that are not finite or not as many as channels count as missing.
+    ///
+    /// # Errors
+    /// A number not above that of the step before.
+    pub fn push(&mut self, step: Option<u64>, residuals: &[f64]) -> Result<(), StepOrder> {
+        let next = self.last_step.map_or(step.unwrap_or(0), |last| last.saturating_add(1));
+        let step = step.unwrap_or(next);
+        if let Some(last) = self.last_step.filter(|last| step <= *last) {
+            return Err(StepOrder { step, last });
+        }
+        if step > next {
+            self.bank.gap();
+            self.collector.skip_many(step - next);
+        }
+        self.last_step = Some(step);
+        self.watch(residuals);
+        Ok(())
+    }
+
+    /// Notes that the residuals of the next step are missing.
+    pub fn skip(&mut self) {
+        self.last_step = Some(self.last_step.map_or(0, |last| last.saturating_add(1)));
+        self.watch(&[]);
+    }
+
+    fn watch(&mut self, residuals: &[f64]) {
+        let outcomes = self.bank.push(residuals);
+        for (watched, outcome) in self.watched.iter_mut().zip(outcomes) {
+            match outcome {
+                Outcome::Undefined => {}
+                Outcome::Defined { age, .. } => *watched |= *age >= self.warm_up_vectors,
+                Outcome::Restarted(_) => *watched = false,
+            }
+        }
+        if self.watched.iter().all(|watched| *watched) {
+            self.collector.take(outcomes.iter().map(|outcome| outcome.divergence()));
+        } else {
+            self.collector.skip();
+        }
+    }
+
+    /// What follows is another recording: it warms up anew.
+    pub fn end_run(&mut self) {
+        self.bank.restart();
+        self.watched.fill(false);
+        self.last_step = None;
+        self.collector.end_run();
+    }
+
+    /// The peaks of all that was recorded.
+    #[must_use]
+    pub fn finish(self) -> ModulePeaks {
+        self.collector.finish()
+    }
+}

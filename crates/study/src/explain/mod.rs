@@ -1,0 +1,115 @@
+//! A scenario told step by step, in words: what changed, who asked whom, why the verdict is what it is.
+
+mod account;
+mod outcome;
+mod reason;
+mod story;
+mod words;
+
+use std::fmt;
+
+use truss::ids::Step;
+
+use crate::campaign::Campaign;
+use crate::error::StudyError;
+use crate::record::ScenarioRecord;
+
+use account::Account;
+use story::Story;
+
+/// What a line tells of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LineKind {
+    /// What the run is.
+    Setting,
+    /// Every channel is watched from here on.
+    Watching,
+    /// The fault began.
+    Injected,
+    /// A channel changed.
+    Change,
+    /// A module asked a peer.
+    Asked,
+    /// The peer answered.
+    Answered,
+    /// A change was explained by another component's fault.
+    Explained,
+    /// A component was named as faulty.
+    Fault,
+    /// A change could not be judged.
+    Unconfirmed,
+    /// Several alike, in short.
+    More,
+    /// What came of the run.
+    Outcome,
+    /// Why something was not as it should be.
+    Because,
+}
+
+impl LineKind {
+    /// A word for the margin.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            LineKind::Setting => "scenario",
+            LineKind::Watching => "watching",
+            LineKind::Injected => "INJECT",
+            LineKind::Change => "change",
+            LineKind::Asked => "asked",
+            LineKind::Answered => "answered",
+            LineKind::Explained => "explained",
+            LineKind::Fault => "FAULT",
+            LineKind::Unconfirmed => "open",
+            LineKind::More => "more",
+            LineKind::Outcome => "outcome",
+            LineKind::Because => "because",
+        }
+    }
+}
+
+/// One line of an explanation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// When it happened \[s\].
+    pub time_s: f64,
+    /// At which step it happened.
+    pub step: Step,
+    /// What it tells of.
+    pub kind: LineKind,
+    /// The words, without a line break.
+    pub text: String,
+}
+
+/// `10.836 s  change     module1/actuator/a3, divergence …`
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Line { time_s, kind, text, .. } = self;
+        write!(f, "{time_s:>7.3} s  {:<9}  {text}", kind.as_str())
+    }
+}
+
+/// A scenario in words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Explanation {
+    /// What happened, in order.
+    pub lines: Vec<Line>,
+    /// What came of it.
+    pub record: ScenarioRecord,
+}
+
+/// One line each, each with its end.
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.lines.iter().try_for_each(|line| writeln!(f, "{line}"))
+    }
+}
+
+/// Runs a scenario once more and tells what happens.
+///
+/// # Errors
+/// A plant or diagnosers that cannot be made.
+pub fn explain(campaign: &Campaign, number: u64) -> Result<Explanation, StudyError> {
+    let account = Account::take(campaign, number)?;
+    let lines = Story::new(&account).tell();
+    Ok(Explanation { lines, record: account.record })
+}

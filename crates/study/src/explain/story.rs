@@ -1,0 +1,329 @@
+//! From what happened to lines. The changes that decide something are told one by one; those that only
+//! repeat what is known are told in one line for each cause.
+
+use std::collections::BTreeMap;
+
+use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
+use truss::ids::{ComponentPath, ModuleName, Step};
+
+use super::account::{Account, Changed, Fate, Root};
+use super::words::{Clock, counted, describe, list, often, times};
+use super::{Line, LineKind, outcome, reason};
+use crate::rig::Occurrence;
+
+/// Most changes of an answer, or channels of a summary, that are named.
+const SHOWN: usize = 4;
+
+/// Tells an account.
+pub(super) struct Story<'a> {
+    account: &'a Account<'a>,
+    clock: Clock,
+    /// Which of the account's changes are told one by one.
+    told: Vec<bool>,
+    lines: Vec<Line>,
+}
+
+impl<'a> Story<'a> {
+    pub(super) fn new(account: &'a Account<'a>) -> Self {
+        Self { account, clock: account.clock(), told: choose(account), lines: Vec::new() }
+    }
+
+    /// All lines, in the order of their steps.
+    pub(super) fn tell(mut self) -> Vec<Line> {
+        self.setting();
+        self.injection();
+        for (step, occurrence) in &self.account.moments {
+            match occurrence {
+                Occurrence::Change { module, change } => self.change(*step, module, change),
+                Occurrence::Question { asker, peer, question, .. } => {
+                    if self.is_needed(asker, question) {
+                        self.question(*step, asker, peer, question);
+                        self.answer(*step, occurrence);
+                    }
+                }
+                Occurrence::Transition { module, transition } => {
+                    let component = path(module, &transition.component);
+                    self.verdict(*step, &component, transition.detection, &transition.verdict);
+                }
+            }
+        }
+        // What lies in the same step stays in the order in which it happened.
+        self.lines.sort_by_key(|line| line.step);
+        self.lines.extend(outcome::tell(self.account));
+        self.lines
+    }
+
+    fn add(&mut self, step: Step, kind: LineKind, text: String) {
+        self.lines.push(Line { time_s: self.clock.seconds(step), step, kind, text });
+    }
+
+    fn setting(&mut self) {
+        let record = &self.account.record;
+        let rule = match self.account.campaign.setups.first().map(|setup| setup.isolation.rule) {
+            Some(Rule::Paper) => "the paper's rule",
+            Some(Rule::FirstChange) | None => "the first change names the fault",
+        };
+        let text = format!(
+            "number {} of seed {}: {} in a wind of {:.1} m/s; {rule}",
+            record.number,
+            self.account.campaign.seed,
+            self.clock.time(Step(record.steps)),
+            record.base_speed_m_per_s,
+        );
+        self.add(Step(0), LineKind::Setting, text);
+        if let Some(since) = self.account.watching_since {
+            self.add(since, LineKind::Watching, "every channel is watched from here on".to_owned());
+        }
+    }
+
+    fn injection(&mut self) {
+        let record = &self.account.record;
+        let reading = record.reading_over_noise.map_or_else(String::new, |reading| {
+            format!("; right before, it read {} its noise", times(reading))
+        });
+        let text = format!("{}: {}{reading}", record.component, describe(&record.fault));
+        if record.onset.0 < record.steps {
+            self.add(record.onset, LineKind::Injected, text);
+        }
+    }
+
+    fn change(&mut self, step: Step, module: &ModuleName, change: &Change) {
+        let component = path(module, &change.component);
+        let mut changes = self.account.changes.iter();
+        let found = changes.position(|c| c.step == change.step && c.component == component);
+        let Some((place, changed)) = found.map(|place| (place, &self.account.changes[place]))
+        else {
+            return;
+        };
+        if self.told.get(place) == Some(&true) {
+            let text = self.change_text(changed);
+            self.add(step, LineKind::Change, text);
+        } else if let Some(text) = self.summary(place) {
+            self.add(step, LineKind::More, text);
+        }
+    }
+
+    fn change_text(&self, changed: &Changed) -> String {
+        let Changed { component, step, rising_since, ratio, .. } = changed;
+        let record = &self.account.record;
+        let rising = match step.since(*rising_since) {
+            0 => "at once".to_owned(),
+            steps => format!("within {}", self.clock.span(steps)),
+        };
+        let faulty = if component == &record.component && *step >= record.onset {
+            match step.since(record.onset) {
+                0 => ", in the very step of the fault".to_owned(),
+                steps => format!(", {} after the fault began", self.clock.span(steps)),
+            }
+        } else {
+            String::new()
+        };
+        format!("{component} rose {rising} to {} its threshold{faulty}", times(*ratio))
+    }
+
+    /// The untold changes with the same cause as this one, if it is the last of them.
+    fn summary(&self, place: usize) -> Option<String> {
+        let cause = cause(&self.account.changes[place])?;
+        let alike = |p: &usize| !self.told[*p] && cause_is(&self.account.changes[*p], &cause);
+        let places: Vec<usize> = (0..self.account.changes.len()).filter(alike).collect();
+        if places.last() != Some(&place) {
+            return None;
+        }
+        let first = self.account.changes[*places.first()?].step;
+        let since = match places.len() {
+            1 => String::new(),
+            _ => format!(" from {} on", self.clock.time(first)),
+        };
+        Some(match cause {
+            Cause::Known { component } => {
+                format!("{component}, named already, changed again {}{since}", often(places.len()))
+            }
+            Cause::Explained { root } => {
+                let count = counted(places.len(), "further change");
+                let were = if places.len() == 1 { "was" } else { "were" };
+                let channels = self.channels(&places);
+                let asked = match self.questions_for(&places) {
+                    0 => String::new(),
+                    questions => format!("; {} asked", counted(questions, "more question")),
+                };
+                let root = root.component;
+                format!("{count}{since} {were} explained by {root} too: {channels}{asked}")
+            }
+        })
+    }
+
+    /// The channels of these changes, each with how often it changed.
+    fn channels(&self, places: &[usize]) -> String {
+        let mut channels: BTreeMap<&ComponentPath, usize> = BTreeMap::new();
+        for &place in places {
+            *channels.entry(&self.account.changes[place].component).or_default() += 1;
+        }
+        let mut channels: Vec<_> = channels.into_iter().collect();
+        channels.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
+        let named = channels.into_iter().map(|(channel, count)| match count {
+            1 => channel.to_string(),
+            count => format!("{channel} {}", often(count)),
+        });
+        list(&named.collect::<Vec<_>>(), SHOWN)
+    }
+
+    /// How many untold questions these changes gave rise to.
+    fn questions_for(&self, places: &[usize]) -> usize {
+        let about = |asker: &ModuleName, question: &Question| {
+            places.iter().any(|&place| {
+                let changed = &self.account.changes[place];
+                changed.component.module == *asker && changed.decided() == Some(question.as_of)
+            })
+        };
+        let untold = self.account.moments.iter().filter(|(_, occurrence)| match occurrence {
+            Occurrence::Question { asker, question, .. } => {
+                about(asker, question) && !self.is_needed(asker, question)
+            }
+            _ => false,
+        });
+        untold.count()
+    }
+
+    /// Does a verdict that is told rest on this question?
+    fn is_needed(&self, asker: &ModuleName, question: &Question) -> bool {
+        self.account.changes.iter().zip(&self.told).any(|(changed, told)| {
+            let waits = match &changed.fate {
+                Fate::Fault { decided } | Fate::Explained { decided, .. } => {
+                    *decided == question.as_of
+                }
+                Fate::Open => changed.step <= question.as_of,
+                Fate::Known { .. } => false,
+            };
+            *told && waits && changed.component.module == *asker
+        })
+    }
+
+    fn question(&mut self, step: Step, asker: &ModuleName, peer: &ModuleName, q: &Question) {
+        let (from, as_of) = (self.clock.time(q.from), self.clock.time(q.as_of));
+        let text = match q.from {
+            Step(0) => format!("{asker} asked {peer} for all its changes as of {as_of}"),
+            _ => format!("{asker} asked {peer} for its changes from {from} as of {as_of}"),
+        };
+        self.add(step, LineKind::Asked, text);
+    }
+
+    fn answer(&mut self, step: Step, occurrence: &Occurrence) {
+        let Occurrence::Question { asker, peer, changes, actuator_faults, .. } = occurrence else {
+            return;
+        };
+        let changed = self.changes_told(peer, changes);
+        let held = self.faults_told(peer, actuator_faults);
+        // What the asker judges by comes first.
+        let text = match (self.rule(asker), held) {
+            (Rule::FirstChange, None) => changed,
+            (Rule::FirstChange, Some(held)) => format!("{changed}; {held}"),
+            (Rule::Paper, None) => format!("no actuator is held for faulty; {changed}"),
+            (Rule::Paper, Some(held)) => format!("{held}; {changed}"),
+        };
+        self.add(step, LineKind::Answered, format!("{peer}: {text}"));
+    }
+
+    fn changes_told(&self, peer: &ModuleName, changes: &[Change]) -> String {
+        let told = changes.iter().map(|change| {
+            let (at, ratio) = (self.clock.time(change.step), times(change.ratio));
+            format!("{peer}/{} changed at {at} ({ratio})", change.component)
+        });
+        match changes {
+            [] => "no change in that time".to_owned(),
+            _ => list(&told.collect::<Vec<_>>(), SHOWN),
+        }
+    }
+
+    fn faults_told(&self, peer: &ModuleName, faults: &[ActuatorFault]) -> Option<String> {
+        let told = faults.iter().map(|fault| {
+            format!("{peer}/actuator/{} since {}", fault.actuator, self.clock.time(fault.step))
+        });
+        let told: Vec<String> = told.collect();
+        (!told.is_empty()).then(|| format!("held for faulty: {}", list(&told, SHOWN)))
+    }
+
+    fn verdict(&mut self, step: Step, component: &ComponentPath, at: Step, verdict: &Verdict) {
+        let mut changes = self.account.changes.iter().zip(&self.told);
+        let found = changes.find(|(c, told)| **told && c.step == at && c.component == *component);
+        let Some((changed, _)) = found else { return };
+        match verdict {
+            Verdict::Latched => {
+                let why = reason::of_fault(self.account, changed);
+                self.add(step, LineKind::Fault, format!("{component}: {why}"));
+            }
+            Verdict::Explained { by, since } => {
+                let root = Root { component: by.clone(), step: *since };
+                let why = reason::of_explanation(self.account, changed, &root);
+                self.add(step, LineKind::Explained, format!("{component}: {why}"));
+            }
+            Verdict::Unconfirmed { silent } => {
+                let silent: Vec<_> = silent.iter().map(ModuleName::to_string).collect();
+                let text = format!("{component}: no usable answer from {}", silent.join(", "));
+                self.add(step, LineKind::Unconfirmed, text);
+            }
+            Verdict::Normal | Verdict::Tentative => {}
+        }
+    }
+
+    fn rule(&self, module: &ModuleName) -> Rule {
+        self.account.isolation(module).map_or(Rule::default(), |isolation| isolation.rule)
+    }
+}
+
+/// Why changes need not be told one by one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Cause {
+    /// The component was named as faulty before.
+    Known { component: ComponentPath },
+    /// They are explained by this.
+    Explained { root: Root },
+}
+
+fn cause(changed: &Changed) -> Option<Cause> {
+    match &changed.fate {
+        Fate::Known { .. } => Some(Cause::Known { component: changed.component.clone() }),
+        Fate::Explained { root, .. } => Some(Cause::Explained { root: root.clone() }),
+        Fate::Fault { .. } | Fate::Open => None,
+    }
+}
+
+fn cause_is(changed: &Changed, cause: &Cause) -> bool {
+    match (&changed.fate, cause) {
+        (Fate::Known { .. }, Cause::Known { component }) => changed.component == *component,
+        (Fate::Explained { root, .. }, Cause::Explained { root: wanted }) => root == wanted,
+        _ => false,
+    }
+}
+
+/// Which changes are told one by one: faults, what was not judged, the first change of the faulty
+/// component, and of the explained ones the first of each module for each root and the root's ties.
+fn choose(account: &Account) -> Vec<bool> {
+    let record = &account.record;
+    let mut seen: Vec<(&ModuleName, &Root)> = Vec::new();
+    let mut faulty_told = false;
+    let mut told = Vec::with_capacity(account.changes.len());
+    for changed in &account.changes {
+        let faulty = changed.component == record.component && changed.step >= record.onset;
+        let first_faulty = faulty && !faulty_told;
+        faulty_told |= faulty;
+        told.push(match &changed.fate {
+            Fate::Fault { .. } | Fate::Open => true,
+            Fate::Known { .. } => first_faulty,
+            Fate::Explained { root, .. } => {
+                let module = (&changed.component.module, root);
+                let first = !seen.contains(&module);
+                if first {
+                    seen.push(module);
+                }
+                let rival = account.change(&root.component, root.step);
+                let tie = rival.is_some_and(|root| reason::is_tie(account, root, changed));
+                first || first_faulty || tie
+            }
+        });
+    }
+    told
+}
+
+fn path(module: &ModuleName, component: &truss::ids::Component) -> ComponentPath {
+    ComponentPath { module: module.clone(), component: component.clone() }
+}

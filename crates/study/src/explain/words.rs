@@ -1,0 +1,117 @@
+//! Numbers, times and faults as people read them.
+
+use truss::fault::Fault;
+use truss::ids::Step;
+
+/// Writes steps as times.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clock {
+    /// Length of a step \[s\].
+    pub(super) step_s: f64,
+}
+
+impl Clock {
+    pub(super) fn seconds(self, step: Step) -> f64 {
+        step.0 as f64 * self.step_s
+    }
+
+    /// `10.836 s`
+    pub(super) fn time(self, step: Step) -> String {
+        format!("{:.3} s", self.seconds(step))
+    }
+
+    /// `14 ms`, `2.500 s`
+    pub(super) fn span(self, steps: u64) -> String {
+        let milliseconds = (steps as f64 * self.step_s * 1e6).round() / 1e3;
+        if milliseconds < 1000.0 {
+            format!("{milliseconds} ms")
+        } else {
+            format!("{:.3} s", milliseconds / 1e3)
+        }
+    }
+}
+
+/// A ratio: `less than 0.1 times`, `3.1 times`, `512 times`.
+pub(super) fn times(ratio: f64) -> String {
+    match ratio {
+        // Written otherwise it would read as if it were at the threshold.
+        r if (0.95..1.0).contains(&r) => "0.9 times".to_owned(),
+        r if r < 0.05 => "less than 0.1 times".to_owned(),
+        r if r < 100.0 => format!("{r:.1} times"),
+        r if r < 1e6 => format!("{r:.0} times"),
+        r => format!("{r:.1e} times"),
+    }
+}
+
+/// `once`, `twice`, `7 times`
+pub(super) fn often(count: usize) -> String {
+    match count {
+        1 => "once".to_owned(),
+        2 => "twice".to_owned(),
+        count => format!("{count} times"),
+    }
+}
+
+/// `1 channel`, `2 channels`
+pub(super) fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
+/// The first `shown` of a list, and how many more there are.
+pub(super) fn list(items: &[String], shown: usize) -> String {
+    // One more costs no more room than to say that there is one.
+    if items.len() <= shown + 1 {
+        return items.join(", ");
+    }
+    format!("{} and {} more", items[..shown].join(", "), items.len() - shown)
+}
+
+/// A fault with its size.
+pub(super) fn describe(fault: &Fault) -> String {
+    let micrometres = |metres: f64| metres * 1e6;
+    match *fault {
+        Fault::InternalLeakage { area_m2 } => {
+            format!("oil leaks from chamber A into chamber B, coefficient {area_m2:.2e} m²")
+        }
+        Fault::ExternalLeakageA { area_m2 } => {
+            format!("chamber A leaks to the outside, coefficient {area_m2:.2e} m²")
+        }
+        Fault::ExternalLeakageB { area_m2 } => {
+            format!("chamber B leaks to the outside, coefficient {area_m2:.2e} m²")
+        }
+        Fault::HardOver {} => "hard-over, the inlet valve of chamber A is fully open".to_owned(),
+        Fault::Bias { offset_m } => format!("bias of {:+.1} µm", micrometres(offset_m)),
+        Fault::RandomWalk { drift_m_per_s, increment_m } => format!(
+            "random walk, {:+.1} µm/s on average with steps of {:.2} µm",
+            micrometres(drift_m_per_s),
+            micrometres(increment_m)
+        ),
+        Fault::ZeroOutput {} => "zero output, the gage reads nothing but noise".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_below_one_never_read_as_one() {
+        let read: Vec<_> = [0.0, 0.05, 0.94, 0.999, 1.0, 3.17, 512.4].map(times).into();
+        let expected = ["less than 0.1", "0.1", "0.9", "0.9", "1.0", "3.2", "512"];
+        assert_eq!(read, expected.map(|text| format!("{text} times")));
+    }
+
+    #[test]
+    fn spans_are_short_and_times_are_not() {
+        let clock = Clock { step_s: 5e-4 };
+        assert_eq!(clock.time(Step(21_001)), "10.501 s");
+        assert_eq!([3, 4, 5000].map(|n| clock.span(n)), ["1.5 ms", "2 ms", "2.500 s"]);
+    }
+
+    #[test]
+    fn long_lists_are_cut() {
+        let items: Vec<String> = "abcd".chars().map(String::from).collect();
+        assert_eq!(list(&items, 3), "a, b, c, d");
+        assert_eq!(list(&items, 2), "a, b and 2 more");
+    }
+}

@@ -1,0 +1,166 @@
+//! Axes: from values to places along them.
+
+use super::ticks::{self, Tick};
+
+/// Share of an automatic range that is left empty at either end.
+const PADDING: f64 = 0.05;
+
+/// How values become places.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm; values must be above 0, others are not drawn.
+    Log,
+    /// One place each for these names; value i stands for name i.
+    Categories(Vec<String>),
+}
+
+/// An axis of a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// What it shows, with the unit.
+    pub label: String,
+    /// How values become places.
+    pub scale: Scale,
+    /// First and last value; from the data if not given.
+    pub range: Option<[f64; 2]>,
+    /// Whether ticks are labelled; panels above one another need it once.
+    pub tick_labels: bool,
+}
+
+impl Axis {
+    /// An evenly divided axis that fits its data.
+    #[must_use]
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self::new(label.into(), Scale::Linear)
+    }
+
+    /// A logarithmic axis that fits its data.
+    #[must_use]
+    pub fn log(label: impl Into<String>) -> Self {
+        Self::new(label.into(), Scale::Log)
+    }
+
+    /// An axis of names.
+    #[must_use]
+    pub fn categories(label: impl Into<String>, names: Vec<String>) -> Self {
+        Self::new(label.into(), Scale::Categories(names))
+    }
+
+    fn new(label: String, scale: Scale) -> Self {
+        Self { label, scale, range: None, tick_labels: true }
+    }
+
+    /// The same axis over this range.
+    #[must_use]
+    pub fn over(self, range: [f64; 2]) -> Self {
+        Self { range: Some(range), ..self }
+    }
+
+    /// The same axis, for a panel that stands on another with the same one: neither label nor ticks'
+    /// labels.
+    #[must_use]
+    pub fn bare(self) -> Self {
+        Self { label: String::new(), tick_labels: false, ..self }
+    }
+
+    /// The axis over its own range or else that of the data.
+    pub(super) fn fit(&self, values: impl Iterator<Item = f64>) -> Fitted {
+        let transform = match self.scale {
+            Scale::Log => Transform::Log,
+            Scale::Linear | Scale::Categories(_) => Transform::Linear,
+        };
+        let [low, high] = match (&self.scale, self.range) {
+            (Scale::Categories(names), _) => [-0.5, names.len().max(1) as f64 - 0.5],
+            (_, Some(range)) => range.map(|value| transform.of(value)),
+            (_, None) => padded(values.map(|value| transform.of(value))),
+        };
+        Fitted { transform, low, high }
+    }
+
+    /// The ticks of the fitted axis, about `target` of them.
+    pub(super) fn ticks(&self, fitted: &Fitted, target: f64) -> Vec<Tick> {
+        let mut ticks = match &self.scale {
+            Scale::Linear => ticks::linear(fitted.low, fitted.high, target),
+            Scale::Log => ticks::log(fitted.low, fitted.high, target),
+            Scale::Categories(names) => ticks::named(names),
+        };
+        if !self.tick_labels {
+            ticks.iter_mut().for_each(|tick| tick.label.clear());
+        }
+        ticks
+    }
+}
+
+/// An axis whose range is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fitted {
+    transform: Transform,
+    /// The ends, transformed.
+    low: f64,
+    high: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Transform {
+    Linear,
+    Log,
+}
+
+impl Transform {
+    /// NaN where there is no place for the value.
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Transform::Linear => value,
+            Transform::Log if value > 0.0 => value.log10(),
+            Transform::Log => f64::NAN,
+        }
+    }
+}
+
+impl Fitted {
+    /// Where a value stands: 0 at the axis's start, 1 at its end, beyond that outside; NaN for a value
+    /// without a place.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        (self.transform.of(value) - self.low) / (self.high - self.low)
+    }
+}
+
+/// The range of the finite values with some room at either end.
+fn padded(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let finite = values.filter(|value| value.is_finite());
+    let all = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = finite.fold(all, |[low, high], x| [low.min(x), high.max(x)]);
+    if low > high {
+        return [0.0, 1.0];
+    }
+    let room = match PADDING * (high - low) {
+        0.0 => 0.5,
+        room => room,
+    };
+    [low - room, high + room]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_of_the_range_are_ends_of_the_axis() {
+        let linear = Axis::linear("x").over([2.0, 4.0]).fit(std::iter::empty());
+        assert_eq!([2.0, 3.0, 4.0, 5.0].map(|x| linear.place(x)), [0.0, 0.5, 1.0, 1.5]);
+        let log = Axis::log("x").over([0.01, 100.0]).fit(std::iter::empty());
+        assert_eq!([0.01, 1.0, 100.0].map(|x| log.place(x)), [0.0, 0.5, 1.0]);
+        assert!(log.place(0.0).is_nan() && log.place(-1.0).is_nan());
+    }
+
+    #[test]
+    fn a_range_from_data_holds_all_of_it_and_needs_none() {
+        let fitted = Axis::linear("x").fit([3.0, f64::NAN, -1.0].into_iter());
+        assert!(fitted.place(-1.0) > 0.0 && fitted.place(3.0) < 1.0);
+        let single = Axis::log("x").fit([5.0].into_iter());
+        assert!((single.place(5.0) - 0.5).abs() < 1e-12);
+        assert_eq!(Axis::linear("x").fit(std::iter::empty()).place(0.5), 0.5);
+    }
+}

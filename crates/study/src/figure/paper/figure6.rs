@@ -1,0 +1,68 @@
+//! Figure 6: a hard-over in an actuator of the first module, which the second module feels.
+
+use truss::fault::Fault;
+use truss::ids::ComponentKind::{Actuator, Sensor};
+
+use super::place;
+use super::story::Story;
+use crate::campaign::Campaign;
+use crate::error::StudyError;
+use crate::figure::{Figure, Row};
+
+const HARD_OVER_AT_S: f64 = 10.8;
+
+/// Figure 6 of the paper as SVG: the first equipped module's third actuator goes hard over at 10.8 s;
+/// demands and divergences of the actuators of all modules, readings and divergences of the gages of
+/// the first two.
+///
+/// # Errors
+/// A structure without this actuator or with a single equipped module; a plant or diagnosers that
+/// cannot be made.
+pub fn figure6(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
+    let faulty = place::actuator(&campaign.structure, 1, 3)?;
+    let modules = [&faulty.module, &place::module(&campaign.structure, 2)?.name].map(Clone::clone);
+    let fault = vec![(HARD_OVER_AT_S, faulty, Fault::HardOver {})];
+    let story = Story::run(campaign, seed, fault)?;
+    let actuators = story.all_channels(Actuator);
+    let mut demands = story.signals("Demands on the actuators", &actuators).marked(story.marks());
+    demands.x = demands.x.bare();
+    let divergences = story
+        .divergences("Actuators: divergence over its threshold", &actuators)
+        .marked(story.bare_marks());
+    let gages = [1, 2].map(|number| story.channels(number, Sensor));
+    let readings = modules.iter().zip(&gages).map(|(module, gages)| {
+        let panel = story.signals(format!("Readings of {module}"), gages);
+        let mut panel = panel.marked(story.bare_marks());
+        panel.x = panel.x.bare();
+        panel
+    });
+    let of_gages = modules.iter().zip(&gages).map(|(module, gages)| {
+        let panel = story.divergences(format!("Gages of {module}: divergence"), gages);
+        panel.marked(story.bare_marks()).marked(story.explanation(gages))
+    });
+    let close_ups = modules.iter().zip(&gages).map(|(module, gages)| {
+        story.close_up(format!("Close-up of the gages of {module}"), gages, 0)
+    });
+    let [near, far] = &modules;
+    let figure = Figure {
+        title: format!("A hard-over in {near}, and what {far} sees of it"),
+        subtitle: format!(
+            "Figure 6 of the paper, drawn anew with seed {seed}. {}.",
+            story.outcome()
+        ),
+        description: format!(
+            "Demands and divergences of the actuators, readings and divergences of the gages of \
+             {near} and {far} with a {}. {}.",
+            story.faults(),
+            story.outcome()
+        ),
+        rows: vec![
+            Row::new(130.0, vec![demands]),
+            Row::new(150.0, vec![divergences]),
+            Row::new(140.0, readings.collect()),
+            Row::new(150.0, of_gages.collect()),
+            Row::new(150.0, close_ups.collect()),
+        ],
+    };
+    Ok(figure.svg())
+}

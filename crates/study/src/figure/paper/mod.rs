@@ -1,0 +1,17 @@
+//! The figures of the paper's section 5, made anew by this program: the same faults at the same
+//! times, in any campaign.
+
+mod channels;
+mod faults;
+mod figure4;
+mod figure5;
+mod figure6;
+mod marks;
+mod panels;
+mod place;
+mod story;
+mod told;
+
+pub use figure4::figure4;
+pub use figure5::figure5;
+pub use figure6::figure6;

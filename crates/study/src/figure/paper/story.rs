@@ -1,0 +1,120 @@
+//! A run with given faults, and what came of it.
+
+use truss::ids::{ComponentKind, ComponentPath, Step};
+
+use super::channels::Channels;
+use super::faults;
+use super::told::{self, Told};
+use crate::campaign::Campaign;
+use crate::error::StudyError;
+use crate::schedule::{Injection, Schedule};
+use crate::trace::Trace;
+
+/// What the paper's figures show of their runs \[s\].
+pub(super) const WINDOW_S: [f64; 2] = [10.4, 11.8];
+
+/// A run that a figure shows.
+pub(super) struct Story {
+    pub(super) trace: Trace,
+    pub(super) told: Vec<Told>,
+    pub(super) injections: Vec<Injection>,
+    pub(super) step_s: f64,
+}
+
+impl Story {
+    /// Runs the campaign's plant with faults that begin at these times \[s\].
+    pub(super) fn run(
+        campaign: &Campaign,
+        seed: u64,
+        faults: Vec<(f64, ComponentPath, truss::fault::Fault)>,
+    ) -> Result<Self, StudyError> {
+        let step_s = campaign.parameters.step_s;
+        let injections: Vec<Injection> = (faults.into_iter())
+            .map(|(at_s, component, fault)| {
+                let at = Step((at_s / step_s).round() as u64);
+                Injection { at, until: None, component, fault }
+            })
+            .collect();
+        let mut rig = campaign.rig(seed, Schedule::new(injections.clone()))?;
+        let trace = Trace::record(&mut rig, (WINDOW_S[1] / step_s).ceil() as u64)?;
+        Ok(Self { told: told::told(&trace), trace, injections, step_s })
+    }
+
+    /// Components of this kind in equipped module `number`, counted from 1.
+    pub(super) fn channels(&self, number: usize, kind: ComponentKind) -> Channels<'_> {
+        let module = self.trace.modules.get(number.saturating_sub(1));
+        Channels { modules: module.into_iter().collect(), kind }
+    }
+
+    /// Components of this kind in all modules.
+    pub(super) fn all_channels(&self, kind: ComponentKind) -> Channels<'_> {
+        Channels { modules: self.trace.modules.iter().collect(), kind }
+    }
+
+    /// Time of a step \[s\].
+    pub(super) fn seconds(&self, step: Step) -> f64 {
+        step.0 as f64 * self.step_s
+    }
+
+    /// The verdict on a component that is faulty, if there is one: that it is or, failing that, that
+    /// something else is.
+    pub(super) fn told_of(&self, injection: &Injection) -> Option<&Told> {
+        let is_of =
+            |told: &&Told| told.component == injection.component && told.detection >= injection.at;
+        let mut all = self.told.iter().filter(is_of);
+        let named = all.clone().find(|told| told.by.is_none());
+        named.or_else(|| all.next())
+    }
+
+    /// Time from a fault to a step \[ms\].
+    pub(super) fn ms_since(&self, injection: &Injection, step: Step) -> f64 {
+        1e3 * self.step_s * step.since(injection.at) as f64
+    }
+
+    /// What became of these channels, module by module.
+    pub(super) fn summary(&self, channels: &Channels) -> String {
+        let summaries: Vec<String> = (channels.modules.iter())
+            .map(|module| {
+                let count = channels.of(module).count();
+                told::summary(&self.told, &module.module, channels.kind, count)
+            })
+            .collect();
+        let several = summaries.len() > 1;
+        let named = summaries.iter().zip(&channels.modules).map(|(summary, module)| {
+            if several { format!("{}: {summary}", module.module) } else { summary.clone() }
+        });
+        named.collect::<Vec<_>>().join(" · ")
+    }
+
+    /// What these faults are, in a sentence.
+    pub(super) fn faults(&self) -> String {
+        let fault = |injection: &Injection| {
+            let Injection { at, component, fault, .. } = injection;
+            format!("{} in {component} at {:.1} s", faults::words(fault), self.seconds(*at))
+        };
+        self.injections.iter().map(fault).collect::<Vec<_>>().join(" and ")
+    }
+
+    /// What came of it, in a sentence.
+    pub(super) fn outcome(&self) -> String {
+        let outcome = |injection: &Injection| {
+            let component = &injection.component;
+            let Some(told) = self.told_of(injection) else {
+                return format!("{component} is not found");
+            };
+            let [changed, decided] =
+                [told.detection, told.decided].map(|step| self.ms_since(injection, step));
+            match &told.by {
+                None => format!(
+                    "{component} changes after {changed:.0} ms and is named after {decided:.0} ms"
+                ),
+                Some(by) => format!(
+                    "{component} changes after {changed:.0} ms and is taken for an effect of {by}"
+                ),
+            }
+        };
+        let mut outcomes: Vec<String> = self.injections.iter().map(outcome).collect();
+        outcomes.extend(self.wrong().map(|mark| mark.label));
+        outcomes.join("; ")
+    }
+}

@@ -1,0 +1,97 @@
+//! Power curves: how likely a fault of some size is found, and how soon.
+
+use super::page::{Figure, Row};
+use super::panel::{Mark, MarkKind, Panel};
+use super::series::{Series, Shape, Stroke};
+use super::{Axis, ticks};
+use crate::power::PowerCurve;
+
+/// Most curves side by side, and most if a title is longer than so many letters.
+const COLUMNS: usize = 3;
+const WIDE_COLUMNS: usize = 2;
+const LONG_TITLE: usize = 32;
+/// The probability that counts as found.
+const RELIABLE: f64 = 0.95;
+/// The axis of probabilities \[%\], with some room for markers at either end.
+const PERCENT: [f64; 2] = [-4.0, 104.0];
+/// Room above the largest delay, as a share of it.
+const ROOM: f64 = 1.15;
+
+/// Power curves as SVG: for each, detection probability with its confidence band and, below, the
+/// median delay, both against the fault's size on a logarithmic axis.
+#[must_use]
+pub fn power_figure(curves: &[PowerCurve]) -> String {
+    let columns = columns(curves);
+    let rows = curves.chunks(columns).flat_map(|curves| {
+        let probabilities = curves.iter().map(probability).collect();
+        let delays = curves.iter().map(delay).collect();
+        [Row::new(150.0, probabilities), Row::new(100.0, delays)].map(|row| row.columns(columns))
+    });
+    let figure = Figure {
+        title: "How large a fault must be to be found".to_owned(),
+        subtitle: "Share of runs in which the fault is found (band: confidence interval) and median delay; \
+                   dashed: 95\u{a0}%"
+            .to_owned(),
+        description: curves.iter().map(sentence).collect::<Vec<_>>().join(" "),
+        rows: rows.collect(),
+    };
+    figure.svg()
+}
+
+/// Columns for these curves: as few as leave no more rows than the most columns would.
+fn columns(curves: &[PowerCurve]) -> usize {
+    let is_long = |curve: &PowerCurve| curve.title.chars().count() > LONG_TITLE;
+    let most = if curves.iter().any(is_long) { WIDE_COLUMNS } else { COLUMNS };
+    let rows = curves.len().div_ceil(most).max(1);
+    curves.len().div_ceil(rows).max(1)
+}
+
+fn probability(curve: &PowerCurve) -> Panel {
+    let points = curve.points.iter().map(|point| [point.size, 100.0 * point.probability]);
+    let spread = curve.points.iter().map(|point| [100.0 * point.low, 100.0 * point.high]);
+    let series = Series::new("", Shape::MarkedLine, stroke(), points.collect());
+    let y = Axis::linear("found [%]").over(PERCENT);
+    let found = curve.smallest_95.map(|size| {
+        let label = format!("{} {}", ticks::short(size), curve.unit);
+        Mark::new(MarkKind::Verdict, size, label)
+    });
+    Panel::new(&curve.title, size_axis(curve).bare(), y, vec![series.spread(spread.collect())])
+        .marked([Mark::new(MarkKind::Level, 100.0 * RELIABLE, "")])
+        .marked(found)
+}
+
+fn delay(curve: &PowerCurve) -> Panel {
+    let delays = curve.points.iter().filter_map(|p| p.median_delay_ms.map(|delay| [p.size, delay]));
+    let points: Vec<[f64; 2]> = delays.collect();
+    let longest = points.iter().map(|point| point[1]).fold(1.0, f64::max);
+    let series = Series::new("", Shape::MarkedLine, stroke(), points);
+    let y = Axis::linear("delay [ms]").over([0.0, ROOM * longest]);
+    let found = curve.smallest_95.map(|size| Mark::new(MarkKind::Verdict, size, ""));
+    Panel::new("Delay", size_axis(curve), y, vec![series]).marked(found)
+}
+
+fn stroke() -> Stroke {
+    Stroke { width: 1.8, ..Stroke::nth(0) }
+}
+
+/// The same for both panels of a curve, whichever points they have.
+fn size_axis(curve: &PowerCurve) -> Axis {
+    let sizes = curve.points.iter().map(|point| point.size).filter(|size| *size > 0.0);
+    let ends = [f64::INFINITY, 0.0];
+    let [low, high] = sizes.fold(ends, |[low, high], x| [low.min(x), f64::max(high, x)]);
+    let axis = Axis::log(format!("size [{}]", curve.unit));
+    // A little room, the same on either side.
+    if low <= high { axis.over([low / 1.15, high * 1.15]) } else { axis.over([0.1, 10.0]) }
+}
+
+fn sentence(curve: &PowerCurve) -> String {
+    match curve.smallest_95 {
+        Some(size) => format!(
+            "{}: found in 95 % of the runs from {} {} on.",
+            curve.title,
+            ticks::short(size),
+            curve.unit
+        ),
+        None => format!("{}: no size tried is found in 95 % of the runs.", curve.title),
+    }
+}

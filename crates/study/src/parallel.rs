@@ -1,0 +1,89 @@
+//! Independent pieces of work, several at a time.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Does `work` for every item, `jobs` at a time, in their order as far as that goes. `done` takes the
+/// results one at a time, in the order in which they come. Nothing new is begun once `stop` is set or
+/// `work` or `done` has failed.
+///
+/// # Errors
+/// The first error of `work` or `done`.
+pub fn for_each<I: Sync, T: Send, E: Send>(
+    items: &[I],
+    jobs: usize,
+    stop: &AtomicBool,
+    work: impl Fn(&I) -> Result<T, E> + Sync,
+    done: impl FnMut(&I, T) -> Result<(), E> + Send,
+) -> Result<(), E> {
+    let next = AtomicUsize::new(0);
+    let sink = Mutex::new((done, Ok(())));
+    let failed = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        for _ in 0..jobs.clamp(1, items.len().max(1)) {
+            scope.spawn(|| {
+                while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
+                    let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+                    let result = work(item);
+                    let mut sink = sink.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                    let (done, outcome) = &mut *sink;
+                    if outcome.is_ok() {
+                        *outcome = result.and_then(|result| done(item, result));
+                    }
+                    failed.fetch_or(outcome.is_err(), Ordering::Relaxed);
+                }
+            });
+        }
+    });
+    sink.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_item_is_done_once_whatever_the_number_of_jobs() {
+        let items: Vec<u64> = (0..50).collect();
+        for jobs in [0, 1, 3, 100] {
+            let mut results = Vec::new();
+            let done = |item: &u64, result: u64| {
+                results.push((*item, result));
+                Ok(())
+            };
+            let stop = AtomicBool::new(false);
+            let work = |item: &u64| Ok::<_, String>(item * item);
+            for_each(&items, jobs, &stop, work, done).unwrap();
+            results.sort_unstable();
+            assert_eq!(results, items.iter().map(|i| (*i, i * i)).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn an_error_ends_it_and_nothing_is_told_afterwards() {
+        let items: Vec<u64> = (0..1000).collect();
+        let stop = AtomicBool::new(false);
+        let mut told = 0;
+        let work = |item: &u64| if *item == 3 { Err("three") } else { Ok(()) };
+        let done = |_: &u64, ()| {
+            told += 1;
+            Ok(())
+        };
+        assert_eq!(for_each(&items, 2, &stop, work, done), Err("three"));
+        assert!(told <= 5, "{told}");
+    }
+
+    #[test]
+    fn nothing_new_is_begun_once_stopped() {
+        let items = [(); 100];
+        let stop = AtomicBool::new(false);
+        let mut told = 0;
+        let done = |_: &(), ()| {
+            told += 1;
+            stop.store(true, Ordering::Relaxed);
+            Ok::<_, String>(())
+        };
+        for_each(&items, 1, &stop, |()| Ok(()), done).unwrap();
+        assert_eq!(told, 1);
+    }
+}

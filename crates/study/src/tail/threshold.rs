@@ -1,0 +1,245 @@
+//! The threshold that a channel's peaks reach as often as is tolerated.
+
+use truss::ids::ComponentPath;
+
+use super::largest_peaks::LargestPeaks;
+use super::pareto::Pareto;
+use super::pareto_fit::ParetoFit;
+
+/// One peak in this many belongs to the tail.
+const PEAKS_PER_EXCESS: u64 = 100;
+/// Fewest peaks that make a tail.
+const FEWEST_EXCESSES: u64 = 50;
+/// Largest standard deviation of ln γ: γ is then known to a factor of two either way.
+const LARGEST_SPREAD: f64 = std::f64::consts::LN_2;
+
+/// Peaks from which no threshold can be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TailError {
+    /// A rate out of range.
+    #[error("{0} false alarms per hour; use a finite number above 0")]
+    Rate(f64),
+    /// Too few peaks.
+    #[error(
+        "`{channel}`: {found} peaks in {hours:.2} h are too few for a tail, which needs {}; calibrate on {:.2} h or more",
+        FEWEST_EXCESSES * PEAKS_PER_EXCESS,
+        needed_hours
+    )]
+    TooFew {
+        /// The channel.
+        channel: ComponentPath,
+        /// Peaks found.
+        found: u64,
+        /// Hours of data.
+        hours: f64,
+        /// Hours needed.
+        needed_hours: f64,
+    },
+    /// The tolerated rate is so high that its threshold lies below the tail.
+    #[error(
+        "`{channel}`: {per_hour:.3} false alarms per hour of one channel are no rare event; its tail begins at {tail_per_hour:.0}, use less"
+    )]
+    TooFrequent {
+        /// The channel.
+        channel: ComponentPath,
+        /// Tolerated of this channel.
+        per_hour: f64,
+        /// Peaks of the tail per hour.
+        tail_per_hour: f64,
+    },
+    /// Peaks that follow no tail.
+    #[error("`{channel}`: the {excesses} largest peaks are all alike; is its residual stuck?")]
+    Alike {
+        /// The channel.
+        channel: ComponentPath,
+        /// Peaks of the tail.
+        excesses: usize,
+    },
+    /// The data leave the threshold too uncertain.
+    #[error(
+        "`{channel}`: {hours:.2} h leave the threshold uncertain by a factor of {factor:.1} (shape of the tail {shape:.2}); calibrate on about {needed_hours:.1} h or tolerate more false alarms"
+    )]
+    TooUncertain {
+        /// The channel.
+        channel: ComponentPath,
+        /// Hours of data.
+        hours: f64,
+        /// exp of the standard deviation of ln γ.
+        factor: f64,
+        /// ξ.
+        shape: f64,
+        /// Hours needed, about.
+        needed_hours: f64,
+    },
+}
+
+impl TailError {
+    /// Hours of data that are needed instead, about; infinite where more data would not help.
+    #[must_use]
+    pub fn needed_hours(&self) -> f64 {
+        match self {
+            TailError::TooFew { needed_hours, .. }
+            | TailError::TooUncertain { needed_hours, .. } => *needed_hours,
+            TailError::Rate(_) | TailError::TooFrequent { .. } | TailError::Alike { .. } => {
+                f64::INFINITY
+            }
+        }
+    }
+}
+
+/// The tail of one channel's peaks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelTail {
+    channel: ComponentPath,
+    hours: f64,
+    /// D above which the tail begins.
+    level: f64,
+    excesses: usize,
+    fit: ParetoFit,
+}
+
+/// A threshold, and what it rests on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TailThreshold {
+    /// γ.
+    pub threshold: f64,
+    /// The tail above its level.
+    pub tail: Pareto,
+    /// D above which the tail begins.
+    pub level: f64,
+    /// Peaks above the level.
+    pub excesses: usize,
+    /// Standard deviation of ln γ.
+    pub log_spread: f64,
+}
+
+impl ChannelTail {
+    /// The tail of the peaks of `hours` of data: the uppermost of a hundred, as far as they are kept.
+    ///
+    /// # Errors
+    /// Too few peaks, or all alike.
+    pub fn new(
+        channel: &ComponentPath,
+        peaks: &LargestPeaks,
+        hours: f64,
+    ) -> Result<ChannelTail, TailError> {
+        let channel = channel.clone();
+        let found = peaks.count();
+        if found < FEWEST_EXCESSES * PEAKS_PER_EXCESS {
+            let missing = (FEWEST_EXCESSES * PEAKS_PER_EXCESS) as f64 / found.max(1) as f64;
+            return Err(TailError::TooFew { channel, found, hours, needed_hours: hours * missing });
+        }
+        let kept = peaks.falling();
+        let share = usize::try_from(found / PEAKS_PER_EXCESS).unwrap_or(usize::MAX);
+        let excesses = share.min(kept.len() - 1);
+        let level = kept[excesses];
+        let above: Vec<f64> = kept[..excesses].iter().map(|peak| peak - level).collect();
+        match ParetoFit::new(&above) {
+            Some(fit) => Ok(ChannelTail { channel, hours, level, excesses, fit }),
+            None => Err(TailError::Alike { channel, excesses }),
+        }
+    }
+
+    /// The threshold that is expected to be reached `per_hour` times an hour, by this channel alone.
+    ///
+    /// # Errors
+    /// A rate out of range or so high that it is not of the tail, or so low that the data leave the
+    /// threshold too uncertain.
+    pub fn threshold(&self, per_hour: f64) -> Result<TailThreshold, TailError> {
+        if !(per_hour.is_finite() && per_hour > 0.0) {
+            return Err(TailError::Rate(per_hour));
+        }
+        let (channel, hours) = (self.channel.clone(), self.hours);
+        let tail_per_hour = self.excesses as f64 / hours;
+        if per_hour >= tail_per_hour {
+            return Err(TailError::TooFrequent { channel, per_hour, tail_per_hour });
+        }
+        let share = per_hour / tail_per_hour;
+        let tail = self.fit.estimate();
+        let log_spread = self.fit.log_spread(self.level, share);
+        if log_spread > LARGEST_SPREAD {
+            return Err(TailError::TooUncertain {
+                channel,
+                hours,
+                factor: log_spread.exp(),
+                shape: tail.shape,
+                needed_hours: hours * (log_spread / LARGEST_SPREAD).powi(2),
+            });
+        }
+        let threshold = self.level + self.fit.exceeded_with(share);
+        let Self { level, excesses, .. } = *self;
+        Ok(TailThreshold { threshold, tail, level, excesses, log_spread })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha12Rng;
+
+    const TRUE_TAIL: Pareto = Pareto { shape: 0.15, scale: 4e-4 };
+
+    /// Peaks that are the sum of a level and a draw of the true tail.
+    fn peaks(count: u64, seed: u64) -> LargestPeaks {
+        let mut random = ChaCha12Rng::seed_from_u64(seed);
+        let mut all = LargestPeaks::default();
+        for _ in 0..count {
+            all.push(1e-3 + TRUE_TAIL.exceeded_with(1.0 - random.random::<f64>()));
+        }
+        all
+    }
+
+    fn channel() -> ComponentPath {
+        "module1/sensor/g5".parse().unwrap()
+    }
+
+    #[test]
+    fn the_expected_rate_holds_on_average_over_samples() {
+        // 1 h with 30 000 peaks; the threshold for one alarm in 20 h
+        let rates: Vec<f64> = (0..200)
+            .map(|seed| {
+                let tail = ChannelTail::new(&channel(), &peaks(30_000, seed), 1.0).unwrap();
+                let threshold = tail.threshold(0.05).unwrap().threshold;
+                30_000.0 * TRUE_TAIL.survival(threshold - 1e-3)
+            })
+            .collect();
+        let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+        assert!((0.03..0.08).contains(&mean), "{mean}");
+    }
+
+    #[test]
+    fn too_few_peaks_are_refused_with_the_hours_that_are_needed() {
+        let error = ChannelTail::new(&channel(), &peaks(1000, 1), 0.1).unwrap_err().to_string();
+        assert!(error.contains("`module1/sensor/g5`: 1000 peaks in 0.10 h"), "{error}");
+        assert!(error.contains("needs 5000; calibrate on 0.50 h"), "{error}");
+        let none = ChannelTail::new(&channel(), &LargestPeaks::default(), 0.1).unwrap_err();
+        assert!(matches!(none, TailError::TooFew { found: 0, .. }));
+    }
+
+    #[test]
+    fn a_threshold_too_far_beyond_the_data_is_refused_with_the_hours_that_are_needed() {
+        let tail = ChannelTail::new(&channel(), &peaks(6000, 1), 0.2).unwrap();
+        let error = tail.threshold(1e-6).unwrap_err();
+        let TailError::TooUncertain { needed_hours, .. } = error else { panic!("{error}") };
+        assert!(needed_hours > 0.4, "{needed_hours}");
+        assert!(tail.threshold(20.0).is_ok());
+    }
+
+    #[test]
+    fn a_rate_that_is_not_of_the_tail_is_refused() {
+        let tail = ChannelTail::new(&channel(), &peaks(6000, 1), 1.0).unwrap();
+        assert!(matches!(tail.threshold(61.0), Err(TailError::TooFrequent { .. })));
+        for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(matches!(tail.threshold(rate), Err(TailError::Rate(_))));
+        }
+    }
+
+    #[test]
+    fn a_stuck_residual_is_refused() {
+        let mut stuck = LargestPeaks::default();
+        (0..9000).for_each(|_| stuck.push(0.25));
+        let error = ChannelTail::new(&channel(), &stuck, 1.0).unwrap_err();
+        assert!(error.to_string().contains("all alike"), "{error}");
+    }
+}

@@ -1,0 +1,114 @@
+//! Recordings of runs.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+use diagnosis::divergence::DivergenceBank;
+use diagnosis::{ModuleSetup, Monitor, Observation, Rule};
+use study::{RecordedChange, TruthIndex, export_nominal, export_scenario};
+use truss::ids::{Component, ComponentPath, Step};
+
+mod tower;
+
+/// The scenario with a hard-over.
+const HARD_OVER: u64 = 3;
+
+struct Recording {
+    names: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+fn read(bytes: &[u8]) -> Recording {
+    let text = std::str::from_utf8(bytes).unwrap();
+    let fields = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let mut lines = text.lines().map(fields);
+    Recording { names: lines.next().unwrap(), rows: lines.collect() }
+}
+
+/// The changes that a module's own bank and monitors find in a recording.
+fn changes_of(setup: &ModuleSetup, recording: &Recording) -> Vec<RecordedChange> {
+    let module = setup.structure.module(&setup.module).unwrap();
+    let components: Vec<Component> = module.components().collect();
+    let path = |component: &Component| ComponentPath {
+        module: setup.module.clone(),
+        component: component.clone(),
+    };
+    let place = |c: &Component| {
+        recording.names.iter().position(|name| *name == path(c).to_string()).unwrap()
+    };
+    let places: Vec<usize> = components.iter().map(place).collect();
+    let mut bank = DivergenceBank::new(setup.detection.divergence, &setup.channels()).unwrap();
+    let monitor = |&threshold: &f64| {
+        Monitor::new(threshold, setup.detection.warm_up_vectors, setup.isolation.quiet_steps)
+    };
+    let mut monitors: Vec<Monitor> = setup.thresholds.iter().map(monitor).collect();
+    let mut changes = Vec::new();
+    for row in &recording.rows {
+        let step = Step(row[0].parse().unwrap());
+        let residuals: Vec<f64> = places.iter().map(|&p| row[p].parse().unwrap()).collect();
+        let outcomes = bank.push(&residuals);
+        for (channel, monitor) in monitors.iter_mut().enumerate() {
+            let observation = monitor.observe(step, residuals[channel], outcomes[channel]);
+            if matches!(observation, Observation::Changed { .. }) {
+                changes.push(RecordedChange { component: path(&components[channel]), step });
+            }
+        }
+    }
+    changes
+}
+
+fn sorted(mut changes: Vec<RecordedChange>) -> Vec<RecordedChange> {
+    changes.sort_by(|a, b| (a.step, &a.component).cmp(&(b.step, &b.component)));
+    changes
+}
+
+#[test]
+fn a_recording_gives_the_very_changes_of_its_run() {
+    let campaign = tower::campaign(Rule::FirstChange);
+    let mut changes = 0;
+    for number in 0..7 {
+        let mut bytes = Vec::new();
+        let exported = export_scenario(&campaign, number, &mut bytes).unwrap();
+        let recording = read(&bytes);
+        assert_eq!(recording.rows.len() as u64, campaign.steps());
+        let of_module = |setup| changes_of(setup, &recording);
+        let found = campaign.setups.iter().flat_map(of_module).collect();
+        assert_eq!(sorted(found), sorted(exported.changes.clone()));
+        assert_eq!(exported.record.conversation.changes, exported.changes.len() as u64);
+        assert_eq!(exported.record, campaign.run_scenario(number).unwrap());
+        changes += exported.changes.len();
+    }
+    assert!(changes >= 7, "only {changes} changes");
+}
+
+#[test]
+fn the_truth_stands_beside_every_step() {
+    let campaign = tower::campaign(Rule::FirstChange);
+    let mut bytes = Vec::new();
+    let record = export_scenario(&campaign, HARD_OVER, &mut bytes).unwrap().record;
+    let recording = read(&bytes);
+    assert_eq!(recording.names[..3], ["step", "fault", "module1/actuator/a1"]);
+    assert_eq!(recording.names.len(), 2 + 2 * 12);
+    for (row, step) in recording.rows.iter().zip(0..) {
+        let faulty = if step >= record.onset.0 { record.component.to_string() } else { "".into() };
+        assert_eq!((row[0].parse(), &row[1]), (Ok(step), &faulty));
+        assert_eq!(row.len(), recording.names.len());
+    }
+}
+
+#[test]
+fn the_index_tells_the_truth_of_every_run() {
+    let campaign = tower::campaign(Rule::FirstChange);
+    let mut index = TruthIndex::begin(Vec::new()).unwrap();
+    let bias = campaign.run_scenario(4).unwrap();
+    index.scenario("bias.csv", &bias).unwrap();
+    let nominal = export_nominal(&campaign, 2, &mut Vec::new()).unwrap();
+    index.nominal("nominal.csv", &nominal.record).unwrap();
+    let text = String::from_utf8(index.end().unwrap()).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "file,number,seed,component,kind,parameters,onset");
+    let (component, onset) = (&bias.component, bias.onset);
+    assert!(lines[1].starts_with(&format!("bias.csv,4,{},{component},bias,offset_m=", bias.seed)));
+    assert!(lines[1].ends_with(&format!(",{onset}")));
+    assert_eq!(lines[2], format!("nominal.csv,2,{},,,,", nominal.record.seed));
+    assert_eq!(nominal.changes, []);
+}

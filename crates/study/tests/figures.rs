@@ -1,0 +1,198 @@
+//! Figures: well-formed, faithful to the run, the same for the same input.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+use roxmltree::{Document, Node};
+use study::figure::{
+    Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke, figure4, figure5, figure6,
+    power_figure,
+};
+use study::{Campaign, PowerCurve, PowerPoint, ScenarioRanges, StudyError};
+use truss::Structure;
+
+mod tower;
+
+/// A seed with which the second module, too, changes after a hard-over.
+const SEED: u64 = 12;
+/// Largest size that a figure may have [bytes].
+const LARGEST: usize = 400_000;
+
+fn campaign() -> Campaign {
+    let (structure, parameters, setups) = tower::parts();
+    let ranges = ScenarioRanges::default();
+    Campaign { structure, parameters, setups, mismatch: 0.1, seed: 1, ranges }
+}
+
+fn all_of(figure: impl Fn(&Campaign, u64) -> Result<String, StudyError>) -> String {
+    figure(&campaign(), SEED).unwrap()
+}
+
+fn number(node: Node, attribute: &str) -> f64 {
+    node.attribute(attribute).unwrap().parse().unwrap()
+}
+
+fn texts<'a>(document: &'a Document) -> Vec<(&'a str, Node<'a, 'a>)> {
+    let texts = document.descendants().filter(|node| node.has_tag_name("text"));
+    texts.filter_map(|node| Some((node.text()?.trim(), node))).collect()
+}
+
+/// Corners of a line drawn as steps from point to point.
+fn corners(path: Node) -> Vec<[f64; 2]> {
+    let data = path.attribute("d").unwrap().replace('-', " -").replace(['M', 'l'], " ");
+    let numbers: Vec<f64> = data.split_whitespace().map(|x| x.parse().unwrap()).collect();
+    let mut here = [0.0; 2];
+    let steps = numbers.chunks_exact(2).map(|step| {
+        here = [here[0] + step[0], here[1] + step[1]];
+        here
+    });
+    steps.collect()
+}
+
+fn plain(panel: Panel) -> String {
+    let rows = vec![Row::new(100.0, vec![panel])];
+    let words = || "a < b & \"c\"".to_owned();
+    Figure { title: words(), subtitle: words(), description: words(), rows }.svg()
+}
+
+fn curve(title: &str, found: &[(f64, f64, Option<f64>)]) -> PowerCurve {
+    let points = found.iter().map(|&(size, probability, median_delay_ms)| PowerPoint {
+        size,
+        probability,
+        low: (probability - 0.1).max(0.0),
+        high: (probability + 0.1).min(1.0),
+        median_delay_ms,
+    });
+    let smallest_95 = found.iter().find(|point| point.1 >= 0.95).map(|point| point.0);
+    PowerCurve { title: title.into(), unit: "µε".into(), points: points.collect(), smallest_95 }
+}
+
+#[test]
+fn the_papers_figures_are_well_formed_described_and_not_too_large() {
+    for svg in [all_of(figure4), all_of(figure5), all_of(figure6)] {
+        let document = Document::parse(&svg).unwrap();
+        let root = document.root_element();
+        assert_eq!(root.tag_name().name(), "svg");
+        for child in ["title", "desc"] {
+            let child = root.children().find(|node| node.has_tag_name(child)).unwrap();
+            assert!(child.text().unwrap().contains("module1"));
+        }
+        assert!(svg.len() < LARGEST, "{} bytes", svg.len());
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        // Several figures share a page: nothing in them may carry an identifier.
+        assert!(document.descendants().all(|node| node.attribute("id").is_none()));
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
+    assert_eq!(all_of(figure4), all_of(figure4));
+    assert_ne!(all_of(figure4), figure4(&campaign(), SEED + 1).unwrap());
+}
+
+#[test]
+fn the_onset_stands_where_the_axis_says_10_8() {
+    let svg = all_of(figure5);
+    let document = Document::parse(&svg).unwrap();
+    let texts = texts(&document);
+    let tick = texts.iter().find(|(words, _)| *words == "10.8").unwrap().1;
+    let mut onsets = document.descendants().filter(|node| node.attribute("class") == Some("onset"));
+    let onset = onsets.next().unwrap();
+    assert_eq!(number(onset, "x1"), number(tick, "x"));
+    assert_eq!(number(onset, "x1"), number(onset, "x2"));
+    let label = texts.iter().find(|(words, _)| words.contains("external leakage")).unwrap().1;
+    assert!(number(label, "x") < number(onset, "x1"));
+}
+
+#[test]
+fn a_hard_over_is_named_and_explains_what_the_neighbour_sees() {
+    let svg = all_of(figure6);
+    let document = Document::parse(&svg).unwrap();
+    let texts = texts(&document);
+    let says = |what: &str| texts.iter().any(|(words, _)| words.starts_with(what));
+    assert!(says("a3 named after"));
+    assert!(says("explained by module1/actuator/a3"));
+}
+
+#[test]
+fn a_structure_without_the_component_is_refused_with_its_position() {
+    let text = include_str!("../../../configs/small.toml");
+    let small = Campaign { structure: Structure::from_toml(text).unwrap(), ..campaign() };
+    let mut bare = campaign();
+    bare.structure.modules[0].gages.truncate(4);
+    let mut alone = campaign();
+    alone.structure.modules.truncate(1);
+    let message = |figure: Result<String, StudyError>| figure.unwrap_err().to_string();
+    assert!(message(figure4(&bare, 1)).contains("gage 5 of equipped module 1"));
+    assert!(message(figure6(&small, 1)).contains("actuator 3 of equipped module 1"));
+    assert!(message(figure6(&alone, 1)).contains("equipped module 2"));
+}
+
+#[test]
+fn a_single_peak_among_many_values_reaches_its_height() {
+    let height = |i: u32| if i == 61_234 { 10.0 } else { 1.0 + f64::from(i % 7) };
+    let points = (0..100_000).map(|i| [f64::from(i), height(i)]).collect();
+    let series = Series::new("", Shape::Line, Stroke::nth(0), points);
+    let axes = [Axis::linear("x"), Axis::linear("y").over([0.0, 10.0])];
+    let [x, y] = axes;
+    let svg = plain(Panel::new("peak", x, y, vec![series]));
+    let document = Document::parse(&svg).unwrap();
+    let path = document.descendants().find(|node| node.has_tag_name("path")).unwrap();
+    let frame = document.descendants().filter(|node| node.has_tag_name("rect")).nth(1).unwrap();
+    let corners = corners(path);
+    let top = corners.iter().map(|corner| corner[1]).fold(f64::MAX, f64::min);
+    assert!((top - number(frame, "y")).abs() < 0.11, "{top}");
+    assert!(corners.len() < 2000, "{}", corners.len());
+}
+
+#[test]
+fn values_without_a_place_break_a_line_and_draw_nothing() {
+    let points = vec![[0.0, 1.0], [1.0, 2.0], [2.0, f64::NAN], [3.0, -1.0], [4.0, 3.0], [5.0, 1.0]];
+    let series = Series::new("", Shape::Line, Stroke::nth(0), points);
+    let svg = plain(Panel::new("gap", Axis::linear("x"), Axis::log("y"), vec![series]));
+    let document = Document::parse(&svg).unwrap();
+    let path = document.descendants().find(|node| node.has_tag_name("path")).unwrap();
+    assert_eq!(path.attribute("d").unwrap().matches('M').count(), 2);
+    assert!(!svg.contains("NaN"));
+}
+
+#[test]
+fn bars_and_dots_stand_at_their_names() {
+    let names: Vec<String> = ["leak", "bias", "walk"].map(String::from).to_vec();
+    let points = vec![[0.0, 3.0], [1.0, 5.0], [2.0, 4.0]];
+    for shape in [Shape::Bars, Shape::Dots] {
+        let series = Series::new("", shape, Stroke::nth(0), points.clone());
+        let series = series.spread(vec![[2.0, 4.0], [4.5, 5.5], [3.0, 6.0]]);
+        let x = Axis::categories("", names.clone());
+        let level = Mark::new(MarkKind::Level, 4.5, "limit");
+        let panel = Panel::new("delays", x, Axis::linear("ms"), vec![series]).marked([level]);
+        let svg = plain(panel);
+        let document = Document::parse(&svg).unwrap();
+        let texts = texts(&document);
+        assert!(names.iter().all(|name| texts.iter().any(|(words, _)| words == name)));
+        assert!(texts.iter().any(|(words, _)| *words == "limit"));
+        let shapes = |tag: &str| document.descendants().filter(|n| n.has_tag_name(tag)).count();
+        match shape {
+            // ground of the page, ground and frame of the plot, three bars
+            Shape::Bars => assert_eq!(shapes("rect"), 6),
+            _ => assert_eq!(shapes("circle"), 3),
+        }
+    }
+}
+
+#[test]
+fn power_curves_are_drawn_with_what_there_is_of_them() {
+    let full = curve("Bias", &[(1.0, 0.1, None), (10.0, 0.7, Some(4.0)), (100.0, 1.0, Some(0.0))]);
+    let blind = curve("Walk", &[(1.0, 0.0, None), (10.0, 0.0, None)]);
+    let single = curve("Leak", &[(2.0, 1.0, Some(1.0))]);
+    let empty = curve("Nothing", &[]);
+    for curves in [vec![], vec![full.clone()], vec![full, blind, single, empty]] {
+        let svg = power_figure(&curves);
+        let document = Document::parse(&svg).unwrap();
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        let texts = texts(&document);
+        for curve in &curves {
+            assert!(texts.iter().any(|(words, _)| words.ends_with(&curve.title)));
+        }
+        assert_eq!(texts.iter().any(|(words, _)| *words == "100 µε"), !curves.is_empty());
+    }
+}

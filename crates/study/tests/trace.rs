@@ -1,0 +1,49 @@
+//! A trace tells what the rig does, and changes nothing in it.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+use study::trace::Trace;
+use study::{Injection, Occurrence};
+use truss::ids::Step;
+
+mod tower;
+
+fn injections() -> Vec<Injection> {
+    let component = "module1/sensor/g2".parse().unwrap();
+    vec![Injection { at: Step(3000), until: None, component, fault: tower::bias(180e-6) }]
+}
+
+#[test]
+fn a_traced_run_is_the_run_without_the_trace() {
+    let mut plain = tower::rig(5, injections());
+    plain.run(3200).unwrap();
+    let mut traced = tower::rig(5, injections());
+    let trace = Trace::record(&mut traced, 3200).unwrap();
+    assert_eq!(trace.occurrences, plain.take_occurrences());
+    assert!(trace.occurrences.iter().any(|o| matches!(o, Occurrence::Transition { .. })));
+    assert_eq!(trace.steps, (0..3200).map(Step).collect::<Vec<_>>());
+    let latest = plain.samples().iter().zip(plain.diagnosers());
+    for (module, (sample, diagnoser)) in trace.modules.iter().zip(latest) {
+        let last = |signals: &[Vec<f64>]| signals.iter().map(|x| x[3199]).collect::<Vec<_>>();
+        assert_eq!(last(&module.demands_n), sample.demands_n);
+        assert_eq!(last(&module.elongations_m), sample.elongations_m);
+        assert_eq!(module.actuators().count(), 4);
+        assert_eq!(module.gages().count(), 8);
+        for (channel, evidence) in module.channels.iter().zip(diagnoser.evidence()) {
+            assert_eq!(channel.residual[3199], evidence.residual);
+            assert_eq!(channel.divergence[3199], evidence.divergence.unwrap());
+            assert_eq!(channel.threshold, evidence.threshold);
+            assert!(channel.divergence[0].is_nan(), "undefined at first");
+        }
+    }
+}
+
+#[test]
+fn one_trace_goes_on_where_the_other_ended() {
+    let mut rig = tower::rig(5, Vec::new());
+    let whole = Trace::record(&mut tower::rig(5, Vec::new()), 300).unwrap();
+    Trace::record(&mut rig, 200).unwrap();
+    let rest = Trace::record(&mut rig, 100).unwrap();
+    assert_eq!(rest.steps, whole.steps[200..]);
+    assert_eq!(rest.modules[1].demands_n[2], whole.modules[1].demands_n[2][200..]);
+}
