@@ -36,7 +36,8 @@ fn changes_of(setup: &ModuleSetup, recording: &Recording) -> Vec<RecordedChange>
         recording.names.iter().position(|name| *name == path(c).to_string()).unwrap()
     };
     let places: Vec<usize> = components.iter().map(place).collect();
-    let mut bank = DivergenceBank::new(setup.detection.divergence, &setup.channels()).unwrap();
+    let mut bank =
+        DivergenceBank::new(setup.detection.divergence, &setup.prior_scatters()).unwrap();
     let monitor = |&threshold: &f64| {
         Monitor::new(threshold, setup.detection.warm_up_vectors, setup.isolation.quiet_steps)
     };

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -40,7 +40,16 @@ struct ChangeRow<'a> {
     step: u64,
 }
 
-/// Records every run that the arguments ask for.
+/// What was left in a directory.
+#[derive(Serialize)]
+struct Written<'a> {
+    directory: &'a Path,
+    scenarios: u64,
+    nominal_runs: u64,
+    changes: usize,
+}
+
+/// Records every run that the arguments ask for, and tells what was left where.
 pub(super) fn write(
     arguments: &Arguments,
     campaign: &Campaign,
@@ -68,7 +77,26 @@ pub(super) fn write(
         let message = format!("interrupted after {} of {} recordings", recorded.len(), runs.len());
         return Err(Failure::runtime(message));
     }
-    Ok(())
+    let changes = recorded.values().map(|recorded| recorded.changes().len()).sum();
+    let Arguments { scenarios, nominal, .. } = *arguments;
+    tell(&Written { directory, scenarios, nominal_runs: nominal, changes }, arguments.json)
+}
+
+fn tell(written: &Written, json: bool) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    if json {
+        serde_json::to_writer(&mut out, written)?;
+        writeln!(out)?;
+    } else {
+        let Written { directory, scenarios, nominal_runs, changes } = written;
+        writeln!(
+            out,
+            "{}: {scenarios} scenarios and {nominal_runs} nominal runs, a table each; the truth of \
+             all in truth.csv, the {changes} changes that the diagnosers saw in changes.csv",
+            directory.display()
+        )?;
+    }
+    Ok(out.flush()?)
 }
 
 impl Run {

@@ -54,8 +54,7 @@ fn noise(step: u64, channel: usize, size: f64) -> f64 {
 fn residuals(module: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     let setup = load_uncalibrated(module).unwrap().setup;
     let recording = Recording::new(&setup).unwrap();
-    let sizes: Vec<f64> =
-        setup.channels().iter().map(|channel| channel.prior_scatter.sqrt()).collect();
+    let sizes: Vec<f64> = setup.prior_scatters().iter().map(|variance| variance.sqrt()).collect();
     let names = recording.components().iter().map(|c| format!("{}/{c}", setup.module)).collect();
     let row = |step| sizes.iter().enumerate().map(|(k, size)| noise(step, k, *size)).collect();
     (names, (0..STEPS).map(row).collect())

@@ -128,3 +128,18 @@ fn the_four_combinations_are_told_side_by_side() {
         assert!(outcome.stdout.contains(text), "{}", outcome.stdout);
     }
 }
+
+#[test]
+fn recordings_are_left_with_the_truth_beside_them() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().to_str().unwrap();
+    let told = study(&["--scenarios", "1", "--nominal", "1", "--export-residuals", out, "--json"]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    let told: Value = serde_json::from_str(&told.stdout).unwrap();
+    assert_eq!((&told["scenarios"], &told["nominal_runs"]), (&1.into(), &1.into()));
+    let lines =
+        |name: &str| fs::read_to_string(directory.path().join(name)).unwrap().lines().count();
+    assert_eq!(lines("truth.csv"), 3);
+    assert_eq!(lines("changes.csv") as u64, 1 + told["changes"].as_u64().unwrap());
+    assert_eq!(lines("scenario-00000.csv"), lines("nominal-00000.csv"));
+}

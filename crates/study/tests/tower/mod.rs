@@ -66,8 +66,8 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
             horizon_steps: 2500,
             quiet_steps: 40,
         },
-        // about 2.5 times what healthy runs reach
-        thresholds: vec![0.006; 12],
+        // about twice what healthy runs reach
+        thresholds: vec![0.0035; 12],
         peers: names.iter().filter(|peer| *peer != name).cloned().collect(),
     });
     let setups = setups.collect();
