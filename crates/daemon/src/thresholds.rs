@@ -217,7 +217,7 @@ mod tests {
         let detection = DetectionSection { lag: 20, ..Default::default() };
         let found = problems(&thresholds(), &detection);
         assert_eq!(found.len(), 1);
-        assert!(found[0].contains("`lag` 10") && found[0].contains("with 20"), "{}", found[0]);
+        assert!(found[0].contains("`lag` 5") && found[0].contains("with 20"), "{}", found[0]);
         let other = DetectionSection {
             window: 1,
             interval: Interval::Growing,

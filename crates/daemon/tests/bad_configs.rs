@@ -54,7 +54,7 @@ impl Copy {
 fn a_misspelt_key_is_refused_with_its_line_and_the_keys_that_exist() {
     for (from, to) in [
         ("hold_steps", "holdsteps"),
-        ("window = 10", "windows = 10"),
+        ("window = 12", "windows = 12"),
         ("peers =", "pears ="),
         ("area_a_m2", "area_a_mm2"),
         ("[publish]", "[published]"),
@@ -86,9 +86,9 @@ fn a_misspelt_key_of_the_plant_is_refused_with_its_line() {
 #[test]
 fn thresholds_for_other_settings_are_refused_and_the_setting_is_named() {
     let copy = Copy::new();
-    copy.spoil("module1.toml", "lag = 10", "lag = 12");
+    copy.spoil("module1.toml", "lag = 5 ", "lag = 12 ");
     let error = copy.module_errors();
-    assert!(error.contains("thresholds/module1.toml:") && error.contains("`lag` 10"), "{error}");
+    assert!(error.contains("thresholds/module1.toml:") && error.contains("`lag` 5"), "{error}");
     assert!(error.contains("configured with 12"), "{error}");
 }
 

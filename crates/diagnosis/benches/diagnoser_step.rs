@@ -24,7 +24,7 @@ fn tower_setup() -> ModuleSetup {
     setup.module = module;
     setup.thresholds = vec![1e9; 12];
     setup.detection.divergence =
-        DivergenceSettings { window: 10, lag: 10, interval: Interval::Sliding { vectors: 2000 } };
+        DivergenceSettings { window: 12, lag: 5, interval: Interval::Sliding { vectors: 2000 } };
     setup.detection.warm_up_vectors = 2500;
     setup
 }

@@ -21,7 +21,7 @@ pub enum Rule {
 }
 
 /// How a change becomes a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IsolationSettings {
     /// Which components may be roots.
@@ -31,6 +31,8 @@ pub struct IsolationSettings {
     pub hold_steps: u64,
     /// Changes at most this many steps apart are simultaneous: the larger D/γ decides.
     pub tie_steps: u64,
+    /// D/γ from which on a change, if it gets there within the tie, is nobody's effect.
+    pub leap_ratio: f64,
     /// For how long a root explains other components' changes, in steps; about the interval.
     pub horizon_steps: u64,
     /// Steps below the threshold after which a channel counts as quiet again.
@@ -171,6 +173,8 @@ impl ModuleSetup {
         let enough = self.isolation.rule == Rule::Paper || hold >= 2 * tie;
         let twice = format!("at least twice tie_steps, {}", 2 * tie);
         require(enough, "hold_steps", hold.to_string(), &twice);
+        let leap = self.isolation.leap_ratio;
+        require(leap > 1.0, "leap_ratio", leap.to_string(), "a number above 1, inf for never");
         let quiet = self.isolation.quiet_steps;
         require(quiet >= 1, "quiet_steps", quiet.to_string(), "at least 1 step");
         let warm_up = self.detection.warm_up_vectors;

@@ -12,6 +12,9 @@ use fixture::{Bench, HOLD, HORIZON, WARM_UP, name, setup};
 use truss::ids::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
+/// Enough to change a gage's channel, too little for a leap.
+const SMALL_BIAS_M: f64 = 14e-6;
+const LEAP_M: f64 = 500e-6;
 
 fn answer(question: Question, changes: Vec<Change>) -> Event {
     let answer = Answer {
@@ -151,13 +154,32 @@ fn changes_of_ones_own_within_the_horizon_are_explained_by_the_first() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     bench.signals.gage_offsets[0] = BIAS_M;
     run_with_a_quiet_peer(&mut bench, 20);
-    bench.signals.gage_offsets[1] = BIAS_M;
+    bench.signals.gage_offsets[1] = SMALL_BIAS_M;
     run_with_a_quiet_peer(&mut bench, HORIZON);
     assert_eq!(bench.latched(), ["sensor/g1"]);
     assert_eq!(bench.story("sensor/g2")[..3], ["tentative", "explained", "normal"]);
     bench.signals.gage_offsets[2] = BIAS_M;
     run_with_a_quiet_peer(&mut bench, HORIZON);
     assert_eq!(bench.latched(), ["sensor/g1", "sensor/g3"], "after it they are judged afresh");
+}
+
+#[test]
+fn a_second_fault_that_leaps_is_named_too_and_explains_what_follows_it() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    run_with_a_quiet_peer(&mut bench, 20);
+    bench.signals.gage_offsets[1] = LEAP_M;
+    run_with_a_quiet_peer(&mut bench, 20);
+    assert_eq!(bench.latched(), ["sensor/g1", "sensor/g2"]);
+    bench.signals.gage_offsets[2] = SMALL_BIAS_M;
+    run_with_a_quiet_peer(&mut bench, 20);
+    assert_eq!(bench.latched(), ["sensor/g1", "sensor/g2"]);
+    let transitions = bench.transitions();
+    let by = transitions.iter().find_map(|t| match &t.verdict {
+        Verdict::Explained { by, .. } => Some(by.to_string()),
+        _ => None,
+    });
+    assert_eq!(by.as_deref(), Some("lower/sensor/g2"));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 
 /// How thresholds of a residual are made that has none: as the shipped ones were.
 const CALIBRATION_FIRST_SEED: u64 = 1_000_000;
-const CALIBRATION_RUNS: u64 = 200;
+const CALIBRATION_RUNS: u64 = 2000;
 const CALIBRATION_MISMATCH: f64 = 0.1;
 const CALIBRATION_MARGIN: f64 = 2.5;
 

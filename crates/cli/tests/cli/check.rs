@@ -50,7 +50,7 @@ fn every_shipped_file_is_valid_and_called_what_it_is() {
 fn every_mistake_in_every_file_is_told_with_file_and_line() {
     let copy = copy_of_configs();
     let place = |name: &str| copy.path().join(name);
-    spoil(&place("module1.toml"), "window = 10", "window = 0");
+    spoil(&place("module1.toml"), "window = 12", "window = 0");
     spoil(&place("module1.toml"), "horizon_steps", "horizon");
     spoil(&place("plant.toml"), "structure = ", "colour = 1\nstructure = ");
     spoil(&place("thresholds/module2.toml"), "\"sensor/g5\" = ", "\"sensor/g5\" = -");

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DetectionSection {
-    /// Samples in a lagged vector: 10.
+    /// Samples in a lagged vector: 12.
     pub window: usize,
     /// Steps between the two compared Gaussians: 5.
     pub lag: usize,
@@ -27,7 +27,7 @@ pub struct DetectionSection {
 impl Default for DetectionSection {
     fn default() -> Self {
         Self {
-            window: 10,
+            window: 12,
             lag: 5,
             interval: Interval::Sliding { vectors: 2000 },
             actuator_residual: ActuatorResidual::Tracking,
@@ -81,7 +81,7 @@ impl DetectionSection {
 }
 
 /// Isolation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct IsolationSection {
     /// `"first_change"`, the default, or `"paper"`.
@@ -90,6 +90,8 @@ pub struct IsolationSection {
     pub hold_steps: u64,
     /// Changes at most this many steps apart are simultaneous: 3.
     pub tie_steps: u64,
+    /// Many times its threshold: a change that gets there within the tie is nobody's effect: 30.
+    pub leap_ratio: f64,
     /// For how many steps a root explains other components' changes: 2500.
     pub horizon_steps: u64,
     /// Steps below the threshold after which a channel is quiet again: 40.
@@ -102,6 +104,7 @@ impl Default for IsolationSection {
             rule: Rule::FirstChange,
             hold_steps: 6,
             tie_steps: 3,
+            leap_ratio: 30.0,
             horizon_steps: 2500,
             quiet_steps: 40,
         }
@@ -110,7 +113,14 @@ impl Default for IsolationSection {
 
 impl From<IsolationSection> for IsolationSettings {
     fn from(section: IsolationSection) -> Self {
-        let IsolationSection { rule, hold_steps, tie_steps, horizon_steps, quiet_steps } = section;
-        Self { rule, hold_steps, tie_steps, horizon_steps, quiet_steps }
+        let IsolationSection {
+            rule,
+            hold_steps,
+            tie_steps,
+            leap_ratio,
+            horizon_steps,
+            quiet_steps,
+        } = section;
+        Self { rule, hold_steps, tie_steps, leap_ratio, horizon_steps, quiet_steps }
     }
 }

@@ -5,6 +5,10 @@
 //! tie of it are simultaneous, and of those the largest D/γ wins. Every other change of the group is
 //! explained by the root.
 //!
+//! A leap ends a group and begins another: a fault moves its own residual at once, but its effects come
+//! by way of cylinders and masses and creep. A change that rises within the tie to many times its
+//! threshold is nobody's effect.
+//!
 //! The verdict on a change at step a depends on nothing after step a + 2·tie: changes up to
 //! a + tie may be its rivals, and their ratios are final a tie later. Whoever knows all changes up to
 //! there comes to the same verdict.
@@ -20,6 +24,8 @@ pub(crate) struct Groups {
     pub(crate) horizon: u64,
     /// Steps within which changes are simultaneous.
     pub(crate) tie: u64,
+    /// D/γ from which on a change is a leap.
+    pub(crate) leap: f64,
 }
 
 impl Groups {
@@ -33,8 +39,8 @@ impl Groups {
     ) -> Judgement {
         let mut rest = changes;
         while let Some(first) = rest.first() {
-            let length = self.length(rest, first.step);
-            let (group, later) = rest.split_at(length);
+            let end = self.end(rest, first.step);
+            let (group, later) = rest.split_at(rest.partition_point(|c| c.step <= end));
             if group.iter().any(|c| c.step == step && c.path == *component) {
                 return self.judge_within(group, first, component);
             }
@@ -52,19 +58,22 @@ impl Groups {
     ) -> Option<Step> {
         let mut covered = None;
         while let Some(first) = changes.first() {
-            let end = first.step.plus(self.horizon);
+            let end = self.end(changes, first.step);
             if end > known_until {
                 break;
             }
-            let length = self.length(changes, first.step);
-            changes.drain(..length);
+            changes.drain(..changes.partition_point(|c| c.step <= end));
             covered = Some(end);
         }
         covered
     }
 
-    fn length(&self, changes: &[KnownChange], first: Step) -> usize {
-        changes.partition_point(|c| c.step <= first.plus(self.horizon))
+    /// The last step that the group beginning with the change at `first` covers.
+    fn end(&self, changes: &[KnownChange], first: Step) -> Step {
+        let tie = first.plus(self.tie);
+        let leap = changes.iter().find(|c| c.step > tie && c.ratio >= self.leap);
+        let horizon = first.plus(self.horizon);
+        leap.map_or(horizon, |leap| horizon.min(leap.step.minus(1)))
     }
 
     fn judge_within(
@@ -87,7 +96,7 @@ impl Groups {
 mod tests {
     use super::*;
 
-    const GROUPS: Groups = Groups { horizon: 100, tie: 3 };
+    const GROUPS: Groups = Groups { horizon: 100, tie: 3, leap: 30.0 };
 
     fn change(path: &str, step: u64, ratio: f64) -> KnownChange {
         KnownChange { path: path.parse().unwrap(), step: Step(step), ratio }
@@ -104,7 +113,7 @@ mod tests {
     fn the_first_change_is_the_root_and_explains_the_later_ones_wherever_they_are() {
         let changes = [
             change("m1/sensor/g1", 50, 1.1),
-            change("m2/actuator/a1", 58, 900.0),
+            change("m2/actuator/a1", 58, 29.0),
             change("m2/sensor/g1", 150, 9.0),
         ];
         assert_eq!(judge(&changes, 0), None);
@@ -130,6 +139,28 @@ mod tests {
         assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
         assert_eq!(judge(&changes, 2), None);
         assert_eq!(judge(&changes, 3).as_deref(), Some("m1/sensor/g3"));
+    }
+
+    #[test]
+    fn a_leap_is_nobody_s_effect_and_explains_what_follows_it() {
+        let changes = [
+            change("m1/sensor/g1", 50, 1.1),
+            change("m1/sensor/g2", 60, 2.0),
+            change("m1/sensor/g3", 70, 2.0),
+            change("m2/sensor/g1", 70, 500.0),
+            change("m1/sensor/g2", 80, 2.0),
+            change("m1/sensor/g2", 165, 2.0),
+            change("m1/sensor/g2", 171, 2.0),
+        ];
+        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
+        // in the very step of the leap, and beyond the horizon of the first group
+        for index in [2, 4, 5] {
+            assert_eq!(judge(&changes, index).as_deref(), Some("m2/sensor/g1"));
+        }
+        assert_eq!((judge(&changes, 3), judge(&changes, 6)), (None, None));
+        let mut kept = changes.to_vec();
+        assert_eq!(GROUPS.drop_closed(&mut kept, Step(100)), Some(Step(69)));
+        assert_eq!(kept, changes[2..]);
     }
 
     #[test]

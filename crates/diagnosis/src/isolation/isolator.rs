@@ -265,7 +265,8 @@ impl Isolator {
     }
 
     fn groups(&self) -> Groups {
-        Groups { horizon: self.settings.horizon_steps, tie: self.settings.tie_steps }
+        let IsolationSettings { horizon_steps, tie_steps, leap_ratio, .. } = self.settings;
+        Groups { horizon: horizon_steps, tie: tie_steps, leap: leap_ratio }
     }
 
     /// Every known change outside the closed groups up to `until`, sorted by step.

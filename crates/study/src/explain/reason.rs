@@ -61,13 +61,17 @@ fn order(account: &Account, change: Step, root: Step) -> String {
 
 fn of_root(account: &Account, changed: &Changed) -> String {
     let clock = account.clock();
-    let (first, previous) = group(account, changed.step, horizon(account, changed));
+    let (first, previous) = group(account, changed);
     let tie = tie(account, changed);
     let rivals: Vec<&Changed> = (account.changes.iter())
         .filter(|c| (first..=first.plus(tie)).contains(&c.step))
         .filter(|c| c.component != changed.component)
         .collect();
     let before = match previous {
+        Some(end) if first == end.plus(1) && changed.peak >= leap(account, changed) => {
+            let (peak, tie) = (times(changed.peak), clock.span(tie));
+            return format!("it leapt to {peak} its threshold within {tie}, which no effect does");
+        }
         None => "no channel of the structure had changed before".to_owned(),
         Some(end) => {
             format!("the changes before are past, they explain nothing after {}", clock.time(end))
@@ -87,23 +91,31 @@ fn of_root(account: &Account, changed: &Changed) -> String {
     )
 }
 
-/// The first step of the group of changes that one at `step` belongs to, and the last step that the
-/// group before it covered.
-fn group(account: &Account, step: Step, horizon: u64) -> (Step, Option<Step>) {
-    let mut first: Option<Step> = None;
+/// The first step of the group of changes that this one belongs to, and the last step that the group
+/// before it covered.
+fn group(account: &Account, changed: &Changed) -> (Step, Option<Step>) {
+    let Some(settings) = account.isolation(&changed.component.module) else {
+        return (changed.step, None);
+    };
+    let mut rest = &account.changes[..];
     let mut previous = None;
-    for change in account.changes.iter().take_while(|change| change.step <= step) {
-        if first.is_none_or(|first| change.step > first.plus(horizon)) {
-            previous = first.map(|first| first.plus(horizon));
-            first = Some(change.step);
+    while let Some(first) = rest.first().map(|change| change.step) {
+        let tie = first.plus(settings.tie_steps);
+        let leap = rest.iter().find(|c| c.step > tie && c.peak >= settings.leap_ratio);
+        let horizon = first.plus(settings.horizon_steps);
+        let end = leap.map_or(horizon, |leap| horizon.min(leap.step.minus(1)));
+        if changed.step <= end {
+            return (first, previous);
         }
+        previous = Some(end);
+        rest = &rest[rest.partition_point(|change| change.step <= end)..];
     }
-    (first.unwrap_or(step), previous)
+    (changed.step, previous)
 }
 
 /// Did the ratios decide between the root and the change?
 pub(super) fn is_tie(account: &Account, root: &Changed, changed: &Changed) -> bool {
-    let (first, _) = group(account, changed.step, horizon(account, changed));
+    let (first, _) = group(account, changed);
     let within = first..=first.plus(tie(account, changed));
     rule(account, changed) == Rule::FirstChange
         && within.contains(&changed.step)
@@ -118,6 +130,7 @@ fn tie(account: &Account, changed: &Changed) -> u64 {
     account.isolation(&changed.component.module).map_or(0, |isolation| isolation.tie_steps)
 }
 
-fn horizon(account: &Account, changed: &Changed) -> u64 {
-    account.isolation(&changed.component.module).map_or(0, |isolation| isolation.horizon_steps)
+fn leap(account: &Account, changed: &Changed) -> f64 {
+    let isolation = account.isolation(&changed.component.module);
+    isolation.map_or(f64::INFINITY, |isolation| isolation.leap_ratio)
 }

@@ -52,7 +52,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
         step_s: parameters.step_s,
         detection: DetectionSettings {
             divergence: DivergenceSettings {
-                window: 10,
+                window: 12,
                 lag: 5,
                 interval: Interval::Sliding { vectors: 2000 },
             },
@@ -63,6 +63,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
             rule: Rule::FirstChange,
             hold_steps: 6,
             tie_steps: 3,
+            leap_ratio: 30.0,
             horizon_steps: 2500,
             quiet_steps: 40,
         },
