@@ -7,7 +7,8 @@
 //!
 //! A leap ends a group and begins another: a fault moves its own residual at once, but its effects come
 //! by way of cylinders and masses and creep. A change that rises within the tie to many times its
-//! threshold is nobody's effect.
+//! threshold is nobody's effect. The root's own later leaps (its repair, its fault leaving the interval)
+//! begin nothing: they would only make it explain for longer.
 //!
 //! The verdict on a change at step a depends on nothing after step a + 2·tie: changes up to
 //! a + tie may be its rivals, and their ratios are final a tie later. Whoever knows all changes up to
@@ -39,7 +40,7 @@ impl Groups {
     ) -> Judgement {
         let mut rest = changes;
         while let Some(first) = rest.first() {
-            let end = self.end(rest, first.step);
+            let end = self.end(rest, first);
             let (group, later) = rest.split_at(rest.partition_point(|c| c.step <= end));
             if group.iter().any(|c| c.step == step && c.path == *component) {
                 return self.judge_within(group, first, component);
@@ -58,7 +59,7 @@ impl Groups {
     ) -> Option<Step> {
         let mut covered = None;
         while let Some(first) = changes.first() {
-            let end = self.end(changes, first.step);
+            let end = self.end(changes, first);
             if end > known_until {
                 break;
             }
@@ -68,12 +69,20 @@ impl Groups {
         covered
     }
 
-    /// The last step that the group beginning with the change at `first` covers.
-    fn end(&self, changes: &[KnownChange], first: Step) -> Step {
-        let tie = first.plus(self.tie);
-        let leap = changes.iter().find(|c| c.step > tie && c.ratio >= self.leap);
-        let horizon = first.plus(self.horizon);
+    /// The last step that the group beginning with `first`, the first of `changes`, covers.
+    fn end(&self, changes: &[KnownChange], first: &KnownChange) -> Step {
+        let root = self.root(changes, first);
+        let tie = first.step.plus(self.tie);
+        let mut leaps = changes.iter().filter(|c| c.step > tie && c.ratio >= self.leap);
+        let leap = leaps.find(|c| c.path != root.path);
+        let horizon = first.step.plus(self.horizon);
         leap.map_or(horizon, |leap| horizon.min(leap.step.minus(1)))
+    }
+
+    /// The root of the group beginning with `first`, the first of `changes`.
+    fn root<'a>(&self, changes: &'a [KnownChange], first: &'a KnownChange) -> &'a KnownChange {
+        let rivals = changes.iter().take_while(|c| c.step <= first.step.plus(self.tie));
+        rivals.fold(first, |best, c| if c.outdoes(best) { c } else { best })
     }
 
     fn judge_within(
@@ -82,8 +91,7 @@ impl Groups {
         first: &KnownChange,
         component: &ComponentPath,
     ) -> Judgement {
-        let rivals = group.iter().take_while(|c| c.step <= first.step.plus(self.tie));
-        let root = rivals.fold(first, |best, c| if c.outdoes(best) { c } else { best });
+        let root = self.root(group, first);
         if root.path == *component {
             Judgement::Root
         } else {
@@ -161,6 +169,18 @@ mod tests {
         let mut kept = changes.to_vec();
         assert_eq!(GROUPS.drop_closed(&mut kept, Step(100)), Some(Step(69)));
         assert_eq!(kept, changes[2..]);
+    }
+
+    #[test]
+    fn a_leap_of_the_root_itself_begins_nothing() {
+        let changes = [
+            change("m1/sensor/g1", 50, 500.0),
+            change("m1/sensor/g1", 90, 500.0),
+            change("m1/sensor/g2", 140, 2.0),
+            change("m1/sensor/g2", 151, 2.0),
+        ];
+        assert_eq!(judge(&changes, 2).as_deref(), Some("m1/sensor/g1"));
+        assert_eq!(judge(&changes, 3), None);
     }
 
     #[test]

@@ -101,7 +101,10 @@ fn group(account: &Account, changed: &Changed) -> (Step, Option<Step>) {
     let mut previous = None;
     while let Some(first) = rest.first().map(|change| change.step) {
         let tie = first.plus(settings.tie_steps);
-        let leap = rest.iter().find(|c| c.step > tie && c.peak >= settings.leap_ratio);
+        let rivals = rest.iter().take_while(|change| change.step <= tie);
+        let root = rivals.max_by(|a, b| a.peak.total_cmp(&b.peak)).map(|root| &root.component);
+        let mut leaps = rest.iter().filter(|c| c.step > tie && c.peak >= settings.leap_ratio);
+        let leap = leaps.find(|leap| Some(&leap.component) != root);
         let horizon = first.plus(settings.horizon_steps);
         let end = leap.map_or(horizon, |leap| horizon.min(leap.step.minus(1)));
         if changed.step <= end {
