@@ -78,7 +78,7 @@ impl SizedFault {
         match self {
             SizedFault::Bias => from(1.0, 14),
             SizedFault::RandomWalk => from(0.1, 14),
-            SizedFault::Drift => from(10.0, 20),
+            SizedFault::Drift => from(20.0, 20),
             SizedFault::Leakage => from(0.5, 14),
         }
     }

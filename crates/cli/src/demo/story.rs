@@ -37,8 +37,8 @@ const STORIES: [(&str, &str, Fault); 6] = [
         Fault::ExternalLeakageA { area_m2: 3e-7 },
     ),
     (
-        "a valve stands fully open; gages of both modules change, and the answer of the module with \
-         the valve explains those of the other",
+        "a valve stands fully open; what the gages of both modules see of it, now and when it closes, \
+         is explained by the module with the valve",
         "module1/actuator/a1",
         Fault::HardOver {},
     ),
