@@ -13,9 +13,9 @@ use super::runs;
 use crate::failure::Failure;
 use crate::progress::Progress;
 
-/// How thresholds of a residual are made that has none: as the shipped ones were.
+/// How thresholds of a residual are made that has none: as the shipped ones were, from fewer runs.
 const CALIBRATION_FIRST_SEED: u64 = 1_000_000;
-const CALIBRATION_RUNS: u64 = 2000;
+const CALIBRATION_RUNS: u64 = 300;
 const CALIBRATION_MISMATCH: f64 = 0.1;
 const CALIBRATION_MARGIN: f64 = 2.5;
 
