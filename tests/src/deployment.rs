@@ -1,19 +1,26 @@
-//! A plant and its diagnosers as processes of this machine, each with a port of its own.
+//! A plant and its diagnosers as processes of this machine, each with a port of its own on the
+//! loopback or with an address of its own in a laboratory.
 
 use std::fs::File;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
 
 use daemon::config::{
     DiagnoserConfig, PlantConfig, PlantFlags, Schedule, load_diagnoser, load_plant,
 };
+use nix::sched::{CpuSet, sched_setaffinity};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
 use truss::ids::RunId;
 
 use crate::binaries::{configs, program};
+use crate::lab::{Lab, Node};
+
+/// Port of every process in a laboratory.
+const LAB_PORT: u16 = 7447;
 
 /// An endpoint on a port that was free a moment ago.
 #[must_use]
@@ -28,16 +35,42 @@ pub struct Deployment {
     modules: Vec<String>,
     /// The plant's, then each module's.
     pub endpoints: Vec<String>,
+    /// Where an onlooker listens, if one does.
+    pub onlooker: Option<String>,
+    lab: Option<Arc<Lab>>,
 }
 
 impl Deployment {
     /// Copies of the shipped configurations of the tower, with free ports and this schedule.
     #[must_use]
     pub fn of_tower(schedule: &Schedule) -> Self {
+        Self::new(schedule, Node::DEPLOYED.map(|_| free_endpoint()).into(), None, None)
+    }
+
+    /// The same, and every process connects to the observer by itself: whoever is started again is
+    /// seen at once, not when the observer happens to try again.
+    #[must_use]
+    pub fn of_watched_tower(schedule: &Schedule) -> Self {
+        let endpoints = Node::DEPLOYED.map(|_| free_endpoint()).into();
+        Self::new(schedule, endpoints, Some(free_endpoint()), None)
+    }
+
+    /// The same in a laboratory, where every process has a network card of its own.
+    #[must_use]
+    pub fn in_lab(schedule: &Schedule, lab: Arc<Lab>) -> Self {
+        let endpoint = |node| format!("tcp/{}:{LAB_PORT}", lab.address(node));
+        Self::new(schedule, Node::DEPLOYED.map(endpoint).into(), None, Some(lab))
+    }
+
+    fn new(
+        schedule: &Schedule,
+        endpoints: Vec<String>,
+        onlooker: Option<String>,
+        lab: Option<Arc<Lab>>,
+    ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let modules = vec!["module1".to_string(), "module2".to_string()];
-        let endpoints: Vec<String> = (0..=modules.len()).map(|_| free_endpoint()).collect();
-        let deployment = Self { folder, modules, endpoints };
+        let deployment = Self { folder, modules, endpoints, onlooker, lab };
         for place in 0..deployment.endpoints.len() {
             deployment.copy_config(place);
         }
@@ -58,12 +91,51 @@ impl Deployment {
         }
         let own = &self.endpoints[place];
         let others = || self.endpoints.iter().filter(|endpoint| *endpoint != own);
-        let connect = if place == 0 { Vec::new() } else { others().cloned().collect() };
+        let mut connect: Vec<String> =
+            if place == 0 { Vec::new() } else { others().cloned().collect() };
+        connect.extend(self.onlooker.clone());
         let mut network = toml::Table::new();
         network.insert("listen".into(), vec![own.clone()].into());
         network.insert("connect".into(), connect.into());
         table.insert("network".into(), network.into());
+        self.keep_state_here(place, &mut table);
         std::fs::write(self.folder.path().join(name), table.to_string()).unwrap();
+    }
+
+    /// A process that keeps a state keeps it in this deployment's folder, so that it is there after a
+    /// restart and in no other test.
+    fn keep_state_here(&self, place: usize, table: &mut toml::Table) {
+        if let Some(state) = table.get_mut("state").and_then(toml::Value::as_table_mut) {
+            let directory = self.state_directory_at(place);
+            std::fs::create_dir_all(&directory).unwrap();
+            state.insert("directory".into(), directory.to_str().unwrap().into());
+        }
+    }
+
+    fn state_directory_at(&self, place: usize) -> PathBuf {
+        self.folder.path().join(format!("state-{place}"))
+    }
+
+    /// Where the diagnoser of the module at `index` keeps its state.
+    #[must_use]
+    pub fn state_directory(&self, index: usize) -> PathBuf {
+        self.state_directory_at(index + 1)
+    }
+
+    /// Changes the configuration of the module at `index`.
+    pub fn reconfigure(&self, index: usize, change: impl FnOnce(&mut toml::Table)) {
+        let file = self.file(index + 1);
+        let mut table: toml::Table = std::fs::read_to_string(&file).unwrap().parse().unwrap();
+        change(&mut table);
+        std::fs::write(file, table.to_string()).unwrap();
+    }
+
+    /// Changes a setting of the plant, whose place is 0, or of a module, before it is started.
+    pub fn set(&self, place: usize, table: &str, key: &str, value: impl Into<toml::Value>) {
+        let text = std::fs::read_to_string(self.file(place)).unwrap();
+        let mut document: toml::Table = text.parse().unwrap();
+        document[table].as_table_mut().unwrap().insert(key.into(), value.into());
+        std::fs::write(self.file(place), document.to_string()).unwrap();
     }
 
     fn file_name(&self, place: usize) -> String {
@@ -79,6 +151,13 @@ impl Deployment {
 
     fn schedule(&self) -> PathBuf {
         self.folder.path().join("schedule.toml")
+    }
+
+    /// Bytes that the process at this place keeps on the disk.
+    #[must_use]
+    pub fn state_bytes(&self, place: usize) -> u64 {
+        let files = std::fs::read_dir(self.state_directory_at(place)).unwrap();
+        files.map(|file| file.unwrap().metadata().map_or(0, |metadata| metadata.len())).sum()
     }
 
     /// What all processes have logged.
@@ -116,7 +195,7 @@ impl Deployment {
         command.arg("run").arg(self.file(0)).args(["--speed", speed, "--schedule"]);
         command.arg(self.schedule()).args(["--run-id", &run.to_string()]);
         command.args(["--steps", &steps.to_string(), "--seed", &seed.to_string()]);
-        Process::start(command, &self.folder.path().join("plant.log"))
+        self.launch(Node::Plant, command, "plant")
     }
 
     /// Starts the diagnoser of the module at `index`.
@@ -124,8 +203,21 @@ impl Deployment {
     pub fn start_diagnoser(&self, index: usize) -> Process {
         let mut command = program("trusswatch-diagnoser");
         command.arg("run").arg(self.file(index + 1));
-        let log = self.folder.path().join(format!("{}.log", self.modules[index]));
-        Process::start(command, &log)
+        self.launch(Node::DEPLOYED[index + 1], command, &self.modules[index])
+    }
+
+    fn launch(&self, node: Node, command: Command, name: &str) -> Process {
+        let command = match &self.lab {
+            Some(lab) => lab.command(node, command),
+            None => command,
+        };
+        Process::start(command, &self.folder.path().join(format!("{name}.log")))
+    }
+
+    /// Starts a program of another kind, with a log of its own.
+    #[must_use]
+    pub fn start_other(&self, command: Command, name: &str) -> Process {
+        Process::start(command, &self.folder.path().join(format!("{name}.log")))
     }
 
     /// Starts every diagnoser.
@@ -142,8 +234,9 @@ pub struct Process {
 }
 
 impl Process {
-    fn start(mut command: std::process::Command, log: &Path) -> Self {
-        let file = File::create(log).unwrap();
+    /// A process that is started again writes on where the one before it ended.
+    pub(crate) fn start(mut command: Command, log: &Path) -> Self {
+        let file = File::options().append(true).create(true).open(log).unwrap();
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);
         Self { child: command.spawn().unwrap(), log: log.to_path_buf() }
     }
@@ -160,17 +253,44 @@ impl Process {
         std::fs::read_to_string(&self.log).unwrap_or_default()
     }
 
+    /// Has all its threads, those that it starts later included, share one of the processors.
+    pub fn pin(&self, processor: usize) {
+        let mut processors = CpuSet::new();
+        processors.set(processor).unwrap();
+        for thread in std::fs::read_dir(format!("/proc/{}/task", self.pid())).unwrap() {
+            let thread = thread.unwrap().file_name().into_string().unwrap().parse().unwrap();
+            // A thread may have ended meanwhile.
+            let _ = sched_setaffinity(Pid::from_raw(thread), &processors);
+        }
+    }
+
     /// Sends a signal.
     pub fn signal(&self, signal: Signal) {
         kill(Pid::from_raw(i32::try_from(self.child.id()).unwrap()), signal).unwrap();
+    }
+
+    /// Kills it at once, without a chance to say a word.
+    pub fn crash(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// Has it not ended by itself?
+    pub fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
+    /// Has it ended? Then with which exit code?
+    pub fn ended(&mut self) -> Option<Option<i32>> {
+        self.child.try_wait().unwrap().map(|status| status.code())
     }
 
     /// Waits for its end and returns the exit code.
     pub async fn exit_code(&mut self) -> Option<i32> {
         let end = async {
             loop {
-                if let Some(status) = self.child.try_wait().unwrap() {
-                    return status.code();
+                if let Some(code) = self.ended() {
+                    return code;
                 }
                 tokio::time::sleep(std::time::Duration::from_millis(5)).await;
             }

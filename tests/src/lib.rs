@@ -6,11 +6,29 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "test code")]
 
 pub mod binaries;
+pub mod chaos;
 pub mod deployment;
+pub mod footprint;
+pub mod held;
+pub mod hostile;
+pub mod kills;
+pub mod lab;
 pub mod observer;
+pub mod onlooker;
+pub mod operate;
+pub mod plant_clock;
+pub mod publications;
 pub mod reference;
+pub mod resident;
+pub mod scaling;
 pub mod scenarios;
+pub mod security;
+pub mod signs;
+pub mod soak;
+pub mod throttle;
+pub mod timeline;
 pub mod verdict;
+pub mod worst;
 
 use std::future::Future;
 use std::time::Duration;

@@ -9,6 +9,7 @@ use truss::ids::{ModuleName, StructureName};
 use wire::{FaultTransition, ModuleStatus};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
+use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 use crate::deployment::Deployment;
@@ -18,7 +19,8 @@ use crate::in_time;
 pub struct Observer {
     /// The session.
     pub session: Session,
-    structure: StructureName,
+    /// The structure.
+    pub structure: StructureName,
 }
 
 /// Fault transitions as they arrive, with the time of arrival \[ns since 1970\].
@@ -34,10 +36,33 @@ pub fn unix_ns() -> u64 {
     u64::try_from(now.as_nanos()).unwrap()
 }
 
+/// Whoever has not told its states by then does not; the others' are used.
+const STATES_WITHIN: Duration = Duration::from_millis(300);
+
+/// The present states of all components of the modules that answer.
+pub async fn states(session: &Session) -> Vec<FaultTransition> {
+    let replies = session
+        .get("trusswatch/tower/*/fault/**")
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .timeout(STATES_WITHIN)
+        .await
+        .unwrap();
+    let mut states = Vec::new();
+    while let Ok(reply) = replies.recv_async().await {
+        let Ok(sample) = reply.result() else { continue };
+        states.extend(wire::decode::<FaultTransition>(&sample.payload().to_bytes()));
+    }
+    states
+}
+
 impl Observer {
-    /// Connects; waits until everybody can be reached.
+    /// Connects, or lets the others connect.
     pub async fn of(deployment: &Deployment) -> Self {
-        let network = Network::peer_of(&deployment.endpoints);
+        let network = match &deployment.onlooker {
+            Some(own) => Network { listen: vec![own.clone()], ..Network::default() },
+            None => Network::peer_of(&deployment.endpoints),
+        };
         let session =
             in_time("the observer's session", daemon::session::open(&network)).await.unwrap();
         Self { session, structure: "tower".parse().unwrap() }
@@ -54,6 +79,17 @@ impl Observer {
             crate::LIMIT,
         );
         there.await.unwrap();
+    }
+
+    /// Waits until a process has gone, as its liveliness token tells.
+    pub async fn wait_until_gone(&self, name: &str) {
+        let key = format!("trusswatch/{}/{name}/alive", self.structure);
+        let gone = async {
+            while self.session.liveliness().get(&key).await.unwrap().recv_async().await.is_ok() {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        in_time("the end of a liveliness token", gone).await;
     }
 
     /// Listens to every fault transition, those before now included.
@@ -99,7 +135,10 @@ impl Observer {
                 tokio::time::sleep(Duration::from_millis(10)).await;
             }
         };
-        in_time("a status as wanted", found).await
+        match tokio::time::timeout(crate::LIMIT, found).await {
+            Ok(status) => status,
+            Err(_) => panic!("no status as wanted, but {:#?}", statuses.lock().unwrap()),
+        }
     }
 }
 
@@ -107,6 +146,11 @@ impl Faults {
     /// The next transition and when it arrived.
     pub async fn next(&mut self) -> (u64, FaultTransition) {
         in_time("a fault transition", self.arrivals.recv()).await.unwrap()
+    }
+
+    /// The next transition, however long it takes; `None` when there will be none.
+    pub async fn recv(&mut self) -> Option<(u64, FaultTransition)> {
+        self.arrivals.recv().await
     }
 
     /// Everything that has arrived so far.

@@ -3,14 +3,40 @@
 use std::collections::BTreeSet;
 
 use study::{Injection, Occurrence, Rig, Schedule};
-use truss::ids::RunId;
+use truss::ids::{ComponentPath, RunId};
 
 use crate::deployment::Deployment;
+use crate::held::Held;
+use crate::timeline::Timeline;
 use crate::verdict::Reached;
 
 /// The verdicts of a run in one process, from the very files that the processes read.
 #[must_use]
 pub fn verdicts(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> BTreeSet<Reached> {
+    let reached = occurrences(deployment, seed, run, steps).into_iter();
+    let reached = reached.filter_map(|occurrence| match occurrence {
+        Occurrence::Transition { module, transition } => {
+            Reached::of_transition(&module, &transition)
+        }
+        _ => None,
+    });
+    reached.collect()
+}
+
+/// What was held of each component at each step of such a run.
+#[must_use]
+pub fn timeline(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> Timeline {
+    let mut timeline = Timeline::default();
+    for occurrence in occurrences(deployment, seed, run, steps) {
+        if let Occurrence::Transition { module, transition } = occurrence {
+            let component = ComponentPath { module, component: transition.component };
+            timeline.note(component, transition.decided, Held::of_verdict(&transition.verdict));
+        }
+    }
+    timeline
+}
+
+fn occurrences(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> Vec<Occurrence> {
     let config = deployment.plant_config(seed);
     let injections = config.schedule.faults.iter().map(|fault| Injection {
         at: fault.at_step,
@@ -22,11 +48,5 @@ pub fn verdicts(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> B
     let plant = config.make_plant().unwrap();
     let mut rig = Rig::new(plant, setups, Schedule::new(injections.collect()), run).unwrap();
     rig.run(steps).unwrap();
-    let reached = rig.take_occurrences().into_iter().filter_map(|occurrence| match occurrence {
-        Occurrence::Transition { module, transition } => {
-            Reached::of_transition(&module, &transition)
-        }
-        _ => None,
-    });
-    reached.collect()
+    rig.take_occurrences()
 }

@@ -3,16 +3,15 @@
 
 #![allow(clippy::unwrap_used, reason = "test code")]
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use daemon::config::{Network, Schedule, ScheduledFault};
 use system_tests::deployment::{Deployment, free_endpoint};
 use system_tests::in_time;
 use system_tests::observer::{Faults, Observer};
+use system_tests::publications::{Publications, percentiles};
 use truss::fault::Fault;
-use truss::ids::{ModuleName, RunId, Step};
+use truss::ids::{RunId, Step};
 use wire::FaultState;
 
 const STEPS: u64 = 40_000;
@@ -40,27 +39,6 @@ fn schedule() -> Schedule {
         fault: Fault::Bias { offset_m: 4e-4 },
     });
     Schedule { faults: faults.collect() }
-}
-
-/// When each sample was published \[ns since 1970\].
-type Published = Arc<Mutex<BTreeMap<(ModuleName, Step), u64>>>;
-
-async fn note_publications(observer: &Observer) -> (zenoh::pubsub::Subscriber<()>, Published) {
-    let published = Published::default();
-    let noted = published.clone();
-    let callback = move |sample: zenoh::sample::Sample| {
-        let message: wire::Sample = wire::decode(&sample.payload().to_bytes()).unwrap();
-        noted.lock().unwrap().insert((message.module, message.step), message.time_unix_ns);
-    };
-    let subscriber = observer.session.declare_subscriber("trusswatch/*/*/sample");
-    (subscriber.callback(callback).await.unwrap(), published)
-}
-
-/// p50 and p99 \[ms\].
-fn percentiles(mut ms: Vec<f64>) -> (f64, f64) {
-    ms.sort_by(f64::total_cmp);
-    let at = |share: f64| ms[((ms.len() - 1) as f64 * share).round() as usize];
-    (at(0.5), at(0.99))
 }
 
 /// Round trips of a payload of this size between two sessions over loopback \[ms\].
@@ -100,22 +78,17 @@ async fn round_trips(size: usize, count: usize) -> Vec<f64> {
     trips
 }
 
-/// Milliseconds from the deciding sample to the message, of every verdict.
-async fn delays(faults: &mut Faults, published: &Published) -> (Vec<f64>, usize) {
+/// Milliseconds from the deciding sample to the message, of every verdict, and a message's size.
+async fn delays(faults: &mut Faults, publications: &Publications) -> (Vec<f64>, usize) {
     let mut arrivals = Vec::new();
-    let mut size = 0;
     while arrivals.len() < GAGES.len() {
         let (arrival, message) = faults.next().await;
         if message.state == FaultState::Latched {
-            size = wire::encode(&message).unwrap().len();
-            arrivals.push((arrival, message.module, message.decided_step.unwrap()));
+            arrivals.push((arrival, message));
         }
     }
-    let published = published.lock().unwrap();
-    let delay = |(arrival, module, step): (u64, ModuleName, Step)| {
-        arrival.saturating_sub(published[&(module, step)]) as f64 / 1e6
-    };
-    (arrivals.into_iter().map(delay).collect(), size)
+    let size = arrivals.last().map_or(0, |(_, message)| wire::encode(message).unwrap().len());
+    (arrivals.iter().map(|arrival| publications.delay_ms(arrival)).collect(), size)
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -124,10 +97,10 @@ async fn in_real_time_no_sample_is_dropped_and_the_message_follows_the_deciding_
     let diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;
     observer.wait_for(&["module1", "module2"], false).await;
-    let (_publications, published) = note_publications(&observer).await;
+    let publications = Publications::of(&observer).await;
     let mut faults = observer.faults().await;
     let mut plant = deployment.start_plant("real", STEPS, 7, RunId(7));
-    let (delays, size) = delays(&mut faults, &published).await;
+    let (delays, size) = delays(&mut faults, &publications).await;
     let pings = round_trips(size, 500).await;
     assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
     for module in ["module1", "module2"] {

@@ -3,7 +3,10 @@
 use clap::{Parser, Subcommand};
 
 use crate::failure::EXIT_CODES;
-use crate::{calibrate, check, demo, detect, model, study};
+use crate::{
+    calibrate, certificates, check, demo, detect, faults, follow, generate, health, history,
+    inject, join, model, order, repeat, router, schema, study,
+};
 
 /// Distributed fault diagnosis of adaptive structures.
 #[derive(Debug, Parser)]
@@ -26,5 +29,20 @@ pub(crate) enum Command {
     Demo(demo::Arguments),
     Calibrate(calibrate::Arguments),
     Check(check::Arguments),
+    Faults(faults::Arguments),
+    Follow(follow::Arguments),
+    #[command(visible_alias = "acknowledge")]
+    Ack(order::AcknowledgeArguments),
+    Reset(order::ResetArguments),
+    #[command(hide = true)]
+    Generate(generate::Arguments),
+    Health(health::Arguments),
+    History(history::Arguments),
+    Inject(inject::Arguments),
     Study(Box<study::Arguments>),
+    Repeat(repeat::Arguments),
+    Pki(certificates::Arguments),
+    Join(join::Arguments),
+    Router(router::Arguments),
+    Schema(schema::Arguments),
 }

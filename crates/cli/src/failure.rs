@@ -7,10 +7,11 @@ use std::process::ExitCode;
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
   0  done
-  1  it did not work out; of the demo: injected and diagnosed faults differ
+  1  it did not work out; of the demo: injected and diagnosed faults differ; of an order: refused;
+     of faults --check and health: not all is well
   2  wrong use of the command line
   3  a file that cannot be used
-  4  the network";
+  4  the network, or nobody answers";
 
 /// Kinds of failure, each with its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +80,16 @@ impl Failure {
     /// The network.
     pub(crate) fn network(message: impl Into<String>) -> Failure {
         Failure::new(Kind::Network, message)
+    }
+
+    /// It did not work out, for each of these reasons.
+    pub(crate) fn runtimes(messages: Vec<String>) -> Failure {
+        Failure { kind: Kind::Runtime, messages }
+    }
+
+    /// The network, for each of these reasons.
+    pub(crate) fn networks(messages: Vec<String>) -> Failure {
+        Failure { kind: Kind::Network, messages }
     }
 
     /// Says on standard error what there is to say.

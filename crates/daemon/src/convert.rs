@@ -1,6 +1,6 @@
 //! Between what the diagnosis says and what is sent.
 
-use diagnosis::{Answer, Counters, Phase, Question, Transition, Verdict};
+use diagnosis::{Answer, Counters, Doubt, Phase, Question, Transition, Verdict};
 use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
 use wire::{FaultState, FaultTransition, ModulePhase};
 
@@ -22,28 +22,21 @@ impl Speaker {
 
     /// The message on a component that never had a transition.
     pub(crate) fn untouched(&self, component: &Component, time_unix_ns: u64) -> FaultTransition {
-        FaultTransition {
-            structure: self.structure.clone(),
-            module: self.module.clone(),
-            component: self.path(component),
-            kind: component.kind(),
-            state: FaultState::Normal,
-            sequence: 0,
-            run: None,
-            onset_step: None,
-            detection_step: None,
-            decided_step: None,
-            evidence: None,
-            explained_by: None,
-            explained_since_step: None,
-            silent: Vec::new(),
-            time_unix_ns,
-        }
+        FaultTransition::untouched(self.structure.clone(), self.path(component), time_unix_ns)
     }
 
     pub(crate) fn transition(&self, transition: Transition, time_unix_ns: u64) -> FaultTransition {
-        let Transition { sequence, run, component, verdict, onset, detection, decided, evidence } =
-            transition;
+        let Transition {
+            sequence,
+            run,
+            component,
+            verdict,
+            onset,
+            detection,
+            decided,
+            evidence,
+            order,
+        } = transition;
         let mut message = self.untouched(&component, time_unix_ns);
         message.sequence = sequence;
         message.run = Some(run);
@@ -51,20 +44,16 @@ impl Speaker {
         message.detection_step = Some(detection);
         message.decided_step = Some(decided);
         message.evidence = Some(to_wire_evidence(&evidence));
-        message.state = match verdict {
-            Verdict::Normal => FaultState::Normal,
-            Verdict::Tentative => FaultState::Tentative,
-            Verdict::Unconfirmed { silent } => {
-                message.silent = silent;
-                FaultState::Unconfirmed
-            }
+        message.order = order.map(to_wire_order);
+        message.state = to_state(&verdict);
+        match verdict {
+            Verdict::Unconfirmed { doubt } => enter_doubt(&mut message, doubt),
             Verdict::Explained { by, since } => {
                 message.explained_by = Some(by);
                 message.explained_since_step = Some(since);
-                FaultState::Explained
             }
-            Verdict::Latched => FaultState::Latched,
-        };
+            Verdict::Normal | Verdict::Tentative | Verdict::Latched | Verdict::Acknowledged => {}
+        }
         message
     }
 
@@ -132,10 +121,86 @@ impl Speaker {
     }
 }
 
+fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
+    message.doubt = Some(match doubt {
+        Doubt::Silent(modules) => {
+            message.silent = modules;
+            wire::Doubt::Silent
+        }
+        Doubt::Unknowing(modules) => {
+            message.unknowing = modules;
+            wire::Doubt::Unknowing
+        }
+        Doubt::RunEnded => wire::Doubt::RunEnded,
+    });
+}
+
+fn to_wire_order(given: diagnosis::GivenOrder) -> wire::GivenOrder {
+    let (order, force) = match given.kind {
+        diagnosis::OrderKind::Acknowledge => (wire::OrderKind::Acknowledge, false),
+        diagnosis::OrderKind::Reset { force } => (wire::OrderKind::Reset, force),
+    };
+    wire::GivenOrder { order, by: given.by, note: given.note, force }
+}
+
+pub(crate) fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diagnosis::Order {
+    let wire::Order { component, by, note, force } = order;
+    let kind = match kind {
+        wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
+        wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force },
+    };
+    diagnosis::Order { component, given: diagnosis::GivenOrder { kind, by, note } }
+}
+
+/// A transition as it was before it was sent; `None` for a component that never had one.
+pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
+    let verdict = match message.state {
+        FaultState::Normal => Verdict::Normal,
+        FaultState::Tentative => Verdict::Tentative,
+        FaultState::Unconfirmed => Verdict::Unconfirmed {
+            doubt: match message.doubt? {
+                wire::Doubt::Silent => Doubt::Silent(message.silent),
+                wire::Doubt::Unknowing => Doubt::Unknowing(message.unknowing),
+                wire::Doubt::RunEnded => Doubt::RunEnded,
+            },
+        },
+        FaultState::Explained => {
+            Verdict::Explained { by: message.explained_by?, since: message.explained_since_step? }
+        }
+        FaultState::Latched => Verdict::Latched,
+        FaultState::Acknowledged => Verdict::Acknowledged,
+    };
+    Some(Transition {
+        sequence: message.sequence,
+        run: message.run?,
+        component: message.component.component,
+        verdict,
+        onset: message.onset_step?,
+        detection: message.detection_step?,
+        decided: message.decided_step?,
+        evidence: from_wire_evidence(&message.evidence?),
+        order: message.order.map(from_given_order),
+    })
+}
+
+fn from_given_order(given: wire::GivenOrder) -> diagnosis::GivenOrder {
+    let kind = match given.order {
+        wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
+        wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force: given.force },
+    };
+    diagnosis::GivenOrder { kind, by: given.by, note: given.note }
+}
+
+fn from_wire_evidence(evidence: &wire::Evidence) -> diagnosis::Evidence {
+    let wire::Evidence { step, residual, level, divergence, threshold, ratio: _ } = *evidence;
+    diagnosis::Evidence { step, residual, level, divergence, threshold }
+}
+
 fn to_wire_evidence(evidence: &diagnosis::Evidence) -> wire::Evidence {
     wire::Evidence {
         step: evidence.step,
         residual: evidence.residual,
+        level: evidence.level,
         divergence: evidence.divergence,
         threshold: evidence.threshold,
         ratio: evidence.ratio(),
@@ -164,6 +229,17 @@ pub(crate) fn from_answer(answer: wire::StateAnswer) -> Answer {
     }
 }
 
+pub(crate) fn to_state(verdict: &Verdict) -> FaultState {
+    match verdict {
+        Verdict::Normal => FaultState::Normal,
+        Verdict::Tentative => FaultState::Tentative,
+        Verdict::Unconfirmed { .. } => FaultState::Unconfirmed,
+        Verdict::Explained { .. } => FaultState::Explained,
+        Verdict::Latched => FaultState::Latched,
+        Verdict::Acknowledged => FaultState::Acknowledged,
+    }
+}
+
 pub(crate) fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
     match phase {
         Phase::Waiting => (ModulePhase::Waiting, None),
@@ -177,6 +253,7 @@ pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
         samples,
         samples_missing,
         samples_repeated,
+        samples_late,
         samples_far_ahead,
         samples_wrong_length,
         samples_non_finite,
@@ -193,6 +270,7 @@ pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
         samples,
         samples_missing,
         samples_repeated,
+        samples_late,
         samples_far_ahead,
         samples_wrong_length,
         samples_non_finite,

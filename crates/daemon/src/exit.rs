@@ -24,7 +24,7 @@ pub enum Failure {
     /// Exit code 3.
     #[error(transparent)]
     Config(#[from] ConfigErrors),
-    /// Exit code 4.
+    /// Exit code 4, or 3 if it is the file of Zenoh's settings that is not valid.
     #[error(transparent)]
     Network(#[from] NetworkError),
 }
@@ -35,7 +35,7 @@ impl Failure {
     pub fn exit_code(&self) -> u8 {
         match self {
             Failure::Running(_) => 1,
-            Failure::Config(_) => 3,
+            Failure::Config(_) | Failure::Network(NetworkError::File { .. }) => 3,
             Failure::Network(_) => 4,
         }
     }

@@ -1,24 +1,35 @@
 //! The runtime that a process runs on.
 
 use std::future::Future;
+use std::time::Duration;
 
+use crate::environment;
 use crate::exit::Failure;
 use crate::shutdown::{self, Shutdown};
+use crate::supervision::scheduling;
+
+/// How long tasks may take to end when the process does.
+const ENDING: Duration = Duration::from_millis(500);
 
 /// Runs a process until it ends; SIGTERM and SIGINT ask it to.
 pub(crate) fn until_done<F>(process: impl FnOnce(Shutdown) -> F) -> Result<(), Failure>
 where
     F: Future<Output = Result<(), Failure>>,
 {
+    environment::provide();
+    scheduling::log();
     // Zenoh needs more than one worker thread.
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
         .build()
         .map_err(|error| Failure::running("the runtime cannot be started", error))?;
-    runtime.block_on(async {
+    let outcome = runtime.block_on(async {
         let shutdown = shutdown::on_signals()
             .map_err(|error| Failure::running("signals cannot be received", error))?;
         process(shutdown).await
-    })
+    });
+    // A task that never yields, like a session that waits for its router, must not keep the process.
+    runtime.shutdown_timeout(ENDING);
+    outcome
 }

@@ -84,6 +84,26 @@ fn a_misspelt_key_of_the_plant_is_refused_with_its_line() {
 }
 
 #[test]
+fn an_address_for_health_that_is_none_is_refused_with_its_line() {
+    let copy = Copy::new();
+    for file in ["module1.toml", "plant.toml"] {
+        let line = copy.spoil(file, "[network]", "[health]\nlisten = \"localhost\"\n[network]") + 1;
+        let error = match file {
+            "plant.toml" => copy.plant_errors(&PlantFlags::default()),
+            _ => copy.module_errors(),
+        };
+        let expected = format!(
+            "{file}:{line}: `localhost` is no address with a port; write e.g. `127.0.0.1:9464`"
+        );
+        assert!(error.contains(&expected), "{error}");
+    }
+    let error = copy.module_errors();
+    copy.spoil("module1.toml", "listen = \"localhost\"", "listens = \"127.0.0.1:9464\"");
+    assert_ne!(error, copy.module_errors());
+    assert!(copy.module_errors().contains("unknown field `listens`"));
+}
+
+#[test]
 fn thresholds_for_other_settings_are_refused_and_the_setting_is_named() {
     let copy = Copy::new();
     copy.spoil("module1.toml", "lag = 5 ", "lag = 12 ");
@@ -185,9 +205,14 @@ fn a_file_of_zenoh_settings_that_is_none_is_named_and_excludes_the_mode() {
 fn flags_that_are_no_endpoints_are_named() {
     let copy = Copy::new();
     let config = load_diagnoser(&copy.path("module1.toml")).unwrap();
-    let flags = NetworkFlags { listen: vec!["nowhere".into()], connect: vec!["tcp/".into()] };
+    let flags = NetworkFlags {
+        listen: vec!["nowhere".into()],
+        connect: vec!["tpc/host:7447".into()],
+        tls: None,
+    };
     let error = config.with_flags(&flags).unwrap_err().to_string();
     assert!(error.contains("--listen: `nowhere` is no endpoint"), "{error}");
+    assert!(error.contains("--connect: `tpc/host:7447` is an endpoint of no known"), "{error}");
 }
 
 #[test]
@@ -234,4 +259,23 @@ fn a_schedule_is_tried_on_the_plant() {
     assert!(error.contains("faults.toml: there is no `module1/sensor/g9`"), "{error}");
     let error = faults("module1/sensor/g1", "{ kind = \"bias\" }");
     assert!(error.contains("offset_m"), "{error}");
+}
+
+#[test]
+fn what_a_file_says_forges_no_further_line() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "[publish]", "\"a\\nERROR b\" = 1\n[publish]");
+    let error = copy.module_errors();
+    assert!(error.contains("ERROR b") && error.lines().count() == 1, "{error}");
+}
+
+#[test]
+fn parameters_without_a_controller_are_refused_with_a_line() {
+    let copy = Copy::new();
+    let text = std::fs::read_to_string(copy.path("plant.toml")).unwrap();
+    let line = 1 + text.lines().position(|line| line == "[plant]").unwrap();
+    let text = format!("{text}\n[plant.loads]\ndrag_coefficient = 1e124\n");
+    std::fs::write(copy.path("plant.toml"), text).unwrap();
+    let error = copy.plant_errors(&PlantFlags::default());
+    assert!(error.contains(&format!("plant.toml:{line}: no controller")), "{error}");
 }

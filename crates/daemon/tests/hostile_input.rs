@@ -7,37 +7,22 @@ use std::time::Duration;
 
 use daemon::config::{PlantFlags, Speed};
 use daemon::observer::{self, OrderError};
-use support::{Process, Rig, in_time};
+use support::{Process, Rig, in_time, status};
 use truss::fault::Fault;
 use truss::ids::{RunId, Step};
-use wire::{
-    Injection, ModuleStatus, PlantPhase, PlantStatus, Refused, Sample, StateAnswer, StateQuestion,
-};
+use wire::{Injection, PlantPhase, PlantStatus, Refused, Sample, StateAnswer, StateQuestion};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
 const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
-
-async fn status(observer: &Session, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
-    let statuses = observer.declare_subscriber("trusswatch/small/*/status").await.unwrap();
-    in_time("the status wanted", async {
-        loop {
-            let received = statuses.recv_async().await.unwrap();
-            if let Ok(status) = wire::decode(&received.payload().to_bytes())
-                && wanted(&status)
-            {
-                return status;
-            }
-        }
-    })
-    .await
-}
 
 /// A diagnoser of the lower module and whoever plays the rest of the world.
 async fn diagnoser_alone() -> (Process, Session) {
     let mut rig = Rig::new("small/plant.toml", &SMALL, &PlantFlags::default());
     rig.diagnosers[0].publish.status_every_ms = 100;
     rig.diagnosers[0].queries.hold_ms = 3000;
+    // these tests send single samples and take their time
+    rig.diagnosers[0].input.stale_after_ms = 3_600_000;
     let diagnoser = rig.start_diagnoser(0);
     let observer = rig.observer().await;
     let (structure, lower) = (&rig.plant.structure.name, ["lower".parse().unwrap()]);
@@ -113,7 +98,7 @@ async fn every_kind_of_bad_sample_is_counted_by_its_name_and_good_ones_are_still
     assert_eq!((intake.wrong_message, intake.other_module), (1, 1));
     assert_eq!(diagnosis.samples_wrong_length, 2);
     assert_eq!(diagnosis.samples_non_finite, 1);
-    assert_eq!(diagnosis.samples_repeated, 2);
+    assert_eq!((diagnosis.samples_repeated, diagnosis.samples_late), (1, 1));
     assert_eq!(diagnosis.samples_missing, 3);
     assert_eq!(diagnosis.samples, 3);
     diagnoser.stop().await;
@@ -155,6 +140,9 @@ async fn a_question_is_answered_held_or_refused_with_its_reason() {
     assert!(refused(ask(&observer, "from=0&step=99").await).contains("not reached within 3000 ms"));
     let status = status(&observer, |status| status.step == Some(Step(2))).await;
     assert_eq!(status.waiting_questions, 0);
+    let asked = status.inquiries;
+    assert_eq!((asked.received, asked.turned_away), (10, 0));
+    assert_eq!((asked.malformed, asked.answered, asked.refused), (3, 3, 4));
     diagnoser.stop().await;
     daemon::session::close(&observer).await;
 }

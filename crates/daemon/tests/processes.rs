@@ -3,6 +3,7 @@
 
 mod support;
 
+use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
@@ -103,6 +104,24 @@ fn a_busy_port_is_exit_code_4_and_the_endpoint_is_named() {
     }
 }
 
+#[test]
+fn an_address_for_health_must_be_one_and_be_free() {
+    let folder = TempDir::new().unwrap();
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = taken.local_addr().map(|address| (taken, address.to_string())).unwrap();
+    for (program, file) in [(PLANT, "plant.toml"), (DIAGNOSER, "module1.toml")] {
+        let file = without_network(&folder, file);
+        let run = |address| output(program, &["run", file.to_str().unwrap(), "--health", address]);
+        let (code, _, stderr) = run(&taken.1);
+        assert_eq!(code, 4, "{stderr}");
+        let expected = format!("health cannot be served on {}", taken.1);
+        assert!(stderr.contains(&expected) && stderr.contains("free the port"), "{stderr}");
+        let (code, _, stderr) = run("9464");
+        assert_eq!(code, 3, "{stderr}");
+        assert!(stderr.contains("--health: `9464` is no address with a port"), "{stderr}");
+    }
+}
+
 /// A child that does not outlive the test.
 struct Running(Child);
 
@@ -162,4 +181,26 @@ async fn a_plant_that_waits_for_nobody_ends_after_its_steps() {
     let arguments =
         ["run", file.to_str().unwrap(), "--no-wait", "--speed", "max", "--steps", "500"];
     assert_eq!(ends(start(PLANT, &arguments), None).await, 0);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_client_that_waits_for_its_router_can_still_be_stopped() {
+    let folder = TempDir::new().unwrap();
+    let file = without_network(&folder, "module1.toml");
+    let nobody = free_endpoint();
+    let text = std::fs::read_to_string(&file).unwrap();
+    let network = format!("[network]\nmode = \"client\"\nconnect = [\"{nobody}\"]\n");
+    std::fs::write(&file, text + &network).unwrap();
+    let mut child = Command::new(DIAGNOSER)
+        .args(["run", file.to_str().unwrap()])
+        .env("TRUSSWATCH_LOG", "info")
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut log = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(log.by_ref().map_while(Result::ok).any(|line| line.contains("opening a session")));
+    kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), Signal::SIGTERM).unwrap();
+    let ended = tokio::task::spawn_blocking(move || child.wait());
+    let status = in_time("the end of the process", ended).await.unwrap().unwrap();
+    assert_eq!(status.code(), Some(0));
 }

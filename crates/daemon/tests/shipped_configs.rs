@@ -60,7 +60,14 @@ fn every_plants_configuration_is_valid() {
 
 #[test]
 fn every_file_of_zenoh_settings_is_taken_by_zenoh() {
-    for file in ["peer.json5", "client.json5", "router.json5"] {
+    for file in [
+        "peer.json5",
+        "client.json5",
+        "router.json5",
+        "client-tls.json5",
+        "tower-peer.json5",
+        "tower-router.json5",
+    ] {
         let zenoh = Some(configs().join("zenoh").join(file));
         daemon::session::settings(&Network { zenoh, ..Network::default() }).unwrap();
     }

@@ -45,6 +45,11 @@ impl LoggedChange {
         }
     }
 
+    /// Raises the ratio throughout.
+    pub(crate) fn raise(&mut self, ratio: f64) {
+        self.peaks.iter_mut().for_each(|peak| *peak = peak.max(ratio));
+    }
+
     /// The ratio as it stood at `step`.
     pub(crate) fn ratio_as_of(&self, step: Step) -> f64 {
         let place = usize::try_from(step.since(self.step)).unwrap_or(usize::MAX);

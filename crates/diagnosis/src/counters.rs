@@ -10,8 +10,11 @@ pub struct Counters {
     pub samples: u64,
     /// Steps for which no sample came.
     pub samples_missing: u64,
-    /// Samples whose step was seen before or went backwards.
+    /// Samples whose step was the one before once more.
     pub samples_repeated: u64,
+    /// Samples whose step lay before the one before.
+    #[serde(default)]
+    pub samples_late: u64,
     /// Samples whose step lay implausibly far ahead.
     pub samples_far_ahead: u64,
     /// Samples with the wrong number of values.

@@ -3,24 +3,28 @@
 //! Data flows one way: sample → residuals → divergences → changes → judgements → transitions. The
 //! order of the actions is the order in which they are to be carried out.
 
+use std::cmp::Ordering;
+
 use truss::Structure;
 use truss::ids::{Component, ModuleName, RunId, Step};
 
-use crate::change::Change;
+use crate::change::{Change, LoggedChange};
 use crate::counters::Counters;
-use crate::divergence::{DivergenceBank, Outcome};
+use crate::coverage::Coverage;
+use crate::divergence::{DivergenceBank, DivergenceSettings, Outcome};
 use crate::event::{Action, Event, QuestionToken};
 use crate::evidence::Evidence;
 use crate::held_questions::HeldQuestions;
 use crate::isolation::{Case, Finding, Isolator, Judgement};
 use crate::ledger::Ledger;
+use crate::memory::{Memory, PastWatch};
 use crate::monitor::{Monitor, Observation};
 use crate::phase::Phase;
 use crate::question::{ActuatorFault, Answer, PeerFailure, Question, Refusal};
 use crate::residual::ResidualGenerator;
 use crate::sample::{Sample, SampleRejection};
 use crate::settings::{ModuleSetup, SetupError};
-use crate::verdict::{Transition, Verdict};
+use crate::verdict::{Doubt, Transition, Verdict};
 
 /// Most steps that a single sample may lie ahead of the one before it: ten seconds at 1 kHz.
 const LONGEST_LEAP: u64 = 10_000;
@@ -30,18 +34,22 @@ const LONGEST_LEAP: u64 = 10_000;
 pub struct Diagnoser {
     module: ModuleName,
     peers: Vec<ModuleName>,
-    components: Vec<Component>,
+    pub(crate) components: Vec<Component>,
     actuators: usize,
+    pub(crate) detection: DivergenceSettings,
     generator: ResidualGenerator,
-    bank: DivergenceBank,
-    monitors: Vec<Monitor>,
+    pub(crate) bank: DivergenceBank,
+    pub(crate) monitors: Vec<Monitor>,
     evidence: Vec<Evidence>,
-    isolator: Isolator,
-    ledger: Ledger,
+    pub(crate) isolator: Isolator,
+    pub(crate) ledger: Ledger,
     held: HeldQuestions,
+    coverage: Coverage,
+    /// The run that was being diagnosed before a restart, until the first sample comes.
+    recalled_run: Option<RunId>,
     phase: Phase,
     run: Option<RunId>,
-    last_step: Option<Step>,
+    pub(crate) last_step: Option<Step>,
     /// Where a sample landed that leapt too far to be believed alone.
     leap: Option<Step>,
     counters: Counters,
@@ -83,6 +91,7 @@ impl Diagnoser {
                 setup.isolation,
             ),
             ledger: Ledger::new(&components),
+            detection: detection.divergence,
             evidence: monitors.iter().map(|monitor| *monitor.evidence()).collect(),
             module: setup.module,
             peers: setup.peers,
@@ -91,12 +100,51 @@ impl Diagnoser {
             bank,
             monitors,
             held: HeldQuestions::default(),
+            coverage: Coverage::default(),
+            recalled_run: None,
             phase: Phase::Waiting,
             run: None,
             last_step: None,
             leap: None,
             counters: Counters::default(),
         })
+    }
+
+    /// Takes up what was known before a restart; to be called before the first event.
+    pub fn recall(&mut self, memory: Memory) {
+        let Memory { sequence, latest, watch } = memory;
+        self.ledger.recall(sequence, latest);
+        let Some(PastWatch { run, watched, changes }) = watch else { return };
+        self.recalled_run = Some(run);
+        if let Some((since, until)) = watched {
+            self.coverage = Coverage::recalled(since, until);
+        }
+        let channel = |component| self.components.iter().position(|own| own == component);
+        let known = changes.iter().filter_map(|change| {
+            let channel = channel(&change.component)?;
+            Some(LoggedChange::new(channel, change.step, change.ratio))
+        });
+        self.isolator.recall_changes(known.collect::<Vec<_>>());
+        self.recall_open_cases(run);
+    }
+
+    /// Changes that were not judged before the restart are judged after it.
+    fn recall_open_cases(&mut self, run: RunId) {
+        for channel in 0..self.components.len() {
+            let Some(latest) = self.ledger.latest(&self.components[channel]) else { continue };
+            let open = matches!(
+                latest.verdict,
+                Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) }
+            );
+            if !open || latest.run != run {
+                continue;
+            }
+            self.isolator.recall_case(channel, latest);
+            let (step, ratio) = (latest.detection, latest.evidence.ratio());
+            if !self.isolator.sees_again(channel, step, ratio) {
+                self.isolator.recall_changes([LoggedChange::new(channel, step, ratio)]);
+            }
+        }
     }
 
     /// Takes an event; appends what is to be done.
@@ -109,6 +157,8 @@ impl Diagnoser {
             Event::Unanswered { peer, question, .. } => {
                 self.take_silence(&peer, question, actions);
             }
+            Event::Returned { peer } => self.take_return(&peer, actions),
+            Event::Ordered { token, order } => self.take_order(token, order, actions),
         }
     }
 
@@ -134,18 +184,31 @@ impl Diagnoser {
             self.begin_run(sample.run, actions);
         }
         let Some(last) = self.last_step else { return Ok(()) };
-        if sample.step <= last {
-            return Err(SampleRejection::Repeated);
+        match sample.step.cmp(&last) {
+            Ordering::Less => return Err(SampleRejection::Late),
+            Ordering::Equal => return Err(SampleRejection::Repeated),
+            Ordering::Greater => {}
         }
         self.check_leap(last, sample.step)?;
         let missing = sample.step.since(last) - 1;
         if missing > 0 {
             self.counters.samples_missing += missing;
-            self.generator.bridge(missing);
-            self.bank.gap();
+            self.coverage.lose(last);
+            self.bridge(missing);
             actions.push(Action::Gap { from: last.plus(1), missing });
         }
         Ok(())
+    }
+
+    /// After a long gap the channels are learnt anew: the structure's oscillation is not known, and what
+    /// the models do while they settle would look like a fault.
+    fn bridge(&mut self, missing: u64) {
+        if self.generator.bridge(missing) {
+            self.bank.gap();
+        } else {
+            self.bank.restart();
+            self.monitors.iter_mut().for_each(Monitor::relearn);
+        }
     }
 
     /// A leap is believed once a second sample follows where the first one landed.
@@ -163,39 +226,47 @@ impl Diagnoser {
             SampleRejection::WrongLength => &mut self.counters.samples_wrong_length,
             SampleRejection::NonFinite => &mut self.counters.samples_non_finite,
             SampleRejection::Repeated => &mut self.counters.samples_repeated,
+            SampleRejection::Late => &mut self.counters.samples_late,
             SampleRejection::FarAhead => &mut self.counters.samples_far_ahead,
         };
         *counter += 1;
     }
 
-    /// Forgets everything but latched faults.
+    /// Forgets everything but what is latched or can never be judged. A run that goes on after a restart
+    /// forgets nothing.
     fn begin_run(&mut self, run: RunId, actions: &mut Vec<Action>) {
-        let previous = self.run.replace(run);
+        let previous = self.run.replace(run).or(self.recalled_run.take());
         self.counters.runs += 1;
+        self.phase = Phase::Initialising;
+        actions.push(Action::RunStarted(run));
+        if previous.is_some_and(|previous| previous != run) {
+            self.end_run(run, actions);
+        }
+        actions.push(Action::Phase(self.phase));
+    }
+
+    fn end_run(&mut self, present: RunId, actions: &mut Vec<Action>) {
+        let last = self.last_step.take().unwrap_or_default();
         self.generator.restart();
         self.bank.restart();
         self.monitors.iter_mut().for_each(Monitor::restart);
         self.isolator.restart();
-        self.last_step = None;
+        self.coverage = Coverage::default();
         self.leap = None;
-        self.phase = Phase::Initialising;
-        actions.push(Action::RunStarted(run));
-        actions.push(Action::Phase(self.phase));
         while let Some((token, question)) = self.held.take_any() {
-            let refusal = Refusal::OtherRun { asked: question.run, present: run };
+            let refusal = Refusal::OtherRun { asked: question.run, present };
             self.refuse(token, refusal, actions);
         }
-        if previous.is_some() {
-            for channel in 0..self.components.len() {
-                actions.extend(self.ledger.clear(run, channel, Step(0)).map(Action::Publish));
-            }
+        for channel in 0..self.components.len() {
+            actions.extend(self.ledger.end_run(channel, last).map(Action::Publish));
         }
     }
 
     /// Sample → residuals → divergences → changes.
     fn watch(&mut self, sample: &Sample, actions: &mut Vec<Action>) {
+        let settled = self.generator.is_settled();
         let residuals = self.generator.push(sample);
-        let outcomes = self.bank.push(residuals);
+        let outcomes = if settled { self.bank.push(residuals) } else { self.bank.skip() };
         for (channel, monitor) in self.monitors.iter_mut().enumerate() {
             let outcome = outcomes[channel];
             let component = &self.components[channel];
@@ -208,6 +279,8 @@ impl Diagnoser {
             self.evidence[channel] = evidence;
             match observation {
                 Observation::Nothing => {}
+                Observation::Changed { .. }
+                    if self.isolator.sees_again(channel, sample.step, evidence.ratio()) => {}
                 Observation::Changed { onset } => {
                     self.counters.changes += 1;
                     // Whatever the verdict on an earlier change will be, this one is judged too: the
@@ -221,7 +294,7 @@ impl Diagnoser {
                 }
                 Observation::Quiet => {
                     if matches!(self.ledger.verdict(channel), Verdict::Explained { .. }) {
-                        let cleared = self.ledger.clear(sample.run, channel, sample.step);
+                        let cleared = self.ledger.clear(channel, sample.step);
                         actions.extend(cleared.map(Action::Publish));
                     }
                 }
@@ -229,14 +302,26 @@ impl Diagnoser {
         }
         let evidence = &self.evidence;
         self.isolator.follow(sample.step, |channel| evidence[channel].ratio());
+        while let Some(settled) = self.isolator.settle(sample.step) {
+            let component = self.components[settled.channel].clone();
+            let ratio = settled.ratio_as_of(sample.step);
+            let change = Change { component, step: settled.step, ratio };
+            actions.push(Action::Settled { run: sample.run, change });
+        }
     }
 
     fn update_phase(&mut self, step: Step, actions: &mut Vec<Action>) {
-        let all_watched = self.monitors.iter().all(Monitor::is_watched);
-        let phase = match (all_watched, self.phase) {
-            (true, Phase::InService { since }) => Phase::InService { since },
-            (true, _) => Phase::InService { since: step },
-            (false, _) => Phase::Initialising,
+        // After a gap there is no divergence for a while, and nothing is seen.
+        let sees =
+            |monitor: &Monitor| monitor.is_watched() && monitor.evidence().divergence.is_some();
+        if self.monitors.iter().all(sees) {
+            self.coverage.watch(step);
+        } else {
+            self.coverage.lose(step.minus(1));
+        }
+        let phase = match self.coverage.watched_since() {
+            Some(since) => Phase::InService { since },
+            None => Phase::Initialising,
         };
         if phase != self.phase {
             self.phase = phase;
@@ -249,10 +334,10 @@ impl Diagnoser {
         if self.isolator.is_idle() {
             return;
         }
-        let latched: Vec<_> = (self.ledger.latched_actuators(&self.module))
-            .map(|(path, transition)| (path, transition.detection))
+        let latched: Vec<_> = (self.ledger.latched_actuators(&self.module, run))
+            .map(|(path, since)| (path, since.change))
             .collect();
-        for (case, finding) in self.isolator.findings(now, &latched) {
+        for (case, finding) in self.isolator.findings(now, &latched, &self.coverage) {
             self.enter(run, &case, finding, now, actions);
         }
         for case in self.isolator.new_cases() {
@@ -278,12 +363,15 @@ impl Diagnoser {
             Finding::Judged(Judgement::Explained { by, since }) => {
                 (Verdict::Explained { by, since }, case.decide_at)
             }
-            Finding::Silent(silent) => (Verdict::Unconfirmed { silent }, now),
+            Finding::Silent(silent) => (Verdict::Unconfirmed { doubt: Doubt::Silent(silent) }, now),
+            Finding::Unknowing(modules) => {
+                (Verdict::Unconfirmed { doubt: Doubt::Unknowing(modules) }, now)
+            }
         };
         let explained = matches!(verdict, Verdict::Explained { .. });
         actions.extend(self.ledger.enter(run, case, verdict, decided).map(Action::Publish));
         if explained && !self.monitors[case.channel].is_active() {
-            actions.extend(self.ledger.clear(run, case.channel, now).map(Action::Publish));
+            actions.extend(self.ledger.clear(case.channel, now).map(Action::Publish));
         }
     }
 
@@ -305,6 +393,12 @@ impl Diagnoser {
         }
     }
 
+    fn take_return(&mut self, peer: &ModuleName, actions: &mut Vec<Action>) {
+        let (Some(run), Some(now)) = (self.run, self.last_step) else { return };
+        self.isolator.returned(peer, now);
+        self.judge(run, now, actions);
+    }
+
     fn take_question(
         &mut self,
         token: QuestionToken,
@@ -316,6 +410,11 @@ impl Diagnoser {
                 Err(Refusal::OtherRun { asked: question.run, present: run })
             }
             (Some(_), Some(now)) => self.held.hold(token, question, now),
+            _ if self.remembers(&question) => {
+                self.counters.answers_given += 1;
+                actions.push(Action::Answer { token, answer: self.answer(question) });
+                return;
+            }
             _ => Err(Refusal::NoSample),
         };
         match (held, self.last_step) {
@@ -323,6 +422,11 @@ impl Diagnoser {
             (Ok(()), Some(now)) => self.answer_due(now, actions),
             (Ok(()), None) => {}
         }
+    }
+
+    /// Can the question be answered from before the restart?
+    fn remembers(&self, question: &Question) -> bool {
+        self.recalled_run == Some(question.run) && self.coverage.since(question.as_of).is_some()
     }
 
     fn refuse(&mut self, token: QuestionToken, refusal: Refusal, actions: &mut Vec<Action>) {
@@ -339,33 +443,29 @@ impl Diagnoser {
 
     /// What this module has to say as of a step that it has processed.
     fn answer(&self, question: Question) -> Answer {
-        let Question { from, as_of, .. } = question;
+        let Question { run, from, as_of } = question;
         let changes = self.isolator.log().between(from, as_of).map(|change| Change {
             component: self.components[change.channel].clone(),
             step: change.step,
             ratio: change.ratio_as_of(as_of),
         });
-        let faults = self.ledger.latched_actuators(&self.module);
-        let in_time = faults.filter(|(_, transition)| transition.decided <= as_of);
-        let actuator_faults = in_time.filter_map(|(path, transition)| match path.component {
-            Component::Actuator(actuator) => {
-                Some(ActuatorFault { actuator, step: transition.detection })
-            }
+        let faults = self.ledger.latched_actuators(&self.module, run);
+        let in_time = faults.filter(|(_, since)| since.found <= as_of);
+        let actuator_faults = in_time.filter_map(|(path, since)| match path.component {
+            Component::Actuator(actuator) => Some(ActuatorFault { actuator, step: since.change }),
             Component::Sensor(_) => None,
         });
         Answer {
             question,
-            watching_since: self.watching_since(),
+            watching_since: self.watching_since(as_of),
             changes: changes.collect(),
             actuator_faults: actuator_faults.collect(),
         }
     }
 
-    fn watching_since(&self) -> Option<Step> {
-        match self.phase {
-            Phase::InService { since } => Some(since.max(self.isolator.log().known_from())),
-            Phase::Waiting | Phase::Initialising => None,
-        }
+    fn watching_since(&self, as_of: Step) -> Option<Step> {
+        let since = self.coverage.since(as_of)?;
+        Some(since.max(self.isolator.log().known_from()))
     }
 
     /// The phase.

@@ -6,6 +6,7 @@ use truss::ids::{Component, ModuleName, RunId, Step};
 use crate::change::Change;
 use crate::divergence::Violation;
 use crate::evidence::Evidence;
+use crate::order::{Order, OrderRefusal, OrderToken};
 use crate::phase::Phase;
 use crate::question::{Answer, PeerFailure, Question, Refusal};
 use crate::sample::{Sample, SampleRejection};
@@ -48,6 +49,18 @@ pub enum Event {
         /// How it failed.
         failure: PeerFailure,
     },
+    /// A peer that was gone is back: it is worth asking it again at once.
+    Returned {
+        /// The peer.
+        peer: ModuleName,
+    },
+    /// An operator orders something.
+    Ordered {
+        /// To be returned with the outcome.
+        token: OrderToken,
+        /// What.
+        order: Order,
+    },
 }
 
 /// Something that a diagnoser wants done, in this order.
@@ -64,6 +77,28 @@ pub enum Action {
     },
     /// Make a transition durable, then tell the world.
     Publish(Transition),
+    /// The ratio of a change will not grow any more: this is what peers are told of it from now on, and
+    /// worth remembering.
+    Settled {
+        /// The run that the step is counted in.
+        run: RunId,
+        /// The change.
+        change: Change,
+    },
+    /// An order was obeyed; its transition stands before this.
+    Obeyed {
+        /// The order's token.
+        token: OrderToken,
+        /// The sequence number of the transition.
+        sequence: u64,
+    },
+    /// An order was not obeyed.
+    OrderRefused {
+        /// The order's token.
+        token: OrderToken,
+        /// Why.
+        refusal: OrderRefusal,
+    },
     /// Ask a peer; come back with [`Event::Answered`] or [`Event::Unanswered`].
     Ask {
         /// The peer.

@@ -10,6 +10,8 @@ pub struct Evidence {
     pub step: Step,
     /// The residual: [N] for an actuator, [m] for a gage.
     pub residual: f64,
+    /// The residual's slow mean before this step, in the same unit.
+    pub level: f64,
     /// The divergence D; `None` while undefined.
     pub divergence: Option<f64>,
     /// The threshold γ.

@@ -4,7 +4,8 @@ use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::evidence::Evidence;
 use crate::isolation::Case;
-use crate::verdict::{Transition, Verdict};
+use crate::order::GivenOrder;
+use crate::verdict::{Doubt, Transition, Verdict};
 
 /// What is held of one component.
 #[derive(Debug, Clone)]
@@ -12,6 +13,28 @@ struct Entry {
     component: Component,
     verdict: Verdict,
     latest: Option<Transition>,
+}
+
+/// When a fault began, in steps of one run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FaultySince {
+    /// The step of the change that named it.
+    pub(crate) change: Step,
+    /// The step that it was found at.
+    pub(crate) found: Step,
+}
+
+impl FaultySince {
+    fn of(latest: &Transition, run: RunId) -> Self {
+        if latest.run != run {
+            // It came with an earlier run, whose steps mean nothing here.
+            return Self { change: Step(0), found: Step(0) };
+        }
+        let change = latest.detection;
+        // An order that left it faulty was given later than it was found.
+        let found = if latest.order.is_some() { change } else { latest.decided };
+        Self { change, found }
+    }
 }
 
 /// All verdicts of a module.
@@ -31,6 +54,18 @@ impl Ledger {
         Self { entries: components.iter().map(entry).collect(), sequence: 0 }
     }
 
+    /// Takes up what was known before a restart; components that are not the module's are passed over.
+    pub(crate) fn recall(&mut self, sequence: u64, latest: Vec<Transition>) {
+        self.sequence = sequence;
+        for transition in latest {
+            let own = self.entries.iter_mut().find(|entry| entry.component == transition.component);
+            if let Some(entry) = own {
+                entry.verdict = transition.verdict.clone();
+                entry.latest = Some(transition);
+            }
+        }
+    }
+
     pub(crate) fn verdict(&self, channel: usize) -> &Verdict {
         &self.entries[channel].verdict
     }
@@ -44,22 +79,21 @@ impl Ledger {
     }
 
     pub(crate) fn next_sequence(&self) -> u64 {
-        self.sequence + 1
+        self.sequence.saturating_add(1)
     }
 
-    /// The actuators held for faulty, with the step of the change that named them.
+    /// The actuators held for faulty, with when that began.
     pub(crate) fn latched_actuators(
         &self,
         module: &ModuleName,
-    ) -> impl Iterator<Item = (ComponentPath, &Transition)> {
+        run: RunId,
+    ) -> impl Iterator<Item = (ComponentPath, FaultySince)> {
         let latched = self.entries.iter().filter(|entry| entry.verdict.is_latched());
-        latched.filter_map(|entry| {
-            let transition = entry.latest.as_ref()?;
+        latched.filter_map(move |entry| {
+            let since = FaultySince::of(entry.latest.as_ref()?, run);
             matches!(entry.component, Component::Actuator(_)).then(|| {
-                (
-                    ComponentPath { module: module.clone(), component: entry.component.clone() },
-                    transition,
-                )
+                let component = entry.component.clone();
+                (ComponentPath { module: module.clone(), component }, since)
             })
         })
     }
@@ -76,17 +110,47 @@ impl Ledger {
         self.record(run, case.channel, verdict, decided, record)
     }
 
-    /// Returns a component to normal.
-    pub(crate) fn clear(
+    /// Returns a component to normal, unless it is faulty.
+    pub(crate) fn clear(&mut self, channel: usize, decided: Step) -> Option<Transition> {
+        self.revise(channel, Verdict::Normal, decided)
+    }
+
+    /// What was found in a run that is over: what was explained is over too, what was not judged never
+    /// will be.
+    pub(crate) fn end_run(&mut self, channel: usize, decided: Step) -> Option<Transition> {
+        match &self.entries[channel].verdict {
+            Verdict::Explained { .. } => self.clear(channel, decided),
+            Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) } => {
+                self.revise(channel, Verdict::Unconfirmed { doubt: Doubt::RunEnded }, decided)
+            }
+            _ => None,
+        }
+    }
+
+    /// Gives a component another verdict on the same change.
+    fn revise(&mut self, channel: usize, verdict: Verdict, decided: Step) -> Option<Transition> {
+        let Transition { run, onset, detection, evidence, .. } =
+            *self.entries[channel].latest.as_ref()?;
+        self.record(run, channel, verdict, decided, Record { onset, detection, evidence })
+    }
+
+    /// Gives a component the verdict that an operator orders; `None` if it never had a transition.
+    pub(crate) fn obey(
         &mut self,
-        run: RunId,
         channel: usize,
+        verdict: Verdict,
         decided: Step,
+        order: GivenOrder,
     ) -> Option<Transition> {
-        let latest = self.entries[channel].latest.as_ref()?;
-        let Transition { onset, detection, evidence, .. } = *latest;
-        let record = Record { onset, detection, evidence };
-        self.record(run, channel, Verdict::Normal, decided, record)
+        let sequence = self.next_sequence();
+        let entry = &mut self.entries[channel];
+        let latest = entry.latest.as_mut()?;
+        let order = Some(order);
+        *latest =
+            Transition { sequence, verdict: verdict.clone(), decided, order, ..latest.clone() };
+        entry.verdict = verdict;
+        self.sequence = sequence;
+        Some(latest.clone())
     }
 
     fn record(
@@ -97,16 +161,20 @@ impl Ledger {
         decided: Step,
         record: Record,
     ) -> Option<Transition> {
+        let sequence = self.next_sequence();
         let entry = &mut self.entries[channel];
         let known = entry.verdict == verdict
             && entry.latest.as_ref().is_none_or(|latest| latest.detection == record.detection);
-        if known || entry.verdict.is_latched() {
+        // What can never be judged stays until an operator resets it, or until it shows again.
+        let stays = entry.verdict.is_latched()
+            || (entry.verdict.is_undecidable() && verdict != Verdict::Latched);
+        if known || stays {
             return None;
         }
-        self.sequence += 1;
+        self.sequence = sequence;
         let Record { onset, detection, evidence } = record;
         let transition = Transition {
-            sequence: self.sequence,
+            sequence,
             run,
             component: entry.component.clone(),
             verdict: verdict.clone(),
@@ -114,6 +182,7 @@ impl Ledger {
             detection,
             decided,
             evidence,
+            order: None,
         };
         entry.verdict = verdict;
         entry.latest = Some(transition.clone());

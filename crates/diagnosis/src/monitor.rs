@@ -5,6 +5,9 @@ use truss::ids::Step;
 use crate::divergence::Outcome;
 use crate::evidence::Evidence;
 
+/// Time constant of the residual's slow mean, in steps.
+const LEVEL_STEPS: f64 = 500.0;
+
 /// The onset of a change is traced back for as long as D stayed above this share of γ.
 const ONSET_SHARE: f64 = 0.25;
 
@@ -33,6 +36,10 @@ pub struct Monitor {
     rising_since: Option<Step>,
     active: bool,
     below_for: u64,
+    /// The residual's slow mean, this step's residual included; `None` before the first.
+    level: Option<f64>,
+    /// The last step of the latest change.
+    changed_until: Option<Step>,
 }
 
 impl Monitor {
@@ -40,7 +47,8 @@ impl Monitor {
     /// `warm_up_vectors`, and is over after `quiet_steps` steps below γ in a row.
     #[must_use]
     pub fn new(threshold: f64, warm_up_vectors: u64, quiet_steps: u64) -> Self {
-        let evidence = Evidence { step: Step(0), residual: 0.0, divergence: None, threshold };
+        let evidence =
+            Evidence { step: Step(0), residual: 0.0, level: 0.0, divergence: None, threshold };
         Self {
             evidence,
             warm_up_vectors,
@@ -49,6 +57,8 @@ impl Monitor {
             rising_since: None,
             active: false,
             below_for: 0,
+            level: None,
+            changed_until: None,
         }
     }
 
@@ -56,6 +66,14 @@ impl Monitor {
     pub fn restart(&mut self) {
         let threshold = self.evidence.threshold;
         *self = Self::new(threshold, self.warm_up_vectors, self.quiet_steps);
+    }
+
+    /// The channel is learnt anew; a change that was not over goes on until the channel is seen to be quiet.
+    pub fn relearn(&mut self) {
+        self.watched = false;
+        self.rising_since = None;
+        self.below_for = 0;
+        self.level = None;
     }
 
     /// The channel at the latest step.
@@ -76,10 +94,24 @@ impl Monitor {
         self.active
     }
 
+    /// The residual's slow mean at the latest step.
+    #[must_use]
+    pub fn level(&self) -> f64 {
+        self.level.unwrap_or(0.0)
+    }
+
+    /// The last step at which the divergence was at its threshold or above, if it ever was.
+    #[must_use]
+    pub fn changed_until(&self) -> Option<Step> {
+        self.changed_until
+    }
+
     /// Takes the channel's next residual with what the estimator made of it.
     pub fn observe(&mut self, step: Step, residual: f64, outcome: Outcome) -> Observation {
-        self.evidence =
-            Evidence { step, residual, divergence: outcome.divergence(), ..self.evidence };
+        let level = self.level.unwrap_or(residual);
+        self.level = Some(level + (residual - level) / LEVEL_STEPS);
+        let divergence = outcome.divergence();
+        self.evidence = Evidence { step, residual, level, divergence, ..self.evidence };
         match outcome {
             Outcome::Undefined => return Observation::Nothing,
             Outcome::Restarted(_) => {
@@ -102,6 +134,7 @@ impl Monitor {
         self.rising_since = (ratio >= ONSET_SHARE).then(|| self.rising_since.unwrap_or(step));
         if ratio >= 1.0 {
             self.below_for = 0;
+            self.changed_until = Some(step);
             if self.active {
                 return Observation::Nothing;
             }

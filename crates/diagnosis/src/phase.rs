@@ -9,7 +9,8 @@ use truss::ids::Step;
 pub enum Phase {
     /// No sample yet.
     Waiting,
-    /// Some channel's Gaussian rests on too few vectors: that channel is not judged.
+    /// Some channel cannot be judged: its Gaussian rests on too few vectors, or samples are missing and
+    /// there is no whole vector since.
     Initialising,
     /// Every channel is watched.
     InService {

@@ -26,9 +26,12 @@ pub enum SampleRejection {
     /// A value is not a finite number.
     #[error("non-finite value")]
     NonFinite,
-    /// The step was seen before or lies before one that was seen.
-    #[error("step repeated or going backwards")]
+    /// The step is the one before once more.
+    #[error("step repeated")]
     Repeated,
+    /// The step lies before the one before: the gap it belonged into is closed.
+    #[error("step already passed")]
+    Late,
     /// The step lies so far ahead that a single sample is not believed: taking it would turn every
     /// honest sample after it into a repeated one.
     #[error("step implausibly far ahead")]

@@ -1,9 +1,12 @@
 //! The life of a verdict on one component.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::evidence::Evidence;
+use crate::order::GivenOrder;
 
 /// What a module holds of one of its components.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,10 +16,10 @@ pub enum Verdict {
     Normal,
     /// A change, not yet judged.
     Tentative,
-    /// A change that cannot be judged because peers do not answer.
+    /// A change that cannot be judged.
     Unconfirmed {
-        /// The peers without whose answers nothing can be said.
-        silent: Vec<ModuleName>,
+        /// Why.
+        doubt: Doubt,
     },
     /// A change that another component's fault explains.
     Explained {
@@ -27,13 +30,54 @@ pub enum Verdict {
     },
     /// A fault of this component; stays until reset.
     Latched,
+    /// A fault of this component that a person has seen; stays until reset.
+    Acknowledged,
+}
+
+/// Why a change cannot be judged.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "doubt", content = "modules", rename_all = "snake_case")]
+pub enum Doubt {
+    /// These peers do not answer. They are asked again.
+    Silent(Vec<ModuleName>),
+    /// These modules, perhaps this one, were not watching when it happened: nobody will ever know.
+    Unknowing(Vec<ModuleName>),
+    /// The run ended before the judgement.
+    RunEnded,
+}
+
+impl Doubt {
+    /// Will there be no verdict any more?
+    #[must_use]
+    pub fn is_final(&self) -> bool {
+        !matches!(self, Doubt::Silent(_))
+    }
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = |modules: &[ModuleName]| {
+            modules.iter().map(ModuleName::as_str).collect::<Vec<_>>().join(", ")
+        };
+        match self {
+            Doubt::Silent(modules) => write!(f, "no usable answer from {}", list(modules)),
+            Doubt::Unknowing(modules) => write!(f, "not watched at the time by {}", list(modules)),
+            Doubt::RunEnded => f.write_str("the run ended before it was judged"),
+        }
+    }
 }
 
 impl Verdict {
-    /// A fault of this very component.
+    /// A fault of this very component, acknowledged or not.
     #[must_use]
     pub fn is_latched(&self) -> bool {
-        matches!(self, Verdict::Latched)
+        matches!(self, Verdict::Latched | Verdict::Acknowledged)
+    }
+
+    /// A change that will never be judged.
+    #[must_use]
+    pub fn is_undecidable(&self) -> bool {
+        matches!(self, Verdict::Unconfirmed { doubt } if doubt.is_final())
     }
 
     /// The state's name as on the wire.
@@ -45,6 +89,7 @@ impl Verdict {
             Verdict::Unconfirmed { .. } => "unconfirmed",
             Verdict::Explained { .. } => "explained",
             Verdict::Latched => "latched",
+            Verdict::Acknowledged => "acknowledged",
         }
     }
 }
@@ -68,4 +113,6 @@ pub struct Transition {
     pub decided: Step,
     /// The channel at the detection.
     pub evidence: Evidence,
+    /// The order that led to this, if one did.
+    pub order: Option<GivenOrder>,
 }

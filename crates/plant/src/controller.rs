@@ -71,7 +71,7 @@ impl Design {
         parameters: &PlantParameters,
     ) -> Result<Self, PlantError> {
         let mechanics = Mechanics::assemble(structure)?;
-        let modes = Modes::of(&mechanics, structure.damping, Some(parameters.controller.modes));
+        let modes = Modes::of(&mechanics, structure.damping, Some(parameters.controller.modes))?;
         let levels = loaded_levels(structure);
         let x = level_map(&mechanics, &levels, Direction::X);
         let y = level_map(&mechanics, &levels, Direction::Y);
@@ -265,7 +265,7 @@ mod tests {
         let parameters = PlantParameters::default();
         let design = Design::new(&structure, &parameters).unwrap();
         let mechanics = Mechanics::assemble(&structure).unwrap();
-        let modes = Modes::of(&mechanics, structure.damping, Some(modes));
+        let modes = Modes::of(&mechanics, structure.damping, Some(modes)).unwrap();
         let no_disturbance = DMatrix::zeros(mechanics.dofs.len(), 0);
         let plant = BelievedModel::new(&mechanics, &modes, &no_disturbance, parameters.step_s);
         let force_keep = (-parameters.step_s / parameters.hydraulics.time_constant_s()).exp();

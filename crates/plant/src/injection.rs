@@ -2,7 +2,7 @@
 
 use truss::Structure;
 use truss::fault::{Fault, FaultError, FaultKind};
-use truss::ids::{Component, ComponentPath, ModuleName};
+use truss::ids::{self, ComponentPath, ModuleName};
 
 /// Why a fault cannot be injected or cleared. Nothing was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -36,14 +36,23 @@ pub enum InjectError {
     Fault(#[from] FaultError),
 }
 
-/// Place of a component among all of its kind in the structure.
+/// A component by its number among all of its kind in a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Component {
     Actuator(usize),
     Gage(usize),
 }
 
-/// The components of the structure and the faults they have.
+/// Place of a component in the plant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// Number of the part.
+    pub(crate) part: usize,
+    /// The component in it.
+    pub(crate) component: Component,
+}
+
+/// The components of the plant and the faults they have.
 #[derive(Debug, Clone)]
 pub(crate) struct Injections {
     components: Vec<(ComponentPath, Place)>,
@@ -51,20 +60,24 @@ pub(crate) struct Injections {
 }
 
 impl Injections {
-    pub(crate) fn new(structure: &Structure) -> Self {
+    pub(crate) fn new(parts: &[Structure]) -> Self {
         let mut components = Vec::new();
-        let (mut actuators, mut gages) = (0, 0);
-        for module in &structure.modules {
-            let path = |component| ComponentPath { module: module.name.clone(), component };
-            for actuator in &module.actuators {
-                let component = Component::Actuator(actuator.name.clone());
-                components.push((path(component), Place::Actuator(actuators)));
-                actuators += 1;
-            }
-            for gage in &module.gages {
-                let component = Component::Sensor(gage.name.clone());
-                components.push((path(component), Place::Gage(gages)));
-                gages += 1;
+        for (number, part) in parts.iter().enumerate() {
+            let (mut actuators, mut gages) = (0, 0);
+            for module in &part.modules {
+                let mut add = |component, place| {
+                    let path = ComponentPath { module: module.name.clone(), component };
+                    components.push((path, Place { part: number, component: place }));
+                };
+                for actuator in &module.actuators {
+                    let name = actuator.name.clone();
+                    add(ids::Component::Actuator(name), Component::Actuator(actuators));
+                    actuators += 1;
+                }
+                for gage in &module.gages {
+                    add(ids::Component::Sensor(gage.name.clone()), Component::Gage(gages));
+                    gages += 1;
+                }
             }
         }
         Self { components, present: Vec::new() }

@@ -1,60 +1,43 @@
-//! The whole plant, step by step.
+//! The whole plant: one tower or several that stand by themselves, each with a controller of its own.
 //!
-//! Sample k: the structure's elongations and the chambers' pressures are measured, the controller
-//! turns them into demands. Then all moves on to k + 1: the pressures under the demands of sample
-//! k, the structure under the average of the forces at both ends of the step and the wind in its
-//! middle.
+//! What nothing connects does not move each other, so the parts are stepped one by one. The wind blows
+//! from one direction at one mean speed for all; gusts, live loads and noise are each part's own.
 
-use nalgebra::DVector;
 use truss::fault::Fault;
 use truss::ids::{ComponentPath, ModuleName, Step};
-use truss::{ModalStepper, Modes, Structure};
+use truss::{ModelError, Structure};
 
-use crate::controller::{Controller, Design, beside, gage_noise_m};
-use crate::equilibrium::Equilibrium;
 use crate::equipment::check_equipment;
 use crate::error::PlantError;
-use crate::gage::{GageState, Gages};
-use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics};
-use crate::injection::{InjectError, Injections, Place};
+use crate::injection::{InjectError, Injections};
 use crate::parameters::PlantParameters;
-use crate::pressure_sensor::PressureSensors;
+use crate::part::{Making, Part};
 use crate::signals::Signals;
-use crate::tower::{Conditions, Tower};
-use crate::wind_loads::WindLoads;
+use crate::wind_loads::WindConditions;
 
-/// The simulated tower.
-#[derive(Debug, Clone)]
-pub struct Plant {
-    structure: ModalStepper,
-    /// Elongations under the weight of the live loads \[m\].
-    live_elongations_m: Vec<f64>,
-    wind: WindLoads,
-    hydraulics: Hydraulics,
-    /// Of the true hardware, by which observed pressures become observed forces.
-    hydraulic_parameters: HydraulicParameters,
-    gages: Gages,
-    pressure_sensors: PressureSensors,
-    controller: Controller,
-    injections: Injections,
-    conditions: Conditions,
-    step_s: f64,
-    next_step: Step,
-    signals: Signals,
-    buffers: Buffers,
+/// Between the seeds of neighbouring parts: so far apart that runs with neighbouring seeds have no part
+/// in common. The first part has the seed of the run.
+const SEEDS_APART: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// What was drawn for a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conditions {
+    /// Largest base wind speed of the run \[m/s\].
+    pub base_speed_m_per_s: f64,
+    /// Where the wind blows to, from the x axis towards y \[rad\].
+    pub wind_direction_rad: f64,
+    /// Live load of each level above the lowest, from the bottom up, part by part \[kg\].
+    pub live_loads_kg: Vec<f64>,
 }
 
-/// Working values of one step, all modules concatenated.
+/// The simulated tower, or towers.
 #[derive(Debug, Clone)]
-struct Buffers {
-    elongations_m: Vec<f64>,
-    pressures_pa: Vec<[f64; 2]>,
-    observed_forces_n: Vec<f64>,
-    force_noise_n: Vec<f64>,
-    demands_n: Vec<f64>,
-    forces_n: Vec<f64>,
-    /// Inputs of the structure: actuator forces, then the levels' forces in x and in y.
-    inputs_n: Vec<f64>,
+pub struct Plant {
+    parts: Vec<Part>,
+    injections: Injections,
+    conditions: Conditions,
+    next_step: Step,
+    signals: Signals,
 }
 
 impl Plant {
@@ -86,79 +69,42 @@ impl Plant {
         true_parameters.check()?;
         believed_parameters.check()?;
         check_equipment(truth, believed)?;
-        let design = Design::new(believed, believed_parameters)?;
-        let tower = Tower::new(truth, true_parameters, seed)?;
-        Self::assemble(tower, truth, true_parameters, &design, seed)
-    }
-
-    /// Puts actuators, sensors and controller onto a tower, all in equilibrium.
-    fn assemble(
-        tower: Tower,
-        truth: &Structure,
-        parameters: &PlantParameters,
-        design: &Design,
-        seed: u64,
-    ) -> Result<Self, PlantError> {
-        let (step_s, hydraulics) = (parameters.step_s, &parameters.hydraulics);
-        let wind_map = tower.wind_map();
-        let live = tower.live_elongations(parameters.loads.gravity_m_per_s2)?;
-        let mean_wind = DVector::from_column_slice(tower.wind.at_start());
-        let at_rest = Equilibrium::solve(
-            design,
-            &tower.elongations(&tower.mechanics.actuator_map)?,
-            &(tower.elongations(&wind_map)? * mean_wind + &live),
-            hydraulics.demand_limit_n,
-        )?;
-        let inputs_n = [&at_rest.forces_n, tower.wind.at_start()].concat();
-        let input_map = beside(&tower.mechanics.actuator_map, &wind_map);
-        let modes = Modes::of(&tower.mechanics, truth.damping, None);
-        let mut structure =
-            ModalStepper::new(&modes, step_s, &input_map, &tower.mechanics.gage_map);
-        structure.settle(&inputs_n);
-        let (actuators, gages) = (at_rest.forces_n.len(), live.len());
-        Ok(Self {
-            structure,
-            live_elongations_m: live.as_slice().to_vec(),
-            wind: tower.wind,
-            hydraulics: Hydraulics::new(hydraulics, step_s, &at_rest.forces_n),
-            hydraulic_parameters: hydraulics.clone(),
-            gages: Gages::new(&gage_noise_m(truth, parameters), seed),
-            pressure_sensors: PressureSensors::new(hydraulics, actuators, seed),
-            controller: Controller::new(
-                design,
-                hydraulics.demand_limit_n,
-                at_rest.state,
-                at_rest.forces_n,
-            ),
-            injections: Injections::new(truth),
-            conditions: tower.conditions,
-            step_s,
-            next_step: Step(0),
-            signals: Signals::new(truth),
-            buffers: Buffers {
-                elongations_m: vec![0.0; gages],
-                pressures_pa: vec![[0.0; 2]; actuators],
-                observed_forces_n: vec![0.0; actuators],
-                force_noise_n: vec![0.0; actuators],
-                demands_n: vec![0.0; actuators],
-                forces_n: vec![0.0; actuators],
-                inputs_n,
-            },
-        })
+        let wind = WindConditions::draw(&true_parameters.wind, seed);
+        let (true_parts, believed_parts) = parts_alike(truth, believed);
+        let injections = Injections::new(&true_parts);
+        let mut parts = Vec::with_capacity(true_parts.len());
+        for (number, (truth_part, believed_part)) in
+            (0..).zip(true_parts.iter().zip(&believed_parts))
+        {
+            parts.push(Part::new(Making {
+                truth: truth_part,
+                believed: believed_part,
+                true_parameters,
+                believed_parameters,
+                wind: wind.clone(),
+                seed: seed.wrapping_add(SEEDS_APART.wrapping_mul(number)),
+                places: places(truth, truth_part),
+            })?);
+        }
+        if parts.is_empty() {
+            return Err(ModelError::NothingMoves.into());
+        }
+        let loads = parts.iter().flat_map(|part| part.live_loads_kg().iter().copied());
+        let conditions = Conditions {
+            base_speed_m_per_s: wind.speed.largest(),
+            wind_direction_rad: wind.direction_rad,
+            live_loads_kg: loads.collect(),
+        };
+        let signals = Signals::new(truth);
+        Ok(Self { parts, injections, conditions, next_step: Step(0), signals })
     }
 
     /// Computes the signals of the next step; the first call gives step 0. Allocates nothing.
     pub fn advance(&mut self) -> &Signals {
-        self.measure();
-        let buffers = &mut self.buffers;
-        self.controller.step(
-            &buffers.elongations_m,
-            &buffers.observed_forces_n,
-            &mut buffers.demands_n,
-        );
         self.signals.step = self.next_step;
-        self.signals.write(&buffers.demands_n, &buffers.pressures_pa, &buffers.elongations_m);
-        self.move_on();
+        for part in &mut self.parts {
+            part.advance(&mut self.signals);
+        }
         self.next_step = self.next_step.plus(1);
         &self.signals
     }
@@ -171,9 +117,8 @@ impl Plant {
     /// range. Nothing has changed then.
     pub fn inject(&mut self, path: &ComponentPath, fault: Fault) -> Result<(), InjectError> {
         let place = self.injections.inject(path, fault)?;
-        match place {
-            Place::Actuator(actuator) => self.hydraulics.set(actuator, actuator_state(fault)),
-            Place::Gage(gage) => self.gages.set(gage, gage_state(fault, self.step_s)),
+        if let Some(part) = self.parts.get_mut(place.part) {
+            part.inject(place.component, fault);
         }
         Ok(())
     }
@@ -184,12 +129,9 @@ impl Plant {
     /// # Errors
     /// No such module or component.
     pub fn clear(&mut self, path: &ComponentPath) -> Result<(), InjectError> {
-        match self.injections.clear(path)? {
-            Some(Place::Actuator(actuator)) => {
-                self.hydraulics.set(actuator, ActuatorState::Healthy);
-            }
-            Some(Place::Gage(gage)) => self.gages.set(gage, GageState::Healthy),
-            None => {}
+        let Some(place) = self.injections.clear(path)? else { return Ok(()) };
+        if let Some(part) = self.parts.get_mut(place.part) {
+            part.clear(place.component);
         }
         Ok(())
     }
@@ -216,73 +158,26 @@ impl Plant {
     pub fn next_step(&self) -> Step {
         self.next_step
     }
-
-    /// Reads gages and pressure sensors of this sample, and the forces that follow (eq. 8).
-    fn measure(&mut self) {
-        let buffers = &mut self.buffers;
-        self.structure.outputs(&mut buffers.elongations_m);
-        for (elongation, live) in buffers.elongations_m.iter_mut().zip(&self.live_elongations_m) {
-            *elongation += live;
-        }
-        self.gages.read(&mut buffers.elongations_m);
-        let pressures = self.hydraulics.pressures_pa();
-        self.pressure_sensors.read(pressures, &mut buffers.pressures_pa);
-        self.hydraulics.forces(&mut buffers.forces_n);
-        let observed = buffers.observed_forces_n.iter_mut().zip(&mut buffers.force_noise_n);
-        for ((observed, noise), (measured, force)) in
-            observed.zip(buffers.pressures_pa.iter().zip(&buffers.forces_n))
-        {
-            *observed = self.hydraulic_parameters.force_n(*measured);
-            *noise = *observed - force;
-        }
-    }
-
-    /// Moves pressures, wind and structure on by one step.
-    fn move_on(&mut self) {
-        let Buffers { inputs_n, forces_n, demands_n, force_noise_n, .. } = &mut self.buffers;
-        let (actuators, levels) = inputs_n.split_at_mut(forces_n.len());
-        actuators.copy_from_slice(forces_n);
-        self.hydraulics.step(demands_n, force_noise_n);
-        self.hydraulics.forces(forces_n);
-        for (mean, after) in actuators.iter_mut().zip(forces_n) {
-            *mean = 0.5 * (*mean + *after);
-        }
-        self.wind.next(levels);
-        self.structure.step(inputs_n);
-    }
 }
 
-fn actuator_state(fault: Fault) -> ActuatorState {
-    let leaking = |internal, external_a, external_b| ActuatorState::Leaking {
-        internal,
-        external_a,
-        external_b,
+/// The parts of truth and belief, pair by pair; where the two fall apart differently, each in one piece.
+fn parts_alike(truth: &Structure, believed: &Structure) -> (Vec<Structure>, Vec<Structure>) {
+    let (true_parts, believed_parts) = (truth.parts(), believed.parts());
+    let modules = |parts: &[Structure]| -> Vec<Vec<ModuleName>> {
+        let names =
+            |part: &Structure| part.modules.iter().map(|module| module.name.clone()).collect();
+        parts.iter().map(names).collect()
     };
-    match fault {
-        Fault::InternalLeakage { area_m2 } => leaking(area_m2, 0.0, 0.0),
-        Fault::ExternalLeakageA { area_m2 } => leaking(0.0, area_m2, 0.0),
-        Fault::ExternalLeakageB { area_m2 } => leaking(0.0, 0.0, area_m2),
-        Fault::HardOver {} => ActuatorState::HardOver,
-        // Gage faults never come here: the kinds are compared before.
-        Fault::Bias { .. } | Fault::RandomWalk { .. } | Fault::ZeroOutput {} => {
-            ActuatorState::Healthy
-        }
+    if modules(&true_parts) == modules(&believed_parts) {
+        (true_parts, believed_parts)
+    } else {
+        (vec![truth.clone()], vec![believed.clone()])
     }
 }
 
-fn gage_state(fault: Fault, step_s: f64) -> GageState {
-    match fault {
-        Fault::Bias { offset_m } => GageState::Bias { offset_m },
-        Fault::RandomWalk { drift_m_per_s, increment_m } => GageState::RandomWalk {
-            mean_m: drift_m_per_s * step_s,
-            deviation_m: increment_m,
-            offset_m: 0.0,
-        },
-        Fault::ZeroOutput {} => GageState::ZeroOutput,
-        // Actuator faults never come here: the kinds are compared before.
-        Fault::InternalLeakage { .. }
-        | Fault::ExternalLeakageA { .. }
-        | Fault::ExternalLeakageB { .. }
-        | Fault::HardOver {} => GageState::Healthy,
-    }
+/// Where each equipped module of a part stands among those of the whole.
+fn places(whole: &Structure, part: &Structure) -> Vec<usize> {
+    let place =
+        |module: &truss::Module| whole.equipped().position(|other| other.name == module.name);
+    part.equipped().filter_map(place).collect()
 }

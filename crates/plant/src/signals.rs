@@ -36,10 +36,17 @@ impl Signals {
         Self { step: Step(0), modules: structure.equipped().map(module).collect() }
     }
 
-    /// Hands out the signals of all modules, concatenated in order.
-    pub(crate) fn write(&mut self, demands: &[f64], pressures: &[[f64; 2]], elongations: &[f64]) {
+    /// Hands out signals, concatenated, to the modules at these places, in this order.
+    pub(crate) fn write(
+        &mut self,
+        places: &[usize],
+        demands: &[f64],
+        pressures: &[[f64; 2]],
+        elongations: &[f64],
+    ) {
         let (mut actuator, mut gage) = (0, 0);
-        for module in &mut self.modules {
+        for &place in places {
+            let Some(module) = self.modules.get_mut(place) else { continue };
             let actuators = module.demands_n.len();
             copy(&mut module.demands_n, demands, actuator);
             copy(&mut module.pressures_pa, pressures, actuator);

@@ -7,7 +7,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Who draws. Channels are counted over the whole structure, in the order of its modules.
+/// Who draws. Channels are counted over a part of the plant, in the order of its modules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stream {
     /// Mean wind speed and direction.

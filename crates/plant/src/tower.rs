@@ -11,51 +11,36 @@ use crate::loads::{
 use crate::parameters::PlantParameters;
 use crate::wind_loads::{WindConditions, WindLoads};
 
-/// What was drawn for a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Conditions {
-    /// Largest base wind speed of the run \[m/s\].
-    pub base_speed_m_per_s: f64,
-    /// Where the wind blows to, from the x axis towards y \[rad\].
-    pub wind_direction_rad: f64,
-    /// Live load of each level above the lowest, from the bottom up \[kg\].
-    pub live_loads_kg: Vec<f64>,
-}
-
 /// The true structure with its loads, before anything stands on it.
 pub(crate) struct Tower {
     pub(crate) mechanics: Mechanics,
     levels: Vec<Level>,
     pub(crate) wind: WindLoads,
-    pub(crate) conditions: Conditions,
+    /// Live load of each level above the lowest, from the bottom up \[kg\].
+    pub(crate) live_loads_kg: Vec<f64>,
 }
 
 impl Tower {
     pub(crate) fn new(
         truth: &Structure,
         parameters: &PlantParameters,
+        wind: WindConditions,
         seed: u64,
     ) -> Result<Self, PlantError> {
         let mut mechanics = Mechanics::assemble(truth)?;
         let levels = loaded_levels(truth);
         let live_loads_kg = draw_live_loads(&parameters.loads, levels.len(), seed);
         add_live_masses(&mut mechanics, &levels, &live_loads_kg);
-        let drawn = WindConditions::draw(&parameters.wind, seed);
-        let conditions = Conditions {
-            base_speed_m_per_s: drawn.speed.largest(),
-            wind_direction_rad: drawn.direction_rad,
-            live_loads_kg,
-        };
         let heights = heights_above_ground(truth, &levels);
         let wind = WindLoads::new(
             &parameters.wind,
             &parameters.loads,
-            drawn,
+            wind,
             &heights,
             parameters.step_s,
             seed,
         );
-        Ok(Self { mechanics, levels, wind, conditions })
+        Ok(Self { mechanics, levels, wind, live_loads_kg })
     }
 
     /// Nodal forces per wind force (dofs × 2 levels).
@@ -73,7 +58,7 @@ impl Tower {
     }
 
     pub(crate) fn live_elongations(&self, gravity: f64) -> Result<DVector<f64>, PlantError> {
-        let weights = self.conditions.live_loads_kg.iter().map(|mass| -gravity * mass);
+        let weights = self.live_loads_kg.iter().map(|mass| -gravity * mass);
         let weights = DVector::from_iterator(self.levels.len(), weights);
         let forces = level_map(&self.mechanics, &self.levels, Direction::Z) * weights;
         let elongations = self.elongations(&DMatrix::from_columns(&[forces]))?;

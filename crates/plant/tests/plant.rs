@@ -336,3 +336,58 @@ fn observed_forces_follow_the_nominal_force_loop() {
     // 163 N from the pressure sensors and 37 N of true force from their noise in the loop.
     assert!((squares.sqrt() - 167.0).abs() < 5.0, "{}", squares.sqrt());
 }
+
+#[test]
+fn towers_that_stand_by_themselves_run_side_by_side() {
+    let (parameters, row) = (PlantParameters::default(), tower().row(3).unwrap());
+    let mut alone = plant(&parameters, 7);
+    let mut towers = Plant::new(&row, &parameters, 7).unwrap();
+    let (alone_loads, loads) = (alone.conditions().clone(), towers.conditions().clone());
+    assert_eq!(loads.live_loads_kg.len(), 36);
+    assert_eq!(loads.live_loads_kg[..12], alone_loads.live_loads_kg);
+    assert_eq!(loads.base_speed_m_per_s, alone_loads.base_speed_m_per_s);
+    let (alone, run) = (record(&mut alone, 500), record(&mut towers, 500));
+    let names: Vec<&str> = run[0].modules.iter().map(|module| module.module.as_str()).collect();
+    assert_eq!(names[..3], ["t01-module1", "t01-module2", "t02-module1"]);
+    assert_eq!(names.len(), 6);
+    // The first is the tower as it is alone, to the last bit; the others have gusts and noise of theirs.
+    for (one, all) in alone.iter().zip(&run) {
+        assert_eq!(elongations(one), elongations(all)[..16]);
+        assert_eq!(pressures(one), pressures(all)[..8]);
+        assert_eq!(demands(one), demands(all)[..8]);
+    }
+    assert_ne!(elongations(&run[499])[..16], elongations(&run[499])[16..32]);
+    assert_ne!(elongations(&run[499])[16..32], elongations(&run[499])[32..]);
+}
+
+#[test]
+fn a_fault_in_one_tower_is_none_in_another() {
+    let (parameters, row) = (PlantParameters::default(), tower().row(2).unwrap());
+    let mut nominal = Plant::new(&row, &parameters, 7).unwrap();
+    let mut faulty = nominal.clone();
+    let gage = path("t02-module1/sensor/g1");
+    faulty.inject(&gage, Fault::Bias { offset_m: 100e-6 }).unwrap();
+    assert_eq!(faulty.faults().len(), 1);
+    let (with, without) = (record(&mut faulty, 200), record(&mut nominal, 200));
+    assert_eq!(elongations(&with[199])[..16], elongations(&without[199])[..16]);
+    assert_eq!(demands(&with[199])[..8], demands(&without[199])[..8]);
+    assert!((elongations(&with[0])[16] - elongations(&without[0])[16] - 100e-6).abs() < 1e-12);
+    assert_ne!(demands(&with[0])[8..], demands(&without[0])[8..]);
+    faulty.clear(&gage).unwrap();
+    assert!(faulty.faults().is_empty());
+    let error = faulty.inject(&path("module1/sensor/g1"), Fault::ZeroOutput {}).unwrap_err();
+    assert!(error.to_string().contains("`t01-module1`"), "{error}");
+}
+
+/// A row whose towers were measured anew, each differently.
+#[test]
+fn truth_and_belief_of_a_row_are_taken_apart_alike() {
+    let (parameters, believed) = (PlantParameters::default(), tower().row(2).unwrap());
+    let drawn = Mismatch::draw(&believed, &parameters, 0.1, 5).unwrap();
+    let truth = drawn.structure(&believed);
+    let mut plant =
+        Plant::with_believed(&truth, &believed, &drawn.parameters, &parameters, 5).unwrap();
+    let run = record(&mut plant, 2000);
+    let largest = run.iter().flat_map(elongations).map(f64::abs).fold(0.0, f64::max);
+    assert!(largest > 1e-5 && largest < 1e-3, "{largest}");
+}

@@ -255,7 +255,10 @@ fn heard(occurrences: &[Occurrence]) -> (Vec<Diagnosed>, Conversation) {
                     conversation.explained += 1;
                     conversation.explained_by_peer += u64::from(by.module != *module);
                 }
-                Verdict::Normal | Verdict::Tentative | Verdict::Unconfirmed { .. } => {}
+                Verdict::Normal
+                | Verdict::Tentative
+                | Verdict::Unconfirmed { .. }
+                | Verdict::Acknowledged => {}
             },
         }
     }

@@ -230,6 +230,9 @@ impl Rig {
                 Some((asker, Event::Unanswered { peer, question, failure }))
             }
             Action::Phase(_)
+            | Action::Settled { .. }
+            | Action::Obeyed { .. }
+            | Action::OrderRefused { .. }
             | Action::Rejected { .. }
             | Action::Gap { .. }
             | Action::Restarted { .. }

@@ -10,7 +10,7 @@ use truss::{Mechanics, ModalStepper, Modes, Structure};
 fn whole_tower(criterion: &mut Criterion) {
     let tower = Structure::from_toml(include_str!("../../../configs/tower.toml")).unwrap();
     let mechanics = Mechanics::assemble(&tower).unwrap();
-    let modes = Modes::of(&mechanics, tower.damping, None);
+    let modes = Modes::of(&mechanics, tower.damping, None).unwrap();
     let inputs = DMatrix::from_fn(mechanics.dofs.len(), 32, |dof, input| {
         ((dof * 31 + input * 17) % 7) as f64 - 3.0
     });

@@ -5,6 +5,8 @@
 //! member and the share of the storey at each node. Rotations exist where beams do; they have no
 //! mass and are condensed statically.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::cholesky::{Cholesky, Singular};
@@ -13,6 +15,9 @@ use crate::direction::Direction;
 use crate::element;
 use crate::model_error::ModelError;
 use crate::structure::Structure;
+
+/// The masses of nodes of which a model is made [kg]; outside of them is a wrong unit.
+const MASSES_KG: RangeInclusive<f64> = 1e-9..=1e15;
 
 /// One degree of freedom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -44,8 +49,8 @@ impl Mechanics {
     /// Assembles and condenses.
     ///
     /// # Errors
-    /// A mechanism, with the node and direction that move most; a node without mass; a structure
-    /// in which nothing can move; a perturbation factor that is not above 0.
+    /// A mechanism, with the node and direction that move most; a node without mass or with
+    /// an absurd one; a structure in which nothing can move; a perturbation factor that is not above 0.
     pub fn assemble(structure: &Structure) -> Result<Mechanics, ModelError> {
         check_factors(structure)?;
         let freedoms = Freedoms::number(structure);
@@ -169,6 +174,10 @@ fn lumped_mass(structure: &Structure, dofs: &[Dof]) -> Result<DVector<f64>, Mode
     let masses = structure.nodal_masses_kg();
     if let Some(dof) = dofs.iter().find(|dof| masses[dof.node] <= 0.0) {
         return Err(ModelError::Massless { node: structure.nodes[dof.node].name.clone() });
+    }
+    if let Some(dof) = dofs.iter().find(|dof| !MASSES_KG.contains(&masses[dof.node])) {
+        let node = structure.nodes[dof.node].name.clone();
+        return Err(ModelError::Mass { node, mass_kg: masses[dof.node] });
     }
     Ok(DVector::from_iterator(dofs.len(), dofs.iter().map(|dof| masses[dof.node])))
 }

@@ -50,18 +50,21 @@ impl Range {
 }
 
 /// Collects mistakes.
-pub(crate) struct Check<'a> {
-    text: &'a str,
+pub(crate) struct Check {
+    /// Where each line ends, ascending: a long description asks for the line of each of its entries.
+    ends: Vec<usize>,
     pub(crate) errors: Vec<DescriptionError>,
 }
 
-impl<'a> Check<'a> {
-    pub(crate) fn new(text: &'a str) -> Check<'a> {
-        Check { text, errors: Vec::new() }
+impl Check {
+    pub(crate) fn new(text: &str) -> Check {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Check { ends: ends.map(|(offset, _)| offset).collect(), errors: Vec::new() }
     }
 
+    /// The line of a byte, counted from 1.
     pub(crate) fn line(&self, offset: usize) -> usize {
-        line_of(self.text, offset)
+        1 + self.ends.partition_point(|&end| end < offset)
     }
 
     pub(crate) fn report(&mut self, line: Option<usize>, problem: Problem) {

@@ -3,6 +3,9 @@
 use std::fmt;
 
 use crate::ids::NameError;
+use crate::quotation::quotation;
+
+const LONGEST_PROBLEM: usize = 1000;
 
 /// One mistake in a description.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -77,10 +80,11 @@ pub struct DescriptionError {
 
 impl fmt::Display for DescriptionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            Some(line) => write!(f, "line {line}: {}", self.problem),
-            None => write!(f, "{}", self.problem),
+        if let Some(line) = self.line {
+            write!(f, "line {line}: ")?;
         }
+        // Problems quote what stands in a file, which may be anything.
+        f.write_str(&quotation(&self.problem.to_string(), LONGEST_PROBLEM))
     }
 }
 

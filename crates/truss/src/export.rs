@@ -158,7 +158,7 @@ impl Structure {
     /// A structure from which no model follows.
     pub fn export(&self) -> Result<Export, ModelError> {
         let mechanics = Mechanics::assemble(self)?;
-        let modes = Modes::of(&mechanics, self.damping, Some(FREQUENCIES));
+        let modes = Modes::of(&mechanics, self.damping, Some(FREQUENCIES))?;
         let actuators = self.exported_actuators();
         let responses = mechanics.static_gage_responses()?;
         let static_responses = actuators

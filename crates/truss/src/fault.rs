@@ -12,6 +12,7 @@ use crate::ids::ComponentKind;
 /// A fault with its parameters. Serialised with its kind in the field `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Fault {
     /// Oil leaks from chamber A into chamber B (eq. 10).
     InternalLeakage {

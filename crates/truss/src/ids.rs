@@ -8,8 +8,19 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::quotation::quotation;
+
 /// Longest name that is accepted, in characters.
 pub const MAX_NAME_LENGTH: usize = 64;
+
+/// What the schema of a message says of names; the functions below say the same.
+#[cfg(feature = "schema")]
+mod pattern {
+    pub(super) const NAME: &str = "^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$";
+    pub(super) const COMPONENT: &str = "^(actuator|sensor)/[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$";
+    pub(super) const COMPONENT_PATH: &str =
+        "^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}/(actuator|sensor)/[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$";
+}
 
 /// A text that cannot serve as a name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -30,8 +41,7 @@ fn check_name(what: &'static str, text: &str) -> Result<(), NameError> {
     if usable {
         Ok(())
     } else {
-        let text = text.chars().take(MAX_NAME_LENGTH + 1).collect();
-        Err(NameError { what, text })
+        Err(NameError { what, text: quotation(text, MAX_NAME_LENGTH + 1) })
     }
 }
 
@@ -40,6 +50,8 @@ macro_rules! name_type {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         #[serde(try_from = "String", into = "String")]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[cfg_attr(feature = "schema", schemars(extend("pattern" = pattern::NAME)))]
         pub struct $name(String);
 
         impl $name {
@@ -134,6 +146,7 @@ name_type!(
     Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
 #[serde(transparent)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Step(pub u64);
 
 impl Step {
@@ -167,6 +180,7 @@ impl fmt::Display for Step {
     Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
 #[serde(transparent)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunId(pub u64);
 
 impl fmt::Display for RunId {
@@ -178,6 +192,7 @@ impl fmt::Display for RunId {
 /// What kind of component a channel watches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum ComponentKind {
     /// A hydraulic actuator.
     Actuator,
@@ -198,6 +213,8 @@ impl fmt::Display for ComponentKind {
 /// `sensor/NAME`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("pattern" = pattern::COMPONENT)))]
 pub enum Component {
     /// A hydraulic actuator.
     Actuator(ActuatorName),
@@ -249,7 +266,7 @@ impl FromStr for Component {
         match text.split_once('/') {
             Some(("actuator", name)) => Ok(Component::Actuator(name.parse()?)),
             Some(("sensor", name)) => Ok(Component::Sensor(name.parse()?)),
-            _ => Err(ComponentError::Kind(text.chars().take(2 * MAX_NAME_LENGTH).collect())),
+            _ => Err(ComponentError::Kind(quotation(text, 2 * MAX_NAME_LENGTH))),
         }
     }
 }
@@ -270,6 +287,8 @@ impl From<Component> for String {
 /// A component somewhere in the structure. Written `MODULE/actuator/NAME` or `MODULE/sensor/NAME`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("pattern" = pattern::COMPONENT_PATH)))]
 pub struct ComponentPath {
     /// The module that the component belongs to.
     pub module: ModuleName,
@@ -287,9 +306,9 @@ impl FromStr for ComponentPath {
     type Err = ComponentError;
 
     fn from_str(text: &str) -> Result<Self, ComponentError> {
-        let (module, component) = text.split_once('/').ok_or_else(|| {
-            ComponentError::Kind(text.chars().take(2 * MAX_NAME_LENGTH).collect())
-        })?;
+        let (module, component) = text
+            .split_once('/')
+            .ok_or_else(|| ComponentError::Kind(quotation(text, 2 * MAX_NAME_LENGTH)))?;
         Ok(ComponentPath { module: module.parse()?, component: component.parse()? })
     }
 }
@@ -317,6 +336,8 @@ mod tests {
             let error = ModuleName::new(bad).unwrap_err().to_string();
             assert!(error.contains("module name"), "{error}");
         }
+        let forged = ModuleName::new("m\nERROR all is lost").unwrap_err().to_string();
+        assert!(!forged.contains('\n'), "{forged}");
         assert_eq!(ModuleName::new("module_1-b").unwrap().as_str(), "module_1-b");
     }
 

@@ -4,7 +4,8 @@
 //!
 //! 1. [`Structure::from_toml`] reads a description (`description`), writes out what a generator
 //!    stands for (`generator`), and checks it, reporting every mistake at once (`validation`).
-//! 2. [`Structure::local`] cuts out one module's own part, clamped at its lower interface.
+//! 2. [`Structure::local`] cuts out one module's own part, clamped at its lower interface;
+//!    [`Structure::parts`] takes apart what does not touch, [`Structure::row`] sets copies side by side.
 //! 3. [`Mechanics::assemble`] puts the members together (`element`, `assembly`) and condenses the
 //!    rotations (`condensation`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
 //! 4. [`Modes::of`] splits the equations of motion into single oscillators.
@@ -37,7 +38,10 @@ mod modal;
 mod modal_stepper;
 mod model_error;
 mod oscillator;
+mod parts;
 mod perturbation;
+mod quotation;
+mod row;
 mod storeys;
 mod structure;
 mod summary;
@@ -57,5 +61,7 @@ pub use modal::Modes;
 pub use modal_stepper::ModalStepper;
 pub use model_error::ModelError;
 pub use perturbation::Perturbation;
+pub use quotation::quotation;
+pub use row::copy_prefix;
 pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
 pub use summary::{ModeSummary, ModuleSummary, Summary};

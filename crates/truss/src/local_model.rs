@@ -9,6 +9,9 @@ use crate::modal_stepper::ModalStepper;
 use crate::model_error::ModelError;
 use crate::structure::Structure;
 
+/// Far longer than any step of a sampled system [s].
+const LONGEST_STEP_S: f64 = 1.0;
+
 /// The local model of one module, with all its modes.
 #[derive(Debug, Clone)]
 pub struct LocalModel {
@@ -19,13 +22,13 @@ impl LocalModel {
     /// The model of a structure that is one module, from [`Structure::local`] or from a file.
     ///
     /// # Errors
-    /// A structure from which no model follows, or a step that is not above 0.
+    /// A structure from which no model follows, or a step that is not above 0 or absurdly long.
     pub fn new(local: &Structure, dt_s: f64) -> Result<LocalModel, ModelError> {
-        if !(dt_s.is_finite() && dt_s > 0.0) {
+        if !(dt_s > 0.0 && dt_s <= LONGEST_STEP_S) {
             return Err(ModelError::TimeStep { value: dt_s });
         }
         let mechanics = Mechanics::assemble(local)?;
-        let modes = Modes::of(&mechanics, local.damping, None);
+        let modes = Modes::of(&mechanics, local.damping, None)?;
         let stepper = ModalStepper::new(&modes, dt_s, &mechanics.actuator_map, &mechanics.gage_map);
         Ok(LocalModel { stepper })
     }

@@ -19,6 +19,7 @@ impl Structure {
         let module = self.module(module).ok_or_else(|| self.unknown_module(module))?;
         let node_places = places(&module.nodes);
         let member_places = places(&module.members);
+        let alone = renumber_module(module, &node_places, &member_places);
         Ok(Structure {
             name: self.name.clone(),
             damping: self.damping,
@@ -28,7 +29,7 @@ impl Structure {
                 .iter()
                 .map(|&member| renumber_member(&self.members[member], &node_places))
                 .collect(),
-            modules: vec![renumber_module(module, &node_places, &member_places)],
+            modules: vec![Module { lower_interface: Vec::new(), ..alone }],
         })
     }
 
@@ -51,18 +52,18 @@ impl Structure {
 }
 
 /// New index of each old one.
-fn places(kept: &[usize]) -> BTreeMap<usize, usize> {
+pub(crate) fn places(kept: &[usize]) -> BTreeMap<usize, usize> {
     kept.iter().enumerate().map(|(new, &old)| (old, new)).collect()
 }
 
 // Validation has put every node of a module's members, actuators and gages into the module's own
 // lists, so the look-ups below cannot fail.
 
-fn renumber_member(member: &Member, nodes: &BTreeMap<usize, usize>) -> Member {
+pub(crate) fn renumber_member(member: &Member, nodes: &BTreeMap<usize, usize>) -> Member {
     Member { ends: member.ends.map(|end| nodes[&end]), ..member.clone() }
 }
 
-fn renumber_module(
+pub(crate) fn renumber_module(
     module: &Module,
     nodes: &BTreeMap<usize, usize>,
     members: &BTreeMap<usize, usize>,
@@ -75,9 +76,9 @@ fn renumber_module(
     let gage = |gage: &Gage| Gage { name: gage.name.clone(), member: members[&gage.member] };
     Module {
         name: module.name.clone(),
-        nodes: (0..module.nodes.len()).collect(),
-        members: (0..module.members.len()).collect(),
-        lower_interface: Vec::new(),
+        nodes: module.nodes.iter().map(|node| nodes[node]).collect(),
+        members: module.members.iter().map(|member| members[member]).collect(),
+        lower_interface: module.lower_interface.iter().map(|node| nodes[node]).collect(),
         actuators: module.actuators.iter().map(actuator).collect(),
         gages: module.gages.iter().map(gage).collect(),
     }

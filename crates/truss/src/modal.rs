@@ -4,11 +4,19 @@
 //! Φᵀ·F per mode. Rayleigh damping makes ζ = α/(2ω) + β·ω/2.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::assembly::Mechanics;
+use crate::model_error::ModelError;
 use crate::structure::Rayleigh;
+
+/// Slowest and fastest mode of which a model is made [rad/s]. Far outside of what stands or swings, so
+/// that every number that follows from a mode stays finite.
+const ANGULAR_FREQUENCIES: RangeInclusive<f64> = 1e-6..=1e9;
+/// The largest damping ratio of which a model is made.
+const MOST_DAMPING: f64 = 1e12;
 
 /// Natural modes, lowest frequency first.
 #[derive(Debug, Clone)]
@@ -24,14 +32,24 @@ pub struct Modes {
 
 impl Modes {
     /// The lowest `count` modes, or all of them.
-    #[must_use]
-    pub fn of(mechanics: &Mechanics, damping: Rayleigh, count: Option<usize>) -> Modes {
+    ///
+    /// # Errors
+    /// A mode too slow, too fast or too strongly damped for finite numbers; the description then has
+    /// something in the wrong unit.
+    pub fn of(
+        mechanics: &Mechanics,
+        damping: Rayleigh,
+        count: Option<usize>,
+    ) -> Result<Modes, ModelError> {
         let size = mechanics.mass.len();
         let count = count.map_or(size, |count| count.min(size));
         let scale = mechanics.mass.map(|mass| 1.0 / mass.sqrt());
         // M^(−½)·K·M^(−½) is symmetric and has the eigenvalues ω².
         let scaled =
             DMatrix::from_fn(size, size, |i, j| scale[i] * mechanics.stiffness[(i, j)] * scale[j]);
+        // The largest eigenvalue is no smaller than any diagonal entry: what that shows to be too fast is
+        // not decomposed, which might never end.
+        judge(scaled.diagonal().max().sqrt(), damping)?;
         let eigen = SymmetricEigen::new(scaled);
         let mut order: Vec<usize> = (0..size).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
@@ -41,12 +59,15 @@ impl Modes {
             count,
             order.iter().map(|&mode| eigen.eigenvalues[mode].max(0.0).sqrt()),
         );
+        for &angular_frequency in &angular_frequencies {
+            judge(angular_frequency, damping)?;
+        }
         let mut shapes = DMatrix::from_fn(size, count, |dof, mode| {
             scale[dof] * eigen.eigenvectors[(dof, order[mode])]
         });
         orient(&mut shapes);
         let damping_ratios = angular_frequencies.map(|omega| damping.damping_ratio(omega));
-        Modes { angular_frequencies, damping_ratios, shapes }
+        Ok(Modes { angular_frequencies, damping_ratios, shapes })
     }
 
     /// Number of modes.
@@ -60,6 +81,15 @@ impl Modes {
     pub fn frequencies_hz(&self) -> DVector<f64> {
         self.angular_frequencies.map(|omega| omega / TAU)
     }
+}
+
+/// Refuses a mode from which no finite numbers would follow.
+fn judge(angular_frequency: f64, damping: Rayleigh) -> Result<(), ModelError> {
+    let damping_ratio = damping.damping_ratio(angular_frequency);
+    if ANGULAR_FREQUENCIES.contains(&angular_frequency) && damping_ratio <= MOST_DAMPING {
+        return Ok(());
+    }
+    Err(ModelError::Mode { frequency_hz: angular_frequency / TAU, damping_ratio })
 }
 
 /// Turns each shape so that its largest component is positive.

@@ -25,6 +25,26 @@ pub enum ModelError {
         /// The node.
         node: NodeName,
     },
+    /// A mass from which no model follows.
+    #[error(
+        "node `{node}` has a mass of {mass_kg:e} kg; use one from 1e-9 to 1e15 kg, in the right unit"
+    )]
+    Mass {
+        /// The node.
+        node: NodeName,
+        /// Its mass, the share of its members included [kg].
+        mass_kg: f64,
+    },
+    /// A mode from which no model follows.
+    #[error(
+        "the structure has a mode of {frequency_hz:e} Hz and damping ratio {damping_ratio:e}; look for a stiffness, a mass or a damping in the wrong unit"
+    )]
+    Mode {
+        /// Its natural frequency [Hz].
+        frequency_hz: f64,
+        /// Its damping ratio.
+        damping_ratio: f64,
+    },
     /// Everything is held.
     #[error("every node is held, nothing can move; leave at least one node free")]
     NothingMoves,
@@ -39,7 +59,7 @@ pub enum ModelError {
         value: f64,
     },
     /// The step of a discrete model must be positive.
-    #[error("the time step is {value} s; use a finite time above 0")]
+    #[error("the time step is {value} s; use a time above 0 and up to 1 s")]
     TimeStep {
         /// The step [s].
         value: f64,

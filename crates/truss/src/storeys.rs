@@ -24,7 +24,7 @@ type WrittenOut = (Vec<Located<NodeDescription>>, Vec<Located<MemberDescription>
 
 /// The nodes and members that a description stands for.
 pub(crate) fn write_out(
-    check: &mut Check<'_>,
+    check: &mut Check,
     lists: &mut Lists,
     modules: &[Located<ModuleDescription>],
 ) -> WrittenOut {
@@ -43,7 +43,7 @@ pub(crate) fn write_out(
 }
 
 fn explicit(
-    check: &mut Check<'_>,
+    check: &mut Check,
     lists: &mut Lists,
     modules: &[Located<ModuleDescription>],
 ) -> WrittenOut {
@@ -62,7 +62,7 @@ fn explicit(
 }
 
 fn generate(
-    check: &mut Check<'_>,
+    check: &mut Check,
     plan: &Located<StoreysDescription>,
     modules: &[Located<ModuleDescription>],
 ) -> WrittenOut {
@@ -88,7 +88,7 @@ fn generate(
     )
 }
 
-fn check_plan(check: &mut Check<'_>, Located { line, value }: &Located<StoreysDescription>) {
+fn check_plan(check: &mut Check, Located { line, value }: &Located<StoreysDescription>) {
     let owner = "`[storeys]`";
     check.number(*line, owner, ("height_m", value.height_m), Range::Positive);
     check.number(*line, owner, ("mass_kg", value.mass_kg), Range::NotNegative);
@@ -106,7 +106,7 @@ fn check_plan(check: &mut Check<'_>, Located { line, value }: &Located<StoreysDe
     }
 }
 
-fn stack<'a>(check: &mut Check<'_>, module: &'a Located<ModuleDescription>) -> Option<Stack<'a>> {
+fn stack<'a>(check: &mut Check, module: &'a Located<ModuleDescription>) -> Option<Stack<'a>> {
     let Located { line, value } = module;
     if value.lower_interface.is_some() {
         check.form(*line, format!("module `{}` has `lower_interface`, which `[storeys]` works out by itself; leave it out", value.name));

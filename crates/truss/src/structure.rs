@@ -1,7 +1,7 @@
 //! The validated description of a structure.
 //!
-//! A [`Structure`] is only made by [`Structure::from_toml`], [`Structure::local`] and
-//! [`Structure::perturbed`], so every index in it points into its own lists and every member has a
+//! A [`Structure`] is only made by [`Structure::from_toml`], [`Structure::local`],
+//! [`Structure::parts`], [`Structure::row`] and [`Structure::perturbed`], so every index in it points into its own lists and every member has a
 //! length. Members and nodes are referred to by their position in [`Structure::members`] and
 //! [`Structure::nodes`].
 

@@ -15,6 +15,8 @@ const MODES_LISTED: usize = 6;
 pub struct Summary {
     /// Name of the structure.
     pub name: String,
+    /// Number of parts that stand by themselves.
+    pub parts: usize,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of rods.
@@ -63,31 +65,48 @@ pub struct ModuleSummary {
     pub local_frequency_hz: Option<f64>,
 }
 
+/// What is summed over the parts of a structure.
+struct PartSummary {
+    degrees_of_freedom: usize,
+    modes: Vec<ModeSummary>,
+}
+
+impl PartSummary {
+    fn of(part: &Structure) -> Result<PartSummary, ModelError> {
+        let mechanics = Mechanics::assemble(part)?;
+        let modes = Modes::of(&mechanics, part.damping, Some(MODES_LISTED))?;
+        let listed = modes.frequencies_hz();
+        let pairs = listed.iter().zip(modes.damping_ratios.iter());
+        let modes = pairs
+            .map(|(&frequency_hz, &damping_ratio)| ModeSummary { frequency_hz, damping_ratio });
+        Ok(PartSummary { degrees_of_freedom: mechanics.dofs.len(), modes: modes.collect() })
+    }
+}
+
 impl Structure {
     /// The structure in figures.
     ///
     /// # Errors
     /// A structure from which no model follows.
     pub fn summary(&self) -> Result<Summary, ModelError> {
-        let mechanics = Mechanics::assemble(self)?;
-        let modes = Modes::of(&mechanics, self.damping, Some(MODES_LISTED));
+        let parts = self.parts().iter().map(PartSummary::of).collect::<Result<Vec<_>, _>>()?;
+        let mut modes: Vec<ModeSummary> =
+            parts.iter().flat_map(|part| part.modes.clone()).collect();
+        modes.sort_by(|one, other| one.frequency_hz.total_cmp(&other.frequency_hz));
+        modes.truncate(MODES_LISTED);
         let beams = self.members.iter().filter(|member| member.is_beam()).count();
-        let listed = modes.frequencies_hz();
         Ok(Summary {
             name: self.name.to_string(),
             nodes: self.nodes.len(),
             rods: self.members.len() - beams,
             beams,
-            degrees_of_freedom: mechanics.dofs.len(),
+            parts: parts.len(),
+            degrees_of_freedom: parts.iter().map(|part| part.degrees_of_freedom).sum(),
             member_mass_kg: self.members.iter().map(|member| member.mass_kg()).sum(),
             storey_mass_kg: self.nodes.iter().map(|node| node.mass_kg).sum(),
             alpha_per_s: self.damping.alpha_per_s,
             beta_s: self.damping.beta_s,
-            modes: listed
-                .iter()
-                .zip(modes.damping_ratios.iter())
-                .map(|(&frequency_hz, &damping_ratio)| ModeSummary { frequency_hz, damping_ratio })
-                .collect(),
+            modes,
             modules: self.modules.iter().map(|module| self.module_summary(module)).collect(),
         })
     }
@@ -106,7 +125,8 @@ impl Structure {
     fn local_frequency(&self, module: &Module) -> Option<f64> {
         let local = self.local(&module.name).ok()?;
         let mechanics = Mechanics::assemble(&local).ok()?;
-        Modes::of(&mechanics, local.damping, Some(1)).frequencies_hz().iter().next().copied()
+        let modes = Modes::of(&mechanics, local.damping, Some(1)).ok()?;
+        modes.frequencies_hz().iter().next().copied()
     }
 }
 
@@ -114,6 +134,9 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let members = self.rods + self.beams;
         writeln!(f, "structure          {}", self.name)?;
+        if self.parts > 1 {
+            writeln!(f, "parts              {}, each standing by itself", self.parts)?;
+        }
         writeln!(f, "nodes              {}", self.nodes)?;
         writeln!(f, "members            {members} ({} beams, {} rods)", self.beams, self.rods)?;
         writeln!(f, "freedoms           {} translations", self.degrees_of_freedom)?;

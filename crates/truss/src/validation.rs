@@ -37,7 +37,7 @@ pub(crate) fn read(text: &str) -> Result<Structure, DescriptionErrors> {
     }
 }
 
-fn structure(check: &mut Check<'_>, description: Description) -> Option<Structure> {
+fn structure(check: &mut Check, description: Description) -> Option<Structure> {
     let name_line = check.line(description.name.span().start);
     let name = check.name(name_line, StructureName::new(description.name.into_inner()));
     let damping_line = check.line(description.damping.span().start);
@@ -102,7 +102,7 @@ fn structure(check: &mut Check<'_>, description: Description) -> Option<Structur
     })
 }
 
-fn damping(check: &mut Check<'_>, line: usize, damping: DampingDescription) -> Rayleigh {
+fn damping(check: &mut Check, line: usize, damping: DampingDescription) -> Rayleigh {
     let owner = "the damping";
     check.number(line, owner, ("alpha_per_s", damping.alpha_per_s), Range::NotNegative);
     check.number(line, owner, ("beta_s", damping.beta_s), Range::NotNegative);
@@ -110,7 +110,7 @@ fn damping(check: &mut Check<'_>, line: usize, damping: DampingDescription) -> R
 }
 
 fn node(
-    check: &mut Check<'_>,
+    check: &mut Check,
     register: &mut Register,
     Located { line, value }: Located<NodeDescription>,
 ) -> Option<Node> {
@@ -132,7 +132,7 @@ fn node(
 
 /// A node that no member touches has nothing to hold it.
 fn report_idle_nodes(
-    check: &mut Check<'_>,
+    check: &mut Check,
     lines: &[usize],
     nodes: &[Option<Node>],
     members: &[Placed],

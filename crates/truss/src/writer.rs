@@ -21,8 +21,8 @@ fn write_all(out: &mut String, structure: &Structure) -> fmt::Result {
         write_node(out, node)?;
     }
     writeln!(out, "]\n\nmembers = [")?;
-    for (index, member) in structure.members.iter().enumerate() {
-        write_member(out, structure, index, member)?;
+    for (member, owner) in structure.members.iter().zip(owners(structure)) {
+        write_member(out, structure, member, owner)?;
     }
     writeln!(out, "]\n\n[damping]")?;
     writeln!(out, "alpha_per_s = {:?}", structure.damping.alpha_per_s)?;
@@ -50,16 +50,26 @@ fn write_node(out: &mut String, node: &Node) -> fmt::Result {
     writeln!(out, " }},")
 }
 
+/// The module of each member.
+fn owners(structure: &Structure) -> Vec<Option<&Module>> {
+    let mut owners = vec![None; structure.members.len()];
+    for module in &structure.modules {
+        for &member in &module.members {
+            owners[member] = Some(module);
+        }
+    }
+    owners
+}
+
 fn write_member(
     out: &mut String,
     structure: &Structure,
-    index: usize,
     member: &Member,
+    owner: Option<&Module>,
 ) -> fmt::Result {
     let ends = quoted(member.ends.map(|end| &structure.nodes[end].name));
     write!(out, "  {{ name = \"{}\", ends = [{ends}]", member.name)?;
     write!(out, ", section = \"{}\"", member.section)?;
-    let owner = structure.modules.iter().find(|module| module.members.contains(&index));
     if let (Some(module), 2..) = (owner, structure.modules.len()) {
         write!(out, ", module = \"{}\"", module.name)?;
     }
@@ -110,7 +120,8 @@ fn write_sections(out: &mut String, structure: &Structure) -> fmt::Result {
 
 fn write_module(out: &mut String, structure: &Structure, module: &Module) -> fmt::Result {
     writeln!(out, "\n[[modules]]\nname = \"{}\"", module.name)?;
-    if structure.modules.len() > 1 {
+    // Left out, it is all that the module shares with those before it: nothing, if there are none.
+    if structure.modules.len() > 1 || !module.lower_interface.is_empty() {
         let nodes = quoted(module.lower_interface.iter().map(|&n| &structure.nodes[n].name));
         writeln!(out, "lower_interface = [{nodes}]")?;
     }

@@ -102,7 +102,7 @@ fn matrices_are_symmetric_and_masses_add_up() {
 fn modes_are_orthonormal_in_mass_and_diagonal_in_stiffness() {
     for structure in shared::all() {
         let mechanics = Mechanics::assemble(&structure).unwrap();
-        let modes = Modes::of(&mechanics, structure.damping, None);
+        let modes = Modes::of(&mechanics, structure.damping, None).unwrap();
         let mut weighted = modes.shapes.clone();
         for (mut row, mass) in weighted.row_iter_mut().zip(mechanics.mass.iter()) {
             row *= *mass;
@@ -120,8 +120,10 @@ fn modes_are_orthonormal_in_mass_and_diagonal_in_stiffness() {
 fn fewer_modes_are_the_lowest_of_all() {
     let mechanics = Mechanics::assemble(&shared::small()).unwrap();
     let damping = shared::small().damping;
-    let (all, few) =
-        (Modes::of(&mechanics, damping, None), Modes::of(&mechanics, damping, Some(5)));
+    let (all, few) = (
+        Modes::of(&mechanics, damping, None).unwrap(),
+        Modes::of(&mechanics, damping, Some(5)).unwrap(),
+    );
     assert_eq!(few.count(), 5);
     assert_eq!(few.shapes, all.shapes.columns(0, 5).into_owned());
     assert_eq!(few.frequencies_hz().as_slice(), &all.frequencies_hz().as_slice()[..5]);
@@ -175,6 +177,27 @@ fn a_perturbed_structure_reads_back_too() {
 }
 
 #[test]
+fn the_interface_of_an_only_module_is_written_out_too() {
+    let lower = include_str!("../../../configs/small/lower.structure.toml");
+    let text = lower
+        .replace("name = \"lower\"\n", "name = \"lower\"\nlower_interface = [\"B1\", \"B3\"]\n");
+    let structure = Structure::from_toml(&text).unwrap();
+    assert_eq!(structure.modules[0].lower_interface, [0, 2]);
+    assert_eq!(Structure::from_toml(&structure.to_toml()).unwrap(), structure);
+}
+
+#[test]
+fn a_local_axis_almost_along_its_member_reads_back_too() {
+    for nearly in ["[0.2, 0.301, 3.0]", "[0.2, 0.30001, 3.0]", "[2.0001, 3.0, 30.0]"] {
+        let text = include_str!("../../../configs/small.toml")
+            .replace("position_m = [1.5, 2.6, 6.0]", "position_m = [1.7, 2.9, 6.0]")
+            .replace("local_y = [0.5, 1.0, 0.0]", &format!("local_y = {nearly}"));
+        let structure = Structure::from_toml(&text).unwrap();
+        assert_eq!(Structure::from_toml(&structure.to_toml()).unwrap(), structure, "{nearly}");
+    }
+}
+
+#[test]
 fn cutting_a_local_structure_again_changes_nothing() {
     for structure in [shared::tower(), shared::small()] {
         for module in &structure.modules {
@@ -217,7 +240,8 @@ fn frequencies_grow_with_the_root_of_stiffness_over_mass() {
     perturbation.node_mass.fill(0.81);
     perturbation.damping = 2.0;
     let perturbed = structure.perturbed(&perturbation);
-    let modes = |s: &Structure| Modes::of(&Mechanics::assemble(s).unwrap(), s.damping, None);
+    let modes =
+        |s: &Structure| Modes::of(&Mechanics::assemble(s).unwrap(), s.damping, None).unwrap();
     let (before, after) = (modes(&structure), modes(&perturbed));
     for (a, b) in before.frequencies_hz().iter().zip(after.frequencies_hz().iter()) {
         assert!((b / a - 1.2 / 0.9).abs() < 1e-9);
@@ -243,7 +267,8 @@ fn turning_the_whole_structure_leaves_frequencies_as_they_are() {
             *local_y = turn(*local_y);
         }
     }
-    let modes = |s: &Structure| Modes::of(&Mechanics::assemble(s).unwrap(), s.damping, None);
+    let modes =
+        |s: &Structure| Modes::of(&Mechanics::assemble(s).unwrap(), s.damping, None).unwrap();
     let (before, after) = (modes(&structure), modes(&turned));
     for (a, b) in before.frequencies_hz().iter().zip(after.frequencies_hz().iter()) {
         assert!((b / a - 1.0).abs() < 1e-9);

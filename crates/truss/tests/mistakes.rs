@@ -4,7 +4,7 @@
 
 mod shared;
 
-use truss::{Mechanics, ModelError, Perturbation, Structure};
+use truss::{LocalModel, Mechanics, ModelError, Perturbation, Structure};
 
 const TRIPOD: &str = r#"name = "tripod"
 nodes = [
@@ -352,6 +352,27 @@ fn what_carries_no_mass_or_cannot_move_is_named() {
 }
 
 #[test]
+fn numbers_in_absurd_units_make_no_model() {
+    let model = |from: &str, to: &str| {
+        assert!(TRIPOD.contains(from), "{from}");
+        let structure = Structure::from_toml(&TRIPOD.replace(from, to)).unwrap();
+        LocalModel::new(&structure, 1e-3).unwrap_err().to_string()
+    };
+    let heavy = model("mass_kg = 100.0", "mass_kg = 1e300");
+    assert!(heavy.starts_with("node `T` has a mass of 1e300 kg; use one from"), "{heavy}");
+    for (from, to) in [
+        ("young_pa = 210e9", "young_pa = 1e300"),
+        ("young_pa = 210e9", "young_pa = 1e-20"),
+        ("beta_s = 0.001", "beta_s = 1e300"),
+        ("alpha_per_s = 0.1", "alpha_per_s = 1e300"),
+    ] {
+        let error = model(from, to);
+        assert!(error.starts_with("the structure has a mode of "), "{to}: {error}");
+        assert!(error.ends_with("in the wrong unit"), "{to}: {error}");
+    }
+}
+
+#[test]
 fn a_perturbation_that_removes_a_member_is_refused() {
     let tripod = Structure::from_toml(TRIPOD).unwrap();
     let mut perturbation = Perturbation::identity(&tripod);
@@ -371,4 +392,12 @@ fn an_unknown_module_is_named_with_those_that_exist() {
         error.to_string(),
         "`middle` is no module of structure `small`; it has `lower`, `upper`"
     );
+}
+
+#[test]
+fn what_a_description_says_forges_no_further_line() {
+    let text = TRIPOD.replace(r#"section = "bar" }"#, r#"section = "b\nERROR c" }"#);
+    let errors = Structure::from_toml(&text).unwrap_err();
+    assert_eq!(errors.to_string().lines().count(), 3, "{errors}");
+    assert!(errors.to_string().contains(r"`b\nERROR c`"), "{errors}");
 }

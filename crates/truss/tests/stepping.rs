@@ -118,7 +118,7 @@ fn many_steps_under_a_constant_input_follow_the_closed_form() {
 fn two_half_steps_are_one_step() {
     for structure in shared::all() {
         let mechanics = Mechanics::assemble(&structure).unwrap();
-        let modes = Modes::of(&mechanics, structure.damping, None);
+        let modes = Modes::of(&mechanics, structure.damping, None).unwrap();
         let new =
             |dt_s| ModalStepper::new(&modes, dt_s, &mechanics.actuator_map, &mechanics.gage_map);
         let (mut whole, mut half) = (new(DT_S), new(DT_S / 2.0));
@@ -143,7 +143,7 @@ fn two_half_steps_are_one_step() {
 fn settling_is_where_a_constant_input_leads_in_the_long_run() {
     for structure in shared::all() {
         let mechanics = Mechanics::assemble(&structure).unwrap();
-        let modes = Modes::of(&mechanics, structure.damping, None);
+        let modes = Modes::of(&mechanics, structure.damping, None).unwrap();
         let new =
             |dt_s| ModalStepper::new(&modes, dt_s, &mechanics.actuator_map, &mechanics.gage_map);
         let inputs = vec![1e4; new(DT_S).input_count()];
@@ -177,7 +177,7 @@ fn a_whole_structure_follows_its_own_equations_of_motion() {
     // Runge-Kutta on M·ξ̈ + D·ξ̇ + K·ξ = F, without modes.
     let structure = shared::small();
     let mechanics = Mechanics::assemble(&structure).unwrap();
-    let modes = Modes::of(&mechanics, structure.damping, None);
+    let modes = Modes::of(&mechanics, structure.damping, None).unwrap();
     let size = mechanics.dofs.len();
     let mut force = DMatrix::zeros(size, 1);
     force[(3, 0)] = 1.0;

@@ -1,5 +1,6 @@
 //! A divergence crossed its threshold.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::ids::{ComponentPath, RunId, Step, StructureName};
 
@@ -7,7 +8,7 @@ use crate::encoding::Message;
 use crate::evidence::Evidence;
 
 /// A channel changed; nothing is said yet about whose fault it is.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Change {
     /// The structure.
     pub structure: StructureName,

@@ -1,12 +1,13 @@
 //! A module's divergences at one step.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::ids::{Component, ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 
 /// All channels of a module at one step. Published every so many steps, and at each change.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Divergences {
     /// The structure.
     pub structure: StructureName,
@@ -23,7 +24,7 @@ pub struct Divergences {
 }
 
 /// One channel.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Channel {
     /// The component that it watches.
     pub component: Component,

@@ -2,14 +2,18 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::ids::{ComponentKind, ComponentPath, ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 use crate::evidence::Evidence;
+use crate::order::GivenOrder;
 
 /// What a module holds of one of its components.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultState {
     /// No change, or the explained one is over.
@@ -22,9 +26,29 @@ pub enum FaultState {
     Explained,
     /// A fault of this component; stays until reset.
     Latched,
+    /// A fault of this component that a person has acknowledged; stays until reset.
+    Acknowledged,
+}
+
+/// Why a verdict is unconfirmed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Doubt {
+    /// Peers do not answer. They are asked again; the verdict follows.
+    Silent,
+    /// Modules were not watching when it happened, so no verdict will follow.
+    Unknowing,
+    /// The run ended before there was a verdict.
+    RunEnded,
 }
 
 impl FaultState {
+    /// A fault of the component itself: latched, acknowledged or not.
+    #[must_use]
+    pub fn is_fault(self) -> bool {
+        matches!(self, FaultState::Latched | FaultState::Acknowledged)
+    }
+
     /// The name in messages.
     #[must_use]
     pub fn as_str(self) -> &'static str {
@@ -34,6 +58,7 @@ impl FaultState {
             FaultState::Unconfirmed => "unconfirmed",
             FaultState::Explained => "explained",
             FaultState::Latched => "latched",
+            FaultState::Acknowledged => "acknowledged",
         }
     }
 }
@@ -48,7 +73,7 @@ impl fmt::Display for FaultState {
 ///
 /// In answer to a question, a component that has had no transition yet is `normal` with sequence 0
 /// and without run, steps and evidence.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultTransition {
     /// The structure.
     pub structure: StructureName,
@@ -76,11 +101,59 @@ pub struct FaultTransition {
     pub explained_by: Option<ComponentPath>,
     /// If explained, when that component changed.
     pub explained_since_step: Option<Step>,
-    /// If unconfirmed, the modules without whose answers nothing can be said.
+    /// If unconfirmed, why.
+    #[serde(default)]
+    pub doubt: Option<Doubt>,
+    /// If unconfirmed, the modules that do not answer.
     #[serde(default)]
     pub silent: Vec<ModuleName>,
+    /// If unconfirmed, the modules that were not watching when it happened.
+    #[serde(default)]
+    pub unknowing: Vec<ModuleName>,
+    /// The order that led to this transition, if one did.
+    #[serde(default)]
+    pub order: Option<GivenOrder>,
+    /// Whether the journal had this before it was published. If not, a disk is full or broken.
+    #[serde(default = "yes")]
+    pub durable: bool,
     /// When this was published \[ns since 1970\].
     pub time_unix_ns: u64,
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl FaultTransition {
+    /// What there is to say about a component that never had a transition.
+    #[must_use]
+    pub fn untouched(
+        structure: StructureName,
+        component: ComponentPath,
+        time_unix_ns: u64,
+    ) -> FaultTransition {
+        FaultTransition {
+            structure,
+            module: component.module.clone(),
+            kind: component.component.kind(),
+            component,
+            state: FaultState::Normal,
+            sequence: 0,
+            run: None,
+            onset_step: None,
+            detection_step: None,
+            decided_step: None,
+            evidence: None,
+            explained_by: None,
+            explained_since_step: None,
+            doubt: None,
+            silent: Vec::new(),
+            unknowing: Vec::new(),
+            order: None,
+            durable: true,
+            time_unix_ns,
+        }
+    }
 }
 
 impl Message for FaultTransition {

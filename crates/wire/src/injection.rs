@@ -1,5 +1,6 @@
 //! Orders to the simulated plant.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::fault::Fault;
 use truss::ids::{ComponentPath, Step};
@@ -7,7 +8,8 @@ use truss::ids::{ComponentPath, Step};
 use crate::encoding::Message;
 
 /// Give a component a fault, or repair it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(extend("required" = ["component", "fault"]))]
 pub struct Injection {
     /// The component.
     pub component: ComponentPath,
@@ -20,7 +22,7 @@ pub struct Injection {
 }
 
 /// The plant will do as told.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Injected {
     /// The component.
     pub component: ComponentPath,

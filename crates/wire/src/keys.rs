@@ -15,16 +15,21 @@ use std::str::FromStr;
 
 use truss::ids::{Component, ComponentError, ModuleName, NameError, StructureName};
 
+use crate::order::OrderKind;
+
 /// First part of every key.
 pub const ROOT: &str = "trusswatch";
 
 /// What stands in the place of a module in the plant's keys; no module may be called so.
 pub const PLANT: &str = "plant";
 
+/// A key that is nobody's: whoever asks there learns at once that nobody answers, if the network works.
+pub const NOBODY: &str = "trusswatch/nobody";
+
 /// What a module's key is about.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
-    /// Its measurements, each step.
+    /// Its measurements, each step; a query on this key asks for past ones.
     Sample,
     /// Its divergences.
     Divergence,
@@ -38,6 +43,12 @@ pub enum Topic {
     Status,
     /// How far it has come.
     Progress,
+    /// It entered another phase.
+    Phase,
+    /// Its journal.
+    History,
+    /// What operators order.
+    Command(OrderKind),
     /// Its liveliness token.
     Alive,
 }
@@ -115,6 +126,9 @@ impl fmt::Display for Topic {
             Topic::State => f.write_str("state"),
             Topic::Status => f.write_str("status"),
             Topic::Progress => f.write_str("progress"),
+            Topic::Phase => f.write_str("phase"),
+            Topic::History => f.write_str("history"),
+            Topic::Command(order) => write!(f, "command/{}", order.as_str()),
             Topic::Alive => f.write_str("alive"),
         }
     }
@@ -134,6 +148,10 @@ impl FromStr for Topic {
             "state" => Ok(Topic::State),
             "status" => Ok(Topic::Status),
             "progress" => Ok(Topic::Progress),
+            "phase" => Ok(Topic::Phase),
+            "history" => Ok(Topic::History),
+            "command/acknowledge" => Ok(Topic::Command(OrderKind::Acknowledge)),
+            "command/reset" => Ok(Topic::Command(OrderKind::Reset)),
             "alive" => Ok(Topic::Alive),
             other => Err(KeyError::Topic(quoted(other))),
         }
@@ -239,6 +257,18 @@ impl Watched<'_> {
         self.expression(&Topic::Progress.to_string())
     }
 
+    /// Changes of phase.
+    #[must_use]
+    pub fn phases(&self) -> String {
+        self.expression(&Topic::Phase.to_string())
+    }
+
+    /// Journals.
+    #[must_use]
+    pub fn histories(&self) -> String {
+        self.expression(&Topic::History.to_string())
+    }
+
     /// Samples.
     #[must_use]
     pub fn samples(&self) -> String {
@@ -253,7 +283,7 @@ impl Watched<'_> {
 }
 
 fn quoted(text: &str) -> String {
-    text.chars().take(64).collect()
+    truss::quotation(text, 64)
 }
 
 #[cfg(test)]
@@ -267,6 +297,7 @@ mod tests {
             assert_eq!(parse(text), KeyError::Form, "{text}");
         }
         assert_eq!(parse("trusswatch/t/m/samples"), KeyError::Topic("samples".into()));
+        assert_eq!(parse("trusswatch/t/m/a\nb"), KeyError::Topic("a\\nb".into()));
         assert_eq!(parse("trusswatch/t/m/sample/"), KeyError::Topic("sample/".into()));
         assert_eq!(parse("trusswatch/t/plant/sample"), KeyError::Topic("sample".into()));
         assert!(matches!(parse("trusswatch/t/*/sample"), KeyError::Name(_)));

@@ -2,34 +2,46 @@
 //!
 //! | key, under `trusswatch/{structure}/` | message |
 //! |---|---|
-//! | `{module}/sample` | [`Sample`] |
+//! | `{module}/sample` | [`Sample`]; in reply to [`SampleQuestion`], past ones |
 //! | `{module}/divergence` | [`Divergences`] |
 //! | `{module}/change` | [`Change`] |
 //! | `{module}/fault/actuator/{name}`, `{module}/fault/sensor/{name}` | [`FaultTransition`] |
 //! | `{module}/state` | [`StateQuestion`] as parameters, [`StateAnswer`] or [`Refused`] in reply |
 //! | `{module}/status` | [`ModuleStatus`] |
+//! | `{module}/phase` | [`PhaseChange`] |
 //! | `{module}/progress` | [`Progress`] |
+//! | `{module}/history` | [`HistoryQuestion`] as parameters, [`HistoryPage`] in reply |
+//! | `{module}/command/acknowledge`, `{module}/command/reset` | [`Order`], [`Obeyed`] or [`Refused`] in reply |
 //! | `{module}/alive`, `plant/alive` | liveliness tokens, without a message |
 //! | `plant/command/inject` | [`Injection`], [`Injected`] or [`Refused`] in reply |
 //! | `plant/status` | [`PlantStatus`] |
 //!
 //! Every message is one JSON object with the format's version in its field `v`; [`encode`] and
-//! [`decode`] say what becomes of anything else. Keys are made and read by [`Key`] alone.
+//! [`decode`] say what becomes of anything else. Keys are made and read by [`Key`] alone. [`catalogue`] tells
+//! other programs all this: a schema and an example of each message.
 //!
 //! This crate names neither network nor runtime, and of the other crates only `truss`, for the
 //! identifiers.
 
+pub mod catalogue;
 mod change;
 mod divergence;
 mod encoding;
 mod evidence;
 mod fault;
+mod history;
 mod injection;
 pub mod keys;
+mod order;
+mod phase;
 mod plant_status;
 mod progress;
+mod question;
+pub mod realm;
+mod recording;
 mod refusal;
 mod sample;
+mod schema;
 mod state;
 mod status;
 
@@ -37,12 +49,21 @@ pub use change::Change;
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;
-pub use fault::{FaultState, FaultTransition};
+pub use fault::{Doubt, FaultState, FaultTransition};
+pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE};
 pub use injection::{Injected, Injection};
 pub use keys::{Key, KeyError, PlantTopic, Topic};
+pub use order::{GivenOrder, MAX_ORDER_TEXT, Obeyed, Order, OrderKind};
+pub use phase::{ModulePhase, PhaseChange};
 pub use plant_status::{PlantPhase, PlantStatus, PresentFault};
 pub use progress::Progress;
+pub use question::QuestionError;
+pub use recording::SampleQuestion;
 pub use refusal::Refused;
 pub use sample::Sample;
-pub use state::{ActuatorFault, QuestionError, StateAnswer, StateChange, StateQuestion};
-pub use status::{DiagnosisCounters, IntakeCounters, ModulePhase, ModuleStatus, PublisherCounters};
+pub use schema::schema;
+pub use state::{ActuatorFault, StateAnswer, StateChange, StateQuestion};
+pub use status::{
+    DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
+    PeerStatus, PublisherCounters,
+};

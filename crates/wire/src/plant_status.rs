@@ -1,5 +1,6 @@
 //! How the plant is.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::fault::Fault;
 use truss::ids::{ComponentPath, ModuleName, RunId, Step, StructureName};
@@ -7,7 +8,7 @@ use truss::ids::{ComponentPath, ModuleName, RunId, Step, StructureName};
 use crate::encoding::Message;
 
 /// What the plant is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlantPhase {
     /// Modules are missing that it was told to wait for.
@@ -19,7 +20,7 @@ pub enum PlantPhase {
 }
 
 /// The plant's status, once a second.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlantStatus {
     /// The structure.
     pub structure: StructureName,
@@ -48,7 +49,7 @@ pub struct PlantStatus {
 }
 
 /// A fault that is present.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PresentFault {
     /// The component.
     pub component: ComponentPath,

@@ -1,5 +1,6 @@
 //! How far a module has come.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::ids::{RunId, Step};
 
@@ -7,7 +8,7 @@ use crate::encoding::Message;
 
 /// The module has processed everything up to this step. A plant that runs as fast as it can waits
 /// for this, so that nothing is dropped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Progress {
     /// The run that the step is counted in.
     pub run: RunId,

@@ -1,5 +1,6 @@
 //! What a module measures at one step. Whoever acquires data publishes this, plant or real tower.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use truss::ids::{ModuleName, RunId, Step};
 
@@ -9,7 +10,7 @@ use crate::encoding::Message;
 ///
 /// A value that is missing may be `null`; it is read as not-a-number, and the diagnoser counts the
 /// sample as non-finite.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sample {
     /// The module that was measured.
     pub module: ModuleName,
@@ -21,12 +22,15 @@ pub struct Sample {
     pub time_unix_ns: u64,
     /// Demanded force of each actuator \[N\].
     #[serde(deserialize_with = "values")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub demands_n: Vec<f64>,
     /// Pressures of chambers A and B of each actuator \[Pa\].
     #[serde(deserialize_with = "pairs")]
+    #[schemars(with = "Vec<[Option<f64>; 2]>")]
     pub pressures_pa: Vec<[f64; 2]>,
     /// Elongation of each gage's member \[m\].
     #[serde(deserialize_with = "values")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub elongations_m: Vec<f64>,
 }
 

@@ -3,10 +3,12 @@
 //! The question travels as the parameters of a query, `state?from=a&step=b`, the answer as its reply.
 //! The reply may come late: it is held until step b has been processed.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::ids::{ActuatorName, Component, ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
+use crate::question::{QuestionError, in_order, number, required};
 
 /// A question to a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,33 +19,6 @@ pub struct StateQuestion {
     pub from: Step,
     /// The step as of which the answer is wanted, itself included.
     pub step: Step,
-}
-
-/// Parameters that make no question.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum QuestionError {
-    /// A parameter is missing.
-    #[error("`{0}` is missing; ask `state?from=STEP&step=STEP`, with `&run=RUN` if need be")]
-    Missing(&'static str),
-    /// A parameter is not a number.
-    #[error("`{name}` is `{value}`; use a whole number of at least 0")]
-    NotANumber {
-        /// Which.
-        name: &'static str,
-        /// What it is.
-        value: String,
-    },
-    /// A parameter is given twice.
-    #[error("`{0}` is given twice")]
-    Repeated(&'static str),
-    /// The first step comes after the last.
-    #[error("`from` {from} is later than `step` {step}; use an earlier step")]
-    Backwards {
-        /// First step of interest.
-        from: Step,
-        /// The step as of which the answer is wanted.
-        step: Step,
-    },
 }
 
 impl StateQuestion {
@@ -59,33 +34,16 @@ impl StateQuestion {
     /// # Errors
     /// A parameter missing, repeated or not a number, or steps in the wrong order.
     pub fn from_parameters(text: &str) -> Result<Self, QuestionError> {
-        let from = number(text, "from")?.map(Step).ok_or(QuestionError::Missing("from"))?;
-        let step = number(text, "step")?.map(Step).ok_or(QuestionError::Missing("step"))?;
+        let from = Step(required(text, "from")?);
+        let step = Step(required(text, "step")?);
         let run = number(text, "run")?.map(RunId);
-        if from > step {
-            return Err(QuestionError::Backwards { from, step });
-        }
+        in_order(from, step)?;
         Ok(Self { run, from, step })
     }
 }
 
-fn number(text: &str, name: &'static str) -> Result<Option<u64>, QuestionError> {
-    let mut values = text
-        .split(['&', ';'])
-        .filter_map(|pair| pair.split_once('=').or(Some((pair, ""))))
-        .filter_map(|(key, value)| (key == name).then_some(value));
-    let Some(value) = values.next() else { return Ok(None) };
-    if values.next().is_some() {
-        return Err(QuestionError::Repeated(name));
-    }
-    let parsed = value.parse();
-    parsed
-        .map(Some)
-        .map_err(|_| QuestionError::NotANumber { name, value: value.chars().take(64).collect() })
-}
-
 /// A module's answer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StateAnswer {
     /// The structure.
     pub structure: StructureName,
@@ -106,7 +64,7 @@ pub struct StateAnswer {
 }
 
 /// A change in an answer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StateChange {
     /// The component whose channel changed.
     pub component: Component,
@@ -117,7 +75,7 @@ pub struct StateChange {
 }
 
 /// An actuator held for faulty.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ActuatorFault {
     /// The actuator.
     pub actuator: ActuatorName,
@@ -159,7 +117,7 @@ mod tests {
         assert_eq!(read(""), Err(QuestionError::Missing("from")));
         assert_eq!(read("from=1"), Err(QuestionError::Missing("step")));
         assert_eq!(read("from=1&from=2&step=3"), Err(QuestionError::Repeated("from")));
-        let backwards = QuestionError::Backwards { from: Step(3), step: Step(2) };
+        let backwards = QuestionError::Backwards { from: Step(3), to: Step(2) };
         assert_eq!(read("from=3&step=2"), Err(backwards));
         for (text, value) in [("from=-1&step=2", "-1"), ("from=&step=2", ""), ("from&step=2", "")] {
             let error = QuestionError::NotANumber { name: "from", value: value.into() };

@@ -1,24 +1,14 @@
 //! How a module's diagnoser is.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use truss::ids::{ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
-
-/// Whether verdicts can be given yet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ModulePhase {
-    /// No sample yet.
-    Waiting,
-    /// Some channel rests on too few vectors to be judged.
-    Initialising,
-    /// Every channel is watched.
-    InService,
-}
+use crate::phase::ModulePhase;
 
 /// A diagnoser's status, once a second and at each change of phase.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModuleStatus {
     /// The structure.
     pub structure: StructureName,
@@ -38,18 +28,30 @@ pub struct ModuleStatus {
     pub step: Option<Step>,
     /// From the latest sample's publication to its diagnosis, by the clocks of both \[ms\].
     pub lag_ms: Option<f64>,
+    /// How long ago the latest sample processed was published \[ms\], at the time of this status.
+    #[serde(default)]
+    pub sample_age_ms: Option<f64>,
     /// Samples that wait to be processed.
     pub queued_samples: u64,
-    /// Components held for faulty.
+    /// Components held for faulty, acknowledged or not.
     pub latched: u64,
-    /// Changes that cannot be judged because peers do not answer.
+    /// Components whose verdict is unconfirmed.
     pub unconfirmed: u64,
     /// Peers' questions that wait for a step to come.
     pub waiting_questions: u64,
     /// The sequence number that the next transition will have.
     pub next_sequence: u64,
+    /// The journal.
+    #[serde(default)]
+    pub journal: JournalStatus,
+    /// Each peer.
+    #[serde(default)]
+    pub peers: Vec<PeerStatus>,
     /// What came in.
     pub intake: IntakeCounters,
+    /// What others asked.
+    #[serde(default)]
+    pub inquiries: InquiryCounters,
     /// What became of it.
     pub diagnosis: DiagnosisCounters,
     /// What went out.
@@ -59,7 +61,7 @@ pub struct ModuleStatus {
 }
 
 /// Samples from the network, before they reach the diagnosis.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct IntakeCounters {
     /// Everything that came on the sample key.
     pub received: u64,
@@ -73,17 +75,134 @@ pub struct IntakeCounters {
     pub wrong_message: u64,
     /// Samples of another module.
     pub other_module: u64,
+    /// Samples of another publisher or run than the one being diagnosed, while that one goes on.
+    #[serde(default)]
+    pub other_source: u64,
+    /// Samples whose time is not later than that of the one before. They are used: steps decide.
+    #[serde(default)]
+    pub clock_standing: u64,
+    /// Samples that were missed and had from the publisher's store.
+    #[serde(default)]
+    pub recovered: u64,
+    /// Questions to the publisher's store that brought nothing.
+    #[serde(default)]
+    pub recoveries_failed: u64,
+    /// How often the backlog was thrown away to get back to the present.
+    #[serde(default)]
+    pub resynchronised: u64,
+    /// How often samples stopped coming.
+    #[serde(default)]
+    pub silences: u64,
+}
+
+/// What others asked of this module, and what became of it. `received` is the sum of `malformed`,
+/// `turned_away`, `answered` and `refused`; what is missing from it waits to be answered.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct InquiryCounters {
+    /// Questions on the keys of state, faults, history and commands.
+    pub received: u64,
+    /// Those that made no sense.
+    pub malformed: u64,
+    /// Those that came while too many were waiting.
+    pub turned_away: u64,
+    /// Those answered, orders obeyed among them.
+    #[serde(default)]
+    pub answered: u64,
+    /// Those that made sense and were refused for a reason, orders among them.
+    #[serde(default)]
+    pub refused: u64,
+    /// Orders obeyed.
+    pub orders_obeyed: u64,
+    /// Orders refused.
+    pub orders_refused: u64,
+}
+
+/// The file that transitions are written to before they are published.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct JournalStatus {
+    /// Where it is; `null` without one.
+    pub directory: Option<String>,
+    /// Its size.
+    pub bytes: u64,
+    /// Why nothing can be written at present, if so.
+    pub problem: Option<String>,
+    /// Records that wait to be written.
+    pub unsaved: u64,
+    /// Records given up because too many were waiting.
+    pub lost: u64,
+    /// Damaged records found at the start and passed over.
+    pub damaged: u64,
+}
+
+/// How a question to a peer ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PeerOutcome {
+    /// With an answer.
+    Answered,
+    /// With a refusal.
+    Refused,
+    /// With none in time.
+    TimedOut,
+    /// Nobody was there.
+    Absent,
+    /// With an answer that did not fit, or with several that contradict each other.
+    Malformed,
+}
+
+/// A peer as this module sees it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct PeerStatus {
+    /// The peer.
+    pub module: ModuleName,
+    /// Whether its liveliness token is there.
+    pub present: bool,
+    /// How the latest question ended.
+    pub latest: Option<PeerOutcome>,
+    /// The words of its latest refusal, or what was wrong with its latest answer.
+    pub reason: Option<String>,
+    /// Questions that it answered.
+    pub answered: u64,
+    /// Questions that it refused.
+    pub refused: u64,
+    /// Questions that it did not answer in time.
+    pub timed_out: u64,
+    /// Questions that met nobody.
+    pub absent: u64,
+    /// Answers that did not fit.
+    pub malformed: u64,
+}
+
+impl PeerStatus {
+    /// A peer that has neither been seen nor asked.
+    #[must_use]
+    pub fn unasked(module: ModuleName) -> Self {
+        Self {
+            module,
+            present: false,
+            latest: None,
+            reason: None,
+            answered: 0,
+            refused: 0,
+            timed_out: 0,
+            absent: 0,
+            malformed: 0,
+        }
+    }
 }
 
 /// The counters of the diagnosis.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct DiagnosisCounters {
     /// Samples used.
     pub samples: u64,
     /// Steps for which no sample came.
     pub samples_missing: u64,
-    /// Samples whose step was seen before or went backwards.
+    /// Samples whose step was the one before once more.
     pub samples_repeated: u64,
+    /// Samples whose step lay before the one before: too late.
+    #[serde(default)]
+    pub samples_late: u64,
     /// Samples whose step lay implausibly far ahead.
     #[serde(default)]
     pub samples_far_ahead: u64,
@@ -110,14 +229,16 @@ pub struct DiagnosisCounters {
 }
 
 /// Messages that should have gone out.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PublisherCounters {
     /// Fault transitions and changes published.
     pub events: u64,
-    /// Fault transitions and changes that the network would not take in time.
+    /// Fault transitions and changes that the network would not take in time. The journal has the
+    /// transitions all the same.
     pub events_lost: u64,
-    /// Questions of others that came while too many were waiting.
-    pub questions_turned_away: u64,
+    /// Replies for which there was no room. Whoever asked hears nothing, and asks again.
+    #[serde(default)]
+    pub replies_lost: u64,
 }
 
 impl Message for ModuleStatus {

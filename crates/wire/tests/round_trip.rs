@@ -6,9 +6,11 @@ use truss::fault::Fault;
 use truss::ids::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
 use wire::keys::PLANT;
 use wire::{
-    ActuatorFault, Change, Channel, Divergences, Evidence, FaultState, FaultTransition, Injected,
-    Injection, Key, Message, ModulePhase, ModuleStatus, PlantPhase, PlantStatus, PlantTopic,
-    PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Topic, decode, encode,
+    ActuatorFault, Change, Channel, Divergences, Doubt, Evidence, FaultState, FaultTransition,
+    GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message, ModulePhase,
+    ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
+    PlantStatus, PlantTopic, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange,
+    Topic, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -35,6 +37,10 @@ fn topic() -> impl Strategy<Value = Topic> {
         Topic::State,
         Topic::Status,
         Topic::Progress,
+        Topic::Phase,
+        Topic::History,
+        Topic::Command(OrderKind::Acknowledge),
+        Topic::Command(OrderKind::Reset),
         Topic::Alive,
     ];
     prop_oneof![proptest::sample::select(plain.to_vec()), component().prop_map(Topic::Fault)]
@@ -105,6 +111,7 @@ fn module() -> ModuleName {
 const EVIDENCE: Evidence = Evidence {
     step: Step(41),
     residual: -1e-7,
+    level: 2e-8,
     divergence: Some(0.1),
     threshold: 0.05,
     ratio: 2.0,
@@ -135,7 +142,16 @@ fn events_are_read_back() {
         evidence: Some(EVIDENCE),
         explained_by: Some("module2/actuator/a1".parse().unwrap()),
         explained_since_step: Some(Step(39)),
+        doubt: Some(Doubt::Silent),
         silent: vec!["module2".parse().unwrap()],
+        unknowing: vec!["module3".parse().unwrap()],
+        order: Some(GivenOrder {
+            order: OrderKind::Reset,
+            by: "ada".into(),
+            note: Some("valve changed".into()),
+            force: true,
+        }),
+        durable: false,
         time_unix_ns: 9,
     };
     assert_eq!(back(&transition), transition);
@@ -163,6 +179,7 @@ fn the_states_of_a_fault_have_the_names_of_the_manual() {
         FaultState::Unconfirmed,
         FaultState::Explained,
         FaultState::Latched,
+        FaultState::Acknowledged,
     ];
     for state in states {
         assert_eq!(serde_json::to_string(&state).unwrap(), format!("\"{state}\""));
@@ -199,6 +216,39 @@ fn answers_orders_and_refusals_are_read_back() {
     }
     let injected = Injected { component, effective_step: Step(8) };
     assert_eq!(back(&injected), injected);
+    let order = Order {
+        component: "actuator/a1".parse().unwrap(),
+        by: "ada".into(),
+        note: None,
+        force: false,
+    };
+    assert_eq!(back(&order), order);
+    let obeyed = Obeyed {
+        component: "actuator/a1".parse().unwrap(),
+        state: FaultState::Acknowledged,
+        sequence: 7,
+    };
+    assert_eq!(back(&obeyed), obeyed);
+    let phase = PhaseChange {
+        structure: structure(),
+        module: module(),
+        phase: ModulePhase::Stale,
+        before: Some(ModulePhase::InService),
+        run: Some(RunId(1)),
+        step: Some(Step(2)),
+        reason: "no sample for 500 ms".into(),
+        time_unix_ns: 9,
+    };
+    assert_eq!(back(&phase), phase);
+    let page = HistoryPage {
+        structure: structure(),
+        module: module(),
+        transitions: Vec::new(),
+        first_sequence: Some(1),
+        next_sequence: 4,
+        more: false,
+    };
+    assert_eq!(back(&page), page);
     let progress = Progress { run: RunId(1), step: Step(2) };
     assert_eq!(back(&progress), progress);
 }
@@ -215,11 +265,25 @@ fn statuses_are_read_back() {
         run: Some(RunId(1)),
         step: Some(Step(3000)),
         lag_ms: Some(0.4),
+        sample_age_ms: Some(1.4),
         queued_samples: 1,
         latched: 1,
         unconfirmed: 0,
         waiting_questions: 0,
         next_sequence: 4,
+        journal: JournalStatus { problem: Some("disk full".into()), ..Default::default() },
+        peers: vec![PeerStatus {
+            module: "module2".parse().unwrap(),
+            present: true,
+            latest: Some(PeerOutcome::Refused),
+            reason: Some("no sample yet".into()),
+            answered: 1,
+            refused: 2,
+            timed_out: 3,
+            absent: 4,
+            malformed: 5,
+        }],
+        inquiries: wire::InquiryCounters { received: 3, ..Default::default() },
         intake: wire::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },
         diagnosis: wire::DiagnosisCounters { samples: 3001, ..Default::default() },
         publisher: wire::PublisherCounters { events: 5, ..Default::default() },

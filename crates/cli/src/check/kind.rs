@@ -6,7 +6,7 @@ use toml::Table;
 
 /// A kind of configuration file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Structure,
     Plant,
     Diagnoser,
@@ -20,7 +20,7 @@ impl Kind {
     ///
     /// # Errors
     /// What is wrong, and in which line: no TOML, or keys of no kind.
-    pub(super) fn of(file: &Path, text: &str) -> Result<Kind, (Option<usize>, String)> {
+    pub(crate) fn of(file: &Path, text: &str) -> Result<Kind, (Option<usize>, String)> {
         let ending = file.extension().and_then(|ending| ending.to_str());
         if matches!(ending, Some("json5" | "json")) {
             return Ok(Kind::Zenoh);

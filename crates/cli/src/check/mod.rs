@@ -1,6 +1,8 @@
 //! `trusswatch check`: are these files usable, and what are they?
 
-mod kind;
+mod identity;
+pub(crate) mod kind;
+mod zenoh_settings;
 
 use std::fs;
 use std::io::{self, Write};
@@ -15,11 +17,12 @@ use truss::Structure;
 use crate::failure::Failure;
 use kind::Kind;
 
-/// Check configuration files without starting anything
+/// Check configuration files and certificates without starting anything
 ///
 /// Tells what each file is and every mistake in it and in the files that it names. Knows structures,
 /// plants, diagnosers, thresholds, schedules and Zenoh settings; which of these a file is follows
-/// from its content.
+/// from its content. Of a directory that `trusswatch pki issue` has made, the certificate and the key are
+/// checked.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Files to check
@@ -42,6 +45,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What the file is, or what is wrong with it.
 fn check(file: &Path) -> Result<String, ConfigErrors> {
+    if file.is_dir() {
+        return identity::check(file);
+    }
     let text = fs::read_to_string(file)
         .map_err(|error| mistake(file, None, format!("cannot be read: {error}")))?;
     match Kind::of(file, &text).map_err(|(line, problem)| mistake(file, line, problem))? {
@@ -50,7 +56,7 @@ fn check(file: &Path) -> Result<String, ConfigErrors> {
         Kind::Diagnoser => diagnoser(file),
         Kind::Thresholds => thresholds(file, &text),
         Kind::Schedule => Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len())),
-        Kind::Zenoh => zenoh(file),
+        Kind::Zenoh => zenoh_settings::check(file),
     }
 }
 
@@ -64,8 +70,9 @@ fn structure(file: &Path, text: &str) -> Result<String, ConfigErrors> {
         ConfigErrors(each.flatten().collect())
     })?;
     let (name, nodes, members) = (&structure.name, structure.nodes.len(), structure.members.len());
-    let model = truss::Mechanics::assemble(&structure);
-    model.map_err(|error| mistake(file, None, error))?;
+    for part in structure.parts() {
+        truss::Mechanics::assemble(&part).map_err(|error| mistake(file, None, error))?;
+    }
     let modules: Vec<_> = structure.modules.iter().map(|module| module.name.as_str()).collect();
     let modules = modules.join(", ");
     Ok(format!("structure `{name}`, {nodes} nodes, {members} members, modules {modules}"))
@@ -73,6 +80,7 @@ fn structure(file: &Path, text: &str) -> Result<String, ConfigErrors> {
 
 fn plant(file: &Path) -> Result<String, ConfigErrors> {
     let config = load_plant(file, &PlantFlags::default())?;
+    config.network.check_time()?;
     let modules: Vec<_> =
         config.structure.equipped().map(|module| module.name.to_string()).collect();
     Ok(format!(
@@ -86,6 +94,7 @@ fn plant(file: &Path) -> Result<String, ConfigErrors> {
 
 fn diagnoser(file: &Path) -> Result<String, ConfigErrors> {
     let config = load_diagnoser(file)?;
+    config.network.check_time()?;
     let (actuators, gages) = config.size();
     let peers: Vec<_> = config.peers().iter().map(ToString::to_string).collect();
     Ok(format!(
@@ -107,11 +116,4 @@ fn thresholds(file: &Path, text: &str) -> Result<String, ConfigErrors> {
         ConfigErrors(each.flatten().collect())
     })?;
     Ok(format!("{} thresholds of module `{}`", fitted.len(), read.module))
-}
-
-fn zenoh(file: &Path) -> Result<String, ConfigErrors> {
-    let problem = |error| mistake(file, None, format!("no file of Zenoh settings: {error}"));
-    let config = zenoh::Config::from_file(file).map_err(problem)?;
-    let mode = config.get_json("mode").unwrap_or_default();
-    Ok(format!("Zenoh settings, mode {}", mode.trim_matches('"')))
 }

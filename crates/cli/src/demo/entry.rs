@@ -3,7 +3,7 @@
 use serde::Serialize;
 use truss::fault::Fault;
 use truss::ids::{ComponentPath, ModuleName, Step};
-use wire::FaultState;
+use wire::{Doubt, FaultState};
 
 /// A process of the demo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -33,16 +33,7 @@ pub(super) enum Entry {
     /// A module asked its peers.
     Asked { step: Step, module: ModuleName, questions: u64, unanswered: u64 },
     /// A module found something about a component.
-    Verdict {
-        step: Step,
-        component: ComponentPath,
-        state: FaultState,
-        detection_step: Option<Step>,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        explained_by: Option<ComponentPath>,
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        silent: Vec<ModuleName>,
-    },
+    Verdict(Verdict),
     /// Something is not as it should be.
     Trouble { text: String },
     /// What came of it.
@@ -58,7 +49,7 @@ impl Entry {
             | Entry::Repaired { step, .. }
             | Entry::Change { step, .. }
             | Entry::Asked { step, .. }
-            | Entry::Verdict { step, .. } => Some(*step),
+            | Entry::Verdict(Verdict { step, .. }) => Some(*step),
             Entry::InService { since_step, .. } => Some(*since_step),
             Entry::Started { .. }
             | Entry::Ready { .. }
@@ -66,6 +57,24 @@ impl Entry {
             | Entry::Summary(_) => None,
         }
     }
+}
+
+/// What a module found about a component.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Verdict {
+    pub(super) step: Step,
+    pub(super) component: ComponentPath,
+    pub(super) state: FaultState,
+    pub(super) detection_step: Option<Step>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) explained_by: Option<ComponentPath>,
+    /// If unconfirmed, why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) doubt: Option<Doubt>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) silent: Vec<ModuleName>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) unknowing: Vec<ModuleName>,
 }
 
 /// What was injected against what was diagnosed.

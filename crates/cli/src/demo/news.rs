@@ -8,6 +8,7 @@ use wire::{
 
 /// A piece of news.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "told one at a time and never kept")]
 pub(super) enum News {
     /// A channel changed.
     Change(Change),

@@ -82,7 +82,9 @@ impl Rig {
         let place = self.directory.path();
         let run = |config: &str| vec![OsString::from("run"), place.join(config).into()];
         for (module, config) in self.modules.iter().zip(MODULES) {
-            let arguments = run(config.path);
+            let mut arguments = run(config.path);
+            let state = place.join("state").join(module.as_str());
+            arguments.extend(["--state-dir".into(), state.into()]);
             children.start(module.as_str(), &self.binaries.diagnoser, &arguments, place)?;
         }
         let mut arguments = run(PLANT.path);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use truss::ids::{ModuleName, Step};
 use wire::{Change, FaultState, FaultTransition, ModulePhase, ModuleStatus, PlantStatus};
 
-use super::entry::{Entry, Summary};
+use super::entry::{Entry, Summary, Verdict};
 use super::ledger::Ledger;
 use super::news::News;
 use super::story::{Act, Pace};
@@ -160,14 +160,16 @@ impl Show {
         if matches!(transition.state, FaultState::Tentative | FaultState::Normal) {
             return;
         }
-        entries.push(Entry::Verdict {
+        entries.push(Entry::Verdict(Verdict {
             step,
             component: transition.component,
             state: transition.state,
             detection_step: transition.detection_step,
             explained_by: transition.explained_by,
+            doubt: transition.doubt,
             silent: transition.silent,
-        });
+            unknowing: transition.unknowing,
+        }));
     }
 }
 
@@ -211,7 +213,8 @@ mod tests {
             News::Transition(transition("m1/sensor/g1", FaultState::Latched, 104)),
         );
         assert!(matches!(entries[0], Entry::Injected { step: Step(100), .. }), "{entries:?}");
-        assert!(matches!(entries[1], Entry::Verdict { state: FaultState::Latched, .. }));
+        let latched = |verdict: &Verdict| verdict.state == FaultState::Latched;
+        assert!(matches!(&entries[1], Entry::Verdict(verdict) if latched(verdict)));
         assert_eq!(entries.len(), 2);
     }
 

@@ -1,7 +1,7 @@
 //! Made-up acts and transitions for tests.
 
 use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
+use truss::ids::Step;
 use wire::{FaultState, FaultTransition};
 
 use super::story::{Act, Pace, Story};
@@ -22,22 +22,11 @@ pub(super) fn acts() -> Vec<Act> {
 }
 
 pub(super) fn transition(component: &str, state: FaultState, detected: u64) -> FaultTransition {
-    let component: ComponentPath = component.parse().unwrap();
     FaultTransition {
-        structure: "t".parse().unwrap(),
-        module: component.module.clone(),
-        kind: component.component.kind(),
-        component,
         state,
         sequence: 1,
-        run: None,
-        onset_step: None,
         detection_step: Some(Step(detected)),
         decided_step: Some(Step(detected)),
-        evidence: None,
-        explained_by: None,
-        explained_since_step: None,
-        silent: Vec::new(),
-        time_unix_ns: 0,
+        ..FaultTransition::untouched("t".parse().unwrap(), component.parse().unwrap(), 0)
     }
 }

@@ -6,12 +6,13 @@ use std::io::{self, IsTerminal, Write};
 use comfy_table::CellAlignment;
 use serde::Serialize;
 use truss::fault::Fault;
-use truss::ids::{ComponentPath, ModuleName};
+use truss::ids::ModuleName;
 use wire::FaultState;
 
-use super::entry::{Entry, Process, Summary};
+use super::entry::{Entry, Process, Summary, Verdict};
 use crate::paint::{Colour, Paint};
 use crate::table::table;
+use crate::telling::{state_colour, why_unconfirmed};
 
 /// Tells entries on standard output.
 pub(super) struct Voice {
@@ -64,7 +65,7 @@ impl Voice {
     fn is_new(&mut self, entry: &Entry) -> bool {
         match entry {
             Entry::Change { component, .. } => self.read.insert(component.to_string()),
-            Entry::Verdict { component, explained_by: Some(root), .. } => {
+            Entry::Verdict(Verdict { component, explained_by: Some(root), .. }) => {
                 self.read.insert(format!("{component} {root}"))
             }
             Entry::Injected { .. } => {
@@ -100,11 +101,7 @@ impl Voice {
             Entry::Asked { module, questions, unanswered, .. } => {
                 paint.in_colour(Colour::Cyan, &asked(module, *questions, *unanswered))
             }
-            Entry::Verdict { component, state, explained_by, silent, step, detection_step } => {
-                let after = detection_step.map(|detection| step.since(detection));
-                let text = verdict(component, *state, explained_by.as_ref(), silent, after);
-                paint.in_colour(colour(*state), &text)
-            }
+            Entry::Verdict(found) => paint.in_colour(state_colour(found.state), &verdict(found)),
             Entry::Trouble { text } => {
                 paint.in_colour(Colour::Yellow, &format!("trouble    {text}"))
             }
@@ -161,36 +158,22 @@ fn watch_line(endpoint: &str) -> String {
     )
 }
 
-fn colour(state: FaultState) -> Colour {
-    match state {
-        FaultState::Latched => Colour::Red,
-        FaultState::Explained => Colour::Green,
-        FaultState::Unconfirmed => Colour::Yellow,
-        FaultState::Normal | FaultState::Tentative => Colour::Dim,
-    }
-}
-
 /// What a module found, and how many steps after the change.
-fn verdict(
-    component: &ComponentPath,
-    state: FaultState,
-    explained_by: Option<&ComponentPath>,
-    silent: &[ModuleName],
-    after: Option<u64>,
-) -> String {
-    match (state, explained_by) {
+fn verdict(found: &Verdict) -> String {
+    let Verdict { component, state, .. } = found;
+    match (state, &found.explained_by) {
         (FaultState::Latched, _) => {
-            let after = after.unwrap_or_default();
+            let after = found.detection_step.map_or(0, |detection| found.step.since(detection));
             format!("FAULT      {component}, found {after} steps after its change")
         }
         (FaultState::Explained, Some(root)) => {
             format!("explained  {component}, explained by {root}")
         }
         (FaultState::Unconfirmed, _) => {
-            let silent: Vec<_> = silent.iter().map(ModuleName::as_str).collect();
-            format!("open       {component}, unconfirmed: no answer from {}", silent.join(", "))
+            let why = why_unconfirmed(found.doubt, &found.silent, &found.unknowing);
+            format!("open       {component}, unconfirmed: {why}")
         }
-        (state, _) => format!("{state:<10} {component}"),
+        (state, _) => format!("{:<10} {component}", state.as_str()),
     }
 }
 
@@ -214,5 +197,41 @@ fn describe(fault: &Fault) -> String {
             format!("random walk, {} µm a step", (increment_m * 1e9).round() / 1e3)
         }
         Fault::ZeroOutput {} => "zero output".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use truss::ids::Step;
+    use wire::Doubt;
+
+    #[test]
+    fn an_open_verdict_tells_why_it_is_open() {
+        let open = |doubt, silent: &[&str], unknowing: &[&str]| {
+            let names = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect();
+            verdict(&Verdict {
+                step: Step(9),
+                component: "m1/sensor/g1".parse().unwrap(),
+                state: FaultState::Unconfirmed,
+                detection_step: Some(Step(3)),
+                explained_by: None,
+                doubt: Some(doubt),
+                silent: names(silent),
+                unknowing: names(unknowing),
+            })
+        };
+        let told = [
+            open(Doubt::Silent, &["m2"], &[]),
+            open(Doubt::Unknowing, &[], &["m2"]),
+            open(Doubt::RunEnded, &[], &[]),
+        ];
+        let why = told.map(|text| text.replace("open       m1/sensor/g1, unconfirmed: ", ""));
+        let expected = [
+            "no answer from m2",
+            "m2 was not watching when it happened",
+            "the run ended before there was a verdict",
+        ];
+        assert_eq!(why, expected);
     }
 }

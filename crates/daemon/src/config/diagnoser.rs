@@ -1,10 +1,12 @@
 //! A diagnoser's file: its own module and nothing else of the structure.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use diagnosis::residual::Hydraulics;
 use diagnosis::{Diagnoser, ModuleSetup, SetupError};
+use pki::Holder;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
 use truss::ids::{Component, ModuleName, StructureName};
@@ -12,6 +14,7 @@ use truss::ids::{Component, ModuleName, StructureName};
 use super::document::Document;
 use super::error::ConfigErrors;
 use super::flags::NetworkFlags;
+use super::health::{HealthFlags, HealthSettings};
 use super::method::{DetectionSection, IsolationSection};
 use super::network::Network;
 use crate::thresholds::Thresholds;
@@ -39,6 +42,12 @@ struct DiagnoserFile {
     publish: PublishSettings,
     #[serde(default)]
     queries: QuerySettings,
+    #[serde(default)]
+    input: InputSettings,
+    #[serde(default)]
+    state: StateSettings,
+    #[serde(default)]
+    health: HealthSettings,
 }
 
 fn one_millisecond() -> f64 {
@@ -106,6 +115,75 @@ impl QuerySettings {
     }
 }
 
+/// The table `[input]`: what is done about samples that do not come as they should.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct InputSettings {
+    /// Without a sample for so long the module is stale \[ms\]: 500.
+    pub stale_after_ms: u64,
+    /// Samples that have waited for so long are thrown away, to get back to the present \[ms\]: 1000.
+    pub resync_after_ms: u64,
+    /// How many missed samples the publisher is asked for: 8192; 0 for none.
+    pub recover_steps: u64,
+    /// A publisher that is silent for so long may be replaced by another one \[ms\]: 200.
+    pub incumbent_ms: u64,
+}
+
+impl Default for InputSettings {
+    fn default() -> Self {
+        Self { stale_after_ms: 500, resync_after_ms: 1000, recover_steps: 8192, incumbent_ms: 200 }
+    }
+}
+
+impl InputSettings {
+    pub(crate) fn stale_after(&self) -> Duration {
+        Duration::from_millis(self.stale_after_ms)
+    }
+
+    pub(crate) fn resync_after(&self) -> Duration {
+        Duration::from_millis(self.resync_after_ms)
+    }
+
+    pub(crate) fn incumbent(&self) -> Duration {
+        Duration::from_millis(self.incumbent_ms)
+    }
+}
+
+/// The table `[state]`: what outlives the process.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StateSettings {
+    /// The directory of the journal, relative to this file. Without one it is that of the environment
+    /// variable `STATE_DIRECTORY`; without either, faults are forgotten when the process ends.
+    pub directory: Option<PathBuf>,
+    /// A new file of the journal is begun when the present one has got so large \[MiB\]: 16. One older
+    /// file is kept.
+    pub rotate_mib: u64,
+}
+
+impl Default for StateSettings {
+    fn default() -> Self {
+        Self { directory: None, rotate_mib: 16 }
+    }
+}
+
+impl StateSettings {
+    pub(crate) fn rotate_bytes(&self) -> u64 {
+        self.rotate_mib << 20
+    }
+
+    /// Says which directory it is, seen from the file that names it.
+    fn resolve(mut self, document: &Document) -> Self {
+        let given = std::env::var_os(STATE_VARIABLE).filter(|text| !text.is_empty());
+        let named = self.directory.map(|directory| document.beside(&directory));
+        self.directory = named.or(given.map(PathBuf::from));
+        self
+    }
+}
+
+/// The environment variable that names the state directory; service managers set it.
+const STATE_VARIABLE: &str = "STATE_DIRECTORY";
+
 /// Everything that a diagnoser process is told, checked.
 #[derive(Debug, Clone)]
 pub struct DiagnoserConfig {
@@ -117,6 +195,12 @@ pub struct DiagnoserConfig {
     pub publish: PublishSettings,
     /// How long who waits for whom.
     pub queries: QuerySettings,
+    /// What is done about samples that do not come as they should.
+    pub input: InputSettings,
+    /// What outlives the process.
+    pub state: StateSettings,
+    /// Where health is served, if anywhere.
+    pub health: Option<SocketAddr>,
     /// Fingerprint of the thresholds.
     pub thresholds: String,
     setup: ModuleSetup,
@@ -155,7 +239,34 @@ impl DiagnoserConfig {
     pub fn with_flags(mut self, flags: &NetworkFlags) -> Result<Self, ConfigErrors> {
         self.network.add(flags);
         super::flags::check(flags)?;
-        Ok(self)
+        let mut errors = ConfigErrors(Vec::new());
+        self.network.check_identity(&self.holder(), &self.structure_name, &mut errors);
+        errors.or(self)
+    }
+
+    /// Serves health where the flag says, if it is given.
+    ///
+    /// # Errors
+    /// An address that is none.
+    pub fn with_health(mut self, flags: &HealthFlags) -> Result<Self, ConfigErrors> {
+        let mut errors = ConfigErrors(Vec::new());
+        self.health = flags.address_or(self.health, &mut errors);
+        errors.or(self)
+    }
+
+    /// Keeps the journal in this directory, if one is given.
+    #[must_use]
+    pub fn with_state_directory(mut self, directory: Option<PathBuf>) -> Self {
+        self.state.directory = directory.or(self.state.directory);
+        self
+    }
+
+    fn holder(&self) -> Holder {
+        Holder::Module(self.setup.module.clone())
+    }
+
+    pub(crate) fn tie_steps(&self) -> u64 {
+        self.setup.isolation.tie_steps
     }
 }
 
@@ -168,6 +279,7 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     let mut written: DiagnoserFile = document.parse()?;
     let mut errors = ConfigErrors(Vec::new());
     written.network.check(&document, &mut errors);
+    let health = written.health.address(&document, &mut errors);
     check_figures(&written, &document, &mut errors);
     let structure = errors.collect(load_structure(&document.beside(&written.structure)));
     let thresholds = Document::read(&document.beside(&written.thresholds))
@@ -197,6 +309,8 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
         vec![1.0; components.len()]
     });
     let structure_name = structure.name.clone();
+    let holder = Holder::Module(written.module.clone());
+    written.network.check_identity(&holder, &structure_name, &mut errors);
     let setup = setup(&written, structure, fitted);
     for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
         errors.add(file, document.line(&place(&problem)), problem);
@@ -206,6 +320,9 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
         network: written.network,
         publish: written.publish,
         queries: written.queries,
+        input: written.input,
+        state: written.state.resolve(&document),
+        health,
         thresholds: thresholds.fingerprint(),
         setup,
     })
@@ -307,6 +424,8 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         sample_queue,
     } = written.publish;
     let QuerySettings { timeout_ms, hold_ms, pause_ms } = written.queries;
+    let InputSettings { stale_after_ms, resync_after_ms, recover_steps, incumbent_ms } =
+        written.input;
     for (table, key, value, allowed) in [
         ("publish", "divergence_every_steps", divergence_every_steps, 1..=1_000_000),
         ("publish", "progress_every_steps", progress_every_steps, 1..=10_000),
@@ -316,6 +435,11 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         ("queries", "timeout_ms", timeout_ms, 10..=10_000),
         ("queries", "hold_ms", hold_ms, 10..=60_000),
         ("queries", "pause_ms", pause_ms, 0..=10_000),
+        ("input", "stale_after_ms", stale_after_ms, 10..=3_600_000),
+        ("input", "resync_after_ms", resync_after_ms, 100..=60_000),
+        ("input", "recover_steps", recover_steps, 0..=100_000),
+        ("input", "incumbent_ms", incumbent_ms, 10..=60_000),
+        ("state", "rotate_mib", written.state.rotate_mib, 1..=65_536),
     ] {
         if !allowed.contains(&value) {
             let problem =

@@ -3,6 +3,9 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+/// Problems quote what stands in a file, which may be anything.
+const LONGEST_PROBLEM: usize = 1000;
+
 /// One mistake.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigError {
@@ -32,7 +35,8 @@ pub struct ConfigErrors(pub Vec<ConfigError>);
 
 impl ConfigErrors {
     pub(crate) fn one(file: &Path, line: Option<usize>, problem: impl fmt::Display) -> Self {
-        Self(vec![ConfigError { file: file.to_owned(), line, problem: problem.to_string() }])
+        let problem = truss::quotation(&problem.to_string(), LONGEST_PROBLEM);
+        Self(vec![ConfigError { file: file.to_owned(), line, problem }])
     }
 
     /// `value` if nothing was found, else everything that was.

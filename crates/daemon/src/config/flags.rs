@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use truss::ids::RunId;
 
+use super::endpoint::endpoint;
 use super::error::ConfigErrors;
+use super::health::HealthFlags;
 use super::speed::Speed;
 
 /// Endpoints from the command line.
@@ -16,6 +18,10 @@ pub struct NetworkFlags {
     /// Connect to this endpoint too; may be repeated
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<String>,
+    /// Show who this is by the certificate in this directory, made by `trusswatch pki issue`, and
+    /// accept nothing but mutually authenticated TLS
+    #[arg(long, value_name = "DIRECTORY")]
+    pub tls: Option<PathBuf>,
 }
 
 /// What may be said of a plant on the command line.
@@ -42,6 +48,9 @@ pub struct PlantFlags {
     /// Where to listen and connect
     #[command(flatten)]
     pub network: NetworkFlags,
+    /// Where to serve health
+    #[command(flatten)]
+    pub health: HealthFlags,
 }
 
 fn run_id(text: &str) -> Result<RunId, std::num::ParseIntError> {
@@ -52,12 +61,8 @@ fn run_id(text: &str) -> Result<RunId, std::num::ParseIntError> {
 pub(super) fn check(flags: &NetworkFlags) -> Result<(), ConfigErrors> {
     let mut errors = ConfigErrors(Vec::new());
     for (flag, endpoints) in [("--listen", &flags.listen), ("--connect", &flags.connect)] {
-        for endpoint in endpoints {
-            if endpoint.parse::<zenoh::config::EndPoint>().is_err() {
-                let problem =
-                    format!("`{endpoint}` is no endpoint; write e.g. `tcp/127.0.0.1:7447`");
-                errors.add(Path::new(flag), None, problem);
-            }
+        for error in endpoints.iter().filter_map(|text| endpoint(text).err()) {
+            errors.add(Path::new(flag), None, error);
         }
     }
     errors.or(())

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use zenoh::config::EndPoint;
 
 use super::document::Document;
+use super::endpoint::endpoint;
 use super::error::ConfigErrors;
 use super::flags::NetworkFlags;
 use crate::session;
@@ -34,6 +34,10 @@ pub struct Network {
     /// A file of Zenoh's own settings in JSON5, used as it is in place of everything that trusswatch
     /// would set; only `listen` and `connect`, if given, take the place of the file's.
     pub zenoh: Option<PathBuf>,
+    /// A directory with this process's certificate, its key and the authority's certificate, as
+    /// `trusswatch pki issue` makes it; `--tls` goes before it. Every link is then mutually
+    /// authenticated TLS, and no other is accepted.
+    pub tls: Option<PathBuf>,
 }
 
 impl Network {
@@ -52,19 +56,19 @@ impl Network {
     pub(super) fn add(&mut self, flags: &NetworkFlags) {
         self.listen.extend_from_slice(&flags.listen);
         self.connect.extend_from_slice(&flags.connect);
+        self.tls = flags.tls.clone().or(self.tls.take());
     }
 
     /// Turns the file's path into one from here, and checks everything.
     pub(super) fn check(&mut self, document: &Document, errors: &mut ConfigErrors) {
         let line = |key: &str| document.line(&["network", key]);
         for (key, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
-            for endpoint in endpoints {
-                if endpoint.parse::<EndPoint>().is_err() {
-                    let problem =
-                        format!("`{endpoint}` is no endpoint; write e.g. `tcp/127.0.0.1:7447`");
-                    errors.add(&document.file, line(key), problem);
-                }
+            for error in endpoints.iter().filter_map(|text| endpoint(text).err()) {
+                errors.add(&document.file, line(key), error);
             }
+        }
+        if let Some(directory) = &mut self.tls {
+            *directory = document.beside(directory);
         }
         let Some(file) = &mut self.zenoh else { return };
         *file = document.beside(file);

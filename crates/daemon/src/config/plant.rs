@@ -1,8 +1,11 @@
 //! The simulated plant's file.
 
+use std::net::SocketAddr;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use plant::{Mismatch, Plant, PlantParameters};
+use pki::Holder;
+use plant::{Mismatch, Plant, PlantError, PlantParameters};
 use serde::{Deserialize, Serialize};
 use truss::Structure;
 use truss::ids::{ModuleName, RunId};
@@ -11,6 +14,7 @@ use super::diagnoser::load_structure;
 use super::document::Document;
 use super::error::ConfigErrors;
 use super::flags::PlantFlags;
+use super::health::HealthSettings;
 use super::network::Network;
 use super::schedule::{Schedule, load_schedule};
 use super::speed::Speed;
@@ -24,6 +28,8 @@ struct PlantFile {
     seed: u64,
     #[serde(default = "real_time")]
     speed: Speed,
+    #[serde(default = "usual_burst")]
+    burst_steps: u64,
     #[serde(default)]
     steps: Option<u64>,
     #[serde(default)]
@@ -38,6 +44,8 @@ struct PlantFile {
     lock_step: LockStep,
     #[serde(default)]
     network: Network,
+    #[serde(default)]
+    health: HealthSettings,
 }
 
 fn first_seed() -> u64 {
@@ -46,6 +54,10 @@ fn first_seed() -> u64 {
 
 fn real_time() -> Speed {
     Speed::REAL
+}
+
+fn usual_burst() -> u64 {
+    4
 }
 
 /// The table `[mismatch]`: how the true tower differs from the one that is described.
@@ -88,6 +100,8 @@ pub struct PlantConfig {
     pub seed: u64,
     /// How fast simulated time passes.
     pub speed: Speed,
+    /// By the clock, samples are published in bursts of so many steps.
+    pub burst_steps: u64,
     /// End after this many steps.
     pub steps: Option<u64>,
     /// Number of the run; otherwise the time.
@@ -100,6 +114,8 @@ pub struct PlantConfig {
     pub lock_step: LockStep,
     /// Where to listen and connect.
     pub network: Network,
+    /// Where health is served, if anywhere.
+    pub health: Option<SocketAddr>,
 }
 
 impl PlantConfig {
@@ -107,7 +123,7 @@ impl PlantConfig {
     ///
     /// # Errors
     /// No plant can be made of this; with what would be right.
-    pub fn make_plant(&self) -> Result<Plant, plant::PlantError> {
+    pub fn make_plant(&self) -> Result<Plant, PlantError> {
         let Some(MismatchSection { relative, seed }) = self.mismatch else {
             return Plant::new(&self.structure, &self.parameters, self.seed);
         };
@@ -133,6 +149,8 @@ pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, Config
     written.network.check(&document, &mut errors);
     errors.collect(super::flags::check(&flags.network));
     written.network.add(&flags.network);
+    let health = written.health.address(&document, &mut errors);
+    let health = flags.health.address_or(health, &mut errors);
     let schedule_file = written.schedule.as_ref().map(|schedule| document.beside(schedule));
     let schedule_file = flags.schedule.clone().or(schedule_file);
     let schedule = schedule_file.as_deref().map(|file| errors.collect(load_schedule(file)));
@@ -144,18 +162,21 @@ pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, Config
     };
     let wait_for = waited_for(&written, flags, &structure, &document, &mut errors);
     check_figures(&written, &document, &mut errors);
+    written.network.check_identity(&Holder::Plant, &structure.name, &mut errors);
     let config = PlantConfig {
         structure,
         parameters: written.plant,
         mismatch: written.mismatch,
         seed: flags.seed.unwrap_or(written.seed),
         speed: flags.speed.unwrap_or(written.speed),
+        burst_steps: written.burst_steps,
         steps: flags.steps.or(written.steps),
         run: flags.run_id,
         wait_for,
         schedule,
         lock_step: written.lock_step,
         network: written.network,
+        health,
     };
     check_plant(&config, &document, schedule_file.as_deref(), &mut errors);
     errors.or(config)
@@ -191,13 +212,17 @@ fn waited_for(
 
 fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigErrors) {
     let LockStep { window_steps, patience_ms } = written.lock_step;
-    for (key, value, allowed) in
-        [("window_steps", window_steps, 1..=2000), ("patience_ms", patience_ms, 100..=3_600_000)]
-    {
+    let figures: [(&[&str], u64, RangeInclusive<u64>); 3] = [
+        (&["burst_steps"], written.burst_steps, 1..=100),
+        (&["lock_step", "window_steps"], window_steps, 1..=2000),
+        (&["lock_step", "patience_ms"], patience_ms, 100..=3_600_000),
+    ];
+    for (place, value, allowed) in figures {
         if !allowed.contains(&value) {
+            let key = place.last().copied().unwrap_or_default();
             let problem =
                 format!("`{key}` is {value}; use {} to {}", allowed.start(), allowed.end());
-            errors.add(&document.file, document.line(&["lock_step", key]), problem);
+            errors.add(&document.file, document.line(place), problem);
         }
     }
 }
@@ -226,6 +251,19 @@ fn check_plant(
                 }
             }
         }
-        Err(error) => errors.add(&document.file, None, error),
+        Err(error) => {
+            let line = document.line(place(&error)).or_else(|| document.line(&["structure"]));
+            errors.add(&document.file, line, error);
+        }
+    }
+}
+
+/// Where in the file the reason most likely lies why there is no plant.
+fn place(error: &PlantError) -> &'static [&'static str] {
+    match error {
+        PlantError::Model(_) => &["structure"],
+        PlantError::Controller(_) | PlantError::NoEquilibrium => &["plant", "controller"],
+        PlantError::DemandAtStart { .. } => &["plant", "hydraulics", "demand_limit_n"],
+        PlantError::Parameters(_) | PlantError::Equipment(_) => &["plant"],
     }
 }

@@ -4,15 +4,16 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::config::{ConfigErrors, NetworkFlags, load_diagnoser};
+use crate::config::{ConfigErrors, HealthFlags, NetworkFlags, load_diagnoser};
 use crate::exit::{EXIT_CODES, Failure, conclude};
 use crate::{logging, runtime};
 
 /// Fault diagnosis of one module: isolates actuator faults alone, sensor faults with its peers.
 ///
-/// Logs go to standard error; TRUSSWATCH_LOG filters them, e.g. `TRUSSWATCH_LOG=debug`.
+/// Logs go to standard error, or to the journal of systemd if that is where standard error leads;
+/// TRUSSWATCH_LOG filters them, e.g. `TRUSSWATCH_LOG=debug`.
 #[derive(Debug, Parser)]
 #[command(name = "trusswatch-diagnoser", version, after_help = EXIT_CODES)]
 struct Arguments {
@@ -27,8 +28,13 @@ enum Command {
     Run {
         /// The module's configuration
         config: PathBuf,
+        /// Keep the journal of faults in this directory, whatever the configuration says
+        #[arg(long, value_name = "DIRECTORY")]
+        state_dir: Option<PathBuf>,
         #[command(flatten)]
         network: NetworkFlags,
+        #[command(flatten)]
+        health: HealthFlags,
     },
     /// Check configurations and everything they name, without starting
     #[command(after_help = EXIT_CODES)]
@@ -39,18 +45,32 @@ enum Command {
     },
 }
 
+/// The command line as data, for manual pages and completions.
+#[must_use]
+pub fn command_line() -> clap::Command {
+    Arguments::command()
+}
+
 /// The whole program.
 #[must_use]
 pub fn main() -> ExitCode {
     conclude(match Arguments::parse().command {
-        Command::Run { config, network } => run(&config, &network),
+        Command::Run { config, state_dir, network, health } => {
+            run(&config, state_dir, &network, &health)
+        }
         Command::Check { configs } => check(&configs),
     })
 }
 
-fn run(config: &std::path::Path, network: &NetworkFlags) -> Result<(), Failure> {
+fn run(
+    config: &std::path::Path,
+    state_dir: Option<PathBuf>,
+    network: &NetworkFlags,
+    health: &HealthFlags,
+) -> Result<(), Failure> {
     logging::start();
-    let config = load_diagnoser(config)?.with_flags(network)?;
+    let config = load_diagnoser(config)?.with_flags(network)?.with_health(health)?;
+    let config = config.with_state_directory(state_dir);
     runtime::until_done(|shutdown| super::run(config, shutdown))
 }
 

@@ -1,5 +1,5 @@
-//! The task that owns the diagnoser: takes samples, questions and answers one at a time and carries
-//! out the actions that follow. Nothing here waits for the network.
+//! The task that owns the diagnoser: takes samples, questions, orders and answers one at a time and has
+//! the actions carried out that follow. Nothing here waits for the network or the disk.
 //!
 //! While a peer is being asked, the next sample stays in the queue for a moment. If the answer comes
 //! by then, as it does in microseconds, the diagnoser gets it at the step at which it asked, just as
@@ -7,37 +7,66 @@
 //! circle: whoever asks has processed the step that it asks about, and questions are answered
 //! meanwhile.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnosis::{Action, Diagnoser, Event, Question, QuestionToken, SampleRejection, Transition};
+use diagnosis::{Action, Diagnoser, Event, Question};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use truss::ids::Step;
-use wire::Progress;
-use zenoh::query::Query;
+use wire::{ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress};
 
-use super::outbox::{Outbox, Outgoing};
-use super::peer_query::PeerQueries;
-use super::sample_intake::{Arrival, Counters};
-use super::state_queryable::Inquiry;
+use super::event_lane::Event as Outgoing;
+use super::inquiry::{InquiryQueues, OrderInquiry, StateInquiry};
+use super::intake::{Arrival, Counters, Fetched, Flow, Receiver, Sequencer, Store};
+use super::patience::Patience;
+use super::peer_book::PeerBook;
+use super::performer::Performer;
+use super::routine_lane::Routine;
+use super::state::{Board, Watch, WatchFile};
 use super::status::{self, Surroundings};
+use super::vigil::Vigil;
 use crate::clock;
 use crate::config::{DiagnoserConfig, PublishSettings};
-use crate::convert::Speaker;
-use crate::occurrences::Occurrences;
+use crate::convert::{Speaker, from_wire_order, to_phase};
+use crate::health::{ModuleBoard, ModuleReport};
+use crate::occurrences::worth_a_line;
 use crate::shutdown::Shutdown;
+use crate::supervision::{Supervisor, words};
 
-/// How often held questions and the last step's progress are looked after.
+/// How often held questions, silence and the last step's progress are looked after.
 const TICK: Duration = Duration::from_millis(50);
+/// A backlog this old for so long is thrown away.
+const BEHIND_FOR: Duration = Duration::from_millis(250);
 
 /// What the loop takes from.
 #[derive(Debug)]
 pub(crate) struct Queues {
     pub(crate) samples: mpsc::Receiver<Arrival>,
-    pub(crate) inquiries: mpsc::Receiver<Inquiry>,
+    pub(crate) fetched: mpsc::Receiver<Fetched>,
+    pub(crate) inquiries: InquiryQueues,
+    /// Peers' answers, and word of their return.
     pub(crate) answers: mpsc::Receiver<Event>,
+}
+
+/// The way of the samples.
+#[derive(Debug)]
+pub(crate) struct Intake {
+    pub(crate) receiver: Receiver,
+    pub(crate) sequencer: Sequencer,
+    pub(crate) store: Store,
+    pub(crate) counters: Arc<Counters>,
+    pub(crate) resync_after: Duration,
+}
+
+/// What is told in the status besides.
+#[derive(Debug)]
+pub(crate) struct Boards {
+    pub(crate) journal: Board,
+    pub(crate) watch_file: Option<(WatchFile, Option<Watch>)>,
+    pub(crate) peers: PeerBook,
+    /// For whoever asks over HTTP.
+    pub(crate) health: Arc<ModuleBoard>,
 }
 
 /// The diagnoser with everything around it.
@@ -45,82 +74,51 @@ pub(crate) struct Queues {
 pub(crate) struct DiagnosisLoop {
     diagnoser: Diagnoser,
     actions: Vec<Action>,
-    speaker: Speaker,
-    outbox: Outbox,
-    peers: PeerQueries,
-    held: HashMap<QuestionToken, Held>,
-    hold: Duration,
-    next_token: u64,
-    asking: Asking,
+    performer: Performer,
+    intake: Intake,
+    boards: Boards,
+    supervisor: Supervisor,
+    vigil: Vigil,
+    patience: Patience,
     publish: PublishSettings,
     thresholds: String,
-    intake: Arc<Counters>,
+    tie_steps: u64,
     lag_ms: Option<f64>,
+    latest_sample_unix_ns: Option<u64>,
+    behind_since: Option<Instant>,
+    last_watch: Option<Watch>,
     last_status: Option<Instant>,
     last_progress: Option<(Progress, Instant)>,
-    rejections: [Occurrences; 3],
-    gaps: Occurrences,
-}
-
-/// This module's own questions under way.
-#[derive(Debug)]
-struct Asking {
-    under_way: usize,
-    /// Samples wait until then.
-    until: Option<Instant>,
-    pause: Duration,
-}
-
-impl Asking {
-    fn begin(&mut self) {
-        if self.under_way == 0 {
-            self.until = Some(Instant::now() + self.pause);
-        }
-        self.under_way += 1;
-    }
-
-    fn end(&mut self) {
-        self.under_way = self.under_way.saturating_sub(1);
-        if self.under_way == 0 {
-            self.until = None;
-        }
-    }
-}
-
-/// A peer's question whose answer is still to come.
-#[derive(Debug)]
-struct Held {
-    query: Query,
-    until: Instant,
 }
 
 impl DiagnosisLoop {
     pub(crate) fn new(
         diagnoser: Diagnoser,
-        speaker: Speaker,
         config: &DiagnoserConfig,
-        outbox: Outbox,
-        peers: PeerQueries,
-        intake: Arc<Counters>,
+        performer: Performer,
+        intake: Intake,
+        boards: Boards,
+        supervisor: Supervisor,
     ) -> Self {
+        let last_watch = boards.watch_file.as_ref().and_then(|(_, watch)| *watch);
         Self {
             diagnoser,
             actions: Vec::new(),
-            speaker,
-            outbox,
-            peers,
-            held: HashMap::new(),
-            hold: config.queries.hold(),
-            next_token: 0,
-            asking: Asking { under_way: 0, until: None, pause: config.queries.pause() },
+            performer,
+            intake,
+            boards,
+            supervisor,
+            vigil: Vigil::new(config.input.stale_after()),
+            patience: Patience::default(),
             publish: config.publish,
             thresholds: config.thresholds.clone(),
-            intake,
+            tie_steps: config.tie_steps(),
             lag_ms: None,
+            latest_sample_unix_ns: None,
+            behind_since: None,
+            last_watch,
             last_status: None,
             last_progress: None,
-            rejections: Default::default(),
-            gaps: Occurrences::default(),
         }
     }
 
@@ -128,169 +126,225 @@ impl DiagnosisLoop {
     pub(crate) async fn run(mut self, mut queues: Queues, mut shutdown: Shutdown) {
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        self.supervisor.ready(&words::of_module(&self.status(0)));
         loop {
-            let pause = self.asking.until;
+            self.supervisor.progress();
+            let pause = self.performer.asking.until;
             // Whoever sends into a queue lives as long as the loop, so none of them ever closes.
             tokio::select! {
                 () = shutdown.requested() => break,
-                Some(inquiry) = queues.inquiries.recv() => self.inquire(inquiry),
-                Some(event) = queues.answers.recv() => {
-                    self.handle(event);
-                    self.asking.end();
-                }
+                Some(inquiry) = queues.inquiries.state.recv() => self.inquire(inquiry),
+                Some(inquiry) = queues.inquiries.orders.recv() => self.order(inquiry),
+                Some(event) = queues.answers.recv() => self.take_answer(event),
+                Some(fetched) = queues.fetched.recv() => self.take_fetched(fetched),
                 Some(arrival) = queues.samples.recv(), if pause.is_none() => {
-                    self.take_sample(arrival);
+                    self.intake.sequencer.push(arrival);
                 }
                 () = sleep_until(pause.unwrap_or_else(Instant::now)), if pause.is_some() => {
-                    self.asking.until = None;
+                    self.performer.asking.until = None;
                 }
-                now = ticks.tick() => self.tick(now, queues.samples.len()),
+                now = ticks.tick() => self.tick(now, &mut queues.samples),
             }
+            self.advance();
         }
         self.send_status(queues.samples.len());
+        self.supervisor.stopping();
+    }
+
+    /// Diagnoses what is there to be diagnosed.
+    fn advance(&mut self) {
+        while self.performer.asking.until.is_none() {
+            let last = self.diagnoser.run().zip(self.diagnoser.last_step());
+            match self.intake.sequencer.next(last, std::time::Instant::now()) {
+                Some(Flow::Process(arrival)) => self.take_sample(arrival),
+                Some(Flow::Fetch(question)) => self.intake.store.ask(question),
+                None => return,
+            }
+        }
+    }
+
+    fn take_fetched(&mut self, fetched: Fetched) {
+        let Fetched { question, samples } = fetched;
+        let _ = self.intake.sequencer.take(question, samples, std::time::Instant::now());
     }
 
     fn take_sample(&mut self, arrival: Arrival) {
-        let Arrival { sample, time_unix_ns } = arrival;
+        let Arrival { sample, time_unix_ns, received } = arrival;
+        self.note_backlog(received);
         let used_before = self.diagnoser.counters().samples;
         let changes_before = self.diagnoser.counters().changes;
         self.handle(Event::Sample(sample));
         if self.diagnoser.counters().samples == used_before {
             return;
         }
-        let lag_ns = i128::from(clock::unix_ns()) - i128::from(time_unix_ns);
-        // Lags are small; nothing of interest is lost here.
-        #[expect(clippy::cast_precision_loss, reason = "a display value")]
-        let lag_ms = lag_ns as f64 / 1e6;
-        self.lag_ms = Some(lag_ms);
+        self.vigil.sample(std::time::Instant::now());
+        self.note_time(time_unix_ns);
         let changed = self.diagnoser.counters().changes != changes_before;
         self.publish_routinely(changed);
+        self.tell_phase();
     }
 
-    /// Divergences and progress, when they are due.
+    /// The clock of the publisher decides nothing, so whatever it does is only told.
+    fn note_time(&mut self, time_unix_ns: u64) {
+        if self.latest_sample_unix_ns.is_some_and(|before| time_unix_ns <= before) {
+            self.intake.counters.note_standing_clock();
+        }
+        self.latest_sample_unix_ns = Some(time_unix_ns);
+        self.lag_ms = Some(ms_since(time_unix_ns));
+    }
+
+    fn note_backlog(&mut self, received: std::time::Instant) {
+        let behind = received.elapsed() >= self.intake.resync_after;
+        self.behind_since = behind.then(|| self.behind_since.unwrap_or_else(Instant::now));
+    }
+
+    /// Throws the backlog away when samples had to be dropped, or have been diagnosed too late for a
+    /// while: what is diagnosed must be the present. A process that was frozen finds an old sample and a
+    /// gap behind it: what the publisher still has is waited for.
+    fn resynchronise(&mut self, now: Instant, samples: &mut mpsc::Receiver<Arrival>) {
+        let behind = !self.intake.sequencer.is_owed()
+            && self.behind_since.is_some_and(|since| now.duration_since(since) >= BEHIND_FOR);
+        if !self.intake.receiver.take_overflow() && !behind {
+            return;
+        }
+        let mut thrown = self.intake.sequencer.clear(now.into_std());
+        while samples.try_recv().is_ok() {
+            thrown += 1;
+        }
+        self.behind_since = None;
+        let times = self.intake.counters.resynchronise(thrown);
+        if worth_a_line(times) {
+            let problem = "samples come faster than they are diagnosed: back to the present";
+            tracing::warn!(thrown, times, "{problem}");
+        }
+    }
+
+    /// Divergences and progress, when they are due and somebody listens.
     fn publish_routinely(&mut self, changed: bool) {
         let (Some(run), Some(step)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
         };
-        if changed || due(step, self.publish.divergence_every_steps) {
+        let due_now = changed || due(step, self.publish.divergence_every_steps);
+        if due_now && self.performer.outbox.audiences.divergences.is_there() {
             let channels = (self.diagnoser.components(), self.diagnoser.evidence());
-            let message = self.speaker.divergences(run, step, channels, clock::unix_ns());
-            self.outbox.routine(Outgoing::Divergences(message));
+            let speaker = &self.performer.speaker;
+            let message = speaker.divergences(run, step, channels, clock::unix_ns());
+            self.performer.outbox.routine(Routine::Divergences(message));
         }
         if due(step.plus(1), self.publish.progress_every_steps) {
             self.send_progress(Instant::now());
         }
     }
 
-    fn inquire(&mut self, inquiry: Inquiry) {
-        let Inquiry { question, query } = inquiry;
+    fn inquire(&mut self, inquiry: StateInquiry) {
+        let StateInquiry { question, query } = inquiry;
         let Some(run) = question.run.or(self.diagnoser.run()) else {
             let reason = diagnosis::Refusal::NoSample.to_string();
-            self.outbox.routine(Outgoing::Refusal { query, reason });
+            self.performer.refuse(query, reason);
             return;
         };
-        let token = QuestionToken(self.next_token);
-        self.next_token += 1;
-        self.held.insert(token, Held { query, until: Instant::now() + self.hold });
+        if self.vigil.is_stale() && Some(question.step) > self.diagnoser.last_step() {
+            let reason = self.vigil.reason(ModulePhase::Stale);
+            self.performer.refuse(query, reason);
+            return;
+        }
+        let token = self.performer.desk.put_question(query);
         let question = Question { run, from: question.from, as_of: question.step };
         self.handle(Event::Asked { token, question });
+    }
+
+    fn order(&mut self, inquiry: OrderInquiry) {
+        let OrderInquiry { kind, order, query } = inquiry;
+        if kind == OrderKind::Reset && !order.force && self.vigil.is_stale() {
+            let why = self.vigil.reason(ModulePhase::Stale);
+            let reason = format!("{why}: nothing is known of `{}` now", order.component);
+            self.performer.refuse_order(query, reason);
+            return;
+        }
+        let token = self.performer.desk.put_order(query);
+        self.handle(Event::Ordered { token, order: from_wire_order(kind, order) });
+        self.tell_phase();
+    }
+
+    fn take_answer(&mut self, event: Event) {
+        let ended = match &event {
+            Event::Answered { peer, .. } => Some((peer.clone(), true)),
+            Event::Unanswered { peer, .. } => Some((peer.clone(), false)),
+            _ => None,
+        };
+        self.handle(event);
+        if let Some((peer, answered)) = ended {
+            self.performer.asking.end();
+            self.patience.note(&peer, answered, std::time::Instant::now());
+        }
+    }
+
+    /// Whoever did not answer is asked again by and by, whether samples come or not.
+    fn ask_again(&mut self, now: Instant) {
+        for peer in self.patience.over(now.into_std()) {
+            self.handle(Event::Returned { peer });
+        }
     }
 
     fn handle(&mut self, event: Event) {
         let mut actions = std::mem::take(&mut self.actions);
         self.diagnoser.handle(event, &mut actions);
         for action in actions.drain(..) {
-            self.carry_out(action);
+            self.performer.carry_out(action, &self.diagnoser);
         }
         self.actions = actions;
     }
 
-    fn carry_out(&mut self, action: Action) {
-        match action {
-            Action::Report { run, change, evidence } => {
-                let change = self.speaker.change(run, &change, &evidence, clock::unix_ns());
-                self.outbox.event(Outgoing::Change(Box::new(change)));
-            }
-            Action::Publish(transition) => self.publish(transition),
-            Action::Ask { peer, question } => {
-                self.asking.begin();
-                self.peers.ask(peer, question);
-            }
-            Action::Answer { token, answer } => {
-                if let Some(Held { query, .. }) = self.held.remove(&token) {
-                    let answer = self.speaker.answer(answer);
-                    self.outbox.routine(Outgoing::Answer { query, answer });
-                }
-            }
-            Action::Refuse { token, refusal } => self.refuse(token, refusal.to_string()),
-            Action::Phase(phase) => {
-                tracing::info!(phase = phase.as_str(), step = %self.step(), "phase");
-                self.last_status = None;
-            }
-            Action::Rejected { step, rejection } => self.note_rejection(step, rejection),
-            Action::Gap { from, missing } => {
-                if let Some(times) = self.gaps.note() {
-                    tracing::warn!(%from, missing, times, "samples missing");
-                }
-            }
-            Action::Restarted { component, violation } => {
-                tracing::warn!(%component, step = %self.step(), "channel started anew: {violation}");
-            }
-            Action::RunStarted(run) => tracing::info!(%run, "new run"),
+    fn tick(&mut self, now: Instant, samples: &mut mpsc::Receiver<Arrival>) {
+        self.intake.receiver.tick(now.into_std());
+        self.resynchronise(now, samples);
+        if self.vigil.look(now.into_std()) {
+            self.intake.counters.note_silence();
         }
-    }
-
-    fn publish(&self, transition: Transition) {
-        let message = self.speaker.transition(transition, clock::unix_ns());
-        tracing::info!(
-            component = %message.component,
-            state = %message.state,
-            detection = ?message.detection_step.map(|step| step.0),
-            explained_by = ?message.explained_by.as_ref().map(ToString::to_string),
-            "verdict"
-        );
-        self.outbox.event(Outgoing::Fault(Box::new(message)));
-    }
-
-    fn refuse(&mut self, token: QuestionToken, reason: String) {
-        if let Some(Held { query, .. }) = self.held.remove(&token) {
-            self.outbox.routine(Outgoing::Refusal { query, reason });
-        }
-    }
-
-    fn note_rejection(&mut self, step: Step, rejection: SampleRejection) {
-        let [lengths, values, repeats] = &mut self.rejections;
-        let occurrences = match rejection {
-            SampleRejection::WrongLength => lengths,
-            SampleRejection::NonFinite => values,
-            SampleRejection::Repeated | SampleRejection::FarAhead => repeats,
-        };
-        if let Some(times) = occurrences.note() {
-            tracing::warn!(%step, times, "sample not used: {rejection}");
-        }
-    }
-
-    fn tick(&mut self, now: Instant, queued_samples: usize) {
+        self.tell_phase();
+        self.ask_again(now);
         self.give_up_questions(now);
         self.repeat_progress(now);
+        self.write_watch();
         let every = Duration::from_millis(self.publish.status_every_ms);
-        if self.last_status.is_none_or(|last| now.duration_since(last) >= every) {
-            self.send_status(queued_samples);
+        let due = self.last_status.is_none_or(|last| now.duration_since(last) >= every);
+        if due || std::mem::take(&mut self.performer.status_is_due) {
+            self.send_status(samples.len());
             self.last_status = Some(now);
         }
     }
 
-    /// The askers of old questions no longer wait.
+    /// Tells the phase when it changes.
+    fn tell_phase(&mut self) {
+        let (diagnosed, _) = to_phase(self.diagnoser.phase());
+        let phase = self.vigil.phase(diagnosed);
+        let Some(before) = self.vigil.tell(phase) else { return };
+        let reason = self.vigil.reason(phase);
+        let step = self.diagnoser.last_step();
+        tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
+        let Speaker { structure, module } = self.performer.speaker.clone();
+        let time_unix_ns = clock::unix_ns();
+        let run = self.diagnoser.run();
+        let change =
+            PhaseChange { structure, module, phase, before, run, step, reason, time_unix_ns };
+        self.performer.outbox.event(Outgoing::Phase(Box::new(change)));
+        self.performer.status_is_due = true;
+    }
+
+    /// The askers of old questions no longer wait; and if no samples come, nobody need wait.
     fn give_up_questions(&mut self, now: Instant) {
-        let expired: Vec<QuestionToken> = self
-            .held
-            .iter()
-            .filter(|(_, held)| held.until <= now)
-            .map(|(token, _)| *token)
-            .collect();
-        for token in expired {
+        let stale = self.vigil.is_stale();
+        let hold = self.performer.desk.patience();
+        for token in self.performer.desk.expired(now.into_std(), stale) {
             self.diagnoser.handle(Event::Withdrawn { token }, &mut self.actions);
-            self.refuse(token, format!("step not reached within {} ms", self.hold.as_millis()));
+            let reason = if stale {
+                self.vigil.reason(ModulePhase::Stale)
+            } else {
+                format!("step not reached within {} ms", hold.as_millis())
+            };
+            if let Some(query) = self.performer.desk.take_question(token) {
+                self.performer.refuse(query, reason);
+            }
         }
     }
 
@@ -313,29 +367,73 @@ impl DiagnosisLoop {
         let (Some(run), Some(step)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
         };
+        if !self.performer.outbox.audiences.progress.is_there() {
+            return;
+        }
         let progress = Progress { run, step };
         self.last_progress = Some((progress, now));
-        self.outbox.routine(Outgoing::Progress(progress));
+        self.performer.outbox.routine(Routine::Progress(progress));
+    }
+
+    /// Remembers how far every channel was watched. Changes of the last few steps are not in the journal
+    /// yet, so these steps do not count.
+    fn write_watch(&mut self) {
+        let Some((file, _)) = &mut self.boards.watch_file else { return };
+        let (Some(run), Some(last)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
+            return;
+        };
+        let (_, since) = to_phase(self.diagnoser.phase());
+        let until = last.minus(self.tie_steps + 1);
+        let watched = since.filter(|since| *since <= until).map(|since| (since, until));
+        let watch = Watch { run, watched };
+        let says_less = watched.is_none() && self.last_watch.is_some_and(|last| last.run == run);
+        if self.last_watch == Some(watch) || says_less {
+            return;
+        }
+        match file.write(watch) {
+            Ok(()) => self.last_watch = Some(watch),
+            Err(error) => tracing::debug!("watch file: {error}"),
+        }
+    }
+
+    fn status(&self, queued_samples: usize) -> ModuleStatus {
+        let around = Surroundings {
+            speaker: &self.performer.speaker,
+            thresholds: &self.thresholds,
+            phase: self.vigil.phase(to_phase(self.diagnoser.phase()).0),
+            lag_ms: self.lag_ms,
+            sample_age_ms: self.latest_sample_unix_ns.map(ms_since),
+            queued_samples: queued_samples + self.intake.sequencer.len(),
+            journal: self.boards.journal.read(),
+            peers: self.boards.peers.read(),
+            intake: self.intake.counters.read(),
+            inquiries: self.performer.inquiries.read(),
+            publisher: self.performer.outbox.counters(),
+        };
+        status::compile(&self.diagnoser, around)
     }
 
     fn send_status(&self, queued_samples: usize) {
-        let around = Surroundings {
-            speaker: &self.speaker,
-            thresholds: &self.thresholds,
-            lag_ms: self.lag_ms,
-            queued_samples,
-            intake: self.intake.read(),
-            publisher: self.outbox.counters(),
-        };
-        let status = status::compile(&self.diagnoser, around);
-        self.outbox.routine(Outgoing::Status(Box::new(status)));
-    }
-
-    fn step(&self) -> Step {
-        self.diagnoser.last_step().unwrap_or_default()
+        let status = self.status(queued_samples);
+        self.supervisor.status(&words::of_module(&status));
+        self.boards.health.write(ModuleReport {
+            reason: self.vigil.reason(status.phase),
+            components: status::of_components(&self.diagnoser),
+            status: status.clone(),
+        });
+        self.performer.outbox.routine(Routine::Status(Box::new(status)));
     }
 }
 
 fn due(step: Step, every: u64) -> bool {
     step.0.is_multiple_of(every)
+}
+
+/// Milliseconds since a time on another's clock; negative if that clock is ahead.
+fn ms_since(time_unix_ns: u64) -> f64 {
+    let elapsed_ns = i128::from(clock::unix_ns()) - i128::from(time_unix_ns);
+    // A display value, and small.
+    #[expect(clippy::cast_precision_loss, reason = "a display value")]
+    let ms = elapsed_ns as f64 / 1e6;
+    ms
 }

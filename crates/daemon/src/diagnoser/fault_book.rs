@@ -2,11 +2,8 @@
 
 use truss::ids::Component;
 use wire::{FaultTransition, Topic};
-use zenoh::Session;
 use zenoh::key_expr::KeyExpr;
-use zenoh::query::{Query, Queryable};
 
-use super::outbox::{Outbox, Outgoing};
 use crate::clock;
 use crate::convert::Speaker;
 
@@ -52,20 +49,6 @@ impl FaultBook {
         };
         covered.map(|page| (page.key.as_str(), state(page))).collect()
     }
-}
-
-/// Answers `{module}/fault/**`.
-pub(crate) async fn declare(
-    session: &Session,
-    speaker: &Speaker,
-    outbox: Outbox,
-) -> zenoh::Result<Queryable<()>> {
-    let watched =
-        wire::keys::Watched { structure: Some(&speaker.structure), module: Some(&speaker.module) };
-    session
-        .declare_queryable(watched.faults())
-        .callback(move |query: Query| outbox.routine(Outgoing::States { query }))
-        .await
 }
 
 #[cfg(test)]

@@ -1,126 +1,84 @@
-//! Everything that goes out, in order, on a thread of its own.
-//!
-//! Fault transitions and changes are sent so that the network may hold the sender up rather than lose
-//! them; the diagnosis must not be held up, hence the thread. Half of the queue is kept free for them.
+//! Takes what is to go out; never waits. Two threads carry it: `event_lane` what must not be lost,
+//! `routine_lane` the rest.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::sync::mpsc::{SyncSender, sync_channel};
 
 use tokio::sync::{mpsc, oneshot};
-use truss::ids::Component;
-use wire::{
-    Divergences, FaultTransition, Message, ModuleStatus, Progress, PublisherCounters, Refused,
-    StateAnswer, Topic,
-};
-use zenoh::bytes::Encoding;
-use zenoh::pubsub::Publisher;
-use zenoh::qos::{CongestionControl, Priority};
-use zenoh::query::Query;
-use zenoh::{Session, Wait};
-use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
+use wire::PublisherCounters;
 
-use super::fault_book::FaultBook;
-use crate::config::PublishSettings;
-use crate::convert::Speaker;
+use super::event_lane::{Event, EventLane};
+use super::routine_lane::{Audiences, Routine, RoutineLane};
 use crate::occurrences::worth_a_line;
 
 const QUEUE: usize = 8192;
-/// Whoever listens learns after at most this time that it missed the latest message.
-const HEARTBEAT: Duration = Duration::from_millis(500);
-
-/// Something that goes out.
-#[derive(Debug)]
-pub(crate) enum Outgoing {
-    /// A transition of the verdict on a component.
-    Fault(Box<FaultTransition>),
-    /// A change.
-    Change(Box<wire::Change>),
-    /// Divergences.
-    Divergences(Divergences),
-    /// Status.
-    Status(Box<ModuleStatus>),
-    /// Progress.
-    Progress(Progress),
-    /// The answer to a peer's question.
-    Answer {
-        /// The question.
-        query: Query,
-        /// The answer.
-        answer: StateAnswer,
-    },
-    /// No answer.
-    Refusal {
-        /// The question.
-        query: Query,
-        /// Why.
-        reason: String,
-    },
-    /// Somebody wants to know the present states.
-    States {
-        /// The question.
-        query: Query,
-    },
-}
+/// Room that refusals leave to answers and status: whoever asks nonsense crowds nobody out.
+const KEPT_FREE: usize = QUEUE - 1024;
 
 #[derive(Debug, Default)]
 struct Counters {
     events: AtomicU64,
     events_lost: AtomicU64,
-    turned_away: AtomicU64,
+    replies_lost: AtomicU64,
 }
 
-/// Takes what is to go out; never waits.
+/// The way out.
 #[derive(Debug, Clone)]
 pub(crate) struct Outbox {
-    queue: mpsc::Sender<Outgoing>,
+    events: SyncSender<Event>,
+    routine: mpsc::Sender<Routine>,
+    /// Who hears of what is said often; it need not be handed in if nobody does.
+    pub(crate) audiences: Audiences,
     counters: Arc<Counters>,
 }
 
+/// Tells when both threads have carried everything.
+pub(crate) type Drained = [oneshot::Receiver<()>; 2];
+
 impl Outbox {
-    /// Declares the publishers and starts the thread, which ends when all outboxes are gone; then
-    /// the receiver is told.
-    pub(crate) async fn open(
-        session: &Session,
-        speaker: &Speaker,
-        components: &[Component],
-        settings: &PublishSettings,
-    ) -> zenoh::Result<(Self, oneshot::Receiver<()>)> {
-        let carrier = Carrier::declare(session, speaker, components, settings).await?;
-        let (queue, out) = mpsc::channel(QUEUE);
-        let (ending, drained) = oneshot::channel();
-        let thread = std::thread::Builder::new().name("outbox".to_owned());
-        thread.spawn(move || {
-            carrier.run(out);
-            // Nobody listens any more if the process is in a hurry.
-            let _ = ending.send(());
-        })?;
-        Ok((Self { queue, counters: Arc::default() }, drained))
+    /// Starts the threads, which end when all outboxes are gone.
+    pub(crate) fn open(
+        events: EventLane,
+        routine: RoutineLane,
+    ) -> std::io::Result<(Self, Drained)> {
+        let (events_in, events_out) = sync_channel(QUEUE);
+        let (routine_in, routine_out) = mpsc::channel(QUEUE);
+        let audiences = routine.audiences();
+        let drained = [
+            thread("events", move || events.run(&events_out))?,
+            thread("routine", move || routine.run(routine_out))?,
+        ];
+        let (events, routine) = (events_in, routine_in);
+        Ok((Self { events, routine, audiences, counters: Arc::default() }, drained))
     }
 
-    /// A message that must not be lost.
-    pub(crate) fn event(&self, event: Outgoing) {
-        self.counters.events.fetch_add(1, Ordering::Relaxed);
-        if self.queue.try_send(event).is_err() {
+    /// Something that must not be lost. If there is no room, the network has taken nothing for very
+    /// long; then it is, and that is counted. Whether there was room.
+    pub(crate) fn event(&self, event: Event) -> bool {
+        let told = matches!(event, Event::Fault(_) | Event::Change(_) | Event::Phase(_));
+        self.counters.events.fetch_add(u64::from(told), Ordering::Relaxed);
+        let taken = self.events.try_send(event).is_ok();
+        if !taken && told {
             let lost = self.counters.events_lost.fetch_add(1, Ordering::Relaxed) + 1;
             if worth_a_line(lost) {
                 tracing::error!(times = lost, "event lost: the network takes nothing");
             }
         }
+        taken
     }
 
-    /// A message that is dropped while events wait.
-    pub(crate) fn routine(&self, message: Outgoing) {
-        if self.queue.capacity() > QUEUE / 2 {
-            // Cannot be full: half of it is free.
-            let _ = self.queue.try_send(message);
+    /// Something that is dropped if there is no room; a reply is counted then.
+    pub(crate) fn routine(&self, message: Routine) {
+        let (reply, room) = match message {
+            Routine::Refusal { .. } => (true, self.routine.capacity() > KEPT_FREE),
+            Routine::Answer { .. } => (true, true),
+            _ => (false, true),
+        };
+        let taken = room && self.routine.try_send(message).is_ok();
+        if reply && !taken {
+            self.counters.replies_lost.fetch_add(1, Ordering::Relaxed);
         }
-    }
-
-    /// Refuses a question because too many are waiting.
-    pub(crate) fn turn_away(&self, query: Query) {
-        self.counters.turned_away.fetch_add(1, Ordering::Relaxed);
-        self.routine(Outgoing::Refusal { query, reason: "too many questions are waiting".into() });
     }
 
     pub(crate) fn counters(&self) -> PublisherCounters {
@@ -128,129 +86,20 @@ impl Outbox {
         PublisherCounters {
             events: read(&self.counters.events),
             events_lost: read(&self.counters.events_lost),
-            questions_turned_away: read(&self.counters.turned_away),
+            replies_lost: read(&self.counters.replies_lost),
         }
     }
 }
 
-/// What the thread owns.
-struct Carrier {
-    faults: Vec<(Component, AdvancedPublisher<'static>)>,
-    changes: AdvancedPublisher<'static>,
-    divergences: Publisher<'static>,
-    status: Publisher<'static>,
-    progress: Publisher<'static>,
-    book: FaultBook,
-    state_key: String,
-}
-
-impl Carrier {
-    async fn declare(
-        session: &Session,
-        speaker: &Speaker,
-        components: &[Component],
-        settings: &PublishSettings,
-    ) -> zenoh::Result<Self> {
-        let mut faults = Vec::with_capacity(components.len());
-        for component in components {
-            let key = speaker.key(Topic::Fault(component.clone()));
-            faults.push((component.clone(), events(session, key, settings.history).await?));
-        }
-        Ok(Self {
-            faults,
-            changes: events(session, speaker.key(Topic::Change), settings.history).await?,
-            divergences: routine(session, speaker.key(Topic::Divergence)).await?,
-            status: routine(session, speaker.key(Topic::Status)).await?,
-            progress: routine(session, speaker.key(Topic::Progress)).await?,
-            book: FaultBook::new(speaker, components),
-            state_key: speaker.key(Topic::State),
-        })
-    }
-
-    fn run(mut self, mut queue: mpsc::Receiver<Outgoing>) {
-        while let Some(outgoing) = queue.blocking_recv() {
-            self.carry(outgoing);
-        }
-    }
-
-    fn carry(&mut self, outgoing: Outgoing) {
-        match outgoing {
-            Outgoing::Fault(transition) => self.fault(&transition),
-            Outgoing::Change(change) => {
-                put(&*change, |bytes| self.changes.put(bytes).wait());
-            }
-            Outgoing::Divergences(divergences) => {
-                put(&divergences, |bytes| self.divergences.put(bytes).wait());
-            }
-            Outgoing::Status(status) => put(&*status, |bytes| self.status.put(bytes).wait()),
-            Outgoing::Progress(progress) => put(&progress, |bytes| self.progress.put(bytes).wait()),
-            Outgoing::Answer { query, answer } => put(&answer, |bytes| {
-                query.reply(&self.state_key, bytes).encoding(Encoding::APPLICATION_JSON).wait()
-            }),
-            Outgoing::Refusal { query, reason } => refuse(&query, reason),
-            Outgoing::States { query } => self.states(&query),
-        }
-    }
-
-    fn fault(&mut self, transition: &FaultTransition) {
-        self.book.enter(transition);
-        let component = &transition.component.component;
-        let publisher = self.faults.iter().find(|(known, _)| known == component);
-        if let Some((_, publisher)) = publisher {
-            put(transition, |bytes| publisher.put(bytes).wait());
-        }
-    }
-
-    fn states(&self, query: &Query) {
-        for (key, state) in self.book.asked(query.key_expr()) {
-            put(&state, |bytes| {
-                query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait()
-            });
-        }
-    }
-}
-
-/// A publisher of events: they may hold the sender up, go first, and late listeners get them too.
-async fn events(
-    session: &Session,
-    key: String,
-    history: usize,
-) -> zenoh::Result<AdvancedPublisher<'static>> {
-    session
-        .declare_publisher(key)
-        .encoding(Encoding::APPLICATION_JSON)
-        .congestion_control(CongestionControl::Block)
-        .priority(Priority::RealTime)
-        .cache(CacheConfig::default().max_samples(history))
-        .sample_miss_detection(MissDetectionConfig::default().sporadic_heartbeat(HEARTBEAT))
-        .publisher_detection()
-        .await
-}
-
-/// A publisher of what is superseded soon: dropped rather than waited for.
-async fn routine(session: &Session, key: String) -> zenoh::Result<Publisher<'static>> {
-    session
-        .declare_publisher(key)
-        .encoding(Encoding::APPLICATION_JSON)
-        .congestion_control(CongestionControl::Drop)
-        .await
-}
-
-pub(crate) fn refuse(query: &Query, reason: String) {
-    put(&Refused { reason }, |bytes| {
-        query.reply_err(bytes).encoding(Encoding::APPLICATION_JSON).wait()
-    });
-}
-
-/// Encodes and hands over. A session that is closing takes nothing; there is nobody to tell but the
-/// log.
-pub(crate) fn put<M: Message>(message: &M, send: impl FnOnce(Vec<u8>) -> zenoh::Result<()>) {
-    match wire::encode(message) {
-        Ok(bytes) => {
-            if let Err(error) = send(bytes) {
-                tracing::debug!("{} not sent: {error}", M::WHAT);
-            }
-        }
-        Err(error) => tracing::error!("{error}"),
-    }
+fn thread(
+    name: &str,
+    work: impl FnOnce() + Send + 'static,
+) -> std::io::Result<oneshot::Receiver<()>> {
+    let (ending, ended) = oneshot::channel();
+    std::thread::Builder::new().name(name.to_owned()).spawn(move || {
+        work();
+        // Nobody listens any more if the process is in a hurry.
+        let _ = ending.send(());
+    })?;
+    Ok(ended)
 }

@@ -10,8 +10,10 @@ use truss::ids::ModuleName;
 use wire::{Refused, StateAnswer, Topic};
 use zenoh::Session;
 use zenoh::handlers::FifoChannelHandler;
-use zenoh::query::{ConsolidationMode, Querier, Reply};
+use zenoh::query::{ConsolidationMode, Querier, QueryTarget, Reply};
 
+use super::peer_book::PeerBook;
+use super::presence::Presence;
 use crate::config::DiagnoserConfig;
 use crate::convert::{Speaker, from_answer, to_question};
 
@@ -24,8 +26,10 @@ const GRACE: Duration = Duration::from_millis(200);
 #[derive(Debug)]
 pub(crate) struct PeerQueries {
     queriers: BTreeMap<ModuleName, Arc<Querier<'static>>>,
+    presence: Presence,
     timeout: Duration,
     under_way: Arc<Semaphore>,
+    book: PeerBook,
     answers: mpsc::Sender<Event>,
 }
 
@@ -34,6 +38,7 @@ impl PeerQueries {
         session: &Session,
         speaker: &Speaker,
         config: &DiagnoserConfig,
+        book: PeerBook,
         answers: mpsc::Sender<Event>,
     ) -> zenoh::Result<Self> {
         let timeout = config.queries.timeout();
@@ -42,13 +47,16 @@ impl PeerQueries {
             let key = wire::Key::of_module(&speaker.structure, peer, Topic::State).to_string();
             let querier = session
                 .declare_querier(key)
+                // Whoever answers in the peer's name must be heard, to see whether they agree.
+                .target(QueryTarget::All)
                 .consolidation(ConsolidationMode::None)
                 .timeout(timeout)
                 .await?;
             queriers.insert(peer.clone(), Arc::new(querier));
         }
         let under_way = Arc::new(Semaphore::new(UNDER_WAY_PER_PEER * queriers.len().max(1)));
-        Ok(Self { queriers, timeout, under_way, answers })
+        let presence = Presence::new(session, speaker, book.clone());
+        Ok(Self { queriers, presence, timeout, under_way, book, answers })
     }
 
     /// Asks in a task of its own; the outcome comes back as an event.
@@ -57,12 +65,17 @@ impl PeerQueries {
         let permit = Arc::clone(&self.under_way).try_acquire_owned();
         let limit = self.timeout + GRACE;
         let answers = self.answers.clone();
+        let (book, presence) = (self.book.clone(), self.presence.clone());
         tokio::spawn(async move {
             let outcome = match (querier, &permit) {
-                (Some(querier), Ok(_)) => ask(&querier, question, limit).await,
+                (Some(querier), Ok(_)) => match ask(&querier, question, limit).await {
+                    Ok(answer) => credible(answer, &peer, &presence).await,
+                    failed => failed,
+                },
                 // The diagnoser asks only peers it was told of, and one question at a time.
                 _ => Err(PeerFailure::TimedOut),
             };
+            book.note_outcome(&peer, outcome.as_ref().err());
             let event = match outcome {
                 Ok(answer) => Event::Answered { peer, answer: from_answer(answer) },
                 Err(failure) => {
@@ -84,7 +97,7 @@ async fn ask(
     let parameters = to_question(question).to_parameters();
     let asked = async {
         match querier.get().parameters(parameters).await {
-            Ok(replies) => first_word(replies).await,
+            Ok(replies) => common_word(replies).await,
             Err(error) => {
                 tracing::debug!("question not sent: {error}");
                 Err(PeerFailure::Absent)
@@ -94,19 +107,45 @@ async fn ask(
     tokio::time::timeout(limit, asked).await.unwrap_or(Err(PeerFailure::TimedOut))
 }
 
-/// The first answer; failing that, how it failed.
-async fn first_word(replies: FifoChannelHandler<Reply>) -> Result<StateAnswer, PeerFailure> {
-    let mut failure = PeerFailure::Absent;
+/// An answer is believed only under the peer's own name, and while its token says that it is there:
+/// otherwise somebody else has answered in its place.
+async fn credible(
+    answer: StateAnswer,
+    peer: &ModuleName,
+    presence: &Presence,
+) -> Result<StateAnswer, PeerFailure> {
+    if answer.module != *peer {
+        return Err(PeerFailure::Malformed(format!("an answer of module `{}`", answer.module)));
+    }
+    if !presence.is_there(peer).await {
+        return Err(PeerFailure::Malformed("an answer of somebody who is not there".to_owned()));
+    }
+    Ok(answer)
+}
+
+/// What all who answer agree on; failing that, how it failed. A single refusal outweighs answers: if two
+/// speak in a peer's name, one of them is not the peer. Whoever says nothing until time is up does not
+/// count, for the network may remember somebody who is long gone.
+async fn common_word(replies: FifoChannelHandler<Reply>) -> Result<StateAnswer, PeerFailure> {
+    let mut common: Option<StateAnswer> = None;
     while let Ok(reply) = replies.recv_async().await {
-        match reply.result() {
-            Ok(sample) => {
-                let decoded = wire::decode(&sample.payload().to_bytes());
-                return decoded.map_err(|error| PeerFailure::Malformed(error.to_string()));
+        let answer: StateAnswer = match reply.result() {
+            Ok(sample) => wire::decode(&sample.payload().to_bytes())
+                .map_err(|error| PeerFailure::Malformed(error.to_string()))?,
+            Err(error) => match failed(&error.payload().to_bytes()) {
+                PeerFailure::TimedOut if common.is_some() => break,
+                failure => return Err(failure),
+            },
+        };
+        match &common {
+            Some(other) if *other != answer => {
+                let reason = "two answers that contradict each other".to_owned();
+                return Err(PeerFailure::Malformed(reason));
             }
-            Err(error) => failure = failed(&error.payload().to_bytes()),
+            _ => common = Some(answer),
         }
     }
-    Err(failure)
+    common.ok_or(PeerFailure::Absent)
 }
 
 /// An error reply is the peer's refusal, or the network's word that time is up.

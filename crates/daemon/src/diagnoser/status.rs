@@ -1,24 +1,34 @@
 //! How the diagnoser is.
 
-use diagnosis::{Diagnoser, Verdict};
-use wire::{IntakeCounters, ModuleStatus, PublisherCounters};
+use diagnosis::{Diagnoser, Evidence, Verdict};
+use truss::ids::Component;
+use wire::{
+    InquiryCounters, IntakeCounters, JournalStatus, ModulePhase, ModuleStatus, PeerStatus,
+    PublisherCounters,
+};
 
 use crate::clock;
-use crate::convert::{Speaker, to_counters, to_phase};
+use crate::convert::{Speaker, to_counters, to_phase, to_state};
+use crate::health::ComponentReport;
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]
 pub(crate) struct Surroundings<'a> {
     pub(crate) speaker: &'a Speaker,
     pub(crate) thresholds: &'a str,
+    pub(crate) phase: ModulePhase,
     pub(crate) lag_ms: Option<f64>,
+    pub(crate) sample_age_ms: Option<f64>,
     pub(crate) queued_samples: usize,
+    pub(crate) journal: JournalStatus,
+    pub(crate) peers: Vec<PeerStatus>,
     pub(crate) intake: IntakeCounters,
+    pub(crate) inquiries: InquiryCounters,
     pub(crate) publisher: PublisherCounters,
 }
 
 pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> ModuleStatus {
-    let (phase, in_service_since_step) = to_phase(diagnoser.phase());
+    let (_, in_service_since_step) = to_phase(diagnoser.phase());
     let count = |wanted: fn(&Verdict) -> bool| {
         diagnoser.verdicts().filter(|(_, verdict)| wanted(verdict)).count() as u64
     };
@@ -27,19 +37,33 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
         module: around.speaker.module.clone(),
         software: env!("CARGO_PKG_VERSION").to_owned(),
         thresholds: around.thresholds.to_owned(),
-        phase,
+        phase: around.phase,
         in_service_since_step,
         run: diagnoser.run(),
         step: diagnoser.last_step(),
         lag_ms: around.lag_ms,
+        sample_age_ms: around.sample_age_ms,
         queued_samples: around.queued_samples as u64,
         latched: count(Verdict::is_latched),
         unconfirmed: count(|verdict| matches!(verdict, Verdict::Unconfirmed { .. })),
         waiting_questions: diagnoser.waiting_questions() as u64,
         next_sequence: diagnoser.next_sequence(),
+        journal: around.journal,
+        peers: around.peers,
         intake: around.intake,
+        inquiries: around.inquiries,
         diagnosis: to_counters(diagnoser.counters()),
         publisher: around.publisher,
         time_unix_ns: clock::unix_ns(),
     }
+}
+
+/// How each component is.
+pub(crate) fn of_components(diagnoser: &Diagnoser) -> Vec<ComponentReport> {
+    let each = diagnoser.verdicts().zip(diagnoser.evidence());
+    let report = |((component, verdict), evidence): ((&Component, &Verdict), &Evidence)| {
+        let ratio = evidence.divergence.map(|_| evidence.ratio());
+        ComponentReport { component: component.clone(), state: to_state(verdict), ratio }
+    };
+    each.map(report).collect()
 }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::config::{ConfigErrors, PlantFlags, load_plant};
 use crate::exit::{EXIT_CODES, Failure, conclude};
@@ -12,7 +12,8 @@ use crate::{logging, runtime};
 
 /// The simulated tower: wind, hydraulics, gages and controller, with faults on demand.
 ///
-/// Logs go to standard error; TRUSSWATCH_LOG filters them, e.g. `TRUSSWATCH_LOG=debug`.
+/// Logs go to standard error, or to the journal of systemd if that is where standard error leads;
+/// TRUSSWATCH_LOG filters them, e.g. `TRUSSWATCH_LOG=debug`.
 #[derive(Debug, Parser)]
 #[command(name = "trusswatch-plant", version, after_help = EXIT_CODES)]
 struct Arguments {
@@ -37,6 +38,12 @@ enum Command {
         #[arg(required = true)]
         configs: Vec<PathBuf>,
     },
+}
+
+/// The command line as data, for manual pages and completions.
+#[must_use]
+pub fn command_line() -> clap::Command {
+    Arguments::command()
 }
 
 /// The whole program.

@@ -73,30 +73,6 @@ impl Attendance {
             .await
     }
 
-    /// Notes how far everyone has come.
-    pub(crate) async fn watch_progress(
-        self: &Arc<Self>,
-        session: &Session,
-        structure: &StructureName,
-    ) -> zenoh::Result<Subscriber<()>> {
-        let this = Arc::clone(self);
-        let watched = Watched { structure: Some(structure), module: None };
-        session
-            .declare_subscriber(watched.progress())
-            .callback(move |received| {
-                let key = received.key_expr().as_str().parse();
-                let message = wire::decode::<Progress>(&received.payload().to_bytes());
-                match (key, message) {
-                    (Ok(Key::Module { module, topic: Topic::Progress, .. }), Ok(progress)) => {
-                        this.note_progress(&module, progress);
-                    }
-                    (_, Err(error)) => tracing::debug!("progress not used: {error}"),
-                    (Ok(_) | Err(_), Ok(_)) => {}
-                }
-            })
-            .await
-    }
-
     fn note_presence(&self, module: &ModuleName, present: bool) {
         let mut book = self.book();
         let next_step = book.next_step;
@@ -108,7 +84,7 @@ impl Attendance {
         self.changed.notify_all();
     }
 
-    fn note_progress(&self, module: &ModuleName, progress: Progress) {
+    pub(crate) fn note_progress(&self, module: &ModuleName, progress: Progress) {
         let mut book = self.book();
         let Some(entry) = book.modules.get_mut(module) else { return };
         let done = progress.step.plus(1);

@@ -5,9 +5,11 @@
 //! | `simulation` | a thread: orders and agenda, one step, its samples out, and again |
 //! | `pacing` | when the next step may come: by the clock, or as fast as the diagnosers |
 //! | `attendance` | which diagnosers are there and how far they have come |
+//! | `progress` | hears the latter, when it matters |
 //! | `injection` | orders from the network |
 //! | `agenda` | what is to happen to which component at which step |
 //! | `sample_publisher` | one module's samples |
+//! | `recording` | the latest of them, for whoever missed some |
 //! | `status` | how it all is |
 
 mod agenda;
@@ -15,6 +17,8 @@ mod args;
 mod attendance;
 mod injection;
 mod pacing;
+mod progress;
+mod recording;
 mod sample_publisher;
 mod simulation;
 mod status;
@@ -26,19 +30,23 @@ use truss::ids::RunId;
 use wire::PlantTopic;
 use zenoh::Session;
 
-pub use args::main;
+pub use args::{command_line, main};
 
 use crate::clock;
 use crate::config::PlantConfig;
 use crate::exit::Failure;
+use crate::health::{Listening, PlantHealth};
 use crate::session;
 use crate::shutdown::Shutdown;
+use crate::supervision::{Supervisor, words};
 use agenda::Agenda;
 use attendance::Attendance;
 use pacing::Pacing;
+use progress::ProgressEar;
+use recording::Recording;
 use sample_publisher::SamplePublisher;
 use simulation::Simulation;
-use status::Board;
+pub(crate) use status::Board;
 
 /// Runs a plant until its last step is done or it is asked to end.
 ///
@@ -47,12 +55,19 @@ use status::Board;
 pub async fn run(config: PlantConfig, mut shutdown: Shutdown) -> Result<(), Failure> {
     let plant =
         config.make_plant().map_err(|error| Failure::running("no plant can be made", error))?;
-    let session = tokio::select! {
-        opened = session::open(&config.network) => opened?,
-        () = shutdown.requested() => return Ok(()),
+    let health = Listening::on(config.health)?;
+    let supervisor = Arc::new(Supervisor::from_environment());
+    supervisor.status(words::OPENING);
+    let run = config.run.unwrap_or(RunId(clock::unix_ns() / 1000));
+    let board = Arc::new(Board::new(config.structure.name.clone(), run, config.speed));
+    let serving =
+        health.serve(PlantHealth { pulse: supervisor.pulse(), board: Arc::clone(&board) })?;
+    let Some(session) = session::open_unless(&config.network, &mut shutdown).await? else {
+        return Ok(());
     };
-    let result = serve(&session, &config, plant, shutdown).await;
+    let result = serve(&session, &config, plant, (supervisor, board), shutdown).await;
     session::close(&session).await;
+    drop(serving);
     result
 }
 
@@ -60,17 +75,18 @@ async fn serve(
     session: &Session,
     config: &PlantConfig,
     plant: ::plant::Plant,
+    (supervisor, board): (Arc<Supervisor>, Arc<Board>),
     shutdown: Shutdown,
 ) -> Result<(), Failure> {
     let refused =
         |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
     let structure = &config.structure.name;
-    let run = config.run.unwrap_or(RunId(clock::unix_ns() / 1000));
+    let run = board.run();
     let equipped: Vec<_> = config.structure.equipped().map(|module| module.name.clone()).collect();
 
     let attendance = Arc::new(Attendance::new(run, &equipped));
     let present = attendance.watch_tokens(session, structure).await.map_err(refused)?;
-    let progress = attendance.watch_progress(session, structure).await.map_err(refused)?;
+    let progress = ProgressEar::new(session, structure, &attendance);
     let (orders, replies) = injection::channel();
     let inject = injection::declare(session, structure, orders.sender, replies.sender.clone())
         .await
@@ -78,21 +94,23 @@ async fn serve(
     let replying = tokio::spawn(injection::reply(replies.receiver));
     let pacing = Pacing::new(config, Arc::clone(&attendance));
     let mut publishers = Vec::with_capacity(equipped.len());
-    for module in &config.structure.modules {
-        if module.is_equipped() {
-            let publisher =
-                SamplePublisher::declare(session, structure, &module.name, run, &pacing);
-            publishers.push(publisher.await.map_err(refused)?);
-        }
+    let mut recordings = Vec::with_capacity(equipped.len());
+    for module in config.structure.modules.iter().filter(|module| module.is_equipped()) {
+        let name = &module.name;
+        let recording = Recording::new(run);
+        recordings.push(recording.declare(session, structure, name).await.map_err(refused)?);
+        let publisher = SamplePublisher::declare(session, structure, name, run, &pacing, recording);
+        publishers.push(publisher.await.map_err(refused)?);
     }
-    let board = Arc::new(Board::new(structure.clone(), run, config.speed));
     let reporting = tokio::spawn(status::report(
         status::declare(session, structure).await.map_err(refused)?,
         Arc::clone(&board),
+        Arc::clone(&supervisor),
     ));
     let token_key = wire::Key::of_plant(structure, PlantTopic::Alive).to_string();
     let token = session.liveliness().declare_token(token_key).await.map_err(refused)?;
     tracing::info!(%structure, %run, seed = config.seed, speed = %config.speed, "ready");
+    supervisor.ready(&words::of_plant(&board.read()));
 
     let simulation = Simulation {
         plant,
@@ -101,10 +119,12 @@ async fn serve(
         orders: orders.receiver,
         replies: replies.sender,
         attendance,
+        progress,
         pacing,
         wait_for: config.wait_for.clone(),
         steps: config.steps,
         board: Arc::clone(&board),
+        supervisor: Arc::clone(&supervisor),
         shutdown,
     };
     let (ending, ended) = oneshot::channel();
@@ -119,14 +139,14 @@ async fn serve(
     // An error means that the thread has gone without a word.
     let ended = ended.await;
     reporting.abort();
+    supervisor.stopping();
     replying.abort();
-    for undeclared in [
-        token.undeclare().await,
-        inject.undeclare().await,
-        present.undeclare().await,
-        progress.undeclare().await,
-    ] {
+    for undeclared in [token.undeclare().await, inject.undeclare().await, present.undeclare().await]
+    {
         undeclared.map_err(refused)?;
+    }
+    for recording in recordings {
+        recording.undeclare().await.map_err(refused)?;
     }
     ended.map_err(|_| Failure::Running("the plant's thread has failed".to_owned()))?;
     tracing::info!("stopped");

@@ -1,8 +1,9 @@
 //! When the next step may come.
 //!
 //! By the clock: step k is due k step lengths after step 0, whatever became of the steps between, so
-//! the pace does not drift. Steps that come late are counted and caught up at no more than twice the
-//! pace, lest the catching up overruns those who listen. As fast as possible: never more than a window
+//! the pace does not drift. Steps come in bursts, as data acquisition delivers them: all of a burst when
+//! its last one is due, so that whoever listens wakes up once for several. Steps that come late are counted
+//! and caught up at no more than twice the pace, lest the catching up overruns those who listen. As fast as possible: never more than a window
 //! ahead of the slowest diagnoser, so that nothing is dropped.
 
 use std::sync::Arc;
@@ -44,7 +45,7 @@ impl Pacing {
         match config.speed {
             Speed::Max => Pacing::LockStep { attendance, settings: config.lock_step },
             Speed::Factor(factor) => {
-                Pacing::Clock(Metronome::new(config.parameters.step_s / factor))
+                Pacing::Clock(Metronome::new(config.parameters.step_s / factor, config.burst_steps))
             }
         }
     }
@@ -86,31 +87,46 @@ impl Pacing {
 /// Absolute deadlines on a monotonic clock.
 #[derive(Debug)]
 pub(crate) struct Metronome {
-    period: Duration,
     period_s: f64,
+    burst: u64,
     start: Option<(Step, Instant)>,
     latest: Option<Instant>,
     lateness: Lateness,
 }
 
 impl Metronome {
-    fn new(period_s: f64) -> Self {
-        let period = Duration::try_from_secs_f64(period_s).unwrap_or(Duration::from_millis(1));
-        Self { period, period_s, start: None, latest: None, lateness: Lateness::default() }
+    fn new(period_s: f64, burst: u64) -> Self {
+        let lateness = Lateness::default();
+        Self { period_s, burst: burst.max(1), start: None, latest: None, lateness }
     }
 
+    /// When the last step of the burst is due. Bursts end at the steps whose number is a multiple of the
+    /// burst's length.
     fn deadline(&self, step: Step) -> Option<Instant> {
         let (first, start) = self.start?;
+        let last = Step(step.0.div_ceil(self.burst).saturating_mul(self.burst));
+        start.checked_add(self.length(last.since(first)))
+    }
+
+    /// The length of so many steps.
+    fn length(&self, steps: u64) -> Duration {
         // Exact for as many steps as a run of years has.
         #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2^53")]
-        let elapsed_s = step.since(first) as f64 * self.period_s;
-        start.checked_add(Duration::try_from_secs_f64(elapsed_s).ok()?)
+        let length_s = steps as f64 * self.period_s;
+        Duration::try_from_secs_f64(length_s).unwrap_or(Duration::MAX)
+    }
+
+    fn begins_burst(&self, step: Step) -> bool {
+        step.0 % self.burst == 1 % self.burst
     }
 
     /// How long it is until the step may be published; `None` if that is now.
     fn remaining(&self, step: Step, now: Instant) -> Option<Duration> {
+        if !self.begins_burst(step) && self.latest.is_some() {
+            return None;
+        }
         let due = self.deadline(step)?;
-        let gentle = self.latest.map_or(due, |latest| latest + self.period / 2);
+        let gentle = self.latest.map_or(due, |latest| latest + self.length(self.burst) / 2);
         let remaining = due.max(gentle).saturating_duration_since(now);
         (!remaining.is_zero()).then_some(remaining)
     }
@@ -122,7 +138,7 @@ impl Metronome {
         };
         self.latest = Some(now);
         let late = now.saturating_duration_since(due);
-        if late > self.period {
+        if late > self.length(1) {
             self.lateness.steps += 1;
         }
         self.lateness.worst = self.lateness.worst.max(late);
@@ -138,7 +154,7 @@ mod tests {
     #[test]
     fn deadlines_do_not_drift_whatever_the_steps_between_took() {
         let start = Instant::now();
-        let mut metronome = Metronome::new(1e-3);
+        let mut metronome = Metronome::new(1e-3, 1);
         assert_eq!(metronome.remaining(Step(0), start), None);
         metronome.published(Step(0), start);
         metronome.published(Step(1), start + 3 * MS / 2);
@@ -150,7 +166,7 @@ mod tests {
     #[test]
     fn late_steps_are_counted_and_caught_up_at_twice_the_pace() {
         let start = Instant::now();
-        let mut metronome = Metronome::new(1e-3);
+        let mut metronome = Metronome::new(1e-3, 1);
         metronome.published(Step(0), start);
         let mut now = start + 10 * MS;
         let mut step = 1;
@@ -163,5 +179,21 @@ mod tests {
         assert!((18..=20).contains(&step), "{step}");
         assert!(metronome.lateness.steps >= 15);
         assert_eq!(metronome.lateness.worst, 9 * MS);
+    }
+    #[test]
+    fn a_burst_comes_when_its_last_step_is_due_and_the_pace_stays() {
+        let start = Instant::now();
+        let mut metronome = Metronome::new(1e-3, 4);
+        metronome.published(Step(0), start);
+        for burst in 0..100_u64 {
+            let first = 4 * burst + 1;
+            let due = start + Duration::from_millis(first + 3);
+            assert_eq!(metronome.remaining(Step(first), due - 3 * MS), Some(3 * MS));
+            for step in first..first + 4 {
+                assert_eq!(metronome.remaining(Step(step), due), None);
+                metronome.published(Step(step), due);
+            }
+        }
+        assert_eq!(metronome.lateness, Lateness::default());
     }
 }

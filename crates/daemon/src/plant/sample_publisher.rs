@@ -3,18 +3,23 @@
 use plant::ModuleSignals;
 use truss::ids::{ModuleName, RunId, Step, StructureName};
 use wire::{Key, Sample, Topic};
-use zenoh::bytes::Encoding;
+use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
+use zenoh::sample::SourceInfo;
 use zenoh::{Session, Wait};
 
 use super::pacing::Pacing;
+use super::recording::Recording;
 use crate::clock;
 
 /// Publishes a module's samples.
 #[derive(Debug)]
 pub(crate) struct SamplePublisher {
     publisher: Publisher<'static>,
+    /// Counts what this publisher has sent, so that listeners can tell it from others.
+    sent: u32,
+    recording: Recording,
     /// Used again for each step.
     sample: Sample,
 }
@@ -28,6 +33,7 @@ impl SamplePublisher {
         module: &ModuleName,
         run: RunId,
         pacing: &Pacing,
+        recording: Recording,
     ) -> zenoh::Result<Self> {
         let congestion_control =
             if pacing.is_lock_step() { CongestionControl::Block } else { CongestionControl::Drop };
@@ -45,7 +51,7 @@ impl SamplePublisher {
             pressures_pa: Vec::new(),
             elongations_m: Vec::new(),
         };
-        Ok(Self { publisher, sample })
+        Ok(Self { publisher, sent: 0, recording, sample })
     }
 
     /// Publishes a step. Why it could not be sent, if so; the next one can be tried.
@@ -57,6 +63,10 @@ impl SamplePublisher {
         sample.elongations_m.clone_from(&signals.elongations_m);
         sample.time_unix_ns = clock::unix_ns();
         let bytes = wire::encode(sample).map_err(|error| error.to_string())?;
-        self.publisher.put(bytes).wait().map_err(|error| error.to_string())
+        let bytes = ZBytes::from(bytes);
+        self.recording.keep(step, bytes.clone());
+        self.sent = self.sent.wrapping_add(1);
+        let source = SourceInfo::new(self.publisher.id(), self.sent);
+        self.publisher.put(bytes).source_info(source).wait().map_err(|error| error.to_string())
     }
 }

@@ -13,10 +13,12 @@ use super::agenda::Agenda;
 use super::attendance::Attendance;
 use super::injection::{self, Order, OrderReply};
 use super::pacing::Pacing;
+use super::progress::ProgressEar;
 use super::sample_publisher::SamplePublisher;
 use super::status::Board;
 use crate::occurrences::Occurrences;
 use crate::shutdown::Shutdown;
+use crate::supervision::Supervisor;
 
 /// How often it is looked who is there while the plant waits for diagnosers.
 const ROLL_CALL: Duration = Duration::from_millis(10);
@@ -31,21 +33,26 @@ pub(crate) struct Simulation {
     pub(crate) orders: Receiver<Order>,
     pub(crate) replies: mpsc::Sender<OrderReply>,
     pub(crate) attendance: Arc<Attendance>,
+    pub(crate) progress: ProgressEar,
     pub(crate) pacing: Pacing,
     pub(crate) wait_for: Vec<ModuleName>,
     pub(crate) steps: Option<u64>,
     pub(crate) board: Arc<Board>,
+    pub(crate) supervisor: Arc<Supervisor>,
     pub(crate) shutdown: Shutdown,
 }
 
 impl Simulation {
     /// Runs to the last step, or until the end is asked for.
     pub(crate) fn run(mut self) {
+        if self.pacing.is_lock_step() {
+            self.progress.listen();
+        }
         self.wait_for_diagnosers();
         self.board.phase(PlantPhase::Running);
         let mut unsent = Occurrences::default();
         let mut unsent_count = 0;
-        while !self.shutdown.is_requested() && !self.is_done() {
+        while !self.is_to_end() && !self.is_done() {
             while let Ok(order) = self.orders.try_recv() {
                 self.obey(order);
             }
@@ -56,10 +63,14 @@ impl Simulation {
             self.board.step(next_step, self.pacing.lateness(), unsent_count);
         }
         self.board.phase(PlantPhase::Done);
-        let shutdown = &self.shutdown;
         let next_step = self.plant.next_step();
-        self.attendance.wait_until_done(next_step, LAST_SAMPLES, || shutdown.is_requested());
+        self.progress.listen();
+        self.attendance.wait_until_done(next_step, LAST_SAMPLES, || self.is_to_end());
         tracing::info!(steps = %next_step, late = self.pacing.lateness().steps, "done");
+    }
+
+    fn is_to_end(&self) -> bool {
+        comes_round(&self.supervisor, &self.shutdown)
     }
 
     fn is_done(&self) -> bool {
@@ -71,7 +82,7 @@ impl Simulation {
         let mut announced = None;
         loop {
             let missing = self.attendance.missing(&self.wait_for);
-            if missing.is_empty() || self.shutdown.is_requested() {
+            if missing.is_empty() || self.is_to_end() {
                 return;
             }
             if announced.as_ref() != Some(&missing) {
@@ -116,9 +127,9 @@ impl Simulation {
 
     /// Computes and publishes one step; how many samples could not be sent.
     fn step(&mut self, unsent: &mut Occurrences) -> u64 {
-        let shutdown = &self.shutdown;
+        let (supervisor, shutdown) = (&self.supervisor, &self.shutdown);
         let signals = self.plant.advance();
-        self.pacing.wait(signals.step, || shutdown.is_requested());
+        self.pacing.wait(signals.step, || comes_round(supervisor, shutdown));
         let mut failed = 0;
         for (publisher, module) in self.publishers.iter_mut().zip(&signals.modules) {
             if let Err(error) = publisher.publish(signals.step, module) {
@@ -130,4 +141,10 @@ impl Simulation {
         }
         failed
     }
+}
+
+/// Was the end asked for? Every loop of the thread asks, so that whoever comes here makes progress.
+fn comes_round(supervisor: &Supervisor, shutdown: &Shutdown) -> bool {
+    supervisor.progress();
+    shutdown.is_requested()
 }

@@ -14,6 +14,7 @@ use zenoh::qos::CongestionControl;
 use super::pacing::Lateness;
 use crate::clock;
 use crate::config::Speed;
+use crate::supervision::{Supervisor, words};
 
 const EVERY: Duration = Duration::from_secs(1);
 
@@ -37,6 +38,10 @@ impl Board {
             faults: Vec::new(),
             time_unix_ns: 0,
         }))
+    }
+
+    pub(crate) fn run(&self) -> RunId {
+        self.status().run
     }
 
     pub(crate) fn waiting(&self, modules: Vec<ModuleName>) {
@@ -65,7 +70,7 @@ impl Board {
         self.status().faults = present.collect();
     }
 
-    fn read(&self) -> PlantStatus {
+    pub(crate) fn read(&self) -> PlantStatus {
         let mut status = self.status().clone();
         status.time_unix_ns = clock::unix_ns();
         status
@@ -88,13 +93,19 @@ pub(crate) async fn declare(
         .await
 }
 
-/// Publishes the status once a second.
-pub(crate) async fn report(publisher: Publisher<'static>, board: Arc<Board>) {
+/// Publishes the status once a second, and tells the service manager.
+pub(crate) async fn report(
+    publisher: Publisher<'static>,
+    board: Arc<Board>,
+    supervisor: Arc<Supervisor>,
+) {
     let mut ticks = interval(EVERY);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         ticks.tick().await;
-        match wire::encode(&board.read()) {
+        let status = board.read();
+        supervisor.status(&words::of_plant(&status));
+        match wire::encode(&status) {
             Ok(bytes) => {
                 if let Err(error) = publisher.put(bytes).await {
                     tracing::debug!("status not sent: {error}");

@@ -20,6 +20,7 @@ use daemon::shutdown::{self, Trigger};
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Sample, Transition};
 use tokio::task::JoinHandle;
 use truss::ids::{ModuleName, RunId};
+use wire::ModuleStatus;
 use zenoh::Session;
 
 /// No step of a test takes longer than this.
@@ -89,6 +90,22 @@ impl Rig {
         let network = Network::peer_of(&self.endpoints);
         in_time("the observer's session", daemon::session::open(&network)).await.unwrap()
     }
+}
+
+/// The first status of any module that is wanted.
+pub async fn status(observer: &Session, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
+    let statuses = observer.declare_subscriber("trusswatch/*/*/status").await.unwrap();
+    in_time("the status wanted", async {
+        loop {
+            let received = statuses.recv_async().await.unwrap();
+            if let Ok(status) = wire::decode(&received.payload().to_bytes())
+                && wanted(&status)
+            {
+                return status;
+            }
+        }
+    })
+    .await
 }
 
 /// A process that runs as a task.

@@ -46,18 +46,30 @@ impl DivergenceBank {
         self.groups.iter_mut().for_each(EstimatorGroup::restart);
     }
 
+    /// Forgets the data of one channel; the others go on.
+    pub fn restart_channel(&mut self, channel: usize) {
+        if let Some(group) = self.groups.get_mut(channel / LANES) {
+            group.restart_lane(channel % LANES);
+        }
+    }
+
     /// Notes that samples are missing before the next ones: no window is formed across the gap.
     pub fn gap(&mut self) {
         self.groups.iter_mut().for_each(EstimatorGroup::gap);
+    }
+
+    /// Leaves the next sample of every channel out: it counts as a gap.
+    pub fn skip(&mut self) -> &[Outcome] {
+        self.gap();
+        self.outcomes.fill(Outcome::Undefined);
+        &self.outcomes
     }
 
     /// Takes the next sample of every channel. If any is not finite or the number of samples is not
     /// that of the channels, all count as a gap.
     pub fn push(&mut self, samples: &[f64]) -> &[Outcome] {
         if samples.len() != self.channels() || !samples.iter().all(|x| x.is_finite()) {
-            self.gap();
-            self.outcomes.fill(Outcome::Undefined);
-            return &self.outcomes;
+            return self.skip();
         }
         let chunks = samples.chunks(LANES).zip(self.outcomes.chunks_mut(LANES));
         for (group, (chunk, outcomes)) in self.groups.iter_mut().zip(chunks) {

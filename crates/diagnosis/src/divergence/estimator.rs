@@ -103,7 +103,8 @@ impl EstimatorGroup {
         outcomes
     }
 
-    fn restart_lane(&mut self, lane: usize) {
+    /// Forgets one channel's data; it begins anew with the next vector.
+    pub(super) fn restart_lane(&mut self, lane: usize) {
         self.taken[lane] = 0.0;
         self.recent.clear(lane);
     }

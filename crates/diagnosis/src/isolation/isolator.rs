@@ -5,9 +5,11 @@ use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step};
 use super::{Groups, Judgement, KnownChange, PeerKnowledge, judge_by_the_paper};
 use crate::change::LoggedChange;
 use crate::change_log::ChangeLog;
+use crate::coverage::Coverage;
 use crate::evidence::Evidence;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::{IsolationSettings, Rule};
+use crate::verdict::{Doubt, Transition, Verdict};
 
 /// Most changes of one channel that await their judgement; further ones are logged only. Reached only
 /// while peers stay silent for long.
@@ -30,6 +32,8 @@ pub(crate) struct Case {
     new: bool,
     /// The peers that were last reported as silent.
     reported: Vec<ModuleName>,
+    /// Taken up after a restart: it is not certain what the module itself saw meanwhile.
+    recalled: bool,
 }
 
 /// What was found about a case.
@@ -39,6 +43,8 @@ pub(crate) enum Finding {
     Judged(Judgement),
     /// These peers' answers are missing; it stays open.
     Silent(Vec<ModuleName>),
+    /// These modules were not watching then; it is closed without a judgement.
+    Unknowing(Vec<ModuleName>),
 }
 
 /// The part of a diagnoser that judges its changes.
@@ -107,8 +113,49 @@ impl Isolator {
                 decide_at,
                 new: true,
                 reported: Vec::new(),
+                recalled: false,
             });
         }
+    }
+
+    /// Takes up, after a restart, a change whose verdict is still open.
+    pub(crate) fn recall_case(&mut self, channel: usize, open: &Transition) {
+        let Transition { onset, detection, evidence, .. } = *open;
+        let reported = match &open.verdict {
+            Verdict::Unconfirmed { doubt: Doubt::Silent(silent) } => silent.clone(),
+            _ => Vec::new(),
+        };
+        let decide_at = detection.plus(self.hold(channel));
+        self.cases.push(Case {
+            channel,
+            change: detection,
+            onset,
+            evidence,
+            decide_at,
+            new: false,
+            reported,
+            recalled: true,
+        });
+    }
+
+    /// Takes up, after a restart, the changes known before, oldest first.
+    pub(crate) fn recall_changes(&mut self, changes: impl IntoIterator<Item = LoggedChange>) {
+        self.log.recall(changes);
+    }
+
+    /// Was this change seen before the restart?
+    pub(crate) fn sees_again(&mut self, channel: usize, step: Step, ratio: f64) -> bool {
+        self.log.sees_again(channel, step, self.settings.tie_steps, ratio)
+    }
+
+    /// The next change whose ratio has become final.
+    pub(crate) fn settle(&mut self, now: Step) -> Option<&LoggedChange> {
+        self.log.settle(now, self.settings.tie_steps)
+    }
+
+    /// Drops the open cases of a channel: an operator has decided.
+    pub(crate) fn drop_cases(&mut self, channel: usize) {
+        self.cases.retain(|case| case.channel != channel);
     }
 
     /// Steps from a change of this channel to its judgement. By the paper an actuator fault is found
@@ -131,11 +178,13 @@ impl Isolator {
     }
 
     /// Judges every case that can be judged at step `now`. Returns the findings in the order of the
-    /// changes. `latched` tells the module's own actuators that are held for faulty.
+    /// changes. `latched` tells the module's own actuators that are held for faulty, `coverage` what the
+    /// module itself has watched.
     pub(crate) fn findings(
         &mut self,
         now: Step,
         latched: &[(ComponentPath, Step)],
+        coverage: &Coverage,
     ) -> Vec<(Case, Finding)> {
         let mut findings = Vec::new();
         let mut latched = latched.to_vec();
@@ -146,8 +195,14 @@ impl Isolator {
                 continue;
             }
             let at_home = self.is_at_home(&case, &latched);
+            let own = self.own_knowledge(&case, coverage);
+            let unknowing = self.unknowing(&case, own);
             let silent = self.silent_peers(&case);
-            if !at_home && !silent.is_empty() {
+            if own.is_none() {
+                self.cases.push(case);
+            } else if !at_home && !unknowing.is_empty() {
+                findings.push((case, Finding::Unknowing(unknowing)));
+            } else if !at_home && !silent.is_empty() {
                 if case.reported != silent {
                     case.reported.clone_from(&silent);
                     findings.push((case.clone(), Finding::Silent(silent)));
@@ -237,11 +292,30 @@ impl Isolator {
 
     /// The peers whose failure to answer keeps the case open.
     fn silent_peers(&self, case: &Case) -> Vec<ModuleName> {
-        let silent = self.peers.iter().filter(|peer| {
-            peer.cannot_know(case.change, case.decide_at)
-                || (peer.is_silent() && !peer.suffices(case.change, case.decide_at))
-        });
+        let silent = self
+            .peers
+            .iter()
+            .filter(|peer| peer.is_silent() && !peer.suffices(case.change, case.decide_at));
         silent.map(|peer| peer.name.clone()).collect()
+    }
+
+    /// Did this module itself see everything that the case depends on? `None`: not known yet.
+    fn own_knowledge(&self, case: &Case, coverage: &Coverage) -> Option<bool> {
+        if case.recalled { coverage.knows(case.change, case.decide_at) } else { Some(true) }
+    }
+
+    /// The modules that have answered, but were not watching then.
+    fn unknowing(&self, case: &Case, own: Option<bool>) -> Vec<ModuleName> {
+        let itself = (own == Some(false)).then(|| self.module.clone());
+        let peers = self.peers.iter().filter(|p| p.cannot_know(case.change, case.decide_at));
+        itself.into_iter().chain(peers.map(|peer| peer.name.clone())).collect()
+    }
+
+    /// A peer is back: what it failed to answer may be asked at once.
+    pub(crate) fn returned(&mut self, peer: &ModuleName, now: Step) {
+        if let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) {
+            peer.hasten(now);
+        }
     }
 
     fn is_known(&self, case: &Case) -> bool {

@@ -6,7 +6,7 @@ use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
 
 /// Steps after which an unanswered question is put again; doubled at every failure.
 const FIRST_RETRY_STEPS: u64 = 250;
-const LONGEST_RETRY_STEPS: u64 = 8000;
+const LONGEST_RETRY_STEPS: u64 = 1000;
 
 /// A change somewhere in the structure.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,6 +94,13 @@ impl PeerKnowledge {
             self.retry.map_or(FIRST_RETRY_STEPS, |r| (2 * r.after).min(LONGEST_RETRY_STEPS));
         self.retry = Some(Retry { at: now.plus(after), after });
         self.outstanding = None;
+    }
+
+    /// The peer is back after a failure: it may be asked at once, and no longer so patiently.
+    pub(crate) fn hasten(&mut self, now: Step) {
+        if let Some(retry) = &mut self.retry {
+            *retry = Retry { at: now, after: FIRST_RETRY_STEPS };
+        }
     }
 
     /// Takes an answer to the outstanding question in.

@@ -12,8 +12,18 @@ use super::force_loop::ForceLoop;
 use super::hydraulics::Hydraulics;
 use crate::sample::Sample;
 
-/// Longest gap that the models are stepped through; beyond it they start anew.
-const LONGEST_BRIDGED_GAP: u64 = 1000;
+/// Longest gap, in steps, that the force loops are stepped through under a held demand. Their time
+/// constant is ten: after 20 steps a healthy tower's divergences stay below half their thresholds, after
+/// 50 they are above. Beyond it the loops take up the forces that are measured after the gap.
+const LONGEST_GAP_OF_LOOPS: u64 = 20;
+
+/// How long, in steps, a force loop that took up a measured force remembers that measurement's noise: five
+/// time constants.
+const LOOPS_SETTLE: u64 = 50;
+
+/// Longest gap, in steps, that the structure is stepped through under held forces: a third of the period
+/// of its first mode. After 500 steps divergences still stay below their thresholds, after 1000 not.
+const LONGEST_GAP_OF_STRUCTURE: u64 = 200;
 
 /// Which residual an actuator is watched by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -36,7 +46,10 @@ pub struct ResidualGenerator {
     forces: Vec<f64>,
     demands: Vec<f64>,
     residuals: Vec<f64>,
-    started: bool,
+    structure_follows: bool,
+    loops_follow: bool,
+    /// Steps until the force loops have forgotten where they began.
+    unsettled: u64,
 }
 
 impl ResidualGenerator {
@@ -60,23 +73,39 @@ impl ResidualGenerator {
             demands: vec![0.0; actuators],
             residuals: vec![0.0; actuators + local.gage_count()],
             local,
-            started: false,
+            structure_follows: false,
+            loops_follow: false,
+            unsettled: 0,
         })
     }
 
     /// Forgets the past: the next sample settles the models.
     pub fn restart(&mut self) {
-        self.started = false;
+        self.structure_follows = false;
+        self.loops_follow = false;
+        self.unsettled = 0;
     }
 
-    /// Steps the models through `missing` lost samples, holding the last signals.
-    pub fn bridge(&mut self, missing: u64) {
-        if missing > LONGEST_BRIDGED_GAP {
+    /// Will the residuals of the next sample count? Soon after a gap they do not.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.unsettled == 0
+    }
+
+    /// Steps the models through `missing` lost samples, holding the last signals. Returns whether the
+    /// residuals after the gap can be compared with those before it; otherwise the models begin anew.
+    #[must_use]
+    pub fn bridge(&mut self, missing: u64) -> bool {
+        if missing > LONGEST_GAP_OF_STRUCTURE {
             self.restart();
+            return false;
         }
-        if self.started {
-            (0..missing).for_each(|_| self.advance());
+        (0..missing).for_each(|_| self.advance());
+        if missing > LONGEST_GAP_OF_LOOPS {
+            self.loops_follow = false;
+            self.unsettled = LOOPS_SETTLE;
         }
+        true
     }
 
     /// The residuals of a sample, which must have been checked: actuators [N], then gages [m].
@@ -85,9 +114,7 @@ impl ResidualGenerator {
             *force = self.hydraulics.force_n(*pressures);
         }
         self.demands.copy_from_slice(&sample.demands_n);
-        if !self.started {
-            self.settle(sample);
-        }
+        self.settle(sample);
         let actuators = self.forces.len();
         let (of_actuators, of_gages) = self.residuals.split_at_mut(actuators);
         for (i, residual) in of_actuators.iter_mut().enumerate() {
@@ -102,6 +129,7 @@ impl ResidualGenerator {
             *residual = measured - *residual;
         }
         self.advance();
+        self.unsettled = self.unsettled.saturating_sub(1);
         &self.residuals
     }
 
@@ -113,11 +141,17 @@ impl ResidualGenerator {
         }
     }
 
+    /// Lets models that do not follow the plant begin where it is.
     fn settle(&mut self, sample: &Sample) {
-        self.started = true;
-        self.local.settle(&self.forces);
-        for (force_loop, pressures) in self.loops.iter_mut().zip(&sample.pressures_pa) {
-            force_loop.settle(*pressures);
+        if !self.structure_follows {
+            self.local.settle(&self.forces);
+            self.structure_follows = true;
+        }
+        if !self.loops_follow {
+            for (force_loop, pressures) in self.loops.iter_mut().zip(&sample.pressures_pa) {
+                force_loop.settle(*pressures);
+            }
+            self.loops_follow = true;
         }
     }
 }

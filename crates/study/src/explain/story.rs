@@ -256,12 +256,10 @@ impl<'a> Story<'a> {
                 let why = reason::of_explanation(self.account, changed, &root);
                 self.add(step, LineKind::Explained, format!("{component}: {why}"));
             }
-            Verdict::Unconfirmed { silent } => {
-                let silent: Vec<_> = silent.iter().map(ModuleName::to_string).collect();
-                let text = format!("{component}: no usable answer from {}", silent.join(", "));
-                self.add(step, LineKind::Unconfirmed, text);
+            Verdict::Unconfirmed { doubt } => {
+                self.add(step, LineKind::Unconfirmed, format!("{component}: {doubt}"));
             }
-            Verdict::Normal | Verdict::Tentative => {}
+            Verdict::Normal | Verdict::Tentative | Verdict::Acknowledged => {}
         }
     }
 

@@ -31,7 +31,7 @@ pub(super) struct MemberContext<'a> {
 }
 
 pub(super) fn placed_member(
-    check: &mut Check<'_>,
+    check: &mut Check,
     register: &mut Register,
     Located { line, value }: Located<MemberDescription>,
     context: &MemberContext<'_>,
@@ -45,7 +45,7 @@ pub(super) fn placed_member(
 }
 
 fn member_module(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     user: &str,
     named: Option<&str>,
@@ -66,7 +66,7 @@ fn member_module(
 }
 
 fn member(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     value: MemberDescription,
     ends: [Option<usize>; 2],
@@ -106,7 +106,7 @@ fn member(
 
 /// Length and direction of a member; none is reported.
 fn span(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     value: &MemberDescription,
     [from, to]: [Option<usize>; 2],
@@ -135,7 +135,7 @@ fn norm(vector: [f64; 3]) -> f64 {
 }
 
 pub(super) fn report_zero_length(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     what: &'static str,
     name: &str,
@@ -148,7 +148,7 @@ pub(super) fn report_zero_length(
 /// The local y axis: the given vector made square to the member, or, by default, the horizontal
 /// one (the global y axis for a vertical member).
 fn local_y(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     owner: &str,
     given: Option<[f64; 3]>,
@@ -160,21 +160,34 @@ fn local_y(
         None if norm(horizontal) < ALONG => [0.0, 1.0, 0.0],
         None => horizontal,
     };
-    let size = norm(wanted);
-    let along: f64 = wanted.iter().zip(axis).map(|(a, b)| a * b).sum();
     // What is square and of unit length already stays as it is to the last bit.
-    if along.abs() < ROUNDING && (size - 1.0).abs() < ROUNDING {
+    if is_square_to(wanted, axis) {
         return Some(wanted);
     }
-    let across: [f64; 3] = std::array::from_fn(|i| wanted[i] - along * axis[i]);
-    let size = norm(across);
-    if size.is_finite() && size > ALONG * norm(wanted) {
-        Some(across.map(|x| x / size))
-    } else {
+    let Some(across) = made_square(wanted, axis) else {
         check.form(
             line,
             format!("`local_y` of {owner} runs along the member; give a vector across it"),
         );
-        None
-    }
+        return None;
+    };
+    // A vector that runs almost along the member is square only after a second time; it must be, or
+    // reading it back from where it was written out would give another one.
+    if is_square_to(across, axis) { Some(across) } else { made_square(across, axis) }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn is_square_to(vector: [f64; 3], axis: [f64; 3]) -> bool {
+    dot(vector, axis).abs() < ROUNDING && (norm(vector) - 1.0).abs() < ROUNDING
+}
+
+/// What of a vector is square to the axis, with unit length; none if next to nothing is.
+fn made_square(vector: [f64; 3], axis: [f64; 3]) -> Option<[f64; 3]> {
+    let along = dot(vector, axis);
+    let across: [f64; 3] = std::array::from_fn(|i| vector[i] - along * axis[i]);
+    let size = norm(across);
+    (size.is_finite() && size > ALONG * norm(vector)).then(|| across.map(|x| x / size))
 }

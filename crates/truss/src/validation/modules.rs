@@ -16,7 +16,7 @@ pub(super) struct ModuleContext<'a> {
 }
 
 pub(super) fn module(
-    check: &mut Check<'_>,
+    check: &mut Check,
     index: usize,
     Located { line, value }: Located<ModuleDescription>,
     context: &ModuleContext<'_>,
@@ -61,7 +61,7 @@ pub(super) fn module(
 /// The nodes on which a module stands: those it names or, by default, those that it shares with
 /// the modules before it.
 fn lower_interface(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     value: &ModuleDescription,
     index: usize,
@@ -93,7 +93,7 @@ struct Own<'a> {
 }
 
 fn actuator(
-    check: &mut Check<'_>,
+    check: &mut Check,
     register: &mut Register,
     entry: Entry<ActuatorDescription>,
     own: &Own<'_>,
@@ -121,7 +121,7 @@ fn actuator(
 }
 
 fn actuator_ends(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     user: &str,
     name: &str,
@@ -139,7 +139,7 @@ fn actuator_ends(
 }
 
 fn own_node(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     user: &str,
     name: &str,
@@ -155,7 +155,7 @@ fn own_node(
 }
 
 fn own_member(
-    check: &mut Check<'_>,
+    check: &mut Check,
     line: usize,
     user: &str,
     name: &str,
@@ -172,7 +172,7 @@ fn own_member(
 }
 
 fn gage(
-    check: &mut Check<'_>,
+    check: &mut Check,
     register: &mut Register,
     entry: Entry<GageDescription>,
     own: &Own<'_>,

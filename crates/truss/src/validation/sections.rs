@@ -22,7 +22,7 @@ pub(super) struct Sections {
 }
 
 pub(super) fn sections(
-    check: &mut Check<'_>,
+    check: &mut Check,
     materials: BTreeMap<String, Entry<MaterialDescription>>,
     sections: BTreeMap<String, Entry<SectionDescription>>,
 ) -> Sections {
@@ -51,7 +51,7 @@ pub(super) fn sections(
 }
 
 fn material(
-    check: &mut Check<'_>,
+    check: &mut Check,
     register: &mut Register,
     name: &str,
     mut entry: Entry<MaterialDescription>,
@@ -67,7 +67,7 @@ fn material(
 }
 
 fn section(
-    check: &mut Check<'_>,
+    check: &mut Check,
     register: &mut Register,
     name: &str,
     mut entry: Entry<SectionDescription>,

@@ -33,7 +33,10 @@ fn verdict(occurrence: &Occurrence) -> Option<Told> {
     let by = match &transition.verdict {
         Verdict::Latched => None,
         Verdict::Explained { by, .. } => Some(by.clone()),
-        Verdict::Normal | Verdict::Tentative | Verdict::Unconfirmed { .. } => return None,
+        Verdict::Normal
+        | Verdict::Tentative
+        | Verdict::Unconfirmed { .. }
+        | Verdict::Acknowledged => return None,
     };
     let Transition { component, detection, decided, evidence, .. } = transition;
     Some(Told {

@@ -1,0 +1,111 @@
+"""What the README has a new user type, and on which computer: read from the README, so that they cannot
+part. A line `<!-- COMPUTER KIND -->` stands before the commands; text right behind them is what they
+print, with … for whatever differs each time.
+
+| kind | how it is typed |
+|---|---|
+| `command` | once; every command succeeds |
+| `look` | again and again until it prints what stands in the README |
+| `refused` | once; every command fails |
+"""
+
+import re
+import time
+from dataclasses import dataclass
+
+from machine import Late
+
+STEP = re.compile(r"^<!-- (?P<computer>[a-z0-9]+) (?P<kind>command|look|refused) -->\n"
+                  r"```sh\n(?P<commands>.*?)^```\n(?:\n?```text\n(?P<printed>.*?)^```\n)?", re.M | re.S)
+ANYTHING = "…"
+EVERYWHERE = "everywhere"
+# What a look waits for may be a start of everything on two busy cores.
+PATIENCE_S = 60
+
+
+@dataclass
+class Step:
+    computer: str
+    kind: str
+    commands: list
+    printed: list
+
+    def computers(self, machines):
+        return machines.values() if self.computer == EVERYWHERE else [machines[self.computer]]
+
+
+def steps(section):
+    """The steps of a section of the README, in order."""
+    found = []
+    for match in STEP.finditer(section):
+        commands = match["commands"].replace("\\\n", "").splitlines()
+        found.append(Step(match["computer"], match["kind"], commands, (match["printed"] or "").splitlines()))
+    return found
+
+
+def section(readme, heading):
+    """The text below a heading, up to the next one that is no lower."""
+    level = heading.split(" ")[0]
+    text = readme.split(f"\n{heading}\n", 1)[1]
+    return re.split(rf"(?m)^#{{1,{len(level)}}} ", text)[0]
+
+
+def missing(printed, output):
+    """The first line of the README that the output lacks, if there is one; others may stand between."""
+    lines = iter(output.splitlines())
+    for line in printed:
+        if line.strip() in ("", ANYTHING):
+            continue
+        parts = re.split(rf"\s*{ANYTHING}\s*", line.strip())
+        # How wide the columns of a table are depends on what stands in them.
+        pattern = ".*".join(r"\s+".join(map(re.escape, part.split())) for part in parts)
+        if not any(re.fullmatch(pattern, seen.strip()) for seen in lines):
+            return line
+    return None
+
+
+def type_in(machine, command):
+    """Types a command as root in its home directory; the exit code and what it prints."""
+    done = machine.try_to("sh", "-c", f"cd && export HOME=$PWD && {command}")
+    return done.returncode, done.stdout
+
+
+def show(machine, command, output):
+    # What apt writes over and over in one line.
+    output = re.sub(r"(?m)^\(Reading database \.\.\. (\d+%)?\n", "", output)
+    print(f"{machine.name}# {command}\n{output}", end="" if output.endswith("\n") or not output else "\n", flush=True)
+
+
+def once(machine, step):
+    whole = ""
+    for command in step.commands:
+        code, output = type_in(machine, command)
+        show(machine, command, output)
+        whole += output
+        if (code != 0) != (step.kind == "refused"):
+            raise AssertionError(f"{machine.name}: `{command}` ended with {code}")
+    line = missing(step.printed, whole)
+    if line:
+        raise AssertionError(f"{machine.name}: `{line}` was not printed by `{step.commands[-1]}`")
+
+
+def again(machine, step):
+    end = time.monotonic() + PATIENCE_S
+    while True:
+        done = [(command, *type_in(machine, command)) for command in step.commands]
+        line = missing(step.printed, "".join(output for _, _, output in done))
+        late = time.monotonic() > end
+        if late or (line is None and all(code == 0 for _, code, _ in done)):
+            for command, _, output in done:
+                show(machine, command, output)
+        if line is None and all(code == 0 for _, code, _ in done):
+            return
+        if late:
+            raise Late(f"{machine.name}: `{line}` is not printed by `{step.commands[-1]}` within {PATIENCE_S} s")
+        time.sleep(0.2)
+
+
+def follow(step, machines):
+    """Types what a step says where it says."""
+    for machine in step.computers(machines):
+        (again if step.kind == "look" else once)(machine, step)

@@ -1,0 +1,128 @@
+//! `trusswatch pki access`: Zenoh settings that say who may do what.
+
+mod document;
+mod rules;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use daemon::config::endpoint;
+use pki::{Holder, Library};
+use truss::Structure;
+
+use crate::failure::Failure;
+use document::Document;
+use rules::{AccessControl, People};
+
+/// Print Zenoh settings that say who may do what in a structure
+///
+/// A module may write only its own keys and answer only its own questions, operators may order, observers
+/// may only read; whoever is not named may do nothing. Operators and observers are those named here and
+/// those in the directory of certificates.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Description of the structure (TOML), for its modules
+    structure: PathBuf,
+    /// Settings for whom
+    #[arg(long, value_enum, default_value = "router")]
+    mode: Mode,
+    /// Endpoint to listen on, e.g. `tls/192.0.2.10:7447`; may be repeated. Without any it is one on the
+    /// loopback
+    #[arg(long, value_name = "ENDPOINT")]
+    listen: Vec<String>,
+    /// Somebody who may order; may be repeated
+    #[arg(long = "operator", value_name = "NAME")]
+    operators: Vec<pki::holder::BearerName>,
+    /// Somebody who may only read; may be repeated
+    #[arg(long = "observer", value_name = "NAME")]
+    observers: Vec<pki::holder::BearerName>,
+    /// Directory of certificates, whose operators and observers are added
+    #[arg(long = "dir", value_name = "DIRECTORY")]
+    directory: Option<PathBuf>,
+}
+
+/// Who enforces it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Mode {
+    /// A router, for clients
+    Router,
+    /// Each peer
+    Peer,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    check_endpoints(&arguments.listen)?;
+    let structure = read(&arguments.structure)?;
+    let people = people(arguments)?;
+    let access = AccessControl::of(&structure, &people);
+    let document = match arguments.mode {
+        Mode::Router => Document::of_router(access, &arguments.listen),
+        Mode::Peer => Document::of_peer(access, &arguments.listen),
+    };
+    let mut out = io::stdout().lock();
+    writeln!(out, "{}", comment(&structure, arguments.mode, &people))?;
+    serde_json::to_writer_pretty(&mut out, &document)?;
+    writeln!(out)?;
+    Ok(out.flush()?)
+}
+
+/// Whoever listens otherwise than by TLS sees no certificates.
+fn check_endpoints(endpoints: &[String]) -> Result<(), Failure> {
+    let is_tls = |text: &str| endpoint(text).is_ok_and(|read| read.protocol().as_str() == "tls");
+    match endpoints.iter().find(|text| !is_tls(text)) {
+        Some(text) => Err(Failure::input(format!(
+            "`{text}` is no endpoint of TLS; write e.g. `tls/192.0.2.10:7447`"
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn read(file: &Path) -> Result<Structure, Failure> {
+    let name = file.display();
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| Failure::input(format!("cannot read `{name}`: {error}")))?;
+    Structure::from_toml(&text).map_err(|errors| {
+        Failure::inputs(errors.iter().map(|error| format!("{name}: {error}")).collect())
+    })
+}
+
+fn people(arguments: &Arguments) -> Result<People, Failure> {
+    let mut people = People {
+        operators: arguments.operators.iter().cloned().collect(),
+        observers: arguments.observers.iter().cloned().collect(),
+    };
+    if let Some(directory) = &arguments.directory {
+        let holders = Library::at(directory).holders().map_err(|error| {
+            Failure::input(format!("{}: cannot be read: {error}", directory.display()))
+        })?;
+        for holder in holders {
+            match holder {
+                Holder::Operator(name) => drop(people.operators.insert(name)),
+                Holder::Observer(name) => drop(people.observers.insert(name)),
+                Holder::Module(_) | Holder::Plant | Holder::Router(_) => {}
+            }
+        }
+    }
+    Ok(people)
+}
+
+/// What a reader should know who finds the settings somewhere.
+fn comment(structure: &Structure, mode: Mode, people: &People) -> String {
+    let (whose, others) = match mode {
+        Mode::Router => ("a router", "`client-tls.json5`"),
+        Mode::Peer => ("a module computer", "the same settings"),
+    };
+    let named = |role: &str, names: Vec<String>| match &names[..] {
+        [] => format!("no {role}s"),
+        names => format!("{role}s: {}", names.join(", ")),
+    };
+    let operators = named("operator", people.operators.iter().map(ToString::to_string).collect());
+    let observers = named("observer", people.observers.iter().map(ToString::to_string).collect());
+    format!(
+        "// Zenoh settings of {whose} in the structure `{}`, for others with {others}: mutual TLS, and who may\n\
+         // do what. Made by `trusswatch pki access`; make it anew instead of changing the rules by hand.\n\
+         // {operators}; {observers}. Certificates and endpoints are given by `tls`, `listen` and\n\
+         // `connect` of the configuration that names this file, or by `--tls`, `--listen` and `--connect`.",
+        structure.name
+    )
+}

@@ -1,0 +1,197 @@
+//! Who may do what, in the words of Zenoh's access control.
+//!
+//! Zenoh judges each message on the link that it comes in by, and whoever has sent it by the common name of
+//! its certificate. What is not allowed is denied.
+
+use std::collections::BTreeSet;
+
+use pki::holder::BearerName;
+use pki::{CommonName, Holder};
+use serde::Serialize;
+use truss::Structure;
+use truss::ids::StructureName;
+use wire::realm;
+
+/// Those who are no part of the structure.
+#[derive(Debug, Default)]
+pub(super) struct People {
+    pub(super) operators: BTreeSet<BearerName>,
+    pub(super) observers: BTreeSet<BearerName>,
+}
+
+/// The table `access_control`.
+#[derive(Debug, Serialize)]
+pub(super) struct AccessControl {
+    enabled: bool,
+    default_permission: &'static str,
+    rules: Vec<Rule>,
+    subjects: Vec<Subject>,
+    policies: Vec<Policy>,
+}
+
+#[derive(Debug, Serialize)]
+struct Rule {
+    id: String,
+    permission: &'static str,
+    flows: [&'static str; 1],
+    messages: Vec<&'static str>,
+    key_exprs: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Subject {
+    id: String,
+    cert_common_names: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Policy {
+    rules: Vec<String>,
+    subjects: Vec<String>,
+}
+
+const INCOMING: [&str; 1] = ["ingress"];
+const OUTGOING: [&str; 1] = ["egress"];
+
+/// Whatever the owner of a key does with it.
+const OWN: [&str; 5] = ["put", "delete", "declare_queryable", "reply", "liveliness_token"];
+/// Whatever somebody does who listens and looks who is there.
+const LISTEN: [&str; 3] =
+    ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
+const ASK: [&str; 1] = ["query"];
+const EVERYTHING: [&str; 9] = [
+    "put",
+    "delete",
+    "declare_subscriber",
+    "query",
+    "declare_queryable",
+    "reply",
+    "liveliness_token",
+    "liveliness_query",
+    "declare_liveliness_subscriber",
+];
+
+const GET: &str = "gets what it may know";
+const HEAR: &str = "listens";
+const READ: &str = "asks what only tells";
+const PEER: &str = "asks as a peer";
+const ORDER: &str = "orders";
+const PLANT: &str = "plant speaks";
+
+impl AccessControl {
+    /// What the modules of a structure, its plant and these people may do.
+    pub(super) fn of(structure: &Structure, people: &People) -> Self {
+        let name = &structure.name;
+        let mut access = Self {
+            enabled: true,
+            default_permission: "deny",
+            rules: general_rules(structure),
+            subjects: Vec::new(),
+            policies: Vec::new(),
+        };
+        for module in structure.equipped() {
+            let rule = format!("{} speaks", module.name);
+            let keys = realm::of_module(name, &module.name);
+            access.rules.push(allow(&rule, INCOMING, &OWN, keys));
+            access.admit(name, Holder::Module(module.name.clone()), &[&rule, PEER]);
+        }
+        access.admit(name, Holder::Plant, &[PLANT]);
+        for operator in &people.operators {
+            access.admit(name, Holder::Operator(operator.clone()), &[ORDER]);
+        }
+        for observer in &people.observers {
+            access.admit(name, Holder::Observer(observer.clone()), &[]);
+        }
+        access
+    }
+
+    /// Lets somebody do this, and what everybody may who is known.
+    fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
+        // A name that is too long for a certificate has none.
+        let Ok(name) = CommonName::new(holder, structure.clone()) else { return };
+        let id = name.to_string();
+        self.subjects.push(Subject { id: id.clone(), cert_common_names: vec![id.clone()] });
+        let rules = rules.iter().chain(&[HEAR, READ, GET]).map(ToString::to_string).collect();
+        self.policies.push(Policy { rules, subjects: vec![id] });
+    }
+}
+
+fn general_rules(structure: &Structure) -> Vec<Rule> {
+    let name = &structure.name;
+    let mut plants = realm::of_plant(name);
+    plants.extend(structure.equipped().map(|module| realm::samples(name, &module.name)));
+    vec![
+        allow(GET, OUTGOING, &EVERYTHING, realm::everything()),
+        allow(HEAR, INCOMING, &LISTEN, realm::everything()),
+        allow(READ, INCOMING, &ASK, realm::readable()),
+        allow(PEER, INCOMING, &ASK, vec![realm::questions_of_peers(name)]),
+        allow(ORDER, INCOMING, &ASK, vec![realm::commands(name)]),
+        allow(PLANT, INCOMING, &OWN, plants),
+    ]
+}
+
+fn allow(
+    id: &str,
+    flows: [&'static str; 1],
+    messages: &[&'static str],
+    key_exprs: Vec<String>,
+) -> Rule {
+    Rule { id: id.to_owned(), permission: "allow", flows, messages: messages.to_vec(), key_exprs }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn access() -> serde_json::Value {
+        let text = include_str!("../../../../../configs/tower.toml");
+        let structure = Structure::from_toml(text).unwrap();
+        let people = People {
+            operators: BTreeSet::from(["ada".parse().unwrap()]),
+            observers: BTreeSet::from(["wall".parse().unwrap()]),
+        };
+        serde_json::to_value(AccessControl::of(&structure, &people)).unwrap()
+    }
+
+    fn rules_of(access: &serde_json::Value, subject: &str) -> Vec<String> {
+        let policies = access["policies"].as_array().unwrap();
+        let policy = policies.iter().find(|policy| policy["subjects"][0] == subject).unwrap();
+        let rules = policy["rules"].as_array().unwrap();
+        rules.iter().map(|rule| rule.as_str().unwrap().to_owned()).collect()
+    }
+
+    #[test]
+    fn only_equipped_modules_have_a_say_and_each_only_its_own() {
+        let access = access();
+        let subjects: Vec<_> =
+            access["subjects"].as_array().unwrap().iter().map(|s| s["id"].clone()).collect();
+        let expected = [
+            "module1.tower",
+            "module2.tower",
+            "plant.tower",
+            "operator.ada.tower",
+            "observer.wall.tower",
+        ];
+        assert_eq!(subjects, expected);
+        assert!(rules_of(&access, "module1.tower").contains(&"module1 speaks".to_owned()));
+        assert!(!rules_of(&access, "module2.tower").contains(&"module1 speaks".to_owned()));
+    }
+
+    #[test]
+    fn observers_may_do_less_than_operators_and_both_write_nothing() {
+        let access = access();
+        let observer = rules_of(&access, "observer.wall.tower");
+        let operator = rules_of(&access, "operator.ada.tower");
+        assert_eq!(observer, [HEAR, READ, GET]);
+        assert_eq!(operator, [ORDER, HEAR, READ, GET]);
+        for rule in access["rules"].as_array().unwrap() {
+            let id = rule["id"].as_str().unwrap().to_owned();
+            let incoming = rule["flows"][0] == "ingress";
+            if incoming && operator.contains(&id) {
+                let messages = rule["messages"].as_array().unwrap();
+                assert!(!messages.contains(&"put".into()), "{rule}");
+                assert!(!messages.contains(&"reply".into()), "{rule}");
+            }
+        }
+    }
+}

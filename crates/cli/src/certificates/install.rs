@@ -1,0 +1,54 @@
+//! `trusswatch pki install`: identities for this computer's services.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use pki::credentials::{self, InstallError, STORE, Service};
+use pki::{Certificate, Identity};
+
+use super::day;
+use crate::failure::Failure;
+
+/// Give the services of this computer the certificates to show who they are
+///
+/// Puts the three files of a directory that `trusswatch pki issue` has made where the service manager takes
+/// them from when it starts the holder's service: into /etc/credstore, for root alone. An older
+/// certificate of the same service is replaced.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Directories of a module, the plant or a router
+    #[arg(required = true, value_name = "DIRECTORY")]
+    directories: Vec<PathBuf>,
+    /// Where the service manager takes credentials from
+    #[arg(long, value_name = "DIRECTORY", default_value = STORE)]
+    store: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    for directory in &arguments.directories {
+        let service = credentials::install(&Identity::in_directory(directory), &arguments.store)
+            .map_err(refused)?;
+        writeln!(out, "{}", told(&service, &arguments.store)?)?;
+    }
+    Ok(())
+}
+
+fn told(service: &Service, store: &Path) -> Result<String, Failure> {
+    let file = service.stored(store).certificate;
+    let installed = Certificate::read(&file)
+        .map_err(|error| Failure::runtime(format!("{}: {error}", file.display())))?;
+    let name = installed.common_name.unwrap_or_default();
+    let (unit, until) = (service.unit(), day(installed.lifetime));
+    Ok(format!("{}: {name} for {unit}, until {until}", store.display()))
+}
+
+fn refused(error: InstallError) -> Failure {
+    match error {
+        InstallError::Problems(problems) => {
+            Failure::inputs(problems.iter().map(ToString::to_string).collect())
+        }
+        InstallError::File { .. } => Failure::runtime(error.to_string()),
+        _ => Failure::input(error.to_string()),
+    }
+}

@@ -1,0 +1,78 @@
+//! `trusswatch pki`: the structure's authority, certificates, and who may do what.
+
+mod access;
+mod authority;
+mod install;
+mod issue;
+mod list;
+mod renew;
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use pki::{IssueError, Library};
+
+use crate::failure::Failure;
+
+const AFTER_HELP: &str = "\
+HOLDER is the name of a module, `plant`, `router.NAME`, `operator.NAME` or `observer.NAME`. A holder's \
+directory goes to the holder's computer, whole and unread by anybody else; the authority's stays where \
+no network is.";
+
+/// Make certificates for modules, routers and people, and say who may do what
+#[derive(Debug, clap::Args)]
+#[command(arg_required_else_help = true, after_long_help = AFTER_HELP)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Authority(authority::Arguments),
+    Issue(issue::Arguments),
+    Install(install::Arguments),
+    Renew(renew::Arguments),
+    List(list::Arguments),
+    Access(access::Arguments),
+}
+
+/// Where certificates are kept.
+#[derive(Debug, clap::Args)]
+struct Place {
+    /// Directory of the authority and of every certificate that it has issued
+    #[arg(long = "dir", value_name = "DIRECTORY", default_value = "pki")]
+    directory: PathBuf,
+}
+
+impl Place {
+    fn library(&self) -> Library {
+        Library::at(&self.directory)
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    match &arguments.command {
+        Command::Authority(arguments) => authority::run(arguments),
+        Command::Issue(arguments) => issue::run(arguments),
+        Command::Install(arguments) => install::run(arguments),
+        Command::Renew(arguments) => renew::run(arguments),
+        Command::List(arguments) => list::run(arguments),
+        Command::Access(arguments) => access::run(arguments),
+    }
+}
+
+/// A file or directory that cannot be used, or something that cannot be done.
+fn refused(error: IssueError) -> Failure {
+    match error {
+        IssueError::Write { .. } | IssueError::Making(_) | IssueError::NoRandomness => {
+            Failure::runtime(error.to_string())
+        }
+        _ => Failure::input(error.to_string()),
+    }
+}
+
+/// The day that a certificate ends on, as people write it.
+fn day(lifetime: pki::Lifetime) -> String {
+    lifetime.until.date().to_string()
+}

@@ -1,0 +1,45 @@
+//! Whether all is well.
+
+use daemon::observer::{ModulePicture, Picture};
+use wire::{FaultState, ModulePhase};
+
+/// Every module answers and is in service, and no component is faulty or possibly so. Nobody at all is
+/// not well.
+pub(super) fn all_is_well(picture: &Picture) -> bool {
+    !picture.modules.is_empty() && picture.modules.iter().all(is_well)
+}
+
+fn is_well(module: &ModulePicture) -> bool {
+    let troubled = |state: FaultState| state.is_fault() || state == FaultState::Unconfirmed;
+    module.answers()
+        && module.member.phase() == Some(ModulePhase::InService)
+        && !module.components.iter().any(|component| troubled(component.state))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faults::testing::{module, picture, silent, state};
+
+    #[test]
+    fn faults_doubts_and_silences_are_not_well() {
+        let with = |state_is| {
+            let components = vec![state("m1/sensor/g1", state_is)];
+            picture(vec![module("m1", ModulePhase::InService, components)])
+        };
+        for state_is in [FaultState::Normal, FaultState::Tentative, FaultState::Explained] {
+            assert!(all_is_well(&with(state_is)), "{state_is}");
+        }
+        for state_is in [FaultState::Latched, FaultState::Acknowledged, FaultState::Unconfirmed] {
+            assert!(!all_is_well(&with(state_is)), "{state_is}");
+        }
+        let normal = || vec![state("m1/sensor/g1", FaultState::Normal)];
+        for phase in [ModulePhase::Stale, ModulePhase::Waiting, ModulePhase::Initialising] {
+            assert!(!all_is_well(&picture(vec![module("m1", phase, normal())])), "{phase:?}");
+        }
+        let one_silent =
+            vec![module("m1", ModulePhase::InService, normal()), silent("m2", Some("m1"))];
+        assert!(!all_is_well(&picture(one_silent)));
+        assert!(!all_is_well(&Picture::default()));
+    }
+}

@@ -1,0 +1,100 @@
+//! The picture for machines.
+
+use std::collections::BTreeSet;
+
+use daemon::observer::{ModulePicture, Picture};
+use serde::Serialize;
+use truss::ids::{ModuleName, RunId, Step, StructureName};
+use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase};
+
+use super::check::all_is_well;
+use crate::telling::{now_unix_ns, utc};
+
+/// The whole of it.
+#[derive(Debug, Serialize)]
+pub(super) struct Document<'a> {
+    /// When this was seen.
+    time: String,
+    /// What `--check` goes by.
+    all_is_well: bool,
+    modules: Vec<Module<'a>>,
+    components: Vec<Component<'a>>,
+    problems: &'a [String],
+}
+
+#[derive(Debug, Serialize)]
+struct Module<'a> {
+    structure: Option<&'a StructureName>,
+    module: &'a ModuleName,
+    answers: bool,
+    present: bool,
+    expected: bool,
+    peer_of: &'a BTreeSet<ModuleName>,
+    phase: Option<ModulePhase>,
+    phase_reason: Option<&'a str>,
+    phase_since: Option<String>,
+    in_service_since_step: Option<Step>,
+    run: Option<RunId>,
+    step: Option<Step>,
+    lag_ms: Option<f64>,
+    sample_age_ms: Option<f64>,
+    journal: Option<&'a JournalStatus>,
+    /// When its latest status was published.
+    status_time: Option<String>,
+    /// Components that it told the state of, by state.
+    normal: usize,
+    not_normal: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct Component<'a> {
+    #[serde(flatten)]
+    transition: &'a FaultTransition,
+    time: String,
+}
+
+/// Components that are other than normal, or all of them; modules are always all there.
+pub(super) fn document(picture: &Picture, all: bool) -> Document<'_> {
+    let components = picture.modules.iter().flat_map(|module| &module.components);
+    let shown = components.filter(|component| all || component.state != FaultState::Normal);
+    Document {
+        time: utc(now_unix_ns()),
+        all_is_well: all_is_well(picture),
+        modules: picture.modules.iter().map(module).collect(),
+        components: shown.map(component).collect(),
+        problems: &picture.problems,
+    }
+}
+
+fn component(transition: &FaultTransition) -> Component<'_> {
+    Component { transition, time: utc(transition.time_unix_ns) }
+}
+
+fn module(picture: &ModulePicture) -> Module<'_> {
+    let member = &picture.member;
+    let status = member.status.as_ref();
+    // A reason is told only as long as it is the reason of the present phase.
+    let change = member.phase_change.as_ref().filter(|c| Some(c.phase) == member.phase());
+    let normal =
+        picture.components.iter().filter(|component| component.state == FaultState::Normal).count();
+    Module {
+        structure: member.structure.as_ref(),
+        module: &member.module,
+        answers: picture.answers(),
+        present: member.present,
+        expected: member.expected,
+        peer_of: &member.peer_of,
+        phase: member.phase(),
+        phase_reason: change.map(|change| change.reason.as_str()),
+        phase_since: change.map(|change| utc(change.time_unix_ns)),
+        in_service_since_step: status.and_then(|status| status.in_service_since_step),
+        run: status.and_then(|status| status.run),
+        step: status.and_then(|status| status.step),
+        lag_ms: status.and_then(|status| status.lag_ms),
+        sample_age_ms: status.and_then(|status| status.sample_age_ms),
+        journal: status.map(|status| &status.journal),
+        status_time: status.map(|status| utc(status.time_unix_ns)),
+        normal,
+        not_normal: picture.components.len() - normal,
+    }
+}

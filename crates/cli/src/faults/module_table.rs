@@ -1,0 +1,99 @@
+//! The modules as a table.
+
+use comfy_table::{CellAlignment, Table};
+use daemon::observer::{Member, ModulePicture};
+use truss::ids::ModuleName;
+use wire::JournalStatus;
+
+use crate::paint::Colour;
+use crate::table::table;
+use crate::telling::{NOTHING, or_nothing, phase_colour, phase_in_words, plain, span};
+
+/// The table, and the colour of each row.
+pub(super) fn modules(modules: &[&ModulePicture]) -> (Table, Vec<Option<Colour>>) {
+    let mut table = table(&["module", "phase", "step", "lag", "sample age", "journal", "remarks"]);
+    for module in modules {
+        table.add_row(row(module));
+    }
+    for column in table.column_iter_mut().skip(2).take(3) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    (table, modules.iter().map(|module| colour(module)).collect())
+}
+
+fn row(module: &ModulePicture) -> [String; 7] {
+    let member = &module.member;
+    let status = member.status.as_ref();
+    [
+        member.module.to_string(),
+        phase(module),
+        or_nothing(status.and_then(|status| status.step)),
+        or_nothing(status.and_then(|status| status.lag_ms).map(span)),
+        or_nothing(status.and_then(|status| status.sample_age_ms).map(span)),
+        or_nothing(status.map(|status| journal(&status.journal))),
+        remarks(module),
+    ]
+}
+
+/// A module that does not answer is called that, whatever it last said of itself.
+fn phase(module: &ModulePicture) -> String {
+    if !module.answers() {
+        return "NOT ANSWERING".to_owned();
+    }
+    module.member.phase().map_or("unknown", phase_in_words).to_owned()
+}
+
+fn colour(module: &ModulePicture) -> Option<Colour> {
+    if module.answers() {
+        module.member.phase().map_or(Some(Colour::Yellow), phase_colour)
+    } else {
+        Some(Colour::Red)
+    }
+}
+
+fn journal(journal: &JournalStatus) -> String {
+    let mut told = Vec::new();
+    told.extend(journal.problem.as_ref().map(|problem| plain(problem)));
+    for (count, what) in
+        [(journal.unsaved, "not saved"), (journal.lost, "lost"), (journal.damaged, "damaged")]
+    {
+        if count > 0 {
+            told.push(format!("{count} {what}"));
+        }
+    }
+    match (&told[..], &journal.directory) {
+        ([], Some(_)) => "ok".to_owned(),
+        ([], None) => "none".to_owned(),
+        (told, _) => told.join(", "),
+    }
+}
+
+fn remarks(module: &ModulePicture) -> String {
+    let member = &module.member;
+    let mut told = Vec::new();
+    if module.answers() {
+        if member.status.is_none() {
+            told.push("tells no status".to_owned());
+        }
+        if !member.present {
+            told.push("no liveliness token".to_owned());
+        }
+    } else {
+        told.extend(why_missed(member));
+    }
+    if told.is_empty() { NOTHING.to_owned() } else { told.join(", ") }
+}
+
+/// How it is known that a module should be there.
+fn why_missed(member: &Member) -> Option<String> {
+    let namers: Vec<&str> = member.peer_of.iter().map(ModuleName::as_str).collect();
+    if member.present {
+        Some("is there, but does not tell its components".to_owned())
+    } else if member.expected {
+        Some("expected".to_owned())
+    } else if namers.is_empty() {
+        None
+    } else {
+        Some(format!("peer of {}", namers.join(", ")))
+    }
+}

@@ -1,0 +1,97 @@
+//! The picture for people.
+
+use std::fmt::Write;
+
+use daemon::observer::{ModulePicture, Picture};
+use truss::ids::StructureName;
+use wire::{FaultState, FaultTransition};
+
+use super::component_table::components;
+use super::module_table::modules;
+use crate::paint::{Colour, Paint};
+use crate::telling::{painted, plain};
+
+/// The text: each structure with its modules, its components, and what is not known.
+pub(super) fn report(picture: &Picture, all: bool, paint: Paint) -> String {
+    let mut text = String::new();
+    let same = |a: &ModulePicture, b: &ModulePicture| a.member.structure == b.member.structure;
+    for group in picture.modules.chunk_by(same) {
+        let name = group.first().and_then(|module| module.member.structure.as_ref());
+        let name = name.map_or("(no structure seen)", StructureName::as_str);
+        let members: Vec<&ModulePicture> = group.iter().collect();
+        let (table, colours) = modules(&members);
+        let table = painted(&table, &colours, paint);
+        // Writing to a string does not fail.
+        let _ = write!(text, "{}\n{table}\n\n{}\n", paint.bold(name), states(group, all, paint));
+    }
+    for problem in &picture.problems {
+        let line = format!("not understood: {}", plain(problem));
+        let _ = writeln!(text, "{}", paint.in_colour(Colour::Yellow, &line));
+    }
+    text
+}
+
+fn states(modules: &[ModulePicture], all: bool, paint: Paint) -> String {
+    let every = modules.iter().flat_map(|module| &module.components);
+    let shown: Vec<&FaultTransition> =
+        every.clone().filter(|component| all || component.state != FaultState::Normal).collect();
+    let mut lines = Vec::new();
+    if !shown.is_empty() {
+        let (table, colours) = components(&shown);
+        lines.push(format!("{}\n", painted(&table, &colours, paint)));
+    }
+    let normal = every.clone().filter(|component| component.state == FaultState::Normal).count();
+    lines.push(format!("{normal} of {} components are normal", every.count()));
+    for module in modules.iter().filter(|module| !module.answers()) {
+        let line = format!("nothing is known of the components of {}", module.member.module);
+        lines.push(paint.in_colour(Colour::Red, &line));
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faults::testing::{latched, module, picture, silent, state};
+    use wire::ModulePhase;
+
+    fn lines(all: bool) -> Vec<String> {
+        let normal = state("m1/sensor/g1", FaultState::Normal);
+        let first = module("m1", ModulePhase::InService, vec![normal, latched("m1/sensor/g2")]);
+        let stale =
+            module("m2", ModulePhase::Stale, vec![state("m2/sensor/g1", FaultState::Normal)]);
+        let picture = picture(vec![first, stale, silent("m3", Some("m1"))]);
+        let paint = Paint::for_terminal(false);
+        report(&picture, all, paint).lines().map(|line| line.trim_end().to_owned()).collect()
+    }
+
+    #[test]
+    fn the_tables_are_these() {
+        let expected = "\
+tower
+  module   phase           step      lag   sample age   journal   remarks
+──────────────────────────────────────────────────────────────────────────────
+  m1       in service      4711   1.2 ms       3.0 ms   none      -
+  m2       STALE           4711   1.2 ms       3.0 ms   none      -
+  m3       NOT ANSWERING      -        -            -   -         peer of m1
+
+  component      state       onset   decided   told                         residual          divergence   why
+───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+  m1/sensor/g2   latched   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
+
+2 of 3 components are normal
+nothing is known of the components of m3";
+        let told = lines(false).join("\n");
+        assert_eq!(told, expected, "\n{told}");
+    }
+
+    #[test]
+    fn with_all_every_component_has_its_line() {
+        let told = lines(true);
+        for component in
+            ["m1/sensor/g1   normal", "m1/sensor/g2   latched", "m2/sensor/g1   normal"]
+        {
+            assert!(told.iter().any(|line| line.trim_start().starts_with(component)), "{told:#?}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Made-up pictures for tests.
+
+use std::collections::BTreeSet;
+
+use daemon::observer::{Member, ModulePicture, Picture};
+use truss::ids::Step;
+use wire::{Evidence, FaultState, FaultTransition, ModulePhase, ModuleStatus};
+
+pub(super) fn picture(modules: Vec<ModulePicture>) -> Picture {
+    Picture { modules, problems: Vec::new() }
+}
+
+pub(super) fn module(
+    name: &str,
+    phase: ModulePhase,
+    components: Vec<FaultTransition>,
+) -> ModulePicture {
+    let ModulePicture { member, .. } = silent(name, None);
+    let status = Some(status(name, phase));
+    ModulePicture { member: Member { present: true, status, ..member }, components }
+}
+
+/// A module that does not answer.
+pub(super) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
+    let member = Member {
+        structure: Some("tower".parse().unwrap()),
+        module: name.parse().unwrap(),
+        present: false,
+        status: None,
+        phase_change: None,
+        expected: false,
+        peer_of: peer_of.iter().map(|name| name.parse().unwrap()).collect::<BTreeSet<_>>(),
+    };
+    ModulePicture { member, components: Vec::new() }
+}
+
+pub(super) fn state(component: &str, state: FaultState) -> FaultTransition {
+    let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
+    FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+}
+
+/// A fault that the journal did not take.
+pub(super) fn latched(component: &str) -> FaultTransition {
+    let evidence = Evidence {
+        step: Step(42),
+        residual: 6e-4,
+        level: 0.0,
+        divergence: Some(4226.0),
+        threshold: 10.0,
+        ratio: 422.6,
+    };
+    FaultTransition {
+        sequence: 1,
+        onset_step: Some(Step(40)),
+        detection_step: Some(Step(42)),
+        decided_step: Some(Step(46)),
+        evidence: Some(evidence),
+        durable: false,
+        ..state(component, FaultState::Latched)
+    }
+}
+
+fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
+    ModuleStatus {
+        structure: "tower".parse().unwrap(),
+        module: name.parse().unwrap(),
+        software: String::new(),
+        thresholds: String::new(),
+        phase,
+        in_service_since_step: None,
+        run: None,
+        step: Some(Step(4711)),
+        lag_ms: Some(1.2),
+        sample_age_ms: Some(3.0),
+        queued_samples: 0,
+        latched: 0,
+        unconfirmed: 0,
+        waiting_questions: 0,
+        next_sequence: 1,
+        journal: wire::JournalStatus::default(),
+        peers: Vec::new(),
+        intake: wire::IntakeCounters::default(),
+        inquiries: wire::InquiryCounters::default(),
+        diagnosis: wire::DiagnosisCounters::default(),
+        publisher: wire::PublisherCounters::default(),
+        time_unix_ns: 0,
+    }
+}

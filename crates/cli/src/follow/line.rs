@@ -1,0 +1,111 @@
+//! A piece of news as one line.
+
+use daemon::observer::News;
+use serde::Serialize;
+use truss::ids::StructureName;
+use wire::{FaultTransition, PhaseChange};
+
+use crate::paint::{Colour, Paint};
+use crate::telling::{now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc};
+
+/// For machines.
+#[derive(Debug, Serialize)]
+#[serde(tag = "news", rename_all = "snake_case")]
+pub(super) enum Document<'a> {
+    Fault(&'a FaultTransition),
+    Phase(&'a PhaseChange),
+    Presence { structure: &'a StructureName, who: &'a str, there: bool, time_unix_ns: u64 },
+    Unreadable { problem: &'a str, time_unix_ns: u64 },
+    Lost { count: u64, time_unix_ns: u64 },
+}
+
+impl Document<'_> {
+    pub(super) fn of(news: &News) -> Document<'_> {
+        let time_unix_ns = now_unix_ns();
+        match news {
+            News::Fault(transition) => Document::Fault(transition),
+            News::Phase(change) => Document::Phase(change),
+            News::Presence { structure, who, there } => {
+                Document::Presence { structure, who, there: *there, time_unix_ns }
+            }
+            News::Unreadable(problem) => Document::Unreadable { problem, time_unix_ns },
+            News::Lost(count) => Document::Lost { count: *count, time_unix_ns },
+        }
+    }
+}
+
+/// For people: when, who, what, why. What bears no time of its own is told at the present one.
+pub(super) fn line(news: &News, paint: Paint) -> String {
+    let (time, who, what, why, colour) = match news {
+        News::Fault(transition) => fault(transition),
+        News::Phase(change) => phase(change),
+        News::Presence { who, there, .. } => {
+            let (what, colour) = if *there { ("there", None) } else { ("GONE", Some(Colour::Red)) };
+            (now_unix_ns(), who.clone(), what.to_owned(), String::new(), colour)
+        }
+        News::Unreadable(problem) => {
+            let what = format!("not understood: {}", plain(problem));
+            (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Yellow))
+        }
+        News::Lost(count) => {
+            let what = format!("{count} messages lost: this output is not taken fast enough");
+            (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Red))
+        }
+    };
+    let text = format!("{}  {who:<20}  {what:<13}  {why}", utc(time));
+    let text = text.trim_end();
+    colour.map_or_else(|| text.to_owned(), |colour| paint.in_colour(colour, text))
+}
+
+type Parts = (u64, String, String, String, Option<Colour>);
+
+fn fault(transition: &FaultTransition) -> Parts {
+    let mut why: Vec<String> = transition
+        .detection_step
+        .map(|step| format!("changed at step {step}"))
+        .into_iter()
+        .collect();
+    why.extend(Some(reason(transition)).filter(|reason| !reason.is_empty()));
+    (
+        transition.time_unix_ns,
+        transition.component.to_string(),
+        transition.state.to_string(),
+        why.join("; "),
+        Some(state_colour(transition.state)),
+    )
+}
+
+fn phase(change: &PhaseChange) -> Parts {
+    (
+        change.time_unix_ns,
+        change.module.to_string(),
+        phase_in_words(change.phase).to_owned(),
+        plain(&change.reason),
+        phase_colour(change.phase),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::history::testing::{acknowledged, transition};
+
+    #[test]
+    fn each_kind_of_news_has_its_line() {
+        let paint = Paint::for_terminal(false);
+        let told = |news: &News| line(news, paint);
+        let fault = told(&News::Fault(Box::new(transition("m1", 1, 0))));
+        assert!(fault.starts_with("1970-01-01T00:00:00.000Z  m1/sensor/g1"), "{fault}");
+        assert!(fault.ends_with("  latched"), "{fault}");
+        let fault = told(&News::Fault(Box::new(acknowledged("m1", 2))));
+        assert!(fault.ends_with("acknowledged by ada@desk: looks loose"), "{fault}");
+        let gone = News::Presence {
+            structure: "tower".parse().unwrap(),
+            who: "module2".to_owned(),
+            there: false,
+        };
+        assert!(told(&gone).ends_with("  module2               GONE"), "{}", told(&gone));
+        assert!(told(&News::Lost(3)).contains("3 messages lost"));
+        assert!(!told(&News::Unreadable("k: \x1b[2J".to_owned())).contains('\x1b'));
+    }
+}

@@ -1,0 +1,46 @@
+//! `trusswatch health`: asks one process how it is, as a container without `curl` does.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use daemon::health::{Probe, Wanted};
+
+use crate::failure::Failure;
+use crate::link::{block_on, seconds};
+
+const AFTER_HELP: &str = "\
+Exit codes: 0 it is well, 1 it is not and says why, 4 nobody answers there.";
+
+/// Ask one process whether it does what it is for
+///
+/// A diagnoser does as long as it is in service, a plant as long as it computes steps. The process has to
+/// be told to serve its health: `listen` in the table `[health]`, or `--health`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(crate) struct Arguments {
+    /// Where the process serves its health, e.g. 127.0.0.1:9464
+    #[arg(value_name = "ADDRESS", value_parser = host_and_port)]
+    address: String,
+    /// Ask only whether its loop comes round
+    #[arg(long)]
+    live: bool,
+    /// Longest wait for the answer [s]
+    #[arg(long, default_value = "2", value_name = "SECONDS", value_parser = seconds)]
+    timeout: Duration,
+}
+
+fn host_and_port(text: &str) -> Result<String, String> {
+    let port = text.rsplit_once(':').filter(|(host, _)| !host.is_empty()).map(|(_, port)| port);
+    let is_port = port.is_some_and(|port| port.parse::<u16>().is_ok());
+    is_port.then(|| text.to_owned()).ok_or_else(|| "use HOST:PORT, e.g. 127.0.0.1:9464".to_owned())
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let wanted = if arguments.live { Wanted::Live } else { Wanted::Ready };
+    let probe = block_on(async {
+        let probe = Probe::of(&arguments.address, wanted, arguments.timeout);
+        probe.await.map_err(|error| Failure::network(error.to_string()))
+    })?;
+    writeln!(io::stdout(), "{}", probe.words)?;
+    if probe.well { Ok(()) } else { Err(Failure::told()) }
+}

@@ -1,0 +1,94 @@
+//! The journals for machines.
+
+use daemon::observer::{Gap, ModuleHistory};
+use serde::Serialize;
+use truss::ids::{ModuleName, StructureName};
+use wire::FaultTransition;
+
+use super::reading::{Reading, Silent};
+use crate::telling::utc;
+
+/// The whole of it.
+#[derive(Debug, Serialize)]
+pub(super) struct Document<'a> {
+    modules: Vec<Module<'a>>,
+    transitions: Vec<Transition<'a>>,
+    silent: Vec<SilentModule<'a>>,
+    gaps: Vec<ModuleGap<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Module<'a> {
+    structure: &'a StructureName,
+    module: &'a ModuleName,
+    /// The lowest sequence number that the journal still holds.
+    first_sequence: Option<u64>,
+    next_sequence: Option<u64>,
+    /// How many were read, wanted or not.
+    read: usize,
+    /// Why reading ended before the journal did.
+    broken_off: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Transition<'a> {
+    #[serde(flatten)]
+    transition: &'a FaultTransition,
+    time: String,
+}
+
+#[derive(Debug, Serialize)]
+struct SilentModule<'a> {
+    structure: Option<&'a StructureName>,
+    module: &'a ModuleName,
+    reason: &'a str,
+}
+
+#[derive(Debug, Serialize)]
+struct ModuleGap<'a> {
+    structure: &'a StructureName,
+    module: &'a ModuleName,
+    from_sequence: u64,
+    to_sequence: u64,
+}
+
+pub(super) fn document<'a>(
+    reading: &'a Reading,
+    transitions: &[&'a FaultTransition],
+) -> Document<'a> {
+    let timed = |&transition: &&'a FaultTransition| Transition {
+        transition,
+        time: utc(transition.time_unix_ns),
+    };
+    Document {
+        modules: reading.histories.iter().map(module).collect(),
+        transitions: transitions.iter().map(timed).collect(),
+        silent: reading.silent.iter().map(silent).collect(),
+        gaps: reading.gaps().into_iter().map(gap).collect(),
+    }
+}
+
+fn module(history: &ModuleHistory) -> Module<'_> {
+    Module {
+        structure: &history.structure,
+        module: &history.module,
+        first_sequence: history.first_sequence,
+        next_sequence: history.next_sequence,
+        read: history.transitions.len(),
+        broken_off: history.broken_off.as_ref().map(ToString::to_string),
+    }
+}
+
+fn silent(silent: &Silent) -> SilentModule<'_> {
+    let Silent { structure, module, reason } = silent;
+    SilentModule { structure: structure.as_ref(), module, reason }
+}
+
+fn gap((history, gap): (&ModuleHistory, Gap)) -> ModuleGap<'_> {
+    ModuleGap {
+        structure: &history.structure,
+        module: &history.module,
+        from_sequence: gap.from,
+        to_sequence: gap.to,
+    }
+}

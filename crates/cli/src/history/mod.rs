@@ -1,0 +1,94 @@
+//! `trusswatch history`: what the modules' journals hold.
+
+mod document;
+mod merge;
+mod notes;
+mod reading;
+mod report;
+#[cfg(test)]
+pub(crate) mod testing;
+
+use std::io::{self, IsTerminal, Write};
+
+use daemon::session;
+use truss::ids::{ComponentPath, ModuleName};
+
+use crate::failure::Failure;
+use crate::link::{self, Link};
+use crate::paint::Paint;
+use reading::Reading;
+
+/// Show what the modules' journals hold: every transition of every component
+///
+/// Reads the journals over the network and merges them by time. Says so if a module does not answer, if
+/// a journal no longer reaches back to its beginning, and if transitions are missing from it.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Only these modules
+    #[arg(long = "module", value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
+    modules: Vec<ModuleName>,
+    /// Only these components, e.g. `module1/sensor/g2`
+    #[arg(long = "component", value_name = "COMPONENT", num_args = 1.., value_delimiter = ',')]
+    components: Vec<ComponentPath>,
+    /// Only from this sequence number of each module on
+    #[arg(long, value_name = "SEQ", default_value_t = 1)]
+    since: u64,
+    /// Only the latest N transitions of those
+    #[arg(long, value_name = "N")]
+    limit: Option<usize>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    link: Link,
+}
+
+impl Arguments {
+    /// The modules that are asked for by name; empty means all.
+    fn named(&self) -> Vec<ModuleName> {
+        let of_components = self.components.iter().map(|component| component.module.clone());
+        let mut named: Vec<ModuleName> =
+            self.modules.iter().cloned().chain(of_components).collect();
+        named.sort();
+        named.dedup();
+        named
+    }
+
+    /// A component that is named, any of a module that is named alone, any at all if nothing is named.
+    fn wants(&self, component: &ComponentPath) -> bool {
+        let names_others = self.components.iter().any(|c| c.module == component.module);
+        let nothing_is_named = self.modules.is_empty() && self.components.is_empty();
+        nothing_is_named
+            || self.components.contains(component)
+            || (self.modules.contains(&component.module) && !names_others)
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let link = &arguments.link;
+    let reading = link::block_on(async {
+        let session = link.open().await?;
+        let reading = reading::read(&session, link, &arguments.named(), arguments.since).await;
+        session::close(&session).await;
+        reading
+    })?;
+    // For people, who is silent is told once: as what went wrong.
+    if arguments.json || reading.is_of_anybody() {
+        tell(arguments, &reading)?;
+    }
+    if reading.is_of_anybody() { Ok(()) } else { Err(reading.nobody(link)) }
+}
+
+fn tell(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
+    let transitions =
+        merge::merged(&reading.histories, |t| arguments.wants(&t.component), arguments.limit);
+    let mut out = io::stdout().lock();
+    if arguments.json {
+        serde_json::to_writer_pretty(&mut out, &document::document(reading, &transitions))?;
+        writeln!(out)?;
+    } else {
+        let paint = Paint::for_terminal(io::stdout().is_terminal());
+        write!(out, "{}", report::report(reading, &transitions, paint))?;
+    }
+    Ok(out.flush()?)
+}

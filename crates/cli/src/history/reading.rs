@@ -1,0 +1,124 @@
+//! The journals of several modules, read at the same time.
+
+use std::time::Duration;
+
+use daemon::observer::{self, Gap, ModuleHistory, roll_call};
+use tokio::task::JoinSet;
+use truss::ids::{ModuleName, StructureName};
+use zenoh::Session;
+
+use crate::failure::Failure;
+use crate::link::{self, Link};
+use crate::telling::plain;
+
+/// What was read.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Reading {
+    /// The first sequence number that was asked for.
+    pub(super) since: u64,
+    /// Of those that answered, by structure and name.
+    pub(super) histories: Vec<ModuleHistory>,
+    /// Those that did not.
+    pub(super) silent: Vec<Silent>,
+}
+
+/// A module that should have answered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Silent {
+    pub(super) structure: Option<StructureName>,
+    pub(super) module: ModuleName,
+    pub(super) reason: String,
+}
+
+impl Reading {
+    pub(super) fn is_of_anybody(&self) -> bool {
+        !self.histories.is_empty()
+    }
+
+    /// Why there is nothing to tell.
+    pub(super) fn nobody(&self, link: &Link) -> Failure {
+        if self.silent.is_empty() {
+            return link.nobody();
+        }
+        let told = self.silent.iter().map(|silent| format!("{}: {}", silent.module, silent.reason));
+        Failure::networks(told.collect())
+    }
+
+    /// What is missing from the journals.
+    pub(super) fn gaps(&self) -> Vec<(&ModuleHistory, Gap)> {
+        let gaps = |history| -> Vec<(&ModuleHistory, Gap)> {
+            ModuleHistory::gaps(history, self.since).into_iter().map(|gap| (history, gap)).collect()
+        };
+        self.histories.iter().flat_map(gaps).collect()
+    }
+
+    fn take(&mut self, history: ModuleHistory) {
+        if history.answered() {
+            self.histories.push(history);
+            return;
+        }
+        let reason = history.broken_off.as_ref().map_or_else(String::new, ToString::to_string);
+        let structure = Some(history.structure);
+        self.silent.push(Silent { structure, module: history.module, reason: plain(&reason) });
+    }
+}
+
+/// Reads the journals of these modules, or of all there are.
+pub(super) async fn read(
+    session: &Session,
+    link: &Link,
+    named: &[ModuleName],
+    since: u64,
+) -> Result<Reading, Failure> {
+    let mut reading = Reading { since, ..Reading::default() };
+    let mut tasks = JoinSet::new();
+    for (module, structures) in whom_to_ask(session, link, named).await? {
+        if structures.is_empty() {
+            let reason = format!("not there (looked for {:?})", link.timeout);
+            reading.silent.push(Silent { structure: link.structure.clone(), module, reason });
+            continue;
+        }
+        for structure in structures {
+            tasks.spawn(ask(session.clone(), structure, module.clone(), since, link.timeout));
+        }
+    }
+    while let Some(done) = tasks.join_next().await {
+        let history =
+            done.map_err(|error| Failure::runtime(format!("a journal was not read: {error}")))?;
+        reading.take(history);
+    }
+    let place =
+        |structure: &StructureName, module: &ModuleName| (structure.clone(), module.clone());
+    reading.histories.sort_by_key(|history| place(&history.structure, &history.module));
+    reading.silent.sort_by(|a, b| (&a.structure, &a.module).cmp(&(&b.structure, &b.module)));
+    Ok(reading)
+}
+
+async fn ask(
+    session: Session,
+    structure: StructureName,
+    module: ModuleName,
+    since: u64,
+    timeout: Duration,
+) -> ModuleHistory {
+    observer::history(&session, &structure, &module, since, timeout).await
+}
+
+/// The modules, each with the structures that it is in; none if it is not there. Modules that others
+/// name as their peers are asked too, should only their token be missing.
+async fn whom_to_ask(
+    session: &Session,
+    link: &Link,
+    named: &[ModuleName],
+) -> Result<Vec<(ModuleName, Vec<StructureName>)>, Failure> {
+    let structure = link.structure.as_ref();
+    if !named.is_empty() {
+        let homes = observer::homes(session, structure, named, link.timeout).await;
+        let homes = homes.map_err(link::refused)?;
+        let home = |module: &ModuleName| homes.get(module).into_iter().flatten().cloned().collect();
+        return Ok(named.iter().map(|module| (module.clone(), home(module))).collect());
+    }
+    let roll = roll_call(session, structure, &[], link.timeout).await.map_err(link::refused)?;
+    let entry = |member: observer::Member| (member.module, member.structure.into_iter().collect());
+    Ok(roll.members.into_iter().map(entry).collect())
+}

@@ -1,0 +1,42 @@
+//! Made-up journals for tests.
+
+use daemon::observer::ModuleHistory;
+use truss::ids::Step;
+use wire::{FaultState, FaultTransition, GivenOrder, OrderKind};
+
+/// A journal that holds everything up to its last transition.
+pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> ModuleHistory {
+    ModuleHistory {
+        structure: "tower".parse().unwrap(),
+        module: module.parse().unwrap(),
+        first_sequence: transitions.first().map(|transition| transition.sequence),
+        next_sequence: Some(transitions.last().map_or(1, |transition| transition.sequence + 1)),
+        transitions,
+        broken_off: None,
+    }
+}
+
+pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
+    let component = format!("{module}/sensor/g1").parse().unwrap();
+    FaultTransition {
+        state: FaultState::Latched,
+        sequence,
+        decided_step: Some(Step(7)),
+        ..FaultTransition::untouched("tower".parse().unwrap(), component, time_unix_ns)
+    }
+}
+
+/// A fault that a person has seen, a second later.
+pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
+    let order = GivenOrder {
+        order: OrderKind::Acknowledge,
+        by: "ada@desk".to_owned(),
+        note: Some("looks loose".to_owned()),
+        force: false,
+    };
+    FaultTransition {
+        state: FaultState::Acknowledged,
+        order: Some(order),
+        ..transition(module, sequence, 1_000_000_000)
+    }
+}

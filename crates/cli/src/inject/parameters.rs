@@ -1,0 +1,134 @@
+//! A fault and its size from the command line.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use truss::fault::{Fault, FaultKind};
+
+/// The parameters of all faults; each fault has its own among them.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Size of the fault")]
+pub(super) struct Parameters {
+    /// Leak coefficient [m²]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    area_m2: Option<f64>,
+    /// Offset of the elongation [m]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    offset_m: Option<f64>,
+    /// Mean drift of the elongation [m/s]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    drift_m_per_s: Option<f64>,
+    /// Standard deviation of the increment per step [m]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    increment_m: Option<f64>,
+}
+
+/// Reads the name of a fault.
+pub(super) fn kinds() -> impl TypedValueParser<Value = FaultKind> {
+    let names = FaultKind::ALL.map(FaultKind::as_str);
+    PossibleValuesParser::new(names).try_map(|name| {
+        let kind = FaultKind::ALL.into_iter().find(|kind| kind.as_str() == name);
+        kind.ok_or_else(|| format!("`{name}` is no fault"))
+    })
+}
+
+impl Parameters {
+    /// The fault of this kind with these parameters, or none without a kind.
+    pub(super) fn fault(&self, kind: Option<FaultKind>) -> Result<Option<Fault>, String> {
+        let wanted = kind.map_or(&[][..], names);
+        for (name, value) in self.all() {
+            let what = kind.map_or("a repair".to_owned(), |kind| format!("`{kind}`"));
+            match (wanted.contains(&name), value) {
+                (true, None) => return Err(format!("{what} needs {}", flag(name))),
+                (false, Some(_)) => return Err(format!("{what} takes no {}", flag(name))),
+                _ => {}
+            }
+        }
+        let fault = kind.map(|kind| self.with(kind));
+        if let Some(fault) = &fault {
+            fault.check().map_err(|error| error.to_string())?;
+        }
+        Ok(fault)
+    }
+
+    fn all(&self) -> [(&'static str, Option<f64>); 4] {
+        [
+            ("area_m2", self.area_m2),
+            ("offset_m", self.offset_m),
+            ("drift_m_per_s", self.drift_m_per_s),
+            ("increment_m", self.increment_m),
+        ]
+    }
+
+    /// What is missing was found before, and is not a number here.
+    fn with(&self, kind: FaultKind) -> Fault {
+        let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let area_m2 = number(self.area_m2);
+        match kind {
+            FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2 },
+            FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2 },
+            FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2 },
+            FaultKind::HardOver => Fault::HardOver {},
+            FaultKind::Bias => Fault::Bias { offset_m: number(self.offset_m) },
+            FaultKind::RandomWalk => Fault::RandomWalk {
+                drift_m_per_s: number(self.drift_m_per_s),
+                increment_m: number(self.increment_m),
+            },
+            FaultKind::ZeroOutput => Fault::ZeroOutput {},
+        }
+    }
+}
+
+/// The parameters of a kind of fault.
+fn names(kind: FaultKind) -> &'static [&'static str] {
+    match kind {
+        FaultKind::InternalLeakage | FaultKind::ExternalLeakageA | FaultKind::ExternalLeakageB => {
+            &["area_m2"]
+        }
+        FaultKind::HardOver | FaultKind::ZeroOutput => &[],
+        FaultKind::Bias => &["offset_m"],
+        FaultKind::RandomWalk => &["drift_m_per_s", "increment_m"],
+    }
+}
+
+fn flag(name: &str) -> String {
+    format!("--{}", name.replace('_', "-"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_takes_its_own_parameters_and_no_others() {
+        let given = Parameters {
+            area_m2: Some(3e-7),
+            offset_m: Some(-6e-4),
+            drift_m_per_s: Some(2e-4),
+            increment_m: Some(2e-5),
+        };
+        for kind in FaultKind::ALL {
+            let only = |name, value: Option<f64>| value.filter(|_| names(kind).contains(&name));
+            let own = Parameters {
+                area_m2: only("area_m2", given.area_m2),
+                offset_m: only("offset_m", given.offset_m),
+                drift_m_per_s: only("drift_m_per_s", given.drift_m_per_s),
+                increment_m: only("increment_m", given.increment_m),
+            };
+            assert_eq!(own.fault(Some(kind)).unwrap().map(|fault| fault.kind()), Some(kind));
+            let problem = given.fault(Some(kind)).unwrap_err();
+            assert!(problem.contains("takes no --"), "{problem}");
+            if let Some(first) = names(kind).first() {
+                let problem = Parameters::default().fault(Some(kind)).unwrap_err();
+                assert_eq!(problem, format!("`{kind}` needs {}", flag(first)));
+            }
+        }
+        assert_eq!(Parameters::default().fault(None), Ok(None));
+        assert!(given.fault(None).unwrap_err().contains("a repair takes no --area-m2"));
+    }
+
+    #[test]
+    fn a_size_out_of_range_is_named() {
+        let given = Parameters { offset_m: Some(7.0), ..Parameters::default() };
+        let problem = given.fault(Some(FaultKind::Bias)).unwrap_err();
+        assert!(problem.contains("offset_m") && problem.contains("±1 m"), "{problem}");
+    }
+}

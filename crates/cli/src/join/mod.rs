@@ -1,0 +1,106 @@
+//! `trusswatch join`: configurations of clients of a router.
+
+mod network_table;
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use daemon::config::{ConfigErrors, PlantFlags, load_diagnoser, load_plant};
+use pki::credentials::Service;
+
+use crate::check::kind::Kind;
+use crate::failure::Failure;
+
+/// Make diagnosers and plants clients of a router, by TLS
+///
+/// Changes the table `[network]` of their configurations and nothing else; the certificates are those that
+/// `trusswatch pki install` has given the services. A configuration that would not be valid is left as it
+/// is.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The router, e.g. `tls/192.0.2.10:7447`
+    router: String,
+    /// Configurations of diagnosers and plants
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Directory of the certificate instead, as `trusswatch pki issue` makes it
+    #[arg(long, value_name = "DIRECTORY")]
+    tls: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    for file in &arguments.files {
+        let tls = join(file, arguments)?;
+        let (file, router, tls) = (file.display(), &arguments.router, tls.display());
+        writeln!(out, "{file}: client of {router} with the certificate in {tls}")?;
+    }
+    Ok(())
+}
+
+/// Changes a configuration; says where its certificate is.
+fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
+    let text = fs::read_to_string(file)
+        .map_err(|error| Failure::input(format!("{}: cannot be read: {error}", file.display())))?;
+    let kind = Kind::of(file, &text).ok();
+    let service = match kind {
+        Some(Kind::Plant) => Service::Plant,
+        Some(Kind::Diagnoser) => Service::Diagnoser(instance_of(file)),
+        _ => {
+            let right = "only diagnosers and plants connect to a router";
+            return Err(Failure::input(format!(
+                "{}: is neither of these; {right}",
+                file.display()
+            )));
+        }
+    };
+    let tls = arguments.tls.clone().unwrap_or_else(|| service.shown());
+    let changed = network_table::of_client(&text, &arguments.router, &tls)
+        .map_err(|problem| Failure::input(format!("{}: {problem}", file.display())))?;
+    replace(file, &changed, |file| match service {
+        Service::Diagnoser(_) => load_diagnoser(file).map(drop),
+        _ => load_plant(file, &PlantFlags::default()).map(drop),
+    })?;
+    Ok(tls)
+}
+
+/// The instance of the diagnoser's unit, which runs the file of that name.
+fn instance_of(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Puts a text in the place of a file if it is found valid, beside it because of the paths in it.
+fn replace(
+    file: &Path,
+    text: &str,
+    valid: impl Fn(&Path) -> Result<(), ConfigErrors>,
+) -> Result<(), Failure> {
+    let unwritten = |error: io::Error| {
+        Failure::runtime(format!("{}: cannot be written: {error}", file.display()))
+    };
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let permissions = file.metadata().map_err(unwritten)?.permissions();
+    let mut beside = tempfile::Builder::new()
+        .prefix(".new-")
+        .permissions(permissions)
+        .tempfile_in(folder)
+        .map_err(unwritten)?;
+    beside.write_all(text.as_bytes()).map_err(unwritten)?;
+    beside.as_file().sync_all().map_err(unwritten)?;
+    valid(beside.path()).map_err(|errors| as_mistakes_of(file, beside.path(), errors))?;
+    beside.persist(file).map_err(|error| unwritten(error.error))?;
+    File::open(folder).and_then(|folder| folder.sync_all()).map_err(unwritten)
+}
+
+/// Names the file as its owner knows it.
+fn as_mistakes_of(file: &Path, beside: &Path, errors: ConfigErrors) -> Failure {
+    let told = errors.0.into_iter().map(|mut error| {
+        if error.file == beside {
+            error.file = file.to_owned();
+        }
+        error.to_string()
+    });
+    Failure::inputs(told.collect())
+}

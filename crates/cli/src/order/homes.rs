@@ -1,0 +1,40 @@
+//! Which structure an order is meant for.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use daemon::observer;
+use truss::ids::{ModuleName, StructureName};
+use zenoh::Session;
+
+use super::arguments::Orders;
+use crate::failure::Failure;
+use crate::link;
+
+/// The structure of each module; those that are not there are left out. A module that is there in
+/// several structures is not guessed at.
+pub(super) async fn homes(
+    session: &Session,
+    orders: &Orders,
+) -> Result<BTreeMap<ModuleName, StructureName>, Failure> {
+    let modules: BTreeSet<ModuleName> =
+        orders.components.iter().map(|component| component.module.clone()).collect();
+    let modules: Vec<ModuleName> = modules.into_iter().collect();
+    let (structure, timeout) = (orders.link.structure.as_ref(), orders.link.timeout);
+    let seen = observer::homes(session, structure, &modules, timeout).await;
+    let seen = seen.map_err(link::refused)?;
+    seen.into_iter().filter_map(|(module, seen)| only(module, seen).transpose()).collect()
+}
+
+fn only(
+    module: ModuleName,
+    mut seen: BTreeSet<StructureName>,
+) -> Result<Option<(ModuleName, StructureName)>, Failure> {
+    if seen.len() > 1 {
+        let names: Vec<String> = seen.iter().map(|name| format!("`{name}`")).collect();
+        let names = names.join(" and ");
+        return Err(Failure::usage(format!(
+            "`{module}` is there in {names}; say which with --structure"
+        )));
+    }
+    Ok(seen.pop_first().map(|structure| (module, structure)))
+}

@@ -1,0 +1,35 @@
+//! Why a component is in the state that it is in.
+
+use wire::{FaultState, FaultTransition, GivenOrder, OrderKind};
+
+use super::{plain, why_unconfirmed};
+
+/// In words; empty if there is nothing to say beside the state.
+pub(crate) fn reason(transition: &FaultTransition) -> String {
+    let mut reasons = Vec::new();
+    if let Some(root) = &transition.explained_by {
+        let since = transition.explained_since_step;
+        let since =
+            since.map_or_else(String::new, |step| format!(", which changed at step {step}"));
+        reasons.push(format!("explained by {root}{since}"));
+    }
+    if transition.state == FaultState::Unconfirmed {
+        let FaultTransition { doubt, silent, unknowing, .. } = transition;
+        reasons.push(why_unconfirmed(*doubt, silent, unknowing));
+    }
+    reasons.extend(transition.order.as_ref().map(ordered));
+    if !transition.durable {
+        reasons.push("NOT IN THE JOURNAL".to_owned());
+    }
+    reasons.join("; ")
+}
+
+fn ordered(given: &GivenOrder) -> String {
+    let what = match (given.order, given.force) {
+        (OrderKind::Acknowledge, _) => "acknowledged",
+        (OrderKind::Reset, false) => "reset",
+        (OrderKind::Reset, true) => "reset by force",
+    };
+    let note = given.note.as_ref().map_or_else(String::new, |note| format!(": {}", plain(note)));
+    format!("{what} by {}{note}", plain(&given.by))
+}

@@ -1,0 +1,181 @@
+//! `trusswatch faults` against a stand-in for the diagnosers.
+
+use serde_json::Value;
+use truss::ids::Step;
+use wire::{Doubt, FaultState, FaultTransition, GivenOrder, ModulePhase, OrderKind, Topic};
+
+use crate::binary::{Outcome, run};
+use crate::stand_in::{StandIn, nowhere};
+
+fn json(outcome: &Outcome) -> Value {
+    serde_json::from_str(&outcome.stdout).unwrap()
+}
+
+fn list<'a>(document: &'a Value, name: &str) -> Vec<&'a Value> {
+    document[name].as_array().unwrap().iter().collect()
+}
+
+/// The line that starts so, its columns separated by single blanks.
+fn line(outcome: &Outcome, start: &str) -> String {
+    let line = outcome.stdout.lines().find(|line| line.trim_start().starts_with(start));
+    let line = line.unwrap_or_else(|| panic!("no `{start}` in:\n{}", outcome.stdout));
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Two modules with a component in every state, and a third that is only spoken of.
+async fn troubled() -> StandIn {
+    let mut tower = StandIn::open("tower").await;
+    let state = |component: &str, state, sequence| tower.transition(component, state, sequence);
+    let acknowledged = FaultTransition {
+        order: Some(GivenOrder {
+            order: OrderKind::Acknowledge,
+            by: "ada@desk".to_owned(),
+            note: Some("looks loose".to_owned()),
+            force: false,
+        }),
+        ..state("module1/sensor/g2", FaultState::Acknowledged, 2)
+    };
+    let latched =
+        FaultTransition { durable: false, ..state("module1/actuator/a3", FaultState::Latched, 3) };
+    let normal = state("module1/sensor/g1", FaultState::Normal, 0);
+    let explained = FaultTransition {
+        explained_by: Some("module1/actuator/a3".parse().unwrap()),
+        explained_since_step: Some(Step(3100)),
+        ..state("module2/sensor/g5", FaultState::Explained, 1)
+    };
+    let unconfirmed = FaultTransition {
+        doubt: Some(Doubt::Unknowing),
+        unknowing: vec!["module3".parse().unwrap()],
+        ..state("module2/sensor/g6", FaultState::Unconfirmed, 2)
+    };
+    let (first, second) = (vec![acknowledged, latched, normal], vec![explained, unconfirmed]);
+    tower.module("module1", ModulePhase::InService, &["module2", "module3"], first).await;
+    tower.module("module2", ModulePhase::Stale, &["module1"], second).await;
+    tower
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_module_and_every_component_that_is_not_normal_is_shown() {
+    let tower = troubled().await;
+    let outcome = tower.run(&["faults"]);
+    outcome.succeeds();
+    assert_eq!(line(&outcome, "module1 "), "module1 in service 4711 0.8 ms 1.1 ms ok -");
+    assert_eq!(line(&outcome, "module2 "), "module2 STALE 4711 0.8 ms 1.1 ms ok -");
+    assert_eq!(line(&outcome, "module3 "), "module3 NOT ANSWERING - - - - peer of module1");
+    for (component, why) in [
+        ("module1/actuator/a3", "× threshold NOT IN THE JOURNAL"),
+        ("module1/sensor/g2", "acknowledged by ada@desk: looks loose"),
+        ("module2/sensor/g5", "explained by module1/actuator/a3, which changed at step 3100"),
+        ("module2/sensor/g6", "module3 was not watching when it happened"),
+    ] {
+        let line = line(&outcome, component);
+        assert!(line.ends_with(why), "{line}");
+    }
+    assert!(!outcome.stdout.contains("module1/sensor/g1"), "it is normal");
+    assert!(outcome.stdout.contains("nothing is known of the components of module3"));
+    let all = tower.run(&["faults", "--all"]);
+    assert!(line(&all, "module1/sensor/g1").contains("normal"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn machines_are_told_the_same() {
+    let tower = troubled().await;
+    let outcome = tower.run(&["faults", "--json", "--expect", "module9"]);
+    outcome.succeeds();
+    let document = json(&outcome);
+    assert_eq!(document["all_is_well"], false);
+    let modules: Vec<_> = list(&document, "modules")
+        .iter()
+        .map(|m| (m["module"].as_str().unwrap(), m["answers"].as_bool().unwrap()))
+        .collect();
+    let expected = [("module1", true), ("module2", true), ("module3", false), ("module9", false)];
+    assert_eq!(modules, expected);
+    assert_eq!(document["modules"][1]["phase"], "stale");
+    assert_eq!(document["modules"][3]["expected"], true);
+    let components = list(&document, "components");
+    assert_eq!(components.len(), 4);
+    assert_eq!(components[0]["component"], "module1/actuator/a3");
+    assert_eq!(components[0]["durable"], false);
+    assert_eq!(components[0]["time"], "2026-11-18T11:06:40.750Z");
+    assert_eq!(list(&json(&tower.run(&["faults", "--json", "--all"])), "components").len(), 5);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_check_fails_unless_all_is_well() {
+    let mut tower = StandIn::open("tower").await;
+    let normal = vec![tower.transition("module1/sensor/g1", FaultState::Normal, 0)];
+    tower.module("module1", ModulePhase::InService, &[], normal).await;
+    let check = |arguments: &[&str]| tower.run(&[&["faults", "--check"], arguments].concat()).code;
+    assert_eq!(check(&[]), Some(0));
+    assert_eq!(check(&["--expect", "module2"]), Some(1), "a silent module");
+    let latched = vec![tower.transition("module3/sensor/g1", FaultState::Latched, 1)];
+    tower.module("module3", ModulePhase::InService, &[], latched).await;
+    assert_eq!(tower.run(&["faults", "--check"]).code, Some(1), "a fault");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_module_that_is_there_and_does_not_answer_is_shown_as_not_answering() {
+    let mut tower = troubled().await;
+    tower.silence("module4", Topic::Fault("sensor/g1".parse().unwrap())).await;
+    tower.statuses("module4", ModulePhase::InService, &[]).await;
+    tower.token("module4").await;
+    let outcome = tower.run(&["faults", "--timeout", "2"]);
+    outcome.succeeds();
+    let line = line(&outcome, "module4 ");
+    assert!(line.starts_with("module4 NOT ANSWERING 4711"), "{line}");
+    assert!(line.ends_with("is there, but does not tell its components"), "{line}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn one_endpoint_shows_what_the_process_there_sees_and_several_show_all() {
+    let mut first = StandIn::open("tower").await;
+    let mut second = StandIn::connected_to("tower", &[&first]).await;
+    let state = |tower: &StandIn, component| tower.transition(component, FaultState::Latched, 1);
+    let states = vec![state(&first, "module1/sensor/g1")];
+    first.module("module1", ModulePhase::InService, &["module2"], states).await;
+    let states = vec![state(&second, "module2/sensor/g1")];
+    second.module("module2", ModulePhase::InService, &["module1"], states).await;
+    let both = ["faults", "--connect", &second.endpoint];
+    for arguments in [&both[..1], &both] {
+        let outcome = first.run(arguments);
+        outcome.succeeds();
+        for module in ["module1", "module2"] {
+            let line = line(&outcome, &format!("{module}/sensor/g1"));
+            assert!(line.contains("latched"), "{line}");
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn another_structure_is_shown_unless_one_is_asked_for() {
+    let tower = troubled().await;
+    let mut bridge = tower.also("bridge");
+    let states = vec![bridge.transition("span1/sensor/g1", FaultState::Latched, 1)];
+    bridge.module("span1", ModulePhase::InService, &[], states).await;
+    let both = tower.run(&["faults"]);
+    assert!(both.stdout.contains("tower\n") && both.stdout.contains("bridge\n"), "{}", both.stdout);
+    let one = tower.run(&["faults", "--structure", "bridge"]);
+    assert!(!one.stdout.contains("module1") && one.stdout.contains("span1"), "{}", one.stdout);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn nobody_is_not_health() {
+    let tower = StandIn::open("tower").await;
+    let nobody = tower.run(&["faults", "--timeout", "0.5"]);
+    nobody.fails(4, &["no module gave a sign of life", &tower.endpoint]);
+    let expected = tower.run(&["faults", "--check", "--timeout", "0.5", "--expect", "module1"]);
+    expected.fails(4, &["no module gave a sign of life"]);
+    assert!(line(&expected, "module1 ").contains("NOT ANSWERING"));
+}
+
+#[test]
+fn without_a_connection_it_says_where_it_looked() {
+    let nowhere = nowhere();
+    let outcome = run(&["faults", "--timeout", "0.5", "--connect", &nowhere]);
+    outcome.fails(4, &[&nowhere, "within 500ms"]);
+    run(&["faults"]).fails(2, &["--connect tcp/HOST:PORT"]);
+    run(&["faults", "--connect", "here"]).fails(3, &["`here` is no endpoint", "tcp/127.0.0.1"]);
+    run(&["faults", "--connect", "tpc/127.0.0.1:7447"])
+        .fails(3, &["no known protocol; use tcp, tls"]);
+    run(&["faults", "--timeout", "0", "--connect", &nowhere]).fails(2, &["more than 0"]);
+}

@@ -1,0 +1,81 @@
+//! `trusswatch follow` against a stand-in for the diagnosers.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, ChildStdout, Stdio};
+use std::time::Duration;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use wire::FaultState;
+
+use crate::binary::trusswatch;
+use crate::stand_in::StandIn;
+
+/// Nothing of this takes so long, whatever else the machine does.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+struct Follower {
+    child: Child,
+    lines: std::io::Lines<BufReader<ChildStdout>>,
+}
+
+impl Follower {
+    fn of(tower: &StandIn, arguments: &[&str]) -> Follower {
+        let mut child = trusswatch()
+            .args(["follow", "--connect", &tower.endpoint])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        Follower { child, lines }
+    }
+
+    /// The next line that says all of these.
+    fn line(&mut self, said: &[&str]) -> String {
+        let is_it = |line: &String| said.iter().all(|text| line.contains(text));
+        self.lines.by_ref().map(Result::unwrap).find(is_it).unwrap()
+    }
+
+    fn stop(mut self) -> Option<i32> {
+        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap());
+        kill(pid, Signal::SIGTERM).unwrap();
+        self.child.wait().unwrap().code()
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn verdicts_and_presence_are_told_as_they_come_until_it_is_ended() {
+    let mut tower = StandIn::open("tower").await;
+    let mut people = Follower::of(&tower, &[]);
+    let mut machines = Follower::of(&tower, &["--json"]);
+    // Its token shows that a follower listens.
+    tower.token("module1").await;
+    let latched = tower.transition("module1/sensor/g2", FaultState::Latched, 7);
+    let (shown, document, codes) = tokio::time::timeout(
+        PATIENCE,
+        tokio::task::spawn_blocking(move || {
+            people.line(&["module1", "there"]);
+            machines.line(&["presence", "module1"]);
+            tokio::runtime::Handle::current().block_on(async {
+                tower.tell(&latched).await;
+                tower.tell(&latched).await;
+                let later = tower.transition("module1/sensor/g2", FaultState::Acknowledged, 8);
+                tower.tell(&later).await;
+            });
+            let shown = [people.line(&["module1/sensor/g2"]), people.line(&["module1/sensor/g2"])];
+            let document = machines.line(&["fault", "module1/sensor/g2"]);
+            (shown, document, [people.stop(), machines.stop()])
+        }),
+    )
+    .await
+    .unwrap()
+    .unwrap();
+    assert!(shown[0].contains("latched") && shown[0].contains("step 3112"), "{shown:?}");
+    assert!(shown[1].contains("acknowledged"), "the same is told once: {shown:?}");
+    let document: Value = serde_json::from_str(&document).unwrap();
+    assert_eq!((&document["news"], &document["state"]), (&"fault".into(), &"latched".into()));
+    assert_eq!(document["sequence"], 7);
+    assert_eq!(codes, [Some(0), Some(0)]);
+}

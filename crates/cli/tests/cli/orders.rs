@@ -1,0 +1,137 @@
+//! `trusswatch ack` and `trusswatch reset` against a stand-in for the diagnosers.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde_json::Value;
+use wire::{FaultState, Obeyed, Order, OrderKind, Topic};
+
+use crate::binary::run;
+use crate::stand_in::{Judge, StandIn, nowhere};
+
+/// Obeys, but for `sensor/g9`.
+fn reasonable(kind: OrderKind, order: &Order) -> Result<Obeyed, String> {
+    if order.component.name() == "g9" {
+        return Err("`sensor/g9` is normal; there is nothing to acknowledge".to_owned());
+    }
+    let state = match kind {
+        OrderKind::Acknowledge => FaultState::Acknowledged,
+        OrderKind::Reset => FaultState::Normal,
+    };
+    Ok(Obeyed { component: order.component.clone(), state, sequence: 7 })
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_order_arrives_as_it_was_given_and_what_became_of_it_is_told() {
+    let mut tower = StandIn::open("tower").await;
+    let orders = tower.orders("module1", Arc::new(reasonable)).await;
+    tower.token("module1").await;
+    let (by, note) = (["--by", "ada"], ["--note", "seen on site"]);
+    let given = [&["ack", "module1/sensor/g2"][..], &by, &note].concat();
+    let outcome = tower.run(&given);
+    outcome.succeeds();
+    let told = "acknowledged module1/sensor/g2 by ada: now acknowledged, transition 7\n";
+    assert_eq!(outcome.stdout, told);
+    tower.run(&["reset", "module1/sensor/g2", "--by", "ada", "--force"]).succeeds();
+    let order = |note: Option<&str>, force| Order {
+        component: "sensor/g2".parse().unwrap(),
+        by: "ada".to_owned(),
+        note: note.map(str::to_owned),
+        force,
+    };
+    assert_eq!(*orders.lock().unwrap(), [order(Some("seen on site"), false), order(None, true)]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_refusal_is_told_with_its_reason_and_does_not_stop_the_others() {
+    let mut tower = StandIn::open("tower").await;
+    tower.orders("module1", Arc::new(reasonable)).await;
+    tower.token("module1").await;
+    let components = ["module1/sensor/g9", "module1/sensor/g2"];
+    let outcome = tower.run(&["ack", components[0], components[1], "--by", "ada", "--json"]);
+    outcome.fails(1, &["module1/sensor/g9: refused: `sensor/g9` is normal"]);
+    let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(document["orders"][0]["outcome"], "refused");
+    assert!(document["orders"][0]["reason"].as_str().unwrap().contains("is normal"));
+    assert_eq!(document["orders"][1]["outcome"], "obeyed");
+    assert_eq!(document["orders"][1]["state"], "acknowledged");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn nobody_there_and_nobody_answering_are_told_apart() {
+    let mut tower = StandIn::open("tower").await;
+    let ack = |tower: &StandIn, timeout| {
+        tower.run(&["ack", "module1/sensor/g2", "--by", "ada", "--timeout", timeout])
+    };
+    ack(&tower, "0.5").fails(4, &["module1/sensor/g2", "not there", "nothing was ordered"]);
+    tower.silence("module1", Topic::Command(OrderKind::Acknowledge)).await;
+    tower.token("module1").await;
+    ack(&tower, "2").fails(4, &["module1/sensor/g2", "may or may not have been carried out"]);
+    let nowhere = nowhere();
+    run(&["reset", "m/sensor/g", "--by", "a", "--timeout", "0.5", "--connect", &nowhere])
+        .fails(4, &[&nowhere]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_reset_waits_for_the_evidence_to_go() {
+    let mut tower = StandIn::open("tower").await;
+    let attempts = Arc::new(AtomicU64::new(0));
+    let count = attempts.clone();
+    let judge: Arc<Judge> =
+        Arc::new(move |kind, order| match count.fetch_add(1, Ordering::Relaxed) {
+            0..3 => Err("the divergence is still 3 times its threshold".to_owned()),
+            _ => reasonable(kind, order),
+        });
+    tower.orders("module1", judge).await;
+    tower.token("module1").await;
+    let reset = ["reset", "module1/sensor/g2", "--by", "ada"];
+    tower.run(&reset).fails(1, &["still 3 times"]);
+    let outcome = tower.run(&[&reset[..], &["--wait", "20"]].concat());
+    outcome.succeeds();
+    assert!(outcome.stdout.contains("now normal"), "{}", outcome.stdout);
+    assert_eq!(attempts.load(Ordering::Relaxed), 4);
+    let too_soon = tower.run(&["reset", "module1/sensor/g9", "--by", "ada", "--wait", "0.3"]);
+    too_soon.fails(1, &["refused"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_module_of_two_structures_is_not_guessed_at() {
+    let mut tower = StandIn::open("tower").await;
+    let mut bridge = tower.also("bridge");
+    let mut taken = Vec::new();
+    for structure in [&mut tower, &mut bridge] {
+        taken.push(structure.orders("module1", Arc::new(reasonable)).await);
+        structure.token("module1").await;
+    }
+    let ack = ["ack", "module1/sensor/g2", "--by", "ada"];
+    tower.run(&ack).fails(2, &["`bridge` and `tower`", "--structure"]);
+    tower.run(&[&ack[..], &["--structure", "bridge"]].concat()).succeeds();
+    let taken: Vec<usize> = taken.iter().map(|orders| orders.lock().unwrap().len()).collect();
+    assert_eq!(taken, [0, 1]);
+}
+
+#[test]
+fn orders_that_cannot_be_meant_are_not_sent() {
+    let connect = ["--connect", "tcp/127.0.0.1:1"];
+    let order = |arguments: &[&str]| run(&[arguments, &connect].concat());
+    order(&["ack"]).fails(2, &["COMPONENT"]);
+    order(&["ack", "module1/valve/x"]).fails(2, &["actuator/NAME"]);
+    order(&["ack", "m/sensor/g", "--by", " "]).fails(2, &["say who orders it"]);
+    order(&["reset", "m/sensor/g", "--force", "--wait", "3"]).fails(2, &["--wait"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_orders_it_is_taken_from_the_surroundings() {
+    let mut tower = StandIn::open("tower").await;
+    let orders = tower.orders("module1", Arc::new(reasonable)).await;
+    tower.token("module1").await;
+    let arguments = ["ack", "module1/sensor/g2", "--connect", &tower.endpoint];
+    let order = |user: &str| {
+        let mut command = crate::binary::trusswatch();
+        command.args(arguments).env("USER", user).env_remove("LOGNAME");
+        tokio::task::block_in_place(|| command.output().unwrap().status.code())
+    };
+    assert_eq!(order("grace"), Some(0));
+    assert!(orders.lock().unwrap()[0].by.starts_with("grace@"));
+    assert_eq!(order(""), Some(2));
+}

@@ -1,0 +1,284 @@
+//! `trusswatch pki` through the real binary, and `check` of what it has made.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use crate::binary::{Outcome, repository, run, trusswatch};
+
+/// Set this variable to write the shipped settings instead of comparing them.
+const REWRITE: &str = "TRUSSWATCH_REWRITE_ACCESS";
+
+/// A library with an authority and these holders.
+fn library(holders: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    pki(folder.path(), &["authority", "tower"]).succeeds();
+    for holder in holders {
+        pki(folder.path(), &["issue", holder, "--address", "127.0.0.1"]).succeeds();
+    }
+    folder
+}
+
+fn pki(library: &Path, words: &[&str]) -> Outcome {
+    let library = library.display().to_string();
+    let words = ["pki"].iter().chain(words).copied().chain(["--dir", &library]);
+    run(&words.collect::<Vec<_>>())
+}
+
+fn check(file: &Path) -> Outcome {
+    run(&["check", &file.display().to_string()])
+}
+
+#[test]
+fn certificates_are_made_listed_and_renewed() {
+    let folder = library(&["module1", "operator.ada"]);
+    let listed = pki(folder.path(), &["list"]);
+    listed.succeeds();
+    for text in ["authority of tower", "module1", "127.0.0.1", "operator.ada"] {
+        assert!(listed.stdout.contains(text), "{}", listed.stdout);
+    }
+    let again = pki(folder.path(), &["issue", "module1"]);
+    again.fails(3, &["module1` is there already and is left as it is"]);
+
+    let file = folder.path().join("module1/certificate.pem");
+    let before = fs::read_to_string(&file).unwrap();
+    let key = fs::read_to_string(folder.path().join("module1/key.pem")).unwrap();
+    pki(folder.path(), &["renew", "--all", "--days", "30"]).succeeds();
+    assert_ne!(fs::read_to_string(&file).unwrap(), before);
+    assert_eq!(fs::read_to_string(folder.path().join("module1/key.pem")).unwrap(), key);
+    let listed = pki(folder.path(), &["list", "--json"]);
+    listed.succeeds();
+    let listed: serde_json::Value = serde_json::from_str(&listed.stdout).unwrap();
+    assert_eq!(listed[0]["days_left"], 29, "{listed:#}");
+    let identity = check(&folder.path().join("module1"));
+    identity.succeeds();
+    assert!(identity.stdout.contains("certificate of `module1.tower`"), "{}", identity.stdout);
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused_with_what_would_be_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let none = pki(folder.path(), &["issue", "module1"]);
+    none.fails(3, &["authority/certificate.pem", "trusswatch pki authority STRUCTURE"]);
+    for holder in ["king.ada", "authority", "../module1"] {
+        let outcome = pki(folder.path(), &["issue", holder]);
+        assert_eq!(outcome.code, Some(2), "{holder}");
+        assert!(outcome.stderr.contains("operator.NAME"), "{}", outcome.stderr);
+    }
+    let outcome = pki(folder.path(), &["issue", "module1", "--address", "192.0.2.1:7447"]);
+    assert_eq!(outcome.code, Some(2));
+    assert!(outcome.stderr.contains("without a port"), "{}", outcome.stderr);
+    pki(folder.path(), &["authority", "tower"]).succeeds();
+    let unknown = pki(folder.path(), &["renew", "module1"]);
+    unknown.fails(3, &["module1/certificate.pem", "cannot be read"]);
+}
+
+#[test]
+fn several_holders_are_issued_at_once_but_have_no_address_in_common() {
+    let folder = library(&[]);
+    let issued = pki(folder.path(), &["issue", "plant", "module1", "operator.ada"]);
+    issued.succeeds();
+    assert_eq!(issued.stdout.lines().count(), 3, "{}", issued.stdout);
+    let refused = pki(folder.path(), &["issue", "module2", "module3", "--address", "192.0.2.1"]);
+    refused.fails(2, &["no address in common", "one by one"]);
+    assert!(!folder.path().join("module2").exists());
+}
+
+#[test]
+fn services_get_certificates_that_are_good_and_of_their_own_authority() {
+    let folder = library(&["module1", "plant", "router.ground", "operator.ada"]);
+    let store = folder.path().join("credstore");
+    let install = |library: &Path, holder: &str| {
+        let directory = library.join(holder).display().to_string();
+        run(&["pki", "install", &directory, "--store", &store.display().to_string()])
+    };
+    for (holder, unit) in [
+        ("module1", "trusswatch-diagnoser@module1.service"),
+        ("plant", "trusswatch-plant.service"),
+        ("router.ground", "trusswatch-router.service"),
+    ] {
+        let installed = install(folder.path(), holder);
+        installed.succeeds();
+        let told = format!("{holder}.tower for {unit}, until ");
+        assert!(installed.stdout.contains(&told), "{}", installed.stdout);
+    }
+    assert_eq!(store.metadata().unwrap().permissions().mode() & 0o777, 0o700);
+    let modes = fs::read_dir(&store).unwrap().map(|entry| entry.unwrap().metadata().unwrap());
+    let modes: Vec<u32> = modes.map(|file| file.permissions().mode() & 0o777).collect();
+    assert_eq!(modes, [0o600; 7]);
+
+    let key = store.join("trusswatch.module1.key.pem");
+    assert_eq!(fs::read(&key).unwrap(), fs::read(folder.path().join("module1/key.pem")).unwrap());
+    install(folder.path(), "operator.ada")
+        .fails(3, &["`operator.ada.tower` has no service", "--tls"]);
+    install(folder.path(), "module7").fails(3, &["module7/key.pem: cannot be read"]);
+    let foreign = library(&["module1"]);
+    let file = store.join("trusswatch.authority.pem").display().to_string();
+    install(foreign.path(), "module1").fails(3, &[&file, "of another authority"]);
+    assert_eq!(fs::read(&key).unwrap(), fs::read(folder.path().join("module1/key.pem")).unwrap());
+
+    pki(folder.path(), &["renew", "module1"]).succeeds();
+    install(folder.path(), "module1").succeeds();
+    let renewed = fs::read(folder.path().join("module1/certificate.pem")).unwrap();
+    assert_eq!(fs::read(store.join("trusswatch.module1.certificate.pem")).unwrap(), renewed);
+}
+
+#[test]
+fn endpoints_of_the_settings_are_those_that_are_named_and_of_tls() {
+    let structure = repository("configs/tower.toml").display().to_string();
+    let access = |endpoint: &str| run(&["pki", "access", &structure, "--listen", endpoint]);
+    let printed = access("tls/192.0.2.10:7447");
+    printed.succeeds();
+    assert!(printed.stdout.contains("\"tls/192.0.2.10:7447\""), "{}", printed.stdout);
+    assert!(!printed.stdout.contains("127.0.0.1"), "{}", printed.stdout);
+    for endpoint in ["tcp/192.0.2.10:7447", "192.0.2.10", "tls/"] {
+        access(endpoint).fails(3, &[endpoint, "write e.g. `tls/192.0.2.10:7447`"]);
+    }
+}
+
+/// The shipped settings are what the program prints, and Zenoh takes them.
+#[test]
+fn the_shipped_access_control_is_the_one_that_is_generated() {
+    let structure = repository("configs/tower.toml").display().to_string();
+    for mode in ["router", "peer"] {
+        let printed = run(&[
+            "pki",
+            "access",
+            &structure,
+            "--mode",
+            mode,
+            "--operator",
+            "ada",
+            "--observer",
+            "wall",
+        ]);
+        printed.succeeds();
+        let file = repository("configs/zenoh").join(format!("tower-{mode}.json5"));
+        if std::env::var_os(REWRITE).is_some() {
+            fs::write(&file, &printed.stdout).unwrap();
+        }
+        let shipped = fs::read_to_string(&file).unwrap();
+        let name = file.display();
+        assert!(
+            shipped == printed.stdout,
+            "{name} is out of date; set {REWRITE}=1 to write it anew"
+        );
+        let checked = check(&file);
+        checked.succeeds();
+        let named = "access control for module1.tower, module2.tower, plant.tower, \
+                     operator.ada.tower, observer.wall.tower";
+        assert!(checked.stdout.contains(named), "{}", checked.stdout);
+    }
+}
+
+#[test]
+fn the_people_of_a_library_are_named_in_its_access_control() {
+    let folder = library(&["operator.ben", "observer.desk", "router.ground"]);
+    let structure = repository("configs/tower.toml").display().to_string();
+    let printed = pki(folder.path(), &["access", &structure]);
+    printed.succeeds();
+    for name in ["operator.ben.tower", "observer.desk.tower", "module2.tower"] {
+        assert!(printed.stdout.contains(name), "{name}");
+    }
+    assert!(!printed.stdout.contains("operator.ada"), "nobody else is");
+}
+
+/// A copy of module 1's configuration that shows itself by the certificates in this directory.
+fn module1_with(identity: &Path, listen: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(repository("configs/module1.toml")).unwrap();
+    let mut table: toml::Table = text.parse().unwrap();
+    for key in ["structure", "thresholds"] {
+        let path = repository("configs").join(table[key].as_str().unwrap());
+        table.insert(key.into(), path.canonicalize().unwrap().display().to_string().into());
+    }
+    let network = table["network"].as_table_mut().unwrap();
+    network.insert("tls".into(), identity.display().to_string().into());
+    network.insert("listen".into(), vec![listen.to_owned()].into());
+    network.insert("connect".into(), vec!["tls/127.0.0.1:7447"].into());
+    let file = folder.path().join("module1.toml");
+    fs::write(&file, table.to_string()).unwrap();
+    (folder, file)
+}
+
+const HERE: &str = "tls/127.0.0.1:7448";
+
+#[test]
+fn a_configuration_is_checked_together_with_its_certificates() {
+    let folder = library(&["module1", "module2"]);
+    let own = folder.path().join("module1");
+    let (_copy, file) = module1_with(&own, HERE);
+    check(&file).succeeds();
+
+    let (_copy, elsewhere) = module1_with(&own, "tls/192.0.2.9:7448");
+    check(&elsewhere)
+        .fails(3, &["certificate.pem", "does not name 192.0.2.9", "--address 192.0.2.9"]);
+    let (_copy, plain) = module1_with(&own, "tcp/127.0.0.1:7448");
+    check(&plain).fails(3, &["`tcp/127.0.0.1:7448` is not possible beside `tls`", HERE]);
+    let (_copy, other) = module1_with(&folder.path().join("module2"), HERE);
+    let wrong_name = ["module2/certificate.pem", "`module2.tower`", "this is `module1.tower`"];
+    check(&other).fails(3, &wrong_name);
+    let (_copy, missing) = module1_with(&folder.path().join("module7"), HERE);
+    check(&missing).fails(3, &["module7/key.pem: cannot be read", "module7/authority.pem"]);
+
+    let key = own.join("key.pem");
+    fs::set_permissions(&key, fs::Permissions::from_mode(0o644)).unwrap();
+    check(&file).fails(3, &["key.pem", "can be read by everybody (mode 0644)", "0600"]);
+    fs::copy(folder.path().join("module2/key.pem"), &key).unwrap();
+    fs::set_permissions(&key, fs::Permissions::from_mode(0o600)).unwrap();
+    check(&file).fails(3, &["key.pem: does not belong to the certificate"]);
+    let foreign = library(&["module1"]);
+    fs::copy(foreign.path().join("module1/authority.pem"), own.join("authority.pem")).unwrap();
+    check(&file).fails(3, &["certificate.pem: is not signed by the authority in"]);
+}
+
+/// Certificates that are not valid at this time of day, as a real issuer makes them.
+#[test]
+fn a_certificate_out_of_its_time_is_a_mistake() {
+    let folder = library(&[]);
+    let authority = ::pki::Authority::open(folder.path()).unwrap();
+    let (holder, now) = ("module1".parse().unwrap(), ::pki::lifetime::now());
+    let minutes = time::Duration::minutes;
+    for (from, until, word) in [(-9, -1, "expired on"), (1, 9, "is not valid before")] {
+        let place = folder.path().join(format!("until{until}"));
+        let lifetime = ::pki::Lifetime { from: now + minutes(from), until: now + minutes(until) };
+        let here = ["127.0.0.1".parse().unwrap()];
+        authority.issue(&place, &holder, &here, lifetime).unwrap();
+        let (_copy, file) = module1_with(&place, HERE);
+        check(&file).fails(3, &["certificate.pem", word]);
+    }
+}
+
+#[test]
+fn access_control_that_cannot_work_is_found_before_zenoh_finds_it() {
+    let shipped = fs::read_to_string(repository("configs/zenoh/tower-router.json5")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.json5");
+    let spoil = |from: &str, to: &str| {
+        assert!(shipped.contains(from), "{from}");
+        fs::write(&file, shipped.replacen(from, to, 1)).unwrap();
+    };
+    spoil("\"id\": \"orders\"", "\"id\": \"order\"");
+    check(&file).fails(3, &["router.json5", "names the rule `orders`, which is not there"]);
+    spoil("\"enable_mtls\": true", "\"enable_mtls\": false");
+    check(&file).fails(3, &["router.json5", "enable_mtls: true"]);
+    spoil("\"ingress\"", "\"inward\"");
+    check(&file).fails(3, &["router.json5", "inward"]);
+    let arguments = ["router", "--zenoh", "configs/zenoh/client-tls.json5"];
+    let outcome = trusswatch().args(arguments).current_dir(repository(".")).output().unwrap();
+    let said = String::from_utf8_lossy(&outcome.stderr).into_owned();
+    assert_eq!(outcome.status.code(), Some(3), "{said}");
+    assert!(said.contains("client-tls.json5") && said.contains("needs \"router\""), "{said}");
+}
+
+#[test]
+fn a_router_whose_certificate_does_not_name_its_address_does_not_start() {
+    let folder = library(&["router.ground"]);
+    let tls = folder.path().join("router.ground").display().to_string();
+    let zenoh = repository("configs/zenoh/tower-router.json5").display().to_string();
+    let words = ["router", "--zenoh", &zenoh, "--tls", &tls, "--listen", "tls/192.0.2.9:7447"];
+    let outcome = trusswatch().args(words).output().unwrap();
+    let said = String::from_utf8_lossy(&outcome.stderr).into_owned();
+    assert_eq!(outcome.status.code(), Some(3), "{said}");
+    assert!(said.contains("does not name 192.0.2.9"), "{said}");
+}

@@ -1,0 +1,314 @@
+//! A session that plays the diagnosers of a structure.
+
+use std::net::TcpListener;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use daemon::config::Network;
+use tokio::task::JoinHandle;
+use truss::ids::{ModuleName, Step, StructureName};
+use wire::{
+    Evidence, FaultState, FaultTransition, HistoryPage, HistoryQuestion, Injected, Injection, Key,
+    Message, ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerStatus, PlantTopic, Refused,
+    Topic,
+};
+use zenoh::Session;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::query::Query;
+
+use crate::binary::{Outcome, run};
+
+/// From one status to the next; a diagnoser takes a second.
+const STATUS_PERIOD: Duration = Duration::from_millis(50);
+/// Transitions on a page, so that a short journal has several.
+const PAGE: usize = 2;
+
+/// Diagnosers in a session of their own that listens at an endpoint.
+pub(crate) struct StandIn {
+    session: Session,
+    pub(crate) endpoint: String,
+    structure: StructureName,
+    tokens: Vec<LivelinessToken>,
+    tasks: Vec<JoinHandle<()>>,
+}
+
+/// What a diagnoser does with an order.
+pub(crate) type Judge = dyn Fn(OrderKind, &Order) -> Result<Obeyed, String> + Send + Sync;
+
+impl StandIn {
+    pub(crate) async fn open(structure: &str) -> StandIn {
+        StandIn::connected_to(structure, &[]).await
+    }
+
+    pub(crate) async fn connected_to(structure: &str, others: &[&StandIn]) -> StandIn {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let endpoint = format!("tcp/{}", listener.local_addr().unwrap());
+        drop(listener);
+        let connect = others.iter().map(|other| other.endpoint.clone()).collect();
+        let listen = vec![endpoint.clone()];
+        let network = Network { listen, connect, ..Network::default() };
+        let session = daemon::session::open(&network).await.unwrap();
+        StandIn {
+            session,
+            endpoint,
+            structure: structure.parse().unwrap(),
+            tokens: Vec::new(),
+            tasks: Vec::new(),
+        }
+    }
+
+    /// Another structure behind the same endpoint.
+    pub(crate) fn also(&self, structure: &str) -> StandIn {
+        StandIn {
+            session: self.session.clone(),
+            endpoint: self.endpoint.clone(),
+            structure: structure.parse().unwrap(),
+            tokens: Vec::new(),
+            tasks: Vec::new(),
+        }
+    }
+
+    /// A liveliness token, declared last of all.
+    pub(crate) async fn token(&mut self, module: &str) {
+        let key = self.key(module, Topic::Alive);
+        self.tokens.push(self.session.liveliness().declare_token(key).await.unwrap());
+    }
+
+    /// Answers whoever asks for the state of components.
+    pub(crate) async fn states(&self, module: &str, states: Vec<FaultTransition>) {
+        let watched = wire::keys::Watched {
+            structure: Some(&self.structure),
+            module: Some(&module.parse().unwrap()),
+        };
+        let keys: Vec<String> = states
+            .iter()
+            .map(|state| self.key(module, Topic::Fault(state.component.component.clone())))
+            .collect();
+        self.serve(watched.faults(), move |query| {
+            for (key, state) in keys.iter().zip(&states) {
+                reply(&query, key, state);
+            }
+        })
+        .await;
+    }
+
+    /// Says how the module is, again and again.
+    pub(crate) async fn statuses(&mut self, module: &str, phase: ModulePhase, peers: &[&str]) {
+        let status = self.status(module, phase, peers);
+        let publisher =
+            self.session.declare_publisher(self.key(module, Topic::Status)).await.unwrap();
+        self.tasks.push(tokio::spawn(async move {
+            let mut ticks = tokio::time::interval(STATUS_PERIOD);
+            loop {
+                ticks.tick().await;
+                publisher.put(wire::encode(&status).unwrap()).await.unwrap();
+            }
+        }));
+    }
+
+    /// A journal with these sequence numbers, in short pages.
+    pub(crate) async fn journal(&self, module: &str, transitions: Vec<FaultTransition>, next: u64) {
+        let (structure, module): (_, ModuleName) =
+            (self.structure.clone(), module.parse().unwrap());
+        let key = self.key(module.as_str(), Topic::History);
+        self.serve(key.clone(), move |query| {
+            let asked = HistoryQuestion::from_parameters(query.parameters().as_str()).unwrap();
+            let later: Vec<_> =
+                transitions.iter().filter(|t| t.sequence >= asked.since).cloned().collect();
+            let page = HistoryPage {
+                structure: structure.clone(),
+                module: module.clone(),
+                transitions: later.iter().take(PAGE).cloned().collect(),
+                first_sequence: transitions.first().map(|transition| transition.sequence),
+                next_sequence: next,
+                more: later.len() > PAGE,
+            };
+            reply(&query, &key, &page);
+        })
+        .await;
+    }
+
+    /// Takes orders; returns those that came.
+    pub(crate) async fn orders(&self, module: &str, judge: Arc<Judge>) -> Arc<Mutex<Vec<Order>>> {
+        let orders = Arc::new(Mutex::new(Vec::new()));
+        for kind in [OrderKind::Acknowledge, OrderKind::Reset] {
+            let key = self.key(module, Topic::Command(kind));
+            let (judge, orders) = (judge.clone(), orders.clone());
+            self.serve(key.clone(), move |query| {
+                let payload = query.payload().unwrap().to_bytes();
+                let order: Order = wire::decode(&payload).unwrap();
+                match judge(kind, &order) {
+                    Ok(obeyed) => reply(&query, &key, &obeyed),
+                    Err(reason) => refuse(&query, reason),
+                }
+                orders.lock().unwrap().push(order);
+            })
+            .await;
+        }
+        orders
+    }
+
+    /// A plant that is there and takes orders; returns those that came. It knows no `sensor/g9`.
+    pub(crate) async fn plant(&mut self) -> Arc<Mutex<Vec<Injection>>> {
+        let injections = Arc::new(Mutex::new(Vec::new()));
+        let key = Key::of_plant(&self.structure, PlantTopic::Inject).to_string();
+        let taken = injections.clone();
+        self.serve(key.clone(), move |query| {
+            let injection: Injection = wire::decode(&query.payload().unwrap().to_bytes()).unwrap();
+            let component = injection.component.clone();
+            if component.component.name() == "g9" {
+                refuse(&query, format!("there is no `{component}`"));
+            } else {
+                let effective_step = injection.at_step.unwrap_or(Step(4711));
+                reply(&query, &key, &Injected { component, effective_step });
+            }
+            taken.lock().unwrap().push(injection);
+        })
+        .await;
+        let alive = Key::of_plant(&self.structure, PlantTopic::Alive).to_string();
+        self.tokens.push(self.session.liveliness().declare_token(alive).await.unwrap());
+        injections
+    }
+
+    /// Tells a verdict.
+    pub(crate) async fn tell(&self, transition: &FaultTransition) {
+        let topic = Topic::Fault(transition.component.component.clone());
+        let key = self.key(transition.module.as_str(), topic);
+        self.session.put(key, wire::encode(transition).unwrap()).await.unwrap();
+    }
+
+    /// Takes questions on a topic and never answers them.
+    pub(crate) async fn silence(&self, module: &str, topic: Topic) {
+        let key = self.key(module, topic);
+        let kept = Mutex::new(Vec::new());
+        self.serve(key, move |query| kept.lock().unwrap().push(query)).await;
+    }
+
+    /// A module that is there, tells its status and its states.
+    pub(crate) async fn module(
+        &mut self,
+        module: &str,
+        phase: ModulePhase,
+        peers: &[&str],
+        states: Vec<FaultTransition>,
+    ) {
+        self.states(module, states).await;
+        self.statuses(module, phase, peers).await;
+        self.token(module).await;
+    }
+
+    pub(crate) fn transition(
+        &self,
+        component: &str,
+        state: FaultState,
+        sequence: u64,
+    ) -> FaultTransition {
+        transition(&self.structure, component, state, sequence)
+    }
+
+    fn key(&self, module: &str, topic: Topic) -> String {
+        Key::of_module(&self.structure, &module.parse().unwrap(), topic).to_string()
+    }
+
+    async fn serve(&self, key: String, answer: impl Fn(Query) + Send + Sync + 'static) {
+        self.session
+            .declare_queryable(key)
+            .complete(true)
+            .callback(answer)
+            .background()
+            .await
+            .unwrap();
+    }
+
+    fn status(&self, module: &str, phase: ModulePhase, peers: &[&str]) -> ModuleStatus {
+        let peer = |name: &&str| PeerStatus {
+            present: true,
+            ..PeerStatus::unasked(name.parse().unwrap())
+        };
+        ModuleStatus {
+            structure: self.structure.clone(),
+            module: module.parse().unwrap(),
+            software: "0.1.0".to_owned(),
+            thresholds: "made up".to_owned(),
+            phase,
+            in_service_since_step: Some(Step(2512)),
+            run: None,
+            step: Some(Step(4711)),
+            lag_ms: Some(0.8),
+            sample_age_ms: Some(1.1),
+            queued_samples: 0,
+            latched: 0,
+            unconfirmed: 0,
+            waiting_questions: 0,
+            next_sequence: 4,
+            journal: wire::JournalStatus {
+                directory: Some("journal".to_owned()),
+                ..wire::JournalStatus::default()
+            },
+            peers: peers.iter().map(peer).collect(),
+            intake: wire::IntakeCounters::default(),
+            inquiries: wire::InquiryCounters::default(),
+            diagnosis: wire::DiagnosisCounters::default(),
+            publisher: wire::PublisherCounters::default(),
+            time_unix_ns: 1_795_000_000_000_000_000,
+        }
+    }
+
+    /// Runs a command against this session.
+    pub(crate) fn run(&self, arguments: &[&str]) -> Outcome {
+        let arguments = [arguments, &["--connect", &self.endpoint]].concat();
+        tokio::task::block_in_place(|| run(&arguments))
+    }
+}
+
+impl Drop for StandIn {
+    fn drop(&mut self) {
+        for task in &self.tasks {
+            task.abort();
+        }
+    }
+}
+
+/// A transition with everything that a fault has.
+fn transition(
+    structure: &StructureName,
+    component: &str,
+    state: FaultState,
+    sequence: u64,
+) -> FaultTransition {
+    let evidence = Evidence {
+        step: Step(3112),
+        residual: -6.1e-4,
+        level: 0.0,
+        divergence: Some(4226.0),
+        threshold: 10.0,
+        ratio: 422.6,
+    };
+    FaultTransition {
+        state,
+        sequence,
+        onset_step: Some(Step(3108)),
+        detection_step: Some(Step(3112)),
+        decided_step: Some(Step(3118)),
+        evidence: Some(evidence),
+        ..FaultTransition::untouched(
+            structure.clone(),
+            component.parse().unwrap(),
+            1_795_000_000_000_000_000 + sequence * 250_000_000,
+        )
+    }
+}
+
+fn reply<M: Message>(query: &Query, key: &str, message: &M) {
+    zenoh::Wait::wait(query.reply(key, wire::encode(message).unwrap())).unwrap();
+}
+
+fn refuse(query: &Query, reason: String) {
+    zenoh::Wait::wait(query.reply_err(wire::encode(&Refused { reason }).unwrap())).unwrap();
+}
+
+/// An endpoint at which nobody listens.
+pub(crate) fn nowhere() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    format!("tcp/{}", listener.local_addr().unwrap())
+}

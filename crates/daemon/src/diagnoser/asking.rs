@@ -1,0 +1,37 @@
+//! This module's own questions to peers, while which samples wait for a moment.
+
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+/// The questions under way.
+#[derive(Debug)]
+pub(crate) struct Asking {
+    under_way: usize,
+    /// Samples wait until then.
+    pub(crate) until: Option<Instant>,
+    pause: Duration,
+}
+
+impl Asking {
+    /// Samples wait for `pause` at most.
+    pub(crate) fn new(pause: Duration) -> Self {
+        Self { under_way: 0, until: None, pause }
+    }
+
+    /// A question begins.
+    pub(crate) fn begin(&mut self) {
+        if self.under_way == 0 {
+            self.until = Some(Instant::now() + self.pause);
+        }
+        self.under_way += 1;
+    }
+
+    /// A question ended.
+    pub(crate) fn end(&mut self) {
+        self.under_way = self.under_way.saturating_sub(1);
+        if self.under_way == 0 {
+            self.until = None;
+        }
+    }
+}

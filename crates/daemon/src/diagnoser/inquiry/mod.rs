@@ -1,0 +1,71 @@
+//! What others ask of this module. Each question received is counted, and answered, refused for a
+//! reason, or turned away because too many are waiting.
+//!
+//! | file | key |
+//! |---|---|
+//! | `state` | `{module}/state`: peers' questions, into the diagnoser's queue |
+//! | `faults` | `{module}/fault/**`: the present states |
+//! | `history` | `{module}/history`: pages of the journal, read by a thread of its own |
+//! | `orders` | `{module}/command/…`: operators' orders, into the diagnoser's queue |
+
+mod counters;
+mod faults;
+mod history;
+mod orders;
+mod state;
+
+pub(crate) use counters::Counters;
+pub(crate) use orders::OrderInquiry;
+pub(crate) use state::StateInquiry;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use tokio::sync::mpsc;
+use zenoh::Session;
+use zenoh::query::Queryable;
+
+use super::outbox::Outbox;
+use crate::convert::Speaker;
+
+/// Questions and orders that may wait for the diagnoser.
+const QUEUE: usize = 1024;
+
+/// What the diagnoser takes from.
+#[derive(Debug)]
+pub(crate) struct InquiryQueues {
+    pub(crate) state: mpsc::Receiver<StateInquiry>,
+    pub(crate) orders: mpsc::Receiver<OrderInquiry>,
+}
+
+/// The queryables; questions come in as long as they live.
+#[derive(Debug)]
+pub(crate) struct Queryables(Vec<Queryable<()>>);
+
+impl Queryables {
+    /// Declares all of them.
+    pub(crate) async fn declare(
+        session: &Session,
+        speaker: &Speaker,
+        outbox: &Outbox,
+        directory: Option<PathBuf>,
+        counters: &Arc<Counters>,
+    ) -> zenoh::Result<(Self, InquiryQueues)> {
+        let (state_in, state) = mpsc::channel(QUEUE);
+        let (orders_in, orders) = mpsc::channel(QUEUE);
+        let mut queryables =
+            vec![state::declare(session, speaker, state_in, outbox.clone(), counters).await?];
+        queryables.push(faults::declare(session, speaker, outbox.clone(), counters).await?);
+        queryables.push(history::declare(session, speaker, directory, counters).await?);
+        queryables.extend(orders::declare(session, speaker, &orders_in, outbox, counters).await?);
+        Ok((Self(queryables), InquiryQueues { state, orders }))
+    }
+
+    /// No more questions.
+    pub(crate) async fn undeclare(self) -> zenoh::Result<()> {
+        for queryable in self.0 {
+            queryable.undeclare().await?;
+        }
+        Ok(())
+    }
+}

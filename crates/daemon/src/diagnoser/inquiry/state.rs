@@ -1,0 +1,54 @@
+//! Peers' questions into the diagnoser's queue.
+
+use std::sync::Arc;
+
+use tokio::sync::mpsc;
+use wire::{StateQuestion, Topic};
+use zenoh::Session;
+use zenoh::query::{Query, Queryable};
+
+use super::Counters;
+use crate::convert::Speaker;
+use crate::diagnoser::outbox::Outbox;
+use crate::diagnoser::routine_lane::Routine;
+use crate::messages::TOO_MANY_QUESTIONS;
+
+/// A question and where its answer goes.
+#[derive(Debug)]
+pub(crate) struct StateInquiry {
+    pub(crate) question: StateQuestion,
+    pub(crate) query: Query,
+}
+
+pub(super) async fn declare(
+    session: &Session,
+    speaker: &Speaker,
+    queue: mpsc::Sender<StateInquiry>,
+    outbox: Outbox,
+    counters: &Arc<Counters>,
+) -> zenoh::Result<Queryable<()>> {
+    let counters = Arc::clone(counters);
+    session
+        .declare_queryable(speaker.key(Topic::State))
+        .complete(true)
+        .callback(move |query| take(query, &queue, &outbox, &counters))
+        .await
+}
+
+fn take(query: Query, queue: &mpsc::Sender<StateInquiry>, outbox: &Outbox, counters: &Counters) {
+    counters.received();
+    match StateQuestion::from_parameters(query.parameters().as_str()) {
+        Ok(question) => {
+            if let Err(error) = queue.try_send(StateInquiry { question, query }) {
+                counters.turned_away();
+                let StateInquiry { query, .. } = error.into_inner();
+                let reason = TOO_MANY_QUESTIONS.to_owned();
+                outbox.routine(Routine::Refusal { query, reason });
+            }
+        }
+        Err(error) => {
+            counters.malformed();
+            outbox.routine(Routine::Refusal { query, reason: error.to_string() });
+        }
+    }
+}

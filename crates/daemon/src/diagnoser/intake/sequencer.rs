@@ -1,0 +1,275 @@
+//! Puts samples that are had again before those that came meanwhile.
+//!
+//! Where steps are missing, the publisher is asked for them, and what comes meanwhile waits. It is asked
+//! too when the first sample of a run comes: a diagnoser that was restarted then sees what it has
+//! missed, and rests on a whole interval at once.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use truss::ids::{RunId, Step};
+use wire::SampleQuestion;
+
+use super::Arrival;
+
+/// A gap that is longer is not one: the diagnoser does not believe such a leap at once.
+const LONGEST_GAP: u64 = 10_000;
+/// How long nobody is asked again when there was no answer, or when the backlog was thrown away.
+const RESPITE: Duration = Duration::from_secs(1);
+/// A sample that has waited for so long shows that there is no time to look back.
+const HURRY: Duration = Duration::from_secs(1);
+
+/// What is to be done next.
+#[derive(Debug)]
+pub(crate) enum Flow {
+    /// Diagnose this sample.
+    Process(Arrival),
+    /// Ask the publisher.
+    Fetch(SampleQuestion),
+}
+
+/// Samples on their way to the diagnosis.
+#[derive(Debug)]
+pub(crate) struct Sequencer {
+    /// How far back the publisher is asked.
+    depth: u64,
+    room: usize,
+    fetched: VecDeque<Arrival>,
+    waiting: VecDeque<Arrival>,
+    asked: Option<SampleQuestion>,
+    /// It was asked for what lies before this sample.
+    settled: Option<(RunId, Step)>,
+    respite: Option<Instant>,
+}
+
+impl Sequencer {
+    /// Asks for at most `depth` samples; at most `room` wait meanwhile.
+    pub(crate) fn new(depth: u64, room: usize) -> Self {
+        Self {
+            depth,
+            room,
+            fetched: VecDeque::new(),
+            waiting: VecDeque::new(),
+            asked: None,
+            settled: None,
+            respite: None,
+        }
+    }
+
+    /// Takes a sample that has come.
+    pub(crate) fn push(&mut self, arrival: Arrival) {
+        self.waiting.push_back(arrival);
+        if self.waiting.len() >= self.room {
+            // Whoever was asked takes too long.
+            self.asked = None;
+        }
+    }
+
+    /// Takes what the publisher still had, sorted by step; whether it was still waited for.
+    pub(crate) fn take(
+        &mut self,
+        question: SampleQuestion,
+        samples: Vec<Arrival>,
+        now: Instant,
+    ) -> bool {
+        if self.asked != Some(question) {
+            return false;
+        }
+        self.asked = None;
+        if samples.is_empty() {
+            self.respite = Some(now + RESPITE);
+        }
+        self.fetched.extend(samples);
+        true
+    }
+
+    /// Throws everything away that waits; how many samples that were. What is missing then is not asked
+    /// for.
+    pub(crate) fn clear(&mut self, now: Instant) -> usize {
+        let thrown = self.fetched.len() + self.waiting.len();
+        self.fetched.clear();
+        self.waiting.clear();
+        self.asked = None;
+        self.respite = Some(now + RESPITE);
+        thrown
+    }
+
+    /// Does the publisher owe samples? Those that wait for them are not late for want of speed.
+    pub(crate) fn is_owed(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// How many samples wait.
+    pub(crate) fn len(&self) -> usize {
+        self.fetched.len() + self.waiting.len()
+    }
+
+    /// What is to be done next, `last` being the latest sample diagnosed.
+    pub(crate) fn next(&mut self, last: Option<(RunId, Step)>, now: Instant) -> Option<Flow> {
+        if let Some(fetched) = self.fetched.pop_front() {
+            return Some(Flow::Process(fetched));
+        }
+        if self.asked.is_some() {
+            return None;
+        }
+        let front = self.waiting.front()?;
+        let place = (front.sample.run, front.sample.step);
+        let hurry = now.duration_since(front.received) >= HURRY;
+        let may_ask = self.respite.is_none_or(|until| until <= now) && !hurry;
+        if may_ask
+            && self.settled != Some(place)
+            && let Some(question) = self.missing(last, place)
+        {
+            self.settled = Some(place);
+            self.asked = Some(question);
+            return Some(Flow::Fetch(question));
+        }
+        self.waiting.pop_front().map(Flow::Process)
+    }
+
+    fn missing(
+        &self,
+        last: Option<(RunId, Step)>,
+        (run, step): (RunId, Step),
+    ) -> Option<SampleQuestion> {
+        let oldest = step.minus(self.depth);
+        let from = match last {
+            Some((present, last)) if present == run => {
+                if step <= last || step.since(last) > LONGEST_GAP {
+                    return None;
+                }
+                oldest.max(last.plus(1))
+            }
+            _ => oldest,
+        };
+        (from < step).then(|| SampleQuestion { run, from, to: step.minus(1) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use diagnosis::Sample;
+
+    fn arrival(run: u64, step: u64, received: Instant) -> Arrival {
+        let sample = Sample {
+            run: RunId(run),
+            step: Step(step),
+            demands_n: vec![],
+            pressures_pa: vec![],
+            elongations_m: vec![],
+        };
+        Arrival { sample, time_unix_ns: 0, received }
+    }
+
+    struct Bench {
+        sequencer: Sequencer,
+        now: Instant,
+        last: Option<(RunId, Step)>,
+        asked: Vec<SampleQuestion>,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            let sequencer = Sequencer::new(100, 50);
+            Self { sequencer, now: Instant::now(), last: None, asked: Vec::new() }
+        }
+
+        fn push(&mut self, run: u64, step: u64) -> Vec<u64> {
+            self.sequencer.push(arrival(run, step, self.now));
+            self.flow()
+        }
+
+        fn answer(&mut self, steps: impl IntoIterator<Item = u64>) -> Vec<u64> {
+            let question = *self.asked.last().unwrap();
+            let samples = steps.into_iter().map(|step| arrival(question.run.0, step, self.now));
+            assert!(self.sequencer.take(question, samples.collect(), self.now));
+            self.flow()
+        }
+
+        fn flow(&mut self) -> Vec<u64> {
+            let mut processed = Vec::new();
+            while let Some(flow) = self.sequencer.next(self.last, self.now) {
+                match flow {
+                    Flow::Process(arrival) => {
+                        processed.push(arrival.sample.step.0);
+                        self.last = Some((arrival.sample.run, arrival.sample.step));
+                    }
+                    Flow::Fetch(question) => self.asked.push(question),
+                }
+            }
+            processed
+        }
+
+        fn steps_asked(&self) -> Vec<(u64, u64)> {
+            self.asked.iter().map(|question| (question.from.0, question.to.0)).collect()
+        }
+    }
+
+    #[test]
+    fn without_a_gap_nobody_is_asked() {
+        let mut bench = Bench::new();
+        for step in 0..10 {
+            assert_eq!(bench.push(1, step), [step]);
+        }
+        assert_eq!(bench.push(1, 9), [9], "a repeated one is for the diagnoser to count");
+        assert!(bench.asked.is_empty());
+    }
+
+    #[test]
+    fn what_is_missing_comes_before_what_came_meanwhile() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        assert_eq!(bench.push(1, 4), [0; 0]);
+        assert_eq!(bench.push(1, 5), [0; 0]);
+        assert_eq!(bench.steps_asked(), [(1, 3)]);
+        assert_eq!(bench.answer([1, 2, 3]), [1, 2, 3, 4, 5]);
+        assert_eq!(bench.push(1, 6), [6]);
+    }
+
+    #[test]
+    fn the_first_sample_of_a_run_asks_for_what_was_before() {
+        let mut bench = Bench::new();
+        assert_eq!(bench.push(1, 1000), [0; 0]);
+        assert_eq!(bench.steps_asked(), [(900, 999)]);
+        assert_eq!(bench.answer(950..1000), (950..=1000).collect::<Vec<_>>());
+        assert_eq!(bench.push(2, 3), [0; 0]);
+        assert_eq!(bench.steps_asked()[1], (0, 2));
+    }
+
+    #[test]
+    fn a_publisher_that_keeps_nothing_is_not_asked_all_the_time() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        bench.push(1, 4);
+        assert_eq!(bench.answer([]), [4]);
+        assert_eq!(bench.push(1, 8), [8]);
+        bench.now += RESPITE;
+        assert_eq!(bench.push(1, 12), [0; 0]);
+        assert_eq!(bench.steps_asked(), [(1, 3), (9, 11)]);
+    }
+
+    #[test]
+    fn a_slow_publisher_is_not_waited_for_when_there_is_no_room() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        let mut processed = Vec::new();
+        for step in 4..54 {
+            processed.extend(bench.push(1, step));
+        }
+        assert_eq!(processed, (4..54).collect::<Vec<_>>());
+        let late = bench.asked[0];
+        assert!(!bench.sequencer.take(late, vec![arrival(1, 2, bench.now)], bench.now));
+    }
+
+    #[test]
+    fn an_absurd_step_is_no_gap_and_a_backlog_thrown_away_is_not_asked_for() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        assert_eq!(bench.push(1, u64::MAX), [u64::MAX]);
+        bench.last = Some((RunId(1), Step(0)));
+        bench.push(1, 9);
+        assert_eq!(bench.sequencer.clear(bench.now), 1);
+        assert_eq!(bench.push(1, 20), [20]);
+    }
+}

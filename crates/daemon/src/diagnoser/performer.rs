@@ -1,0 +1,161 @@
+//! Carries out what the diagnoser wants done. Nothing here waits for the network or the disk.
+
+use std::sync::Arc;
+
+use diagnosis::{Action, Diagnoser, SampleRejection, Transition};
+use truss::ids::{RunId, Step};
+use wire::Obeyed;
+use zenoh::query::Query;
+
+use super::asking::Asking;
+use super::desk::Desk;
+use super::event_lane::Event as Outgoing;
+use super::inquiry;
+use super::outbox::Outbox;
+use super::peer_query::PeerQueries;
+use super::routine_lane::Routine;
+use crate::clock;
+use crate::convert::Speaker;
+use crate::occurrences::Occurrences;
+
+/// Everything that actions reach.
+#[derive(Debug)]
+pub(crate) struct Performer {
+    pub(crate) speaker: Speaker,
+    pub(crate) outbox: Outbox,
+    pub(crate) peers: PeerQueries,
+    pub(crate) desk: Desk,
+    pub(crate) asking: Asking,
+    pub(crate) inquiries: Arc<inquiry::Counters>,
+    /// The phase changed: a status is due.
+    pub(crate) status_is_due: bool,
+    rejections: [Occurrences; 3],
+    gaps: Occurrences,
+}
+
+impl Performer {
+    pub(crate) fn new(
+        speaker: Speaker,
+        outbox: Outbox,
+        peers: PeerQueries,
+        desk: Desk,
+        asking: Asking,
+        inquiries: Arc<inquiry::Counters>,
+    ) -> Self {
+        Self {
+            speaker,
+            outbox,
+            peers,
+            desk,
+            asking,
+            inquiries,
+            status_is_due: true,
+            rejections: Default::default(),
+            gaps: Occurrences::default(),
+        }
+    }
+
+    /// Carries out one action of the diagnoser.
+    pub(crate) fn carry_out(&mut self, action: Action, diagnoser: &Diagnoser) {
+        match action {
+            Action::Report { run, change, evidence } => {
+                let change = self.speaker.change(run, &change, &evidence, clock::unix_ns());
+                self.outbox.event(Outgoing::Change(Box::new(change)));
+            }
+            Action::Settled { run, change } => self.remember(run, change),
+            Action::Publish(transition) => self.publish(transition),
+            Action::Ask { peer, question } => {
+                self.asking.begin();
+                self.peers.ask(peer, question);
+            }
+            Action::Answer { token, answer } => {
+                if let Some(query) = self.desk.take_question(token) {
+                    self.inquiries.answered();
+                    let answer = self.speaker.answer(answer);
+                    self.outbox.routine(Routine::Answer { query, answer });
+                }
+            }
+            Action::Refuse { token, refusal } => {
+                if let Some(query) = self.desk.take_question(token) {
+                    self.refuse(query, refusal.to_string());
+                }
+            }
+            Action::Obeyed { token, sequence } => self.obeyed(token, sequence, diagnoser),
+            Action::OrderRefused { token, refusal } => {
+                if let Some(query) = self.desk.take_order(token) {
+                    self.refuse_order(query, refusal.to_string());
+                }
+            }
+            Action::Phase(_) => self.status_is_due = true,
+            Action::Rejected { step, rejection } => self.note_rejection(step, rejection),
+            Action::Gap { from, missing } => {
+                if let Some(times) = self.gaps.note() {
+                    tracing::warn!(%from, missing, times, "samples missing");
+                }
+            }
+            Action::Restarted { component, violation } => {
+                let step = diagnoser.last_step().unwrap_or_default();
+                tracing::warn!(%component, %step, "channel started anew: {violation}");
+            }
+            Action::RunStarted(run) => tracing::info!(%run, "new run"),
+        }
+    }
+
+    /// Does not answer a question.
+    pub(crate) fn refuse(&self, query: Query, reason: String) {
+        self.inquiries.refused();
+        self.outbox.routine(Routine::Refusal { query, reason });
+    }
+
+    /// Does not carry out an order.
+    pub(crate) fn refuse_order(&self, query: Query, reason: String) {
+        self.inquiries.order_refused();
+        self.outbox.routine(Routine::Refusal { query, reason });
+    }
+
+    fn remember(&self, run: RunId, change: diagnosis::Change) {
+        let diagnosis::Change { component, step, ratio } = change;
+        let change = wire::StateChange { component, step, ratio };
+        self.outbox.event(Outgoing::Settled { run, change });
+    }
+
+    fn publish(&self, transition: Transition) {
+        let message = self.speaker.transition(transition, clock::unix_ns());
+        tracing::info!(
+            component = %message.component,
+            state = %message.state,
+            detection = ?message.detection_step.map(|step| step.0),
+            explained_by = ?message.explained_by.as_ref().map(ToString::to_string),
+            by = ?message.order.as_ref().map(|order| &order.by),
+            "verdict"
+        );
+        self.outbox.event(Outgoing::Fault(Box::new(message)));
+    }
+
+    /// The reply goes the way of the transition, so that it comes after the journal has it.
+    fn obeyed(&mut self, token: diagnosis::OrderToken, sequence: u64, diagnoser: &Diagnoser) {
+        self.inquiries.order_obeyed();
+        let Some(query) = self.desk.take_order(token) else { return };
+        let mut components = diagnoser.components().iter();
+        let of = |component: &&truss::ids::Component| {
+            diagnoser.last_transition(component).is_some_and(|t| t.sequence == sequence)
+        };
+        let Some(component) = components.find(of) else { return };
+        let Some(transition) = diagnoser.last_transition(component) else { return };
+        let state = self.speaker.transition(transition.clone(), 0).state;
+        let obeyed = Obeyed { component: component.clone(), state, sequence };
+        self.outbox.event(Outgoing::Obeyed { query, obeyed });
+    }
+
+    fn note_rejection(&mut self, step: Step, rejection: SampleRejection) {
+        let [lengths, values, steps] = &mut self.rejections;
+        let occurrences = match rejection {
+            SampleRejection::WrongLength => lengths,
+            SampleRejection::NonFinite => values,
+            SampleRejection::Repeated | SampleRejection::Late | SampleRejection::FarAhead => steps,
+        };
+        if let Some(times) = occurrences.note() {
+            tracing::warn!(%step, times, "sample not used: {rejection}");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! From the records of a journal back to what the diagnoser knew.
+
+use std::collections::BTreeSet;
+
+use diagnosis::{Change, MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
+use truss::ids::{ModuleName, RunId};
+use wire::FaultTransition;
+
+use super::record::Record;
+use super::watch_file::Watch;
+use crate::convert::from_transition;
+
+/// What the journal and the watch file say together.
+#[derive(Debug, Default)]
+pub(crate) struct Recollection {
+    /// The latest transition of each component that had one.
+    pub(crate) latest: Vec<FaultTransition>,
+    /// The changes of the latest run that any are known of.
+    changes: Vec<(RunId, Change)>,
+    sequence: u64,
+}
+
+impl Recollection {
+    /// Reads records, oldest first; those of other modules are passed over.
+    pub(crate) fn of(records: &[String], module: &ModuleName) -> Self {
+        let mut recollection = Self::default();
+        for record in records.iter().filter_map(|text| Record::from_text(text)) {
+            match record {
+                Record::Transition(transition) if transition.module == *module => {
+                    recollection.enter(*transition);
+                }
+                Record::Transition(_) => {}
+                Record::Change { run, change } => {
+                    let wire::StateChange { component, step, ratio } = change;
+                    recollection.changes.push((run, Change { component, step, ratio }));
+                }
+            }
+        }
+        recollection
+    }
+
+    fn enter(&mut self, transition: FaultTransition) {
+        self.sequence = self.sequence.max(transition.sequence);
+        let known = self.latest.iter_mut().find(|t| t.component == transition.component);
+        match known {
+            Some(known) if known.sequence > transition.sequence => {}
+            Some(known) => *known = transition,
+            None => self.latest.push(transition),
+        }
+    }
+
+    /// What the diagnoser is told. `watch` tells which run it was.
+    pub(crate) fn memory(&self, watch: Option<Watch>) -> Memory {
+        let latest = self.latest.iter().cloned().filter_map(from_transition).collect();
+        let watch = watch.map(|Watch { run, watched }| {
+            let own = self.changes.iter().filter(|(of, _)| *of == run);
+            let mut changes: Vec<Change> = own.map(|(_, change)| change.clone()).collect();
+            changes.sort_by_key(|change| change.step);
+            // A new file repeats changes. Several components may have changed at one step, so what is
+            // repeated need not stand beside its like.
+            let mut met = BTreeSet::new();
+            changes.retain(|change| met.insert((change.step, change.component.clone())));
+            changes.drain(..changes.len().saturating_sub(MAX_CHANGES_IN_ANSWER));
+            PastWatch { run, watched, changes }
+        });
+        Memory { sequence: self.sequence, latest, watch }
+    }
+}
+
+/// The transitions of a module among records, oldest first, each once.
+pub(crate) fn transitions(
+    records: impl Iterator<Item = String>,
+    module: &ModuleName,
+) -> impl Iterator<Item = FaultTransition> {
+    let mut last = 0;
+    let own = records.filter_map(move |text| match Record::from_text(&text) {
+        Some(Record::Transition(transition)) if transition.module == *module => Some(*transition),
+        _ => None,
+    });
+    // A new file begins with the present state once more.
+    own.filter(move |transition| {
+        let new = transition.sequence > last;
+        last = last.max(transition.sequence);
+        new
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::convert::Speaker;
+    use diagnosis::Verdict;
+    use truss::ids::Step;
+    use wire::FaultState;
+
+    fn transition(component: &str, sequence: u64, state: FaultState) -> String {
+        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let mut message = speaker.untouched(&component.parse().unwrap(), 5);
+        message.sequence = sequence;
+        message.state = state;
+        message.run = Some(RunId(1));
+        let step = Some(Step(sequence));
+        (message.onset_step, message.detection_step, message.decided_step) = (step, step, step);
+        message.evidence = Some(wire::Evidence {
+            step: Step(1),
+            residual: 1.0,
+            level: 0.5,
+            divergence: Some(2.0),
+            threshold: 1.0,
+            ratio: 2.0,
+        });
+        Record::Transition(Box::new(message)).to_text().unwrap()
+    }
+
+    fn change(run: u64, step: u64) -> String {
+        let component = "sensor/g1".parse().unwrap();
+        let change = wire::StateChange { component, step: Step(step), ratio: 2.0 };
+        Record::Change { run: RunId(run), change }.to_text().unwrap()
+    }
+
+    #[test]
+    fn the_latest_of_each_component_the_sequence_and_the_runs_changes_come_back() {
+        let records = [
+            transition("sensor/g1", 1, FaultState::Tentative),
+            change(1, 7),
+            transition("sensor/g1", 2, FaultState::Latched),
+            transition("actuator/a1", 3, FaultState::Normal),
+            change(2, 9),
+            change(2, 9),
+            "{\"record\":\"of the future\"}".to_owned(),
+        ];
+        let recollection = Recollection::of(&records, &"m1".parse().unwrap());
+        let watch = Watch { run: RunId(2), watched: Some((Step(1), Step(20))) };
+        let memory = recollection.memory(Some(watch));
+        assert_eq!(memory.sequence, 3);
+        let verdicts: Vec<_> = memory.latest.iter().map(|t| t.verdict.clone()).collect();
+        assert_eq!(verdicts, [Verdict::Latched, Verdict::Normal]);
+        let watch = memory.watch.unwrap();
+        assert_eq!(watch.changes.iter().map(|c| c.step.0).collect::<Vec<_>>(), [9]);
+        assert_eq!(watch.watched, Some((Step(1), Step(20))));
+    }
+
+    #[test]
+    fn changes_of_one_step_are_told_once_though_a_snapshot_repeats_them() {
+        let change = |component: &str| {
+            let component = component.parse().unwrap();
+            let change = wire::StateChange { component, step: Step(9), ratio: 2.0 };
+            Record::Change { run: RunId(2), change }.to_text().unwrap()
+        };
+        let records = ["actuator/a1", "sensor/g1", "actuator/a1", "sensor/g1"].map(change);
+        let recollection = Recollection::of(&records, &"m1".parse().unwrap());
+        let memory = recollection.memory(Some(Watch { run: RunId(2), watched: None }));
+        let changes = memory.watch.unwrap().changes;
+        let told: Vec<_> = changes.iter().map(|change| change.component.to_string()).collect();
+        assert_eq!(told, ["actuator/a1", "sensor/g1"]);
+    }
+
+    #[test]
+    fn another_modules_journal_is_not_believed() {
+        let records = [transition("sensor/g1", 1, FaultState::Latched)];
+        let recollection = Recollection::of(&records, &"m2".parse().unwrap());
+        assert_eq!(recollection.memory(None), Memory::default());
+    }
+
+    #[test]
+    fn transitions_are_told_once_though_a_snapshot_repeats_them() {
+        let texts = [1, 2, 3, 2, 3, 4].map(|n| transition("sensor/g1", n, FaultState::Tentative));
+        let module = "m1".parse().unwrap();
+        let told = transitions(texts.into_iter(), &module).map(|t| t.sequence);
+        assert_eq!(told.collect::<Vec<_>>(), [1, 2, 3, 4]);
+    }
+}

@@ -1,0 +1,55 @@
+//! One record of the journal as text: a JSON object whose field `record` says what it is.
+
+use serde::{Deserialize, Serialize};
+use truss::ids::RunId;
+use wire::{FaultTransition, StateChange};
+
+/// Something worth remembering.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "record", rename_all = "snake_case")]
+pub(crate) enum Record {
+    /// A transition of the verdict on a component.
+    Transition(Box<FaultTransition>),
+    /// A change whose ratio will not grow any more.
+    Change {
+        /// The run that its step is counted in.
+        run: RunId,
+        /// The change.
+        change: StateChange,
+    },
+}
+
+impl Record {
+    /// As a line.
+    ///
+    /// # Errors
+    /// None of these has a form that JSON lacks.
+    pub(crate) fn to_text(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string(self)
+    }
+
+    /// From a line; `None` for a record of another, later version of this program, and for one that
+    /// contradicts itself.
+    pub(crate) fn from_text(text: &str) -> Option<Self> {
+        let record = serde_json::from_str(text).ok()?;
+        match &record {
+            Self::Transition(told) if told.component.module != told.module => None,
+            Self::Transition(_) | Self::Change { .. } => Some(record),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transition_of_another_modules_component_is_none() {
+        let (structure, component) = ("t".parse().unwrap(), "m1/sensor/g1".parse().unwrap());
+        let told = FaultTransition::untouched(structure, component, 5);
+        let text = Record::Transition(Box::new(told)).to_text().unwrap();
+        assert!(Record::from_text(&text).is_some());
+        let other = text.replace(r#""module":"m1""#, r#""module":"m2""#);
+        assert_eq!(Record::from_text(&other), None);
+    }
+}

@@ -1,0 +1,53 @@
+//! What there is to say of a diagnoser.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use super::Subject;
+use super::condition::{self, Condition};
+use super::metrics::{self, ModuleReport, ProcessReport};
+use crate::convert::Speaker;
+use crate::supervision::Pulse;
+
+/// The latest report, written by the diagnosis loop together with each status that it publishes.
+#[derive(Debug, Default)]
+pub(crate) struct ModuleBoard(Mutex<Option<Arc<ModuleReport>>>);
+
+impl ModuleBoard {
+    /// Takes the place of the report before.
+    pub(crate) fn write(&self, report: ModuleReport) {
+        *self.lock() = Some(Arc::new(report));
+    }
+
+    fn read(&self) -> Option<Arc<ModuleReport>> {
+        self.lock().clone()
+    }
+
+    /// Every change is one assignment, so whoever failed has left the board in order.
+    fn lock(&self) -> MutexGuard<'_, Option<Arc<ModuleReport>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A diagnoser's health.
+#[derive(Debug)]
+pub(crate) struct ModuleHealth {
+    pub(crate) speaker: Speaker,
+    pub(crate) pulse: Arc<Pulse>,
+    pub(crate) board: Arc<ModuleBoard>,
+}
+
+impl Subject for ModuleHealth {
+    fn live(&self) -> Condition {
+        condition::live(self.pulse.sign(Instant::now()))
+    }
+
+    fn ready(&self) -> Condition {
+        condition::module_ready(self.live(), self.board.read().as_deref())
+    }
+
+    fn metrics(&self) -> Result<String, std::fmt::Error> {
+        let process = ProcessReport::read(self.pulse.sign(Instant::now()));
+        metrics::of_module(&self.speaker, self.board.read().as_deref(), &process)
+    }
+}

@@ -1,0 +1,61 @@
+//! Hears how far the diagnosers have come, from when somebody wants to know it: what nobody listens to they
+//! do not tell.
+
+use std::sync::Arc;
+
+use truss::ids::StructureName;
+use wire::keys::Watched;
+use wire::{Key, Progress, Topic};
+use zenoh::pubsub::Subscriber;
+use zenoh::{Session, Wait};
+
+use super::attendance::Attendance;
+
+/// Tells the attendance what it hears.
+#[derive(Debug)]
+pub(crate) struct ProgressEar {
+    session: Session,
+    structure: StructureName,
+    attendance: Arc<Attendance>,
+    subscriber: Option<Subscriber<()>>,
+}
+
+impl ProgressEar {
+    /// One that does not listen yet.
+    pub(crate) fn new(
+        session: &Session,
+        structure: &StructureName,
+        attendance: &Arc<Attendance>,
+    ) -> Self {
+        let (session, structure) = (session.clone(), structure.clone());
+        Self { session, structure, attendance: Arc::clone(attendance), subscriber: None }
+    }
+
+    /// Listens from now on. Without the network's leave the diagnosers are waited for in vain, but not for
+    /// ever.
+    pub(crate) fn listen(&mut self) {
+        if self.subscriber.is_none() {
+            match self.subscribe() {
+                Ok(subscriber) => self.subscriber = Some(subscriber),
+                Err(error) => tracing::warn!("the diagnosers' progress cannot be heard: {error}"),
+            }
+        }
+    }
+
+    fn subscribe(&self) -> zenoh::Result<Subscriber<()>> {
+        let watched = Watched { structure: Some(&self.structure), module: None };
+        let attendance = Arc::clone(&self.attendance);
+        let hear = move |received: zenoh::sample::Sample| {
+            let key = received.key_expr().as_str().parse();
+            let message = wire::decode::<Progress>(&received.payload().to_bytes());
+            match (key, message) {
+                (Ok(Key::Module { module, topic: Topic::Progress, .. }), Ok(progress)) => {
+                    attendance.note_progress(&module, progress);
+                }
+                (_, Err(error)) => tracing::debug!("progress not used: {error}"),
+                (Ok(_) | Err(_), Ok(_)) => {}
+            }
+        };
+        self.session.declare_subscriber(watched.progress()).callback(hear).wait()
+    }
+}

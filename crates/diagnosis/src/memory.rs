@@ -1,0 +1,29 @@
+//! What a diagnoser knew before it was restarted.
+
+use truss::ids::{RunId, Step};
+
+use crate::change::Change;
+use crate::verdict::Transition;
+
+/// What outlives a process. Whoever keeps it hands it to [`crate::Diagnoser::recall`] before the first
+/// event.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Memory {
+    /// The sequence number of the latest transition; 0 if there was none.
+    pub sequence: u64,
+    /// The latest transition of each component that had one.
+    pub latest: Vec<Transition>,
+    /// The run being diagnosed, and what was watched of it.
+    pub watch: Option<PastWatch>,
+}
+
+/// What was watched of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PastWatch {
+    /// The run.
+    pub run: RunId,
+    /// First and last step that every channel was watched at, if there was one.
+    pub watched: Option<(Step, Step)>,
+    /// The changes of the run as [`crate::Action::Settled`] told them, oldest first.
+    pub changes: Vec<Change>,
+}

@@ -1,0 +1,111 @@
+//! What an operator orders a diagnoser to do with a fault, and why it may refuse.
+//!
+//! The life of a fault: latched → acknowledged (a person has seen it) → reset (it is repaired). A reset
+//! believes the evidence more than the operator, unless forced.
+
+use serde::{Deserialize, Serialize};
+use truss::ids::Component;
+
+/// The shell's own mark on an order it passed in, returned with the outcome.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct OrderToken(pub u64);
+
+/// What is ordered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OrderKind {
+    /// A person has seen the fault.
+    Acknowledge,
+    /// The component is repaired: back to normal.
+    Reset {
+        /// Even if it is not acknowledged, or the evidence is still there.
+        force: bool,
+    },
+}
+
+/// Who ordered what and why; stands in the transition that it led to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GivenOrder {
+    /// What.
+    pub kind: OrderKind,
+    /// Who.
+    pub by: String,
+    /// Why.
+    pub note: Option<String>,
+}
+
+/// An order concerning one component.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Order {
+    /// The component.
+    pub component: Component,
+    /// What, by whom, why.
+    pub given: GivenOrder,
+}
+
+/// Why an order was not obeyed; nothing changed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OrderRefusal {
+    /// The module has no such component.
+    #[error("this module has no `{0}`; name one of its actuators or sensors")]
+    Unknown(Component),
+    /// There is no fault to acknowledge.
+    #[error("`{component}` is {state}; only a latched fault can be acknowledged")]
+    NothingToAcknowledge {
+        /// The component.
+        component: Component,
+        /// Its state.
+        state: &'static str,
+    },
+    /// There is nothing to reset.
+    #[error(
+        "`{component}` is {state}; only an acknowledged fault or an unconfirmed one can be reset"
+    )]
+    NothingToReset {
+        /// The component.
+        component: Component,
+        /// Its state.
+        state: &'static str,
+    },
+    /// Nobody has seen it yet.
+    #[error("`{0}` is not acknowledged; acknowledge it first, or force the reset")]
+    NotAcknowledged(Component),
+    /// The present of the component is not known.
+    #[error(
+        "`{0}` is not watched at present; wait until the module is in service, or force the reset"
+    )]
+    NotWatched(Component),
+    /// The divergence is still above its threshold, or was a moment ago.
+    #[error(
+        "`{component}` is still changing, divergence at {ratio:.1} times its threshold; repair it, or force the reset"
+    )]
+    StillChanging {
+        /// The component.
+        component: Component,
+        /// D/γ now.
+        ratio: f64,
+    },
+    /// The interval of the Gaussian still holds the latest change, so that its leaving would look like
+    /// a fault.
+    #[error(
+        "`{component}` changed a moment ago; wait {steps} more steps for the interval to pass, or force the reset"
+    )]
+    StillInInterval {
+        /// The component.
+        component: Component,
+        /// Steps to go.
+        steps: u64,
+    },
+    /// The residual is still where the fault took it.
+    #[error(
+        "residual of `{component}` is still displaced by {now:.3e}, it was {found:.3e} when the fault was found; repair it, or force the reset"
+    )]
+    StillDisplaced {
+        /// The component.
+        component: Component,
+        /// Slow mean of the residual less what it was before the fault [N] or [m].
+        now: f64,
+        /// The residual at the detection less what it was before the fault [N] or [m].
+        found: f64,
+    },
+}

@@ -1,0 +1,172 @@
+//! Acknowledging and resetting: what an operator may do, and when the evidence speaks against it.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+mod fixture;
+
+use diagnosis::{
+    Action, Event, GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Phase, Question,
+    QuestionToken, Rule, Verdict,
+};
+use fixture::{Bench, HOLD, INTERVAL, WARM_UP};
+use truss::ids::{RunId, Step};
+
+const BIAS_M: f64 = 50e-6;
+const RESET: OrderKind = OrderKind::Reset { force: false };
+const FORCED: OrderKind = OrderKind::Reset { force: true };
+
+/// A bias in gage g1, latched.
+fn faulty() -> Bench {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    bench
+}
+
+fn give(bench: &mut Bench, kind: OrderKind) -> Result<u64, OrderRefusal> {
+    give_to(bench, "sensor/g1", kind)
+}
+
+fn give_to(bench: &mut Bench, component: &str, kind: OrderKind) -> Result<u64, OrderRefusal> {
+    let given = GivenOrder { kind, by: "ada".into(), note: Some("looked at it".into()) };
+    let order = Order { component: component.parse().unwrap(), given };
+    bench.give(Event::Ordered { token: OrderToken(7), order });
+    match bench.actions.last().unwrap() {
+        Action::Obeyed { token: OrderToken(7), sequence } => Ok(*sequence),
+        Action::OrderRefused { token: OrderToken(7), refusal } => Err(refusal.clone()),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Repaired, and the interval has passed.
+fn repaired() -> Bench {
+    let mut bench = faulty();
+    bench.run(500);
+    bench.signals.gage_offsets[0] = 0.0;
+    bench.run(INTERVAL as u64 + 3000);
+    bench
+}
+
+#[test]
+fn a_fault_is_acknowledged_by_somebody_and_once() {
+    let mut bench = faulty();
+    let sequence = give(&mut bench, OrderKind::Acknowledge).unwrap();
+    let transition = bench.transitions().pop().unwrap().clone();
+    assert_eq!((transition.sequence, transition.verdict), (sequence, Verdict::Acknowledged));
+    assert_eq!(transition.order.unwrap().by, "ada");
+    let again = give(&mut bench, OrderKind::Acknowledge);
+    assert!(matches!(again, Err(OrderRefusal::NothingToAcknowledge { state: "acknowledged", .. })));
+    bench.run(1000);
+    assert_eq!(bench.story("sensor/g1").last(), Some(&"acknowledged"), "it stays");
+}
+
+#[test]
+fn what_is_not_faulty_can_neither_be_acknowledged_nor_reset() {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    let refusals = [give(&mut bench, OrderKind::Acknowledge), give(&mut bench, FORCED)];
+    assert!(matches!(
+        refusals,
+        [
+            Err(OrderRefusal::NothingToAcknowledge { state: "normal", .. }),
+            Err(OrderRefusal::NothingToReset { state: "normal", .. })
+        ]
+    ));
+    let unknown = give_to(&mut bench, "sensor/g99", FORCED);
+    assert_eq!(unknown, Err(OrderRefusal::Unknown("sensor/g99".parse().unwrap())));
+}
+
+#[test]
+fn a_reset_wants_the_fault_acknowledged_and_its_evidence_gone() {
+    let mut bench = faulty();
+    assert!(matches!(give(&mut bench, RESET), Err(OrderRefusal::NotAcknowledged(_))));
+    give(&mut bench, OrderKind::Acknowledge).unwrap();
+    assert!(matches!(give(&mut bench, RESET), Err(OrderRefusal::StillChanging { .. })));
+    bench.run(60);
+    assert!(matches!(give(&mut bench, RESET), Err(OrderRefusal::StillInInterval { .. })));
+    bench.run(INTERVAL as u64 + 3000);
+    let Err(OrderRefusal::StillDisplaced { now, found, .. }) = give(&mut bench, RESET) else {
+        panic!("the bias is still there")
+    };
+    assert!((now - BIAS_M).abs() < 0.1 * BIAS_M && (found - BIAS_M).abs() < 0.2 * BIAS_M);
+    assert_eq!(bench.story("sensor/g1").last(), Some(&"acknowledged"), "refusals change nothing");
+}
+
+#[test]
+fn after_a_repair_a_reset_is_obeyed_and_a_new_fault_is_found_anew() {
+    let mut bench = repaired();
+    give(&mut bench, OrderKind::Acknowledge).unwrap();
+    give(&mut bench, RESET).unwrap();
+    assert_eq!(bench.story("sensor/g1").last(), Some(&"normal"));
+    assert!(matches!(bench.diagnoser.phase(), Phase::InService { .. }), "never out of service");
+    bench.run(2000);
+    assert_eq!(bench.latched(), [""; 0], "the repair does not come back as a fault");
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+}
+
+#[test]
+fn a_forced_reset_begins_the_channel_anew() {
+    let mut bench = faulty();
+    give(&mut bench, FORCED).unwrap();
+    assert_eq!(bench.story("sensor/g1").last(), Some(&"normal"));
+    bench.run(1);
+    assert_eq!(bench.diagnoser.phase(), Phase::Initialising);
+    bench.run(WARM_UP + 1000);
+    assert!(matches!(bench.diagnoser.phase(), Phase::InService { .. }));
+    assert_eq!(bench.latched(), [""; 0], "what the operator takes for normal is normal");
+}
+
+#[test]
+fn nothing_can_be_reset_unseen_after_a_restart() {
+    let mut bench = faulty();
+    give(&mut bench, OrderKind::Acknowledge).unwrap();
+    let mut restarted = bench.restarted();
+    assert_eq!(restarted.acknowledged(), ["sensor/g1"]);
+    assert!(matches!(give(&mut restarted, RESET), Err(OrderRefusal::NotWatched(_))));
+    give(&mut restarted, FORCED).unwrap();
+    assert_eq!(restarted.acknowledged(), [""; 0]);
+}
+
+/// A fault of actuator a1, found by the rule of the paper, and as of which step.
+fn faulty_actuator() -> (Bench, Step) {
+    let mut bench = Bench::alone(Rule::Paper);
+    bench.signals.pressure_offsets[0] = 2e6;
+    bench.run(HOLD + 1);
+    assert_eq!(bench.latched(), ["actuator/a1"]);
+    let found = bench.transitions().iter().find(|t| t.verdict.is_latched()).unwrap().decided;
+    (bench, found)
+}
+
+/// The steps of the changes of actuators that a peer is told of as of a step.
+fn told(bench: &mut Bench, as_of: Step) -> Vec<Step> {
+    let question = Question { run: bench.signals.run, from: Step(0), as_of };
+    bench.give(Event::Asked { token: QuestionToken(1), question });
+    let Action::Answer { answer, .. } = bench.actions.pop().unwrap() else { panic!() };
+    answer.actuator_faults.iter().map(|fault| fault.step).collect()
+}
+
+#[test]
+fn that_a_fault_is_acknowledged_changes_nothing_in_what_peers_are_told() {
+    let (mut bench, found) = faulty_actuator();
+    let before = told(&mut bench, found);
+    assert_eq!(before.len(), 1);
+    bench.run(500);
+    give_to(&mut bench, "actuator/a1", OrderKind::Acknowledge).unwrap();
+    assert_eq!(told(&mut bench, found), before);
+}
+
+#[test]
+fn a_fault_of_an_earlier_run_is_there_from_the_first_step_of_the_next_one() {
+    for acknowledge in [false, true] {
+        let (mut bench, _) = faulty_actuator();
+        if acknowledge {
+            give_to(&mut bench, "actuator/a1", OrderKind::Acknowledge).unwrap();
+        }
+        bench.signals.run = RunId(9);
+        bench.signals.step = Step(0);
+        bench.run(1);
+        assert_eq!(told(&mut bench, Step(0)), [Step(0)]);
+    }
+}

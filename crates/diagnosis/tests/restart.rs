@@ -1,0 +1,143 @@
+//! A diagnoser that is restarted takes up where it left off.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+mod fixture;
+
+use diagnosis::{
+    Action, Answer, Doubt, Event, PeerFailure, Phase, Question, QuestionToken, Refusal, Rule,
+    Verdict,
+};
+use fixture::{Bench, HOLD, WARM_UP, name};
+use truss::ids::{RunId, Step};
+
+const BIAS_M: f64 = 50e-6;
+
+fn quiet(question: Question) -> Event {
+    let watching_since = Some(Step(WARM_UP));
+    let answer =
+        Answer { question, watching_since, changes: Vec::new(), actuator_faults: Vec::new() };
+    Event::Answered { peer: name("upper"), answer }
+}
+
+/// A bias in gage g1 whose question is under way.
+fn asking() -> (Bench, Question) {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    let question = bench.questions()[0].1;
+    (bench, question)
+}
+
+#[test]
+fn latched_faults_and_the_sequence_are_those_of_before() {
+    let (mut bench, question) = asking();
+    bench.give(quiet(question));
+    let restarted = bench.restarted();
+    assert_eq!(restarted.latched(), ["sensor/g1"]);
+    assert_eq!(restarted.diagnoser.next_sequence(), bench.diagnoser.next_sequence());
+    assert_eq!(restarted.diagnoser.phase(), Phase::Waiting);
+}
+
+#[test]
+fn with_the_missed_samples_given_again_nothing_is_told_twice_and_nothing_is_missed() {
+    let (mut bench, question) = asking();
+    bench.give(quiet(question));
+    let told = bench.transitions().len();
+    let mut again = bench.restarted();
+    // the publisher still has everything from long before, and the samples of the time in between
+    again.signals = bench.signals_of_the_start();
+    again.run(WARM_UP + 100);
+    again.signals.gage_offsets[0] = BIAS_M;
+    again.run(600);
+    assert_eq!(again.transitions().len(), 0, "{:?}", again.transitions());
+    assert!(told > 0 && again.latched() == ["sensor/g1"]);
+    again.signals.gage_offsets[2] = 20.0 * BIAS_M;
+    again.run(HOLD + 1);
+    let question = again.questions().last().unwrap().1;
+    again.give(quiet(question));
+    assert_eq!(again.latched(), ["sensor/g1", "sensor/g3"]);
+    assert_eq!(again.transitions()[0].sequence, bench.diagnoser.next_sequence());
+}
+
+#[test]
+fn a_change_that_was_not_judged_is_judged_after_the_restart() {
+    let (bench, _) = asking();
+    let mut again = bench.restarted();
+    assert_eq!(again.verdict("sensor/g1"), Verdict::Tentative);
+    again.signals = bench.signals_of_the_start();
+    again.run(WARM_UP + 100);
+    again.signals.gage_offsets[0] = BIAS_M;
+    again.run(HOLD + 1);
+    let question = again.questions()[0].1;
+    again.give(quiet(question));
+    assert_eq!(again.story("sensor/g1"), ["latched"]);
+    let latched = again.transitions()[0].clone();
+    let tentative = bench.transitions()[0].clone();
+    assert_eq!((latched.detection, latched.sequence), (tentative.detection, 2));
+}
+
+#[test]
+fn without_the_samples_in_between_it_is_never_judged_and_says_so() {
+    let mut bench = Bench::in_service("lower", Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD - 2);
+    assert_eq!(bench.verdict("sensor/g1"), Verdict::Tentative);
+    let mut again = bench.restarted();
+    again.signals = bench.signals.clone();
+    again.signals.step = again.signals.step.plus(1000);
+    again.run(WARM_UP + 100);
+    let doubt = Doubt::Unknowing(vec![name("lower")]);
+    assert_eq!(again.verdict("sensor/g1"), Verdict::Unconfirmed { doubt });
+    assert_eq!(again.latched(), [""; 0]);
+}
+
+#[test]
+fn peers_are_answered_from_before_the_restart_and_told_what_is_not_known() {
+    let (bench, _) = asking();
+    let last = bench.now();
+    let mut again = bench.restarted();
+    let mut ask = |run, as_of| {
+        let question = Question { run: RunId(run), from: Step(0), as_of };
+        again.give(Event::Asked { token: QuestionToken(1), question });
+        again.actions.pop().unwrap()
+    };
+    let Action::Answer { answer, .. } = ask(1, last) else { panic!() };
+    assert_eq!(answer.changes[0].component.to_string(), "sensor/g1");
+    assert!(answer.watching_since.unwrap() <= answer.changes[0].step);
+    let Action::Refuse { refusal, .. } = ask(1, last.plus(1)) else { panic!() };
+    assert_eq!(refusal, Refusal::NoSample);
+    let Action::Refuse { refusal, .. } = ask(2, last) else { panic!() };
+    assert_eq!(refusal, Refusal::NoSample);
+    again.signals.step = last.plus(500);
+    again.run(WARM_UP + 100);
+    let question = Question { run: RunId(1), from: Step(0), as_of: last.plus(10) };
+    again.give(Event::Asked { token: QuestionToken(1), question });
+    let Action::Answer { answer, .. } = again.actions.pop().unwrap() else { panic!() };
+    assert_eq!(answer.watching_since, None, "nobody watched then");
+}
+
+#[test]
+fn after_a_restart_into_another_run_what_was_open_stays_unconfirmed_until_reset() {
+    let (bench, _) = asking();
+    let mut again = bench.restarted();
+    again.signals.run = RunId(9);
+    again.run(WARM_UP + 1000);
+    let doubt = Doubt::RunEnded;
+    assert_eq!(again.verdict("sensor/g1"), Verdict::Unconfirmed { doubt });
+    assert_eq!(again.story("sensor/g1"), ["unconfirmed"]);
+}
+
+#[test]
+fn a_peer_that_returns_is_asked_at_once() {
+    let (mut bench, question) = asking();
+    let failure = PeerFailure::Absent;
+    bench.give(Event::Unanswered { peer: name("upper"), question, failure });
+    bench.run(3);
+    assert_eq!(bench.questions().len(), 1);
+    bench.give(Event::Returned { peer: name("upper") });
+    let questions = bench.questions();
+    assert_eq!(questions.len(), 2);
+    bench.give(quiet(questions[1].1));
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed", "latched"]);
+}

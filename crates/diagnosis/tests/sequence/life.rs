@@ -1,0 +1,78 @@
+//! What may become of the verdict on a component, over all its transitions.
+
+use std::collections::BTreeMap;
+
+use diagnosis::{OrderKind, Transition, Verdict};
+use truss::ids::{Component, ComponentPath};
+
+use crate::fixture::name;
+
+/// The latest transition of every component, and the number of the latest of all.
+#[derive(Debug, Default)]
+pub struct Lives {
+    latest: BTreeMap<Component, Transition>,
+    sequence: u64,
+}
+
+impl Lives {
+    /// Takes note of a transition, which must be allowed.
+    pub fn note(&mut self, transition: &Transition) {
+        assert_eq!(transition.sequence, self.sequence + 1, "contiguous");
+        assert!(transition.onset <= transition.detection, "{transition:?}");
+        check_explanation(transition);
+        check_order(transition);
+        let before = self.verdict(&transition.component);
+        check_step(&before, transition);
+        self.sequence = transition.sequence;
+        self.latest.insert(transition.component.clone(), transition.clone());
+    }
+
+    /// The present verdict on a component.
+    pub fn verdict(&self, component: &Component) -> Verdict {
+        self.latest.get(component).map_or(Verdict::Normal, |latest| latest.verdict.clone())
+    }
+
+    /// The latest transition of each component that had one.
+    pub fn latest(&self) -> impl Iterator<Item = &Transition> {
+        self.latest.values()
+    }
+
+    /// The number of the latest transition.
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}
+
+/// Nothing explains itself.
+fn check_explanation(transition: &Transition) {
+    if let Verdict::Explained { by, since } = &transition.verdict {
+        let component = transition.component.clone();
+        assert_ne!(*by, ComponentPath { module: name("lower"), component }, "{transition:?}");
+        assert!(*since <= transition.decided, "{transition:?}");
+    }
+}
+
+/// Orders and nothing else lead to what only orders may lead to.
+fn check_order(transition: &Transition) {
+    let kind = transition.order.as_ref().map(|order| order.kind);
+    match kind {
+        Some(OrderKind::Acknowledge) => assert_eq!(transition.verdict, Verdict::Acknowledged),
+        Some(OrderKind::Reset { .. }) => assert_eq!(transition.verdict, Verdict::Normal),
+        None => assert_ne!(transition.verdict, Verdict::Acknowledged),
+    }
+}
+
+fn check_step(before: &Verdict, transition: &Transition) {
+    let kind = transition.order.as_ref().map(|order| order.kind);
+    let allowed = match before {
+        Verdict::Latched => {
+            matches!(kind, Some(OrderKind::Acknowledge | OrderKind::Reset { force: true }))
+        }
+        Verdict::Acknowledged => matches!(kind, Some(OrderKind::Reset { .. })),
+        _ if before.is_undecidable() => {
+            matches!(kind, Some(OrderKind::Reset { .. })) || transition.verdict == Verdict::Latched
+        }
+        _ => true,
+    };
+    assert!(allowed, "from {before:?} to {transition:?}");
+}

@@ -1,0 +1,20 @@
+//! Arbitrary sequences of events, and what must hold after each of them.
+//!
+//! | file | job |
+//! |---|---|
+//! | `happening` | something that may happen |
+//! | `driver` | makes it happen to a diagnoser |
+//! | `journal` | what outlives the diagnoser's process |
+//! | `peer` | what one peer has told truly, and what it was asked |
+//! | `inquiries` | questions and orders, and whether each had its one reply |
+//! | `life` | what may become of the verdict on a component |
+
+mod driver;
+mod happening;
+mod inquiries;
+mod journal;
+mod life;
+mod peer;
+
+pub use driver::Driver;
+pub use happening::{Happening, happening};

@@ -1,0 +1,99 @@
+//! Where a journal's files are, and how they come to be there for good.
+
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+use crate::error::FileError;
+
+/// For nobody but the owner.
+const DIRECTORY_MODE: u32 = 0o700;
+const FILE_MODE: u32 = 0o600;
+
+/// The paths of one journal.
+#[derive(Debug)]
+pub(crate) struct Files {
+    pub(crate) directory: PathBuf,
+    pub(crate) present: PathBuf,
+    pub(crate) older: PathBuf,
+    pub(crate) next: PathBuf,
+    pub(crate) lock: PathBuf,
+}
+
+impl Files {
+    pub(crate) fn of(directory: &Path) -> Self {
+        Self {
+            directory: directory.to_owned(),
+            present: directory.join("journal"),
+            older: directory.join("journal.old"),
+            next: directory.join("journal.new"),
+            lock: directory.join("lock"),
+        }
+    }
+
+    /// Waits until the disk has the names of the files.
+    pub(crate) fn sync_names(&self) -> Result<(), FileError> {
+        sync_directory(&self.directory)
+    }
+}
+
+/// Creates a directory and those above it, as far as they are missing.
+pub(crate) fn create_directory(directory: &Path) -> Result<(), FileError> {
+    let missing: Vec<&Path> = directory.ancestors().take_while(|path| !path.exists()).collect();
+    DirBuilder::new()
+        .recursive(true)
+        .mode(DIRECTORY_MODE)
+        .create(directory)
+        .map_err(FileError::of("create", directory))?;
+    for created in missing {
+        match created.parent() {
+            Some(parent) if parent.as_os_str().is_empty() => sync_directory(Path::new("."))?,
+            Some(parent) => sync_directory(parent)?,
+            None => {}
+        }
+    }
+    Ok(())
+}
+
+fn sync_directory(directory: &Path) -> Result<(), FileError> {
+    let synced = File::open(directory).and_then(|directory| directory.sync_all());
+    synced.map_err(FileError::of("sync", directory))
+}
+
+/// How the files of a journal are opened by its writer: what is written goes to the end.
+pub(crate) fn appending() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.read(true).append(true).mode(FILE_MODE);
+    options
+}
+
+/// How the lock is opened.
+pub(crate) fn replacing() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).mode(FILE_MODE);
+    options
+}
+
+/// Opens a file that need not be there.
+pub(crate) fn open_if_there(options: &OpenOptions, path: &Path) -> Result<Option<File>, FileError> {
+    if_there(options.open(path)).map_err(FileError::of("open", path))
+}
+
+/// Removes a file that need not be there.
+pub(crate) fn remove_if_there(path: &Path) -> Result<(), FileError> {
+    if_there(fs::remove_file(path)).map_err(FileError::of("remove", path))?;
+    Ok(())
+}
+
+pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), FileError> {
+    fs::rename(from, to).map_err(FileError::of("rename", from))
+}
+
+/// Nothing, if that is because a file is not there.
+pub(crate) fn if_there<T>(result: io::Result<T>) -> io::Result<Option<T>> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        result => result.map(Some),
+    }
+}

@@ -1,0 +1,243 @@
+//! A journal open for appending.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+use crate::damage::{Damage, DamageKind};
+use crate::error::{FileError, OpenError, WriteError};
+use crate::files::{self, Files};
+use crate::line;
+use crate::lines::{Lines, Part};
+use crate::lock::Lock;
+use crate::rotation;
+
+/// A journal open for appending. No other handle can open it as long as this one lives.
+#[derive(Debug)]
+pub struct Journal {
+    files: Files,
+    /// The present file.
+    file: File,
+    /// Its length without what a failed append may have left behind it.
+    bytes: u64,
+    /// A failed append has left something, and it could not be cut off.
+    torn: bool,
+    /// A rotation has failed at its last step: the present file is still called `journal.new`.
+    misnamed: bool,
+    _lock: Lock,
+}
+
+/// A journal that was just opened, with what it holds.
+#[derive(Debug)]
+pub struct Opened {
+    /// The journal.
+    pub journal: Journal,
+    /// All valid records, oldest first, of the older and then of the present file. The disk has them.
+    pub records: Vec<String>,
+    /// What else the files contained.
+    pub damage: Vec<Damage>,
+}
+
+impl Journal {
+    /// Opens a journal for appending, and creates it if need be: the directory for its owner only
+    /// (mode 0700, those above it too), and the files in it (0600).
+    ///
+    /// Cuts off a last record that was not written to its end, passes over corrupt lines, which
+    /// stay where they are, and ends or undoes a rotation that was cut short.
+    ///
+    /// # Errors
+    /// The journal is in use, by this process or another one; or it cannot be read or written.
+    pub fn open(directory: &Path) -> Result<Opened, OpenError> {
+        if directory.exists() && !directory.is_dir() {
+            return Err(OpenError::NotADirectory { path: directory.to_owned() });
+        }
+        files::create_directory(directory)?;
+        let files = Files::of(directory);
+        let lock = Lock::take(&files)?;
+        rotation::settle(&files)?;
+        Ok(Self::load(files, lock)?)
+    }
+
+    fn load(files: Files, lock: Lock) -> Result<Opened, FileError> {
+        let (mut records, mut damage) = (Vec::new(), Vec::new());
+        let mut load = |file: &File, path: &Path| load(file, path, &mut records, &mut damage);
+        if let Some(older) = files::open_if_there(&files::appending(), &files.older)? {
+            load(&older, &files.older)?;
+        }
+        let file = files::appending()
+            .create(true)
+            .open(&files.present)
+            .map_err(FileError::of("open", &files.present))?;
+        let bytes = load(&file, &files.present)?;
+        files.sync_names()?;
+        let journal = Journal { files, file, bytes, torn: false, misnamed: false, _lock: lock };
+        Ok(Opened { journal, records, damage })
+    }
+
+    /// Appends a record. When this returns, the record survives the end of this process; the disk has
+    /// it only after [`sync`](Self::sync).
+    ///
+    /// # Errors
+    /// A record that is no single line or too long; a write that failed, on a full disk say. The
+    /// journal is then as it was before, and further appends can succeed.
+    pub fn append(&mut self, record: &str) -> Result<(), WriteError> {
+        self.append_all([record])
+    }
+
+    /// Appends several records in one write. If the process or the machine dies meanwhile, the first
+    /// few of them may be there without the others.
+    ///
+    /// # Errors
+    /// Those of [`append`](Self::append), and then none of the records is appended.
+    pub fn append_all<S: AsRef<str>>(
+        &mut self,
+        records: impl IntoIterator<Item = S>,
+    ) -> Result<(), WriteError> {
+        let lines = line::encode(records)?;
+        self.cut_off()?;
+        if let Err(source) = self.file.write_all(&lines) {
+            self.torn = true;
+            // An error here stands back behind the write's; the next append tries again.
+            let _ = self.cut_off();
+            return Err(FileError::of("write", self.path())(source).into());
+        }
+        self.bytes += lines.len() as u64;
+        Ok(())
+    }
+
+    /// Waits until the disk has all that was appended.
+    ///
+    /// # Errors
+    /// The disk's. Records since the last success may then be missing after loss of power, whatever
+    /// a further sync says: the kernel tries once. [`rotate`](Self::rotate) writes the present state
+    /// anew.
+    pub fn sync(&mut self) -> Result<(), WriteError> {
+        Ok(self.file.sync_data().map_err(FileError::of("sync", self.path()))?)
+    }
+
+    /// Length of the present file in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Begins a new present file with `snapshot`, records that say all of the present state. The
+    /// former one becomes the older file, and the one before is gone. The disk has all of it when
+    /// this returns; a crash at any instant leaves the former present file, the snapshot or both.
+    ///
+    /// # Errors
+    /// Those of [`append`](Self::append) and of the disk. The journal then goes on with the present
+    /// file or, if only the last step failed, with the new one; nothing of the present state is lost
+    /// either way.
+    pub fn rotate<S: AsRef<str>>(
+        &mut self,
+        snapshot: impl IntoIterator<Item = S>,
+    ) -> Result<(), WriteError> {
+        let lines = line::encode(snapshot)?;
+        self.cut_off()?;
+        self.install()?;
+        self.sync()?;
+        let next = rotation::prepare(&self.files, &lines)?;
+        rotation::retire(&self.files)?;
+        self.file = next;
+        self.bytes = lines.len() as u64;
+        self.misnamed = true;
+        self.install()?;
+        Ok(self.files.sync_names()?)
+    }
+
+    /// Cuts off what a failed append has left, so that no record begins in the middle of a line.
+    fn cut_off(&mut self) -> Result<(), FileError> {
+        if self.torn {
+            self.file.set_len(self.bytes).map_err(FileError::of("truncate", self.path()))?;
+            self.torn = false;
+        }
+        Ok(())
+    }
+
+    /// Gives the present file its name, if a rotation has failed to.
+    fn install(&mut self) -> Result<(), FileError> {
+        if self.misnamed {
+            rotation::install(&self.files)?;
+            self.misnamed = false;
+        }
+        Ok(())
+    }
+
+    fn path(&self) -> &Path {
+        if self.misnamed { &self.files.next } else { &self.files.present }
+    }
+}
+
+/// Reads a file, cuts off a torn tail and sees to it that the disk has the rest. Returns the length.
+fn load(
+    file: &File,
+    path: &Path,
+    records: &mut Vec<String>,
+    all: &mut Vec<Damage>,
+) -> Result<u64, FileError> {
+    let mut lines = Lines::new(file.try_clone().map_err(FileError::of("open", path))?, path)?;
+    while let Some(part) = lines.next_part()? {
+        match part {
+            Part::Record(record) => records.push(record),
+            Part::Damage(damage) => {
+                if damage.kind == DamageKind::TornTail {
+                    file.set_len(damage.offset).map_err(FileError::of("truncate", path))?;
+                }
+                damage.add_to(all);
+            }
+        }
+    }
+    // A killed process may have left records that only the kernel has.
+    file.sync_data().map_err(FileError::of("sync", path))?;
+    Ok(file.metadata().map_err(FileError::of("read", path))?.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn what_could_not_be_cut_off_at_once_is_cut_off_before_the_next_append() {
+        let directory = tempfile::tempdir().unwrap();
+        let mut journal = Journal::open(directory.path()).unwrap().journal;
+        journal.append("first").unwrap();
+        // as a partial write leaves it whose truncation failed
+        journal.file.write_all(b"0123abcd half a rec").unwrap();
+        journal.torn = true;
+        journal.append("second").unwrap();
+        assert_eq!(journal.bytes(), fs::metadata(&journal.files.present).unwrap().len());
+        drop(journal);
+        let opened = Journal::open(directory.path()).unwrap();
+        assert_eq!((opened.records.len(), opened.damage.len()), (2, 0));
+    }
+
+    #[test]
+    fn a_rotation_whose_last_step_failed_is_ended_by_the_next_one_or_by_opening() {
+        for rotate_again in [false, true] {
+            let directory = tempfile::tempdir().unwrap();
+            let mut journal = Journal::open(directory.path()).unwrap().journal;
+            journal.append("first").unwrap();
+            journal.rotate(["first in short"]).unwrap();
+            fs::rename(&journal.files.present, &journal.files.next).unwrap();
+            journal.misnamed = true;
+            journal.append("second").unwrap();
+            journal.sync().unwrap();
+            let mut expected = vec!["first", "first in short", "second"];
+            assert_eq!(read(directory.path()), expected);
+            if rotate_again {
+                journal.rotate(["both in short"]).unwrap();
+                expected.remove(0);
+                expected.push("both in short");
+                assert_eq!(read(directory.path()), expected);
+            }
+            drop(journal);
+            assert_eq!(Journal::open(directory.path()).unwrap().records, expected);
+        }
+    }
+
+    fn read(directory: &Path) -> Vec<String> {
+        crate::read(directory).unwrap().map(Result::unwrap).collect()
+    }
+}

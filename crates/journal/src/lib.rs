@@ -1,0 +1,44 @@
+//! An append-only file of checksummed records. It survives the death of its process at any instant,
+//! loss of power and a full disk.
+//!
+//! A record is a line of text; what it means is its writer's business. A journal is a directory of
+//! its own:
+//!
+//! | file | what |
+//! |---|---|
+//! | `journal` | the present file, which records are appended to |
+//! | `journal.old` | the older file, which was present before the latest [`Journal::rotate`] |
+//! | `journal.new` | the next present file, while a rotation writes it |
+//! | `lock` | locked as long as a [`Journal`] lives; contains the process number of its holder |
+//!
+//! Every record is a line of the file: the CRC-32 of the text in eight hexadecimal digits, a space,
+//! the text, a newline. `tail -f` and `cut -c 10-` show the texts. Damage costs the lines it lies in
+//! and no other; a damaged newline costs the lines on both of its sides.
+//!
+//! What holds when:
+//!
+//! - after [`Journal::append`], the record survives the process;
+//! - after [`Journal::sync`], it survives loss of power too;
+//! - after an error, the journal contains what it contained before.
+//!
+//! Cost: an append is one write to the kernel's memory, however many records it has. A sync waits
+//! for the disk, hundreds of times as long; whoever appends often syncs once for many appends. A
+//! rotation waits for the disk four times. [`Journal::open`] reads both files into memory; [`read()`]
+//! keeps one record at a time. So the present file should be rotated when [`Journal::bytes`] has
+//! grown to a few megabytes.
+
+mod damage;
+mod error;
+mod files;
+mod journal;
+mod line;
+mod lines;
+mod lock;
+mod records;
+mod rotation;
+
+pub use damage::{Damage, DamageKind};
+pub use error::{FileError, OpenError, ReadError, WriteError};
+pub use journal::{Journal, Opened};
+pub use line::MAX_RECORD_BYTES;
+pub use records::{Records, read};

@@ -1,0 +1,160 @@
+//! The lines of one file, from its beginning to where it ended when it was opened, in constant
+//! memory.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use crate::damage::{Damage, DamageKind};
+use crate::error::FileError;
+use crate::line::{self, MAX_LINE_BYTES};
+
+const BUFFER_BYTES: usize = 1 << 16;
+
+/// A part of a file.
+pub(crate) enum Part {
+    Record(String),
+    Damage(Damage),
+}
+
+/// A file being read.
+#[derive(Debug)]
+pub(crate) struct Lines {
+    path: PathBuf,
+    reader: BufReader<File>,
+    /// Where the next line begins.
+    offset: u64,
+    /// The file's length; what is appended later is not read.
+    end: u64,
+    /// Of the present line as much as a record can have.
+    line: Vec<u8>,
+}
+
+impl Lines {
+    /// Reads `file`, which stands at its beginning; `path` is what damages and errors call it.
+    pub(crate) fn new(file: File, path: &Path) -> Result<Self, FileError> {
+        let end = file.metadata().map_err(FileError::of("read", path))?.len();
+        let reader = BufReader::with_capacity(BUFFER_BYTES, file);
+        Ok(Self { path: path.to_owned(), reader, offset: 0, end, line: Vec::new() })
+    }
+
+    /// The next part of the file; none at its end, and for good.
+    pub(crate) fn next_part(&mut self) -> Result<Option<Part>, FileError> {
+        let offset = self.offset;
+        let mut part = self.scan(offset);
+        // Without the lock, the line may be mixed of an append that failed and was cut off and of
+        // the one that took its place. Then the file itself has the right line by now.
+        if matches!(&part, Ok(Some(Part::Damage(_)))) {
+            part = self.seek(offset).and_then(|()| self.scan(offset));
+        }
+        if matches!(&part, Ok(Some(Part::Damage(Damage { kind: DamageKind::TornTail, .. })))) {
+            self.end = self.offset;
+        }
+        part.map_err(FileError::of("read", &self.path))
+    }
+
+    fn seek(&mut self, offset: u64) -> io::Result<()> {
+        self.reader.seek(SeekFrom::Start(offset))?;
+        self.offset = offset;
+        Ok(())
+    }
+
+    fn scan(&mut self, offset: u64) -> io::Result<Option<Part>> {
+        let has_end = self.take_line()?;
+        let bytes = self.offset - offset;
+        if bytes == 0 {
+            return Ok(None);
+        }
+        if has_end
+            && bytes <= MAX_LINE_BYTES as u64
+            && let Some(record) = line::decode(&self.line)
+        {
+            return Ok(Some(Part::Record(record.to_owned())));
+        }
+        let kind = if has_end { DamageKind::Corrupt } else { DamageKind::TornTail };
+        Ok(Some(Part::Damage(Damage { file: self.path.clone(), offset, bytes, kind })))
+    }
+
+    /// Goes on to behind the next newline or, returning false, to the end.
+    fn take_line(&mut self) -> io::Result<bool> {
+        self.line.clear();
+        loop {
+            if self.line.len() == MAX_LINE_BYTES {
+                // too long for a record; only its end is still looked for
+                self.line.clear();
+            }
+            let room = (MAX_LINE_BYTES - self.line.len()) as u64;
+            let most = room.min(self.end.saturating_sub(self.offset));
+            let read = self.reader.by_ref().take(most).read_until(b'\n', &mut self.line)?;
+            self.offset += read as u64;
+            if read == 0 || self.line.ends_with(b"\n") {
+                return Ok(read > 0);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::line::MAX_RECORD_BYTES;
+
+    fn parts(bytes: &[u8]) -> Vec<Result<String, (u64, u64, DamageKind)>> {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("file");
+        std::fs::write(&path, bytes).unwrap();
+        let mut lines = Lines::new(File::open(&path).unwrap(), &path).unwrap();
+        let mut parts = Vec::new();
+        while let Some(part) = lines.next_part().unwrap() {
+            parts.push(match part {
+                Part::Record(record) => Ok(record),
+                Part::Damage(damage) => Err((damage.offset, damage.bytes, damage.kind)),
+            });
+        }
+        assert!(lines.next_part().unwrap().is_none());
+        parts
+    }
+
+    #[test]
+    fn a_line_too_long_is_passed_over_even_if_its_end_looks_like_a_record() {
+        let record = line::encode(["record"]).unwrap();
+        let long = vec![b'x'; MAX_LINE_BYTES];
+        let bytes = [&record[..], &long, &record, &record].concat();
+        let corrupt =
+            (record.len() as u64, (long.len() + record.len()) as u64, DamageKind::Corrupt);
+        let record = || Ok("record".to_owned());
+        assert_eq!(parts(&bytes), [record(), Err(corrupt), record()]);
+    }
+
+    #[test]
+    fn a_tail_of_any_length_is_torn_as_a_whole() {
+        let record = line::encode(["record"]).unwrap();
+        for length in [1, 4096, MAX_LINE_BYTES, 2 * MAX_LINE_BYTES, 3 * MAX_RECORD_BYTES] {
+            // as loss of power leaves it: the length is on the disk, the bytes are not
+            let bytes = [&record[..], &vec![0; length]].concat();
+            let torn = (record.len() as u64, length as u64, DamageKind::TornTail);
+            assert_eq!(parts(&bytes), [Ok("record".to_owned()), Err(torn)]);
+        }
+    }
+
+    #[test]
+    fn what_a_line_was_replaced_with_is_read_anew() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("file");
+        let write = |record: &str| {
+            let records = ["first", record];
+            std::fs::write(&path, line::encode(records).unwrap()).unwrap();
+        };
+        write("damaged");
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, bytes.to_ascii_uppercase()).unwrap();
+        let mut lines = Lines::new(File::open(&path).unwrap(), &path).unwrap();
+        // everything is in the buffer by now
+        lines.reader.fill_buf().unwrap();
+        write("correct");
+        for expected in ["first", "correct"] {
+            let part = lines.next_part().unwrap();
+            assert!(matches!(part, Some(Part::Record(record)) if record == expected));
+        }
+    }
+}

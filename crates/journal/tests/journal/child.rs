@@ -1,0 +1,57 @@
+//! The test program as a process of its own, in one of its ignored tests.
+
+use std::env;
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, Command, Stdio};
+
+const DIRECTORY: &str = "JOURNAL_TEST_DIRECTORY";
+
+/// A child process. It talks on standard error, which the test harness does not use.
+pub(crate) struct Process {
+    pub(crate) child: Child,
+    pub(crate) told: Lines<BufReader<ChildStderr>>,
+}
+
+impl Process {
+    /// Starts `test`, with the journal in `directory`.
+    pub(crate) fn start(test: &str, directory: &Path) -> Self {
+        let mut child = Command::new(env::current_exe().unwrap())
+            .args(["--exact", test, "--ignored", "--nocapture", "--test-threads=1"])
+            .env(DIRECTORY, directory)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let told = BufReader::new(child.stderr.take().unwrap()).lines();
+        Self { child, told }
+    }
+
+    /// Waits for the next line that the process tells.
+    pub(crate) fn hear(&mut self) -> String {
+        self.told.next().expect("the child tells something").unwrap()
+    }
+
+    /// SIGKILL.
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// In the child: the directory. Nothing if a person runs the ignored tests.
+pub(crate) fn directory() -> Option<PathBuf> {
+    env::var_os(DIRECTORY).map(PathBuf::from)
+}
+
+/// In the child: tells the parent a line, whole or not at all.
+pub(crate) fn tell(line: &str) {
+    std::io::stderr().write_all(format!("{line}\n").as_bytes()).unwrap();
+}

@@ -1,0 +1,277 @@
+//! The authority of a structure: makes itself, issues and renews certificates.
+//!
+//! Keys are ECDSA on P-256; a holder's certificate is for TLS clients, and for servers too if it names
+//! addresses. Every serial number is random.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use rcgen::{
+    BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa,
+    Issuer, KeyPair, KeyUsagePurpose, PublicKeyData, SanType, SerialNumber, SignatureAlgorithm,
+};
+use truss::ids::StructureName;
+
+use crate::address::Address;
+use crate::certificate::{Certificate, PublicKey, ReadError};
+use crate::holder::{AUTHORITY, CommonName, Holder, HolderError};
+use crate::identity::{self, Identity};
+use crate::lifetime::Lifetime;
+use crate::private_files::{New, make_directory, replace_public};
+
+/// Why there is no authority, or no certificate of it.
+#[derive(Debug, thiserror::Error)]
+pub enum IssueError {
+    /// There is something already.
+    #[error(
+        "`{0}` is there already and is left as it is; renew its certificate, or remove it yourself first"
+    )]
+    Exists(PathBuf),
+    /// The disk refuses.
+    #[error("`{file}` cannot be written: {reason}")]
+    Write {
+        /// What was to be written.
+        file: PathBuf,
+        /// Why it was not.
+        reason: io::Error,
+    },
+    /// No authority here.
+    #[error("`{file}` {reason}; make an authority with `trusswatch pki authority STRUCTURE`")]
+    NoAuthority {
+        /// What is missing of it.
+        file: PathBuf,
+        /// How.
+        reason: String,
+    },
+    /// A certificate that cannot be renewed.
+    #[error("`{file}` {reason}")]
+    NoCertificate {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A name that no certificate can have.
+    #[error(transparent)]
+    Name(#[from] HolderError),
+    /// The authority's time is over.
+    #[error(
+        "the authority's certificate ended on {0}; make a new authority in a new directory and issue everything anew"
+    )]
+    AuthorityEnded(String),
+    /// The library that makes certificates refuses.
+    #[error("no certificate can be made: {0}")]
+    Making(#[from] rcgen::Error),
+    /// No randomness.
+    #[error("this computer gives no random numbers")]
+    NoRandomness,
+}
+
+/// A structure's authority with its key.
+#[derive(Debug)]
+pub struct Authority {
+    structure: StructureName,
+    key: KeyPair,
+    certificate: Certificate,
+    pem: String,
+}
+
+impl Authority {
+    /// Makes an authority in a library.
+    ///
+    /// # Errors
+    /// There is one already, or it cannot be written; then nothing was.
+    pub fn create(
+        library: &Path,
+        structure: StructureName,
+        lifetime: Lifetime,
+    ) -> Result<Self, IssueError> {
+        let key = KeyPair::generate()?;
+        let mut params = params(&name(&structure), lifetime)?;
+        params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+        params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+        let pem = params.self_signed(&key)?.pem();
+        let directory = library.join(AUTHORITY);
+        make(
+            &directory,
+            &[
+                New { name: identity::KEY, text: &key.serialize_pem(), private: true },
+                New { name: identity::CERTIFICATE, text: &pem, private: false },
+            ],
+        )?;
+        Self::open(library)
+    }
+
+    /// Reads the authority of a library.
+    ///
+    /// # Errors
+    /// There is none, or none that [`Authority::create`] has made.
+    pub fn open(library: &Path) -> Result<Self, IssueError> {
+        let directory = library.join(AUTHORITY);
+        let file = directory.join(identity::CERTIFICATE);
+        let none =
+            |file: &Path, reason: String| IssueError::NoAuthority { file: file.to_owned(), reason };
+        let unreadable = |error: io::Error| none(&file, ReadError::from(error).to_string());
+        let pem = std::fs::read_to_string(&file).map_err(unreadable)?;
+        let certificate = Certificate::from_pem(pem.as_bytes())
+            .map_err(|error| none(&file, error.to_string()))?;
+        let structure = certificate.common_name.as_deref().and_then(structure_of);
+        let structure = structure
+            .ok_or_else(|| none(&file, "is not of an authority that trusswatch made".into()))?;
+        let file = directory.join(identity::KEY);
+        let unreadable = |error: io::Error| none(&file, ReadError::from(error).to_string());
+        let key = std::fs::read_to_string(&file).map_err(unreadable)?;
+        let key = KeyPair::from_pem(&key).map_err(|_| none(&file, "holds no key".into()))?;
+        if key.subject_public_key_info() != certificate.public_key.whole {
+            return Err(none(&file, "does not belong to the certificate beside it".into()));
+        }
+        Ok(Self { structure, key, certificate, pem })
+    }
+
+    /// The structure that it speaks for.
+    #[must_use]
+    pub fn structure(&self) -> &StructureName {
+        &self.structure
+    }
+
+    /// Its own certificate.
+    #[must_use]
+    pub fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
+
+    /// Makes a key and a certificate for a holder in a directory of their own, with the authority's
+    /// certificate beside them. The certificate ends with the authority's at the latest.
+    ///
+    /// # Errors
+    /// The directory is there already, or cannot be written; then nothing was.
+    pub fn issue(
+        &self,
+        directory: &Path,
+        holder: &Holder,
+        addresses: &[Address],
+        lifetime: Lifetime,
+    ) -> Result<Identity, IssueError> {
+        let name = CommonName::new(holder.clone(), self.structure.clone())?;
+        let key = KeyPair::generate()?;
+        let certificate = self.certify(&name.to_string(), addresses, lifetime, &key)?;
+        make(
+            directory,
+            &[
+                New { name: identity::KEY, text: &key.serialize_pem(), private: true },
+                New { name: identity::CERTIFICATE, text: &certificate, private: false },
+                New { name: identity::AUTHORITY, text: &self.pem, private: false },
+            ],
+        )?;
+        Ok(Identity::in_directory(directory))
+    }
+
+    /// Puts a certificate with the same name, addresses and key and another lifetime in the place of a
+    /// certificate. The key is not touched and need not even be there.
+    ///
+    /// # Errors
+    /// The certificate is not one that this authority has signed, or cannot be written; then it is left
+    /// as it is.
+    pub fn renew(&self, identity: &Identity, lifetime: Lifetime) -> Result<(), IssueError> {
+        let file = &identity.certificate;
+        let refused = |reason: String| IssueError::NoCertificate { file: file.clone(), reason };
+        let old = Certificate::read(file).map_err(|error| refused(error.to_string()))?;
+        if !identity::is_signed_by(&old, &self.certificate) {
+            return Err(refused("is not signed by this authority; issue a new one".into()));
+        }
+        let name = old.common_name.as_deref().unwrap_or_default();
+        let key = KeptKey(&old.public_key);
+        let renewed = self.certify(name, &old.addresses, lifetime, &key)?;
+        replace_public(file, &renewed)
+            .map_err(|reason| IssueError::Write { file: file.clone(), reason })
+    }
+
+    fn certify(
+        &self,
+        common_name: &str,
+        addresses: &[Address],
+        lifetime: Lifetime,
+        key: &impl PublicKeyData,
+    ) -> Result<String, IssueError> {
+        let lifetime = lifetime.within(self.certificate.lifetime);
+        if lifetime.until <= lifetime.from {
+            let ended = self.certificate.lifetime.until.date();
+            return Err(IssueError::AuthorityEnded(ended.to_string()));
+        }
+        let mut params = params(common_name, lifetime)?;
+        params.is_ca = IsCa::ExplicitNoCa;
+        params.use_authority_key_identifier_extension = true;
+        params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+        params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
+        if !addresses.is_empty() {
+            params.extended_key_usages.push(ExtendedKeyUsagePurpose::ServerAuth);
+        }
+        for address in addresses {
+            params.subject_alt_names.push(match address {
+                Address::Ip(ip) => SanType::IpAddress(*ip),
+                Address::Name(name) => SanType::DnsName(name.as_str().try_into()?),
+            });
+        }
+        let mut own = CertificateParams::default();
+        own.distinguished_name = distinguished_name(&self::name(&self.structure));
+        Ok(params.signed_by(key, &Issuer::from_params(&own, &self.key))?.pem())
+    }
+}
+
+/// The key of a certificate that is renewed.
+struct KeptKey<'a>(&'a PublicKey);
+
+impl PublicKeyData for KeptKey<'_> {
+    fn der_bytes(&self) -> &[u8] {
+        &self.0.bits
+    }
+
+    /// That of every key that [`Authority::issue`] makes.
+    fn algorithm(&self) -> &'static SignatureAlgorithm {
+        &rcgen::PKCS_ECDSA_P256_SHA256
+    }
+}
+
+const OF: &str = "authority of ";
+
+/// What the authority of a structure calls itself.
+fn name(structure: &StructureName) -> String {
+    format!("{OF}{structure}")
+}
+
+fn structure_of(name: &str) -> Option<StructureName> {
+    name.strip_prefix(OF)?.parse().ok()
+}
+
+fn distinguished_name(common_name: &str) -> DistinguishedName {
+    let mut name = DistinguishedName::new();
+    name.push(DnType::CommonName, common_name);
+    name
+}
+
+fn params(common_name: &str, lifetime: Lifetime) -> Result<CertificateParams, IssueError> {
+    let mut params = CertificateParams::default();
+    params.distinguished_name = distinguished_name(common_name);
+    params.not_before = lifetime.from;
+    params.not_after = lifetime.until;
+    params.serial_number = Some(random_serial()?);
+    Ok(params)
+}
+
+/// Random, as RFC 5280 wants it: at most 20 octets, positive.
+fn random_serial() -> Result<SerialNumber, IssueError> {
+    let mut octets = [0; 16];
+    let random = rustls::crypto::ring::default_provider().secure_random;
+    random.fill(&mut octets).map_err(|_| IssueError::NoRandomness)?;
+    octets[0] &= 0x7f;
+    Ok(SerialNumber::from_slice(&octets))
+}
+
+fn make(directory: &Path, files: &[New<'_>]) -> Result<(), IssueError> {
+    make_directory(directory, files).map_err(|reason| match reason.kind() {
+        io::ErrorKind::AlreadyExists | io::ErrorKind::DirectoryNotEmpty => {
+            IssueError::Exists(directory.to_owned())
+        }
+        _ => IssueError::Write { file: directory.to_owned(), reason },
+    })
+}

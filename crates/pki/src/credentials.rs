@@ -1,0 +1,241 @@
+//! How services come by their identities: from the credential store of systemd.
+//!
+//! A unit says `LoadCredential=key.pem:trusswatch.module1.key.pem`; the service manager takes that file
+//! from the store, which only root can read, and shows it to this service alone, as `key.pem` in
+//! `/run/credentials/UNIT`, while it runs. The names here are those in `deploy/systemd`.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::certificate::{Certificate, ReadError};
+use crate::holder::{CommonName, Holder, HolderError};
+use crate::identity::{AUTHORITY, CERTIFICATE, Identity, KEY, Problem};
+use crate::private_files::{make_private_directory, replace_private};
+
+/// Where the service manager takes credentials from.
+pub const STORE: &str = "/etc/credstore";
+/// Where it shows each service its own, in a directory that is called like the unit.
+const SHOWN: &str = "/run/credentials";
+
+/// Before and behind the instance in the name of a diagnoser's unit.
+const DIAGNOSER: (&str, &str) = ("trusswatch-diagnoser@", ".service");
+const PLANT: &str = "trusswatch-plant.service";
+const ROUTER: &str = "trusswatch-router.service";
+
+/// A service that shows who it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Service {
+    /// A module's diagnoser, by the instance of its unit.
+    Diagnoser(String),
+    /// The simulated plant.
+    Plant,
+    /// A router.
+    Router,
+}
+
+/// Why an identity is not in the store.
+#[derive(Debug, thiserror::Error)]
+pub enum InstallError {
+    /// Files that no service could use.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Problems(Vec<Problem>),
+    /// A certificate that cannot be read.
+    #[error("{}: {reason}", file.display())]
+    Certificate {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        reason: ReadError,
+    },
+    /// A certificate that says nothing of a holder.
+    #[error("`{file}`: {reason}")]
+    Name {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        reason: HolderError,
+    },
+    /// A person's certificate.
+    #[error("`{0}` has no service; show its directory with `--tls`")]
+    NoService(CommonName),
+    /// Services of this computer are under another authority.
+    #[error(
+        "`{0}` is the certificate of another authority and is left as it is; remove it first if every \
+         service of this computer gets a new identity"
+    )]
+    OtherAuthority(PathBuf),
+    /// The disk refuses.
+    #[error("`{file}` cannot be {done}: {reason}")]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What could not be done with it.
+        done: &'static str,
+        /// Why not.
+        reason: io::Error,
+    },
+}
+
+impl Service {
+    /// The service that a holder's identity is for; people have none.
+    #[must_use]
+    pub fn of(holder: &Holder) -> Option<Self> {
+        match holder {
+            Holder::Module(name) => Some(Service::Diagnoser(name.to_string())),
+            Holder::Plant => Some(Service::Plant),
+            Holder::Router(_) => Some(Service::Router),
+            Holder::Operator(_) | Holder::Observer(_) => None,
+        }
+    }
+
+    /// The service of a unit.
+    fn of_unit(unit: &str) -> Option<Self> {
+        match unit {
+            PLANT => Some(Service::Plant),
+            ROUTER => Some(Service::Router),
+            _ => {
+                let instance = unit.strip_prefix(DIAGNOSER.0)?.strip_suffix(DIAGNOSER.1)?;
+                Some(Service::Diagnoser(instance.to_owned()))
+            }
+        }
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(&self) -> String {
+        match self {
+            Service::Diagnoser(instance) => format!("{}{instance}{}", DIAGNOSER.0, DIAGNOSER.1),
+            Service::Plant => PLANT.to_owned(),
+            Service::Router => ROUTER.to_owned(),
+        }
+    }
+
+    /// The directory that it sees its identity in while it runs.
+    #[must_use]
+    pub fn shown(&self) -> PathBuf {
+        Path::new(SHOWN).join(self.unit())
+    }
+
+    /// Where its identity is in a store.
+    #[must_use]
+    pub fn stored(&self, store: &Path) -> Identity {
+        let name = match self {
+            Service::Diagnoser(instance) => instance,
+            Service::Plant => "plant",
+            Service::Router => "router",
+        };
+        Identity {
+            authority: store.join(format!("trusswatch.{AUTHORITY}")),
+            certificate: store.join(format!("trusswatch.{name}.{CERTIFICATE}")),
+            key: store.join(format!("trusswatch.{name}.{KEY}")),
+        }
+    }
+}
+
+/// The identity that a directory stands for. While a service does not run, the directory that it will
+/// see is not there, and the identity is where the service manager will take it from.
+#[must_use]
+pub fn identity(directory: &Path) -> Identity {
+    let unit = directory.strip_prefix(SHOWN).ok().and_then(Path::to_str);
+    match unit.and_then(Service::of_unit) {
+        Some(service) if !directory.exists() => service.stored(Path::new(STORE)),
+        _ => Identity::in_directory(directory),
+    }
+}
+
+/// Puts an identity into a store, over an older one of the same service and authority. The service takes
+/// it when it starts.
+///
+/// # Errors
+/// An identity that is no good, of a person, or of another authority than what is there; or the disk
+/// refuses.
+pub fn install(identity: &Identity, store: &Path) -> Result<Service, InstallError> {
+    let mut problems = identity.problems(None, &[]);
+    // This computer's clock may not be set yet.
+    problems.retain(|problem| !problem.wrong.passes());
+    if !problems.is_empty() {
+        return Err(InstallError::Problems(problems));
+    }
+    let name = common_name(&identity.certificate)?;
+    let service = Service::of(&name.holder).ok_or(InstallError::NoService(name))?;
+    let stored = service.stored(store);
+    if stored.authority.exists()
+        && certificate(&stored.authority)? != certificate(&identity.authority)?
+    {
+        return Err(InstallError::OtherAuthority(stored.authority));
+    }
+    make_private_directory(store).map_err(|reason| file_error(store, "made", reason))?;
+    for (from, to) in [
+        (&identity.authority, &stored.authority),
+        (&identity.key, &stored.key),
+        (&identity.certificate, &stored.certificate),
+    ] {
+        let text = fs::read_to_string(from).map_err(|reason| file_error(from, "read", reason))?;
+        replace_private(to, &text).map_err(|reason| file_error(to, "written", reason))?;
+    }
+    Ok(service)
+}
+
+fn common_name(file: &Path) -> Result<CommonName, InstallError> {
+    let name = Certificate::read(file).map_err(|error| unreadable(file, error))?.common_name;
+    let refused = |reason| InstallError::Name { file: file.to_owned(), reason };
+    name.unwrap_or_default().parse().map_err(refused)
+}
+
+/// What a certificate says, however its file is laid out.
+fn certificate(file: &Path) -> Result<Vec<u8>, InstallError> {
+    let read = Certificate::read(file).map_err(|error| unreadable(file, error))?;
+    Ok(read.der.to_vec())
+}
+
+fn unreadable(file: &Path, error: ReadError) -> InstallError {
+    InstallError::Certificate { file: file.to_owned(), reason: error }
+}
+
+fn file_error(file: &Path, done: &'static str, reason: io::Error) -> InstallError {
+    InstallError::File { file: file.to_owned(), done, reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_names_are_those_that_the_units_load() {
+        for (file, unit, holder, instance) in [
+            ("trusswatch-diagnoser@.service", "trusswatch-diagnoser@m7.service", "m7", "m7"),
+            (PLANT, PLANT, "plant", ""),
+            (ROUTER, ROUTER, "router.ground", ""),
+        ] {
+            let service = Service::of(&holder.parse().unwrap()).unwrap();
+            assert_eq!(service.unit(), unit);
+            assert_eq!(Service::of_unit(unit), Some(service.clone()));
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/systemd");
+            let text = fs::read_to_string(folder.join(file)).unwrap().replace("%i", instance);
+            let stored = service.stored(Path::new(STORE));
+            for (name, file) in [
+                (AUTHORITY, &stored.authority),
+                (CERTIFICATE, &stored.certificate),
+                (KEY, &stored.key),
+            ] {
+                let stored = file.strip_prefix(STORE).unwrap().display();
+                let line = format!("LoadCredential={name}:{stored}\n");
+                assert!(text.contains(&line), "{unit} has no line {line}");
+            }
+        }
+        for person in ["operator.ada", "observer.wall"] {
+            assert_eq!(Service::of(&person.parse().unwrap()), None);
+        }
+    }
+
+    #[test]
+    fn a_service_that_does_not_run_is_looked_up_in_the_store() {
+        let absent = Service::Diagnoser("no-such-module".to_owned());
+        assert_eq!(identity(&absent.shown()), absent.stored(Path::new(STORE)));
+        for other in ["/run/credentials/ssh.service", "/run/credentials", "/somewhere"] {
+            let other = Path::new(other);
+            assert_eq!(identity(other), Identity::in_directory(other));
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Who a certificate is for.
+//!
+//! ```text
+//! module1          a module's computer
+//! plant            the simulated plant, or whatever publishes the samples of every module
+//! router.ground    a router
+//! operator.ada     may order
+//! observer.wall    may only read
+//! ```
+
+use std::fmt;
+use std::str::FromStr;
+
+use truss::ids::{ModuleName, StructureName};
+
+/// What an authority's own directory is called; no module may be called so.
+pub const AUTHORITY: &str = "authority";
+/// The plant.
+const PLANT: &str = "plant";
+/// Longest common name that X.509 allows (RFC 5280, `ub-common-name`).
+const MAX_COMMON_NAME: usize = 64;
+
+/// Somebody or something with a certificate.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Holder {
+    /// A module's diagnoser, and whatever else runs on its computer.
+    Module(ModuleName),
+    /// The simulated plant.
+    Plant,
+    /// A router.
+    Router(BearerName),
+    /// A person or a program that may acknowledge, reset and inject.
+    Operator(BearerName),
+    /// A person or a program that may only read.
+    Observer(BearerName),
+}
+
+/// Name of a router, an operator or an observer: of the alphabet of all names.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BearerName(ModuleName);
+
+/// A holder in a structure, as a certificate names it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CommonName {
+    /// Who.
+    pub holder: Holder,
+    /// Of which structure.
+    pub structure: StructureName,
+}
+
+/// A text that names no holder.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum HolderError {
+    /// Nothing of that form.
+    #[error(
+        "`{0}` names no holder of a certificate; write MODULE, plant, router.NAME, operator.NAME or observer.NAME"
+    )]
+    Form(String),
+    /// A common name without a structure.
+    #[error("`{0}` names no holder and structure; e.g. `module1.tower` does")]
+    NoStructure(String),
+    /// Too long for a certificate.
+    #[error("`{0}` is longer than the {MAX_COMMON_NAME} characters of a common name")]
+    TooLong(String),
+}
+
+impl fmt::Display for BearerName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl FromStr for BearerName {
+    type Err = truss::ids::NameError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.parse().map(Self)
+    }
+}
+
+impl fmt::Display for Holder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Holder::Module(name) => name.fmt(f),
+            Holder::Plant => f.write_str(PLANT),
+            Holder::Router(name) => write!(f, "router.{name}"),
+            Holder::Operator(name) => write!(f, "operator.{name}"),
+            Holder::Observer(name) => write!(f, "observer.{name}"),
+        }
+    }
+}
+
+impl FromStr for Holder {
+    type Err = HolderError;
+
+    fn from_str(text: &str) -> Result<Self, HolderError> {
+        let wrong = || HolderError::Form(text.chars().take(80).collect());
+        match text.split_once('.') {
+            None if text == PLANT => Ok(Holder::Plant),
+            None if text == AUTHORITY => Err(wrong()),
+            None => text.parse().map(Holder::Module).map_err(|_| wrong()),
+            Some((role, name)) => {
+                let name: BearerName = name.parse().map_err(|_| wrong())?;
+                match role {
+                    "router" => Ok(Holder::Router(name)),
+                    "operator" => Ok(Holder::Operator(name)),
+                    "observer" => Ok(Holder::Observer(name)),
+                    _ => Err(wrong()),
+                }
+            }
+        }
+    }
+}
+
+impl CommonName {
+    /// A holder of a structure.
+    ///
+    /// # Errors
+    /// Too long for a certificate.
+    pub fn new(holder: Holder, structure: StructureName) -> Result<Self, HolderError> {
+        let name = Self { holder, structure };
+        let text = name.to_string();
+        if text.len() > MAX_COMMON_NAME { Err(HolderError::TooLong(text)) } else { Ok(name) }
+    }
+}
+
+impl fmt::Display for CommonName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.holder, self.structure)
+    }
+}
+
+impl FromStr for CommonName {
+    type Err = HolderError;
+
+    fn from_str(text: &str) -> Result<Self, HolderError> {
+        let wrong = || HolderError::NoStructure(text.chars().take(80).collect());
+        let (holder, structure) = text.rsplit_once('.').ok_or_else(wrong)?;
+        CommonName::new(holder.parse()?, structure.parse().map_err(|_| wrong())?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_holder_is_written_as_it_is_read() {
+        for text in ["module1", "plant", "router.ground", "operator.ada", "observer.wall-2"] {
+            assert_eq!(text.parse::<Holder>().unwrap().to_string(), text);
+            let common = format!("{text}.tower");
+            assert_eq!(common.parse::<CommonName>().unwrap().to_string(), common);
+        }
+        assert_eq!("plant".parse(), Ok(Holder::Plant));
+        assert_eq!("operator".parse(), Ok(Holder::Module("operator".parse().unwrap())));
+    }
+
+    #[test]
+    fn nobody_else_is_a_holder() {
+        for text in ["", "authority", "king.ada", "operator.", "operator.a.b", "../x", "a/b", "-x"]
+        {
+            assert!(text.parse::<Holder>().is_err(), "{text}");
+        }
+        for text in ["tower", "module1.", ".tower", "king.ada.tower", "operator.ada.to wer"] {
+            assert!(text.parse::<CommonName>().is_err(), "{text}");
+        }
+        let long = format!("operator.{}.tower", "a".repeat(60));
+        assert!(matches!(long.parse::<CommonName>(), Err(HolderError::TooLong(_))));
+    }
+}

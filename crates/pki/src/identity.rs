@@ -1,0 +1,242 @@
+//! The files by which a holder shows who it is, and what may be wrong with them.
+
+use std::io;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rustls::crypto::CryptoProvider;
+use rustls::pki_types::pem::PemObject;
+use rustls::pki_types::{PrivateKeyDer, UnixTime};
+use rustls::server::WebPkiClientVerifier;
+use rustls::sign::CertifiedKey;
+use rustls::{InconsistentKeys, RootCertStore};
+use time::{Duration, OffsetDateTime};
+
+use crate::address::Address;
+use crate::certificate::Certificate;
+use crate::holder::CommonName;
+use crate::lifetime::{Lifetime, now};
+use crate::private_files::PRIVATE;
+
+/// The authority's certificate in an identity's directory.
+pub const AUTHORITY: &str = "authority.pem";
+/// The holder's certificate in an identity's directory.
+pub const CERTIFICATE: &str = "certificate.pem";
+/// The holder's key in an identity's directory.
+pub const KEY: &str = "key.pem";
+
+/// A certificate that ends within this is worth a word.
+const SOON: Duration = Duration::days(30);
+
+/// Where the files of a holder are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Identity {
+    /// The authority's certificate.
+    pub authority: PathBuf,
+    /// The holder's certificate.
+    pub certificate: PathBuf,
+    /// The holder's key.
+    pub key: PathBuf,
+}
+
+/// Something wrong with a file, and what would be right.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {wrong}", file.display())]
+pub struct Problem {
+    /// The file.
+    pub file: PathBuf,
+    /// What is wrong with it.
+    pub wrong: Wrong,
+}
+
+/// What may be wrong with a file of an identity.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Wrong {
+    /// Missing, not allowed, or something else than it should be.
+    #[error("{0}")]
+    Unusable(String),
+    /// Its time is over.
+    #[error("expired on {0}; renew it with `trusswatch pki renew`")]
+    Expired(String),
+    /// Its time is to come, or this computer's clock is behind.
+    #[error("is not valid before {from}, and this computer's clock says {now}; set the clock")]
+    NotYetValid {
+        /// When it becomes valid.
+        from: String,
+        /// What the clock says.
+        now: String,
+    },
+    /// Somebody else's.
+    #[error(
+        "was issued to `{found}`, but this is `{expected}`; use the certificate of `{expected}`"
+    )]
+    OtherName {
+        /// Whose it is.
+        found: String,
+        /// Whose it should be.
+        expected: String,
+    },
+    /// Signed by somebody else, or not for this use.
+    #[error("is not signed by the authority in `{}`; use the certificate and the authority that were issued together", .0.display())]
+    OtherAuthority(PathBuf),
+    /// Whoever connects would find that it is another computer.
+    #[error("does not name {0}, where this process listens; issue it with `--address {0}`")]
+    OtherAddress(Address),
+    /// A key that is no secret.
+    #[error(
+        "can be read by everybody (mode {0:04o}); right is mode {PRIVATE:04o}, and a new key if somebody may have read it"
+    )]
+    Exposed(u32),
+    /// The key of another certificate.
+    #[error("does not belong to the certificate in `{}`; use the key that was issued with it", .0.display())]
+    OtherKey(PathBuf),
+}
+
+impl Wrong {
+    /// Whether it comes and goes with the time of day, as the files stay the same.
+    #[must_use]
+    pub fn passes(&self) -> bool {
+        matches!(self, Wrong::Expired(_) | Wrong::NotYetValid { .. })
+    }
+}
+
+impl Identity {
+    /// The files of a directory as `trusswatch pki issue` makes it.
+    #[must_use]
+    pub fn in_directory(directory: &Path) -> Self {
+        Self {
+            authority: directory.join(AUTHORITY),
+            certificate: directory.join(CERTIFICATE),
+            key: directory.join(KEY),
+        }
+    }
+
+    /// Everything that is wrong with the files: with themselves, with one another, and with the name
+    /// that they should be for. `listening` is where the holder listens, if anywhere.
+    #[must_use]
+    pub fn problems(&self, expected: Option<&CommonName>, listening: &[Address]) -> Vec<Problem> {
+        self.problems_at(now(), expected, listening)
+    }
+
+    fn problems_at(
+        &self,
+        now: OffsetDateTime,
+        expected: Option<&CommonName>,
+        listening: &[Address],
+    ) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        let mut found =
+            |file: &Path, wrong| problems.push(Problem { file: file.to_owned(), wrong });
+        let authority = read(&self.authority).map_err(|wrong| found(&self.authority, wrong)).ok();
+        let own = read(&self.certificate).map_err(|wrong| found(&self.certificate, wrong)).ok();
+        for (file, certificate) in [(&self.authority, &authority), (&self.certificate, &own)] {
+            let untimely = certificate.as_ref().and_then(|read| untimely(read.lifetime, now));
+            untimely.into_iter().for_each(|wrong| found(file, wrong));
+        }
+        if let Some(own) = &own {
+            for wrong in wrong_for(own, expected, listening) {
+                found(&self.certificate, wrong);
+            }
+        }
+        if let (Some(own), Some(authority)) = (&own, &authority)
+            && !is_signed_by(own, authority)
+        {
+            found(&self.certificate, Wrong::OtherAuthority(self.authority.clone()));
+        }
+        for wrong in self.wrong_with_key(own.as_ref()) {
+            found(&self.key, wrong);
+        }
+        problems
+    }
+
+    /// How many days the certificate is still good for, if that is not many.
+    #[must_use]
+    pub fn ends_soon(&self) -> Option<i64> {
+        let left = Certificate::read(&self.certificate).ok()?.lifetime.until - now();
+        (left.is_positive() && left < SOON).then_some(left.whole_days())
+    }
+
+    fn wrong_with_key(&self, certificate: Option<&Certificate>) -> Vec<Wrong> {
+        let mut wrong = Vec::new();
+        let mode = self.key.metadata().map_or(0, |metadata| metadata.permissions().mode()) & 0o777;
+        if mode & 0o007 != 0 {
+            wrong.push(Wrong::Exposed(mode));
+        }
+        let text = match std::fs::read(&self.key) {
+            Ok(text) => text,
+            Err(error) => {
+                wrong.push(unreadable(&error));
+                return wrong;
+            }
+        };
+        let provider = provider();
+        let key = PrivateKeyDer::from_pem_slice(&text).ok();
+        let key = key.and_then(|key| provider.key_provider.load_private_key(key).ok());
+        match (key, certificate) {
+            (None, _) => wrong.push(Wrong::Unusable("holds no private key in PEM form".into())),
+            (Some(_), None) => {}
+            (Some(key), Some(certificate)) => {
+                let pair = CertifiedKey::new(vec![certificate.der.clone()], key);
+                let matches = pair.keys_match();
+                if !matches!(
+                    matches,
+                    Ok(()) | Err(rustls::Error::InconsistentKeys(InconsistentKeys::Unknown))
+                ) {
+                    wrong.push(Wrong::OtherKey(self.certificate.clone()));
+                }
+            }
+        }
+        wrong
+    }
+}
+
+fn read(file: &Path) -> Result<Certificate, Wrong> {
+    Certificate::read(file).map_err(|error| Wrong::Unusable(error.to_string()))
+}
+
+fn unreadable(error: &io::Error) -> Wrong {
+    Wrong::Unusable(format!("cannot be read: {error}"))
+}
+
+fn untimely(lifetime: Lifetime, now: OffsetDateTime) -> Option<Wrong> {
+    let day = |time: OffsetDateTime| time.date().to_string();
+    if now > lifetime.until {
+        return Some(Wrong::Expired(day(lifetime.until)));
+    }
+    let early = now < lifetime.from;
+    early.then(|| Wrong::NotYetValid { from: day(lifetime.from), now: day(now) })
+}
+
+fn wrong_for(
+    own: &Certificate,
+    expected: Option<&CommonName>,
+    listening: &[Address],
+) -> Vec<Wrong> {
+    let found = own.common_name.clone().unwrap_or_else(|| "nobody".to_owned());
+    let expected = expected.map(ToString::to_string).filter(|expected| *expected != found);
+    let name = expected.map(|expected| Wrong::OtherName { found, expected });
+    let is_named = |address: &&Address| !own.addresses.contains(address);
+    let addresses = listening.iter().filter(is_named).cloned().map(Wrong::OtherAddress);
+    name.into_iter().chain(addresses).collect()
+}
+
+fn provider() -> Arc<CryptoProvider> {
+    Arc::new(rustls::crypto::ring::default_provider())
+}
+
+/// Whether TLS takes the certificate as signed by the authority. That is asked for the certificate's
+/// first moment, so that it is no question of time.
+pub(crate) fn is_signed_by(own: &Certificate, authority: &Certificate) -> bool {
+    let mut roots = RootCertStore::empty();
+    if roots.add(authority.der.clone()).is_err() {
+        return false;
+    }
+    let verifier = WebPkiClientVerifier::builder_with_provider(roots.into(), provider()).build();
+    let seconds = u64::try_from(own.lifetime.from.unix_timestamp()).unwrap_or(0);
+    let moment = UnixTime::since_unix_epoch(std::time::Duration::from_secs(seconds));
+    let verify = |verifier: Arc<dyn rustls::server::danger::ClientCertVerifier>| {
+        verifier.verify_client_cert(&own.der, &own.followers, moment).is_ok()
+    };
+    verifier.is_ok_and(verify)
+}

@@ -1,0 +1,39 @@
+//! Who is who: a structure's authority and the certificates that it signs.
+//!
+//! A *holder* is a module, the plant, a router, an operator or an observer. Its *identity* is a
+//! directory of three files: its certificate, its key, and the authority's certificate. The
+//! certificate's common name is the holder's and the structure's, e.g. `module1.tower` or
+//! `operator.ada.tower`; access control goes by it.
+//!
+//! | file | what |
+//! |---|---|
+//! | `holder` | who a certificate is for, and how that is written |
+//! | `address` | where a holder can be reached |
+//! | `lifetime` | from when until when |
+//! | `certificate` | what stands in a certificate |
+//! | `identity` | the files of a holder, and what is wrong with them |
+//! | `authority` | makes the authority, issues and renews |
+//! | `library` | the directory with the authority and every identity that it has issued |
+//! | `credentials` | how services come by their identities, from systemd's credential store |
+//! | `private_files` | writing what nobody else may read, and never over something that is there |
+//!
+//! Certificates are made with [rcgen](rcgen) and judged with [rustls](rustls), as on the network.
+
+pub mod address;
+pub mod authority;
+pub mod certificate;
+pub mod credentials;
+pub mod holder;
+pub mod identity;
+pub mod library;
+pub mod lifetime;
+
+mod private_files;
+
+pub use address::Address;
+pub use authority::{Authority, IssueError};
+pub use certificate::Certificate;
+pub use holder::{CommonName, Holder};
+pub use identity::{Identity, Problem};
+pub use library::Library;
+pub use lifetime::Lifetime;

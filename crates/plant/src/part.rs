@@ -1,0 +1,245 @@
+//! A part of the plant that stands by itself, step by step: a structure with its loads, its actuators
+//! and sensors, and its controller.
+//!
+//! Sample k: the structure's elongations and the chambers' pressures are measured, the controller
+//! turns them into demands. Then all moves on to k + 1: the pressures under the demands of sample
+//! k, the structure under the average of the forces at both ends of the step and the wind in its
+//! middle.
+
+use nalgebra::DVector;
+use truss::fault::Fault;
+use truss::{ModalStepper, Modes, Structure};
+
+use crate::controller::{Controller, Design, beside, gage_noise_m};
+use crate::equilibrium::Equilibrium;
+use crate::error::PlantError;
+use crate::gage::{GageState, Gages};
+use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics};
+use crate::injection::Component;
+use crate::parameters::PlantParameters;
+use crate::pressure_sensor::PressureSensors;
+use crate::signals::Signals;
+use crate::tower::Tower;
+use crate::wind_loads::WindConditions;
+use crate::wind_loads::WindLoads;
+
+/// A tower at work.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    structure: ModalStepper,
+    /// Elongations under the weight of the live loads \[m\].
+    live_elongations_m: Vec<f64>,
+    live_loads_kg: Vec<f64>,
+    wind: WindLoads,
+    hydraulics: Hydraulics,
+    /// Of the true hardware, by which observed pressures become observed forces.
+    hydraulic_parameters: HydraulicParameters,
+    gages: Gages,
+    pressure_sensors: PressureSensors,
+    controller: Controller,
+    step_s: f64,
+    /// Where the signals of its equipped modules go, among those of the whole plant.
+    places: Vec<usize>,
+    buffers: Buffers,
+}
+
+/// What a part is made of.
+pub(crate) struct Making<'a> {
+    /// The structure as it is.
+    pub(crate) truth: &'a Structure,
+    /// As its controller believes it to be.
+    pub(crate) believed: &'a Structure,
+    /// Parameters as they are.
+    pub(crate) true_parameters: &'a PlantParameters,
+    /// As the controller believes them to be.
+    pub(crate) believed_parameters: &'a PlantParameters,
+    /// The wind that all parts stand in.
+    pub(crate) wind: WindConditions,
+    /// Of its gusts, loads and noise.
+    pub(crate) seed: u64,
+    /// Where the signals of its equipped modules go.
+    pub(crate) places: Vec<usize>,
+}
+
+/// Working values of one step, all modules concatenated.
+#[derive(Debug, Clone)]
+struct Buffers {
+    elongations_m: Vec<f64>,
+    pressures_pa: Vec<[f64; 2]>,
+    observed_forces_n: Vec<f64>,
+    force_noise_n: Vec<f64>,
+    demands_n: Vec<f64>,
+    forces_n: Vec<f64>,
+    /// Inputs of the structure: actuator forces, then the levels' forces in x and in y.
+    inputs_n: Vec<f64>,
+}
+
+impl Part {
+    pub(crate) fn new(making: Making<'_>) -> Result<Self, PlantError> {
+        let design = Design::new(making.believed, making.believed_parameters)?;
+        let Making { truth, true_parameters, seed, .. } = making;
+        let tower = Tower::new(truth, true_parameters, making.wind.clone(), seed)?;
+        Self::assemble(tower, &design, making)
+    }
+
+    /// Puts actuators, sensors and controller onto a tower, all in equilibrium.
+    fn assemble(tower: Tower, design: &Design, making: Making<'_>) -> Result<Self, PlantError> {
+        let Making { truth, true_parameters: parameters, seed, places, .. } = making;
+        let (step_s, hydraulics) = (parameters.step_s, &parameters.hydraulics);
+        let wind_map = tower.wind_map();
+        let live = tower.live_elongations(parameters.loads.gravity_m_per_s2)?;
+        let mean_wind = DVector::from_column_slice(tower.wind.at_start());
+        let at_rest = Equilibrium::solve(
+            design,
+            &tower.elongations(&tower.mechanics.actuator_map)?,
+            &(tower.elongations(&wind_map)? * mean_wind + &live),
+            hydraulics.demand_limit_n,
+        )?;
+        let inputs_n = [&at_rest.forces_n, tower.wind.at_start()].concat();
+        let input_map = beside(&tower.mechanics.actuator_map, &wind_map);
+        let modes = Modes::of(&tower.mechanics, truth.damping, None)?;
+        let mut structure =
+            ModalStepper::new(&modes, step_s, &input_map, &tower.mechanics.gage_map);
+        structure.settle(&inputs_n);
+        let (actuators, gages) = (at_rest.forces_n.len(), live.len());
+        Ok(Self {
+            structure,
+            live_elongations_m: live.as_slice().to_vec(),
+            live_loads_kg: tower.live_loads_kg,
+            wind: tower.wind,
+            hydraulics: Hydraulics::new(hydraulics, step_s, &at_rest.forces_n),
+            hydraulic_parameters: hydraulics.clone(),
+            gages: Gages::new(&gage_noise_m(truth, parameters), seed),
+            pressure_sensors: PressureSensors::new(hydraulics, actuators, seed),
+            controller: Controller::new(
+                design,
+                hydraulics.demand_limit_n,
+                at_rest.state,
+                at_rest.forces_n,
+            ),
+            step_s,
+            places,
+            buffers: Buffers {
+                elongations_m: vec![0.0; gages],
+                pressures_pa: vec![[0.0; 2]; actuators],
+                observed_forces_n: vec![0.0; actuators],
+                force_noise_n: vec![0.0; actuators],
+                demands_n: vec![0.0; actuators],
+                forces_n: vec![0.0; actuators],
+                inputs_n,
+            },
+        })
+    }
+
+    /// Computes its signals of the next step. Allocates nothing.
+    pub(crate) fn advance(&mut self, signals: &mut Signals) {
+        self.measure();
+        let buffers = &mut self.buffers;
+        self.controller.step(
+            &buffers.elongations_m,
+            &buffers.observed_forces_n,
+            &mut buffers.demands_n,
+        );
+        signals.write(
+            &self.places,
+            &buffers.demands_n,
+            &buffers.pressures_pa,
+            &buffers.elongations_m,
+        );
+        self.move_on();
+    }
+
+    /// Gives a component this fault, in place of any it has. Of the component's kind it must be.
+    pub(crate) fn inject(&mut self, component: Component, fault: Fault) {
+        match component {
+            Component::Actuator(actuator) => {
+                self.hydraulics.set(actuator, actuator_state(fault));
+            }
+            Component::Gage(gage) => self.gages.set(gage, gage_state(fault, self.step_s)),
+        }
+    }
+
+    /// Repairs a component.
+    pub(crate) fn clear(&mut self, component: Component) {
+        match component {
+            Component::Actuator(actuator) => {
+                self.hydraulics.set(actuator, ActuatorState::Healthy);
+            }
+            Component::Gage(gage) => self.gages.set(gage, GageState::Healthy),
+        }
+    }
+
+    /// Live load of each level above the lowest, from the bottom up \[kg\].
+    pub(crate) fn live_loads_kg(&self) -> &[f64] {
+        &self.live_loads_kg
+    }
+
+    /// Reads gages and pressure sensors of this sample, and the forces that follow (eq. 8).
+    fn measure(&mut self) {
+        let buffers = &mut self.buffers;
+        self.structure.outputs(&mut buffers.elongations_m);
+        for (elongation, live) in buffers.elongations_m.iter_mut().zip(&self.live_elongations_m) {
+            *elongation += live;
+        }
+        self.gages.read(&mut buffers.elongations_m);
+        let pressures = self.hydraulics.pressures_pa();
+        self.pressure_sensors.read(pressures, &mut buffers.pressures_pa);
+        self.hydraulics.forces(&mut buffers.forces_n);
+        let observed = buffers.observed_forces_n.iter_mut().zip(&mut buffers.force_noise_n);
+        for ((observed, noise), (measured, force)) in
+            observed.zip(buffers.pressures_pa.iter().zip(&buffers.forces_n))
+        {
+            *observed = self.hydraulic_parameters.force_n(*measured);
+            *noise = *observed - force;
+        }
+    }
+
+    /// Moves pressures, wind and structure on by one step.
+    fn move_on(&mut self) {
+        let Buffers { inputs_n, forces_n, demands_n, force_noise_n, .. } = &mut self.buffers;
+        let (actuators, levels) = inputs_n.split_at_mut(forces_n.len());
+        actuators.copy_from_slice(forces_n);
+        self.hydraulics.step(demands_n, force_noise_n);
+        self.hydraulics.forces(forces_n);
+        for (mean, after) in actuators.iter_mut().zip(forces_n) {
+            *mean = 0.5 * (*mean + *after);
+        }
+        self.wind.next(levels);
+        self.structure.step(inputs_n);
+    }
+}
+
+fn actuator_state(fault: Fault) -> ActuatorState {
+    let leaking = |internal, external_a, external_b| ActuatorState::Leaking {
+        internal,
+        external_a,
+        external_b,
+    };
+    match fault {
+        Fault::InternalLeakage { area_m2 } => leaking(area_m2, 0.0, 0.0),
+        Fault::ExternalLeakageA { area_m2 } => leaking(0.0, area_m2, 0.0),
+        Fault::ExternalLeakageB { area_m2 } => leaking(0.0, 0.0, area_m2),
+        Fault::HardOver {} => ActuatorState::HardOver,
+        // Gage faults never come here: the kinds are compared before.
+        Fault::Bias { .. } | Fault::RandomWalk { .. } | Fault::ZeroOutput {} => {
+            ActuatorState::Healthy
+        }
+    }
+}
+
+fn gage_state(fault: Fault, step_s: f64) -> GageState {
+    match fault {
+        Fault::Bias { offset_m } => GageState::Bias { offset_m },
+        Fault::RandomWalk { drift_m_per_s, increment_m } => GageState::RandomWalk {
+            mean_m: drift_m_per_s * step_s,
+            deviation_m: increment_m,
+            offset_m: 0.0,
+        },
+        Fault::ZeroOutput {} => GageState::ZeroOutput,
+        // Actuator faults never come here: the kinds are compared before.
+        Fault::InternalLeakage { .. }
+        | Fault::ExternalLeakageA { .. }
+        | Fault::ExternalLeakageB { .. }
+        | Fault::HardOver {} => GageState::Healthy,
+    }
+}

@@ -1,0 +1,84 @@
+//! Taking a structure apart where nothing connects it.
+//!
+//! Parts that no member and no module has in common do not move each other. Each has modes of its own,
+//! and the model of all of them together is theirs side by side: a matrix of many towers would only be
+//! zeros between them.
+
+use std::collections::BTreeMap;
+
+use crate::local_structure::{places, renumber_member, renumber_module};
+use crate::structure::Structure;
+
+impl Structure {
+    /// The parts of the structure that neither a member nor a module connects, in the order of their
+    /// first nodes; nodes, members and modules of each in the order they have here. A structure in one
+    /// piece is its only part.
+    #[must_use]
+    pub fn parts(&self) -> Vec<Structure> {
+        let groups = self.groups();
+        if groups.len() == 1 {
+            return vec![self.clone()];
+        }
+        groups.iter().map(|nodes| self.part(nodes)).collect()
+    }
+
+    /// The nodes of each part, ascending.
+    fn groups(&self) -> Vec<Vec<usize>> {
+        let mut forest = Forest((0..self.nodes.len()).collect());
+        for member in &self.members {
+            forest.join(member.ends[0], member.ends[1]);
+        }
+        for module in &self.modules {
+            for pair in module.nodes.windows(2) {
+                forest.join(pair[0], pair[1]);
+            }
+        }
+        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for node in 0..self.nodes.len() {
+            groups.entry(forest.first(node)).or_default().push(node);
+        }
+        groups.into_values().collect()
+    }
+
+    fn part(&self, nodes: &[usize]) -> Structure {
+        let node_places = places(nodes);
+        let here = |node: usize| node_places.contains_key(&node);
+        let members: Vec<usize> =
+            (0..self.members.len()).filter(|&member| here(self.members[member].ends[0])).collect();
+        let member_places = places(&members);
+        let modules =
+            self.modules.iter().filter(|module| module.nodes.first().is_some_and(|&n| here(n)));
+        Structure {
+            name: self.name.clone(),
+            damping: self.damping,
+            nodes: nodes.iter().map(|&node| self.nodes[node].clone()).collect(),
+            members: members
+                .iter()
+                .map(|&member| renumber_member(&self.members[member], &node_places))
+                .collect(),
+            modules: modules
+                .map(|module| renumber_module(module, &node_places, &member_places))
+                .collect(),
+        }
+    }
+}
+
+/// Which nodes hang together: each points to an earlier one of its group, the first to itself.
+struct Forest(Vec<usize>);
+
+impl Forest {
+    /// The first node of the group of a node.
+    fn first(&mut self, mut node: usize) -> usize {
+        while self.0[node] != node {
+            // Halves the way for the next time.
+            self.0[node] = self.0[self.0[node]];
+            node = self.0[node];
+        }
+        node
+    }
+
+    fn join(&mut self, one: usize, other: usize) {
+        let (one, other) = (self.first(one), self.first(other));
+        self.0[one.max(other)] = one.min(other);
+    }
+}

@@ -1,0 +1,191 @@
+//! Every message with its keys, its schema and an example: what a program in another language needs.
+
+use serde_json::{Value, json};
+
+use crate::encoding::{DecodeError, Message, decode};
+use crate::schema::schema;
+use crate::{
+    Change, Divergences, FaultTransition, HistoryPage, Injected, Injection, ModuleStatus, Obeyed,
+    Order, PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer,
+};
+
+/// How a message travels on a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Travels {
+    /// Published.
+    Published,
+    /// As the payload of a query.
+    Asking,
+    /// As a reply to a query.
+    Replying,
+    /// As an error reply to a query.
+    Refusing,
+}
+
+impl Travels {
+    /// In one word.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Travels::Published => "publication",
+            Travels::Asking => "query",
+            Travels::Replying => "reply",
+            Travels::Refusing => "error reply",
+        }
+    }
+}
+
+/// A kind of message.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// Its name, e.g. `fault-transition`.
+    pub name: &'static str,
+    /// Where it travels, and how. Keys stand under `trusswatch/{structure}/`; what is in braces is a name.
+    pub travels: &'static [(&'static str, Travels)],
+    schema: fn() -> Value,
+    example: &'static str,
+    accept: fn(&[u8]) -> Result<(), DecodeError>,
+}
+
+impl Entry {
+    const fn of<M: Message>(
+        name: &'static str,
+        travels: &'static [(&'static str, Travels)],
+        example: &'static str,
+    ) -> Entry {
+        Entry { name, travels, schema: schema::<M>, example, accept: accept::<M> }
+    }
+
+    /// Its JSON Schema, which has the example, and in the field `x-keys` where the message travels.
+    #[must_use]
+    pub fn schema(&self) -> Value {
+        let mut schema = (self.schema)();
+        let keys = self.travels.iter().map(|(key, travels)| {
+            json!({ "key": format!("{}/{{structure}}/{key}", crate::keys::ROOT), "as": travels.as_str() })
+        });
+        if let Value::Object(fields) = &mut schema {
+            fields.insert("x-keys".to_owned(), keys.collect());
+            let example = serde_json::from_str(self.example).unwrap_or(Value::Null);
+            fields.insert("examples".to_owned(), json!([example]));
+        }
+        schema
+    }
+
+    /// An example, as JSON text for people to read.
+    #[must_use]
+    pub fn example(&self) -> &'static str {
+        self.example
+    }
+
+    /// Would whoever gets this message take it?
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check(&self, bytes: &[u8]) -> Result<(), DecodeError> {
+        (self.accept)(bytes)
+    }
+}
+
+fn accept<M: Message>(bytes: &[u8]) -> Result<(), DecodeError> {
+    decode::<M>(bytes).map(drop)
+}
+
+macro_rules! example {
+    ($name:literal) => {
+        include_str!(concat!("../messages/", $name, ".json"))
+    };
+}
+
+use Travels::{Asking, Published, Refusing, Replying};
+
+/// All messages, those that are published first.
+#[must_use]
+pub fn catalogue() -> [Entry; 15] {
+    [
+        Entry::of::<Sample>(
+            "sample",
+            &[("{module}/sample", Published), ("{module}/sample", Replying)],
+            example!("sample"),
+        ),
+        Entry::of::<Divergences>(
+            "divergences",
+            &[("{module}/divergence", Published)],
+            example!("divergences"),
+        ),
+        Entry::of::<Change>("change", &[("{module}/change", Published)], example!("change")),
+        Entry::of::<FaultTransition>(
+            "fault-transition",
+            &[
+                ("{module}/fault/actuator/{name}", Published),
+                ("{module}/fault/sensor/{name}", Published),
+                ("{module}/fault/actuator/{name}", Replying),
+                ("{module}/fault/sensor/{name}", Replying),
+            ],
+            example!("fault-transition"),
+        ),
+        Entry::of::<Progress>(
+            "progress",
+            &[("{module}/progress", Published)],
+            example!("progress"),
+        ),
+        Entry::of::<ModuleStatus>(
+            "module-status",
+            &[("{module}/status", Published)],
+            example!("module-status"),
+        ),
+        Entry::of::<PhaseChange>(
+            "phase-change",
+            &[("{module}/phase", Published)],
+            example!("phase-change"),
+        ),
+        Entry::of::<PlantStatus>(
+            "plant-status",
+            &[("plant/status", Published)],
+            example!("plant-status"),
+        ),
+        Entry::of::<StateAnswer>(
+            "state-answer",
+            &[("{module}/state", Replying)],
+            example!("state-answer"),
+        ),
+        Entry::of::<HistoryPage>(
+            "history-page",
+            &[("{module}/history", Replying)],
+            example!("history-page"),
+        ),
+        Entry::of::<Order>(
+            "order",
+            &[("{module}/command/acknowledge", Asking), ("{module}/command/reset", Asking)],
+            example!("order"),
+        ),
+        Entry::of::<Obeyed>(
+            "obeyed",
+            &[("{module}/command/acknowledge", Replying), ("{module}/command/reset", Replying)],
+            example!("obeyed"),
+        ),
+        Entry::of::<Injection>(
+            "injection",
+            &[("plant/command/inject", Asking)],
+            example!("injection"),
+        ),
+        Entry::of::<Injected>(
+            "injected",
+            &[("plant/command/inject", Replying)],
+            example!("injected"),
+        ),
+        Entry::of::<Refused>(
+            "refused",
+            &[
+                ("{module}/sample", Refusing),
+                ("{module}/fault/actuator/{name}", Refusing),
+                ("{module}/fault/sensor/{name}", Refusing),
+                ("{module}/state", Refusing),
+                ("{module}/history", Refusing),
+                ("{module}/command/acknowledge", Refusing),
+                ("{module}/command/reset", Refusing),
+                ("plant/command/inject", Refusing),
+            ],
+            example!("refused"),
+        ),
+    ]
+}

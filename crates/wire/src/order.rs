@@ -1,0 +1,104 @@
+//! What an operator orders a diagnoser to do, and what becomes of it.
+//!
+//! An order is the payload of a query on `{module}/command/acknowledge` or `{module}/command/reset`. The
+//! reply is [`Obeyed`], once the transition is in the journal, or [`crate::Refused`].
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use truss::ids::Component;
+
+use crate::encoding::Message;
+use crate::fault::FaultState;
+
+/// Longest name and longest note that are accepted, in bytes.
+pub const MAX_ORDER_TEXT: usize = 500;
+
+/// What is ordered; the key says it.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum OrderKind {
+    /// A person has seen the fault.
+    Acknowledge,
+    /// The component is repaired.
+    Reset,
+}
+
+impl OrderKind {
+    /// The name in keys and messages.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            OrderKind::Acknowledge => "acknowledge",
+            OrderKind::Reset => "reset",
+        }
+    }
+}
+
+/// An order concerning one component.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Order {
+    /// The component.
+    pub component: Component,
+    /// Who orders it.
+    pub by: String,
+    /// Why.
+    #[serde(default)]
+    pub note: Option<String>,
+    /// Reset even though the evidence is still there.
+    #[serde(default)]
+    pub force: bool,
+}
+
+impl Order {
+    /// What is wrong with the texts of an order, if anything is.
+    ///
+    /// # Errors
+    /// Nobody is named, or a text is too long.
+    pub fn check(&self) -> Result<(), String> {
+        if self.by.trim().is_empty() {
+            return Err("`by` is empty; say who orders it".to_owned());
+        }
+        let texts = [("by", Some(&self.by)), ("note", self.note.as_ref())];
+        for (name, text) in texts {
+            let length = text.map_or(0, String::len);
+            if length > MAX_ORDER_TEXT {
+                return Err(format!("`{name}` has {length} bytes; use at most {MAX_ORDER_TEXT}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An order as it stands in the transition that it led to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct GivenOrder {
+    /// What was ordered.
+    pub order: OrderKind,
+    /// By whom.
+    pub by: String,
+    /// Why.
+    pub note: Option<String>,
+    /// Whether it was forced.
+    pub force: bool,
+}
+
+/// The order was obeyed, and the journal has it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Obeyed {
+    /// The component.
+    pub component: Component,
+    /// Its state now.
+    pub state: FaultState,
+    /// The sequence number of the transition.
+    pub sequence: u64,
+}
+
+impl Message for Order {
+    const WHAT: &'static str = "order";
+}
+
+impl Message for Obeyed {
+    const WHAT: &'static str = "order's reply";
+}

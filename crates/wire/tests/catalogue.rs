@@ -1,0 +1,157 @@
+//! What other programs are told of the messages is true.
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail loudly")]
+
+use std::collections::BTreeSet;
+
+use serde_json::{Value, json};
+use truss::ids::Component;
+use wire::catalogue::{Entry, Travels, catalogue};
+use wire::{DecodeError, Key, OrderKind, PlantTopic, Topic};
+
+fn example(entry: &Entry) -> Value {
+    serde_json::from_str(entry.example()).unwrap()
+}
+
+fn entry(name: &str) -> Entry {
+    catalogue().into_iter().find(|entry| entry.name == name).unwrap()
+}
+
+fn refused(name: &str, message: &Value) -> DecodeError {
+    entry(name).check(message.to_string().as_bytes()).unwrap_err()
+}
+
+#[test]
+fn every_example_is_a_message_and_shows_every_field() {
+    for entry in catalogue() {
+        let name = entry.name;
+        entry.check(entry.example().as_bytes()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let schema = entry.schema();
+        assert_eq!(schema["examples"], json!([example(&entry)]));
+        let fields = |value: &Value| -> BTreeSet<String> {
+            value.as_object().unwrap().keys().cloned().collect()
+        };
+        assert_eq!(fields(&example(&entry)), fields(&schema["properties"]), "{name}");
+    }
+}
+
+#[test]
+fn a_required_field_that_is_missing_is_refused_and_another_one_is_not() {
+    for entry in catalogue() {
+        let whole = example(&entry);
+        let required = entry.schema()["required"].clone();
+        for field in whole.as_object().unwrap().keys() {
+            let mut less = whole.clone();
+            less.as_object_mut().unwrap().remove(field);
+            let taken = entry.check(less.to_string().as_bytes()).is_ok();
+            let wanted = required.as_array().unwrap().contains(&json!(field));
+            assert_ne!(taken, wanted, "{} without `{field}`", entry.name);
+        }
+    }
+}
+
+#[test]
+fn another_version_and_a_value_of_another_type_are_refused() {
+    for entry in catalogue() {
+        let mut later = example(&entry);
+        later["v"] = json!(2);
+        assert_eq!(refused(entry.name, &later), DecodeError::UnknownVersion("2".into()));
+    }
+    let mut sample = example(&entry("sample"));
+    sample["elongations_m"][0] = json!("11 µm");
+    assert!(matches!(refused("sample", &sample), DecodeError::WrongMessage { .. }));
+}
+
+#[test]
+fn every_type_and_field_of_a_schema_is_described() {
+    for entry in catalogue() {
+        let schema = entry.schema();
+        assert!(schema["description"].is_string(), "{}", entry.name);
+        let types = schema["$defs"].as_object().into_iter().flatten().map(|(_, named)| named);
+        for named in types.chain([&schema]) {
+            for (field, property) in named["properties"].as_object().into_iter().flatten() {
+                assert!(property["description"].is_string(), "{}: {field}", entry.name);
+            }
+        }
+    }
+}
+
+/// The topics of all keys, written as the manual does. The match makes a new topic fail to compile here.
+fn topics() -> BTreeSet<String> {
+    let component = |text: &str| text.parse::<Component>().unwrap();
+    let module = [
+        Topic::Sample,
+        Topic::Divergence,
+        Topic::Change,
+        Topic::Fault(component("actuator/name")),
+        Topic::Fault(component("sensor/name")),
+        Topic::State,
+        Topic::Status,
+        Topic::Progress,
+        Topic::Phase,
+        Topic::History,
+        Topic::Command(OrderKind::Acknowledge),
+        Topic::Command(OrderKind::Reset),
+        Topic::Alive,
+    ];
+    for topic in &module {
+        match topic {
+            Topic::Sample | Topic::Divergence | Topic::Change | Topic::Fault(_) | Topic::State => {}
+            Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
+            Topic::Command(OrderKind::Acknowledge | OrderKind::Reset) => {}
+        }
+    }
+    let plant = [PlantTopic::Inject, PlantTopic::Status, PlantTopic::Alive];
+    for topic in plant {
+        match topic {
+            PlantTopic::Inject | PlantTopic::Status | PlantTopic::Alive => {}
+        }
+    }
+    let of_module = module.iter().map(|topic| format!("{{module}}/{topic}"));
+    let of_plant = plant.iter().map(|topic| format!("plant/{topic}"));
+    of_module.chain(of_plant).map(|key| key.replace("/name", "/{name}")).collect()
+}
+
+/// Liveliness tokens are no messages.
+fn is_token(key: &str) -> bool {
+    key.ends_with("/alive")
+}
+
+#[test]
+fn messages_travel_on_the_keys_that_there_are_and_on_each_of_them() {
+    let told: BTreeSet<String> = catalogue()
+        .iter()
+        .flat_map(|entry| entry.travels)
+        .map(|(key, _)| (*key).to_owned())
+        .collect();
+    let expected = topics().into_iter().filter(|key| !is_token(key)).collect();
+    assert_eq!(told, expected);
+    for key in told {
+        let key = key.replace("{module}", "module1").replace("{name}", "x1");
+        let key = format!("trusswatch/tower/{key}");
+        assert!(key.parse::<Key>().is_ok(), "{key}");
+    }
+}
+
+#[test]
+fn the_manuals_table_of_keys_has_every_key_and_no_other() {
+    let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
+    let manual = std::fs::read_to_string(manual).unwrap();
+    let (_, section) = manual.split_once("\n## Keys\n").unwrap();
+    let rows = section.lines().skip_while(|line| !line.starts_with('|'));
+    let cells = rows.take_while(|line| line.starts_with('|')).map(|row| row.split('|').nth(1));
+    let told: BTreeSet<String> = cells
+        .flat_map(|cell| cell.unwrap().split('`').skip(1).step_by(2))
+        .map(ToOwned::to_owned)
+        .collect();
+    assert_eq!(told, topics());
+}
+
+#[test]
+fn a_query_with_a_message_has_a_reply_with_one() {
+    for entry in catalogue() {
+        for (key, _) in entry.travels.iter().filter(|(_, travels)| *travels == Travels::Asking) {
+            let replied = catalogue().iter().any(|e| e.travels.contains(&(key, Travels::Replying)));
+            assert!(replied, "{key}");
+        }
+    }
+}

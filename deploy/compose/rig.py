@@ -1,0 +1,252 @@
+"""The running rig, seen and handled from this computer: by docker, and by the program in the observer."""
+
+import json
+import subprocess
+import threading
+import time
+
+PROJECT = "trusswatch"
+NETWORK = f"{PROJECT}_tower"
+MODULES = ["module1", "module2"]
+# From a fault on, steps until it explains nothing any more and the statistics have forgotten it and, if it
+# was repaired within so many, the repair.
+APART = 5800
+REPAIRED_AFTER = 1200
+START = time.monotonic()
+
+
+class Late(Exception):
+    """Something did not happen in time."""
+
+
+def until(what, seconds, probe):
+    """Asks `probe` until it says something true, and returns that."""
+    end = time.monotonic() + seconds
+    while True:
+        answer = probe()
+        if answer:
+            return answer
+        if time.monotonic() > end:
+            raise Late(f"{what}: not within {seconds} s")
+        time.sleep(0.1)
+
+
+def require(holds, otherwise):
+    if not holds:
+        raise AssertionError(otherwise)
+
+
+def run(*command, check=True):
+    done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if check and done.returncode != 0:
+        raise RuntimeError(f"`{' '.join(map(str, command))}` failed with {done.returncode}:\n{done.stdout}{done.stderr}")
+    return done
+
+
+def docker(*command, **options):
+    return run("docker", *command, **options).stdout.strip()
+
+
+class Table:
+    """What was done, what was expected of it and what was seen."""
+
+    HEADING = ("what", "expected", "seen")
+
+    def __init__(self):
+        self.rows = []
+
+    def row(self, what, expected, seen):
+        self.rows.append((what, expected, seen))
+        print(f"   {time.monotonic() - START:5.1f} s  ok: {what}: {seen}", flush=True)
+
+    def fail(self, error):
+        self.rows.append(("FAILED", "", (str(error).splitlines() or [repr(error)])[-1][:120]))
+
+    def print(self):
+        rows = [self.HEADING, *self.rows]
+        widths = [max(len(row[column]) for row in rows) for column in range(3)]
+        line = "  ".join("─" * width for width in widths)
+        print(line)
+        for number, row in enumerate(rows):
+            print("  ".join(text.ljust(width) for text, width in zip(row, widths)).rstrip())
+            if number == 0:
+                print(line)
+        print(line, flush=True)
+
+
+class Rig:
+    """The containers, which somebody has brought up."""
+
+    def __init__(self):
+        self.containers = {}
+        for service in ["plant", *MODULES, "observer"]:
+            require(self._find(service), f"{service} is not there; bring the rig up with `docker compose -f deploy/compose/compose.yaml up --detach`")
+        self.has_router = bool(self._find("router"))
+        # With certificates an observer may only look on.
+        self.orderer = "operator" if self._find("operator") else "observer"
+        # As the observer itself was told.
+        words = docker("inspect", "--format", "{{range .Config.Cmd}}{{println .}}{{end}}", self.containers["observer"]).split()
+        self.link = [word for word in words if word.startswith("--")]
+
+    def _find(self, service):
+        labels = [f"label=com.docker.compose.{label}" for label in (f"project={PROJECT}", f"service={service}")]
+        identifier = docker("ps", "--quiet", "--no-trunc", *(word for label in labels for word in ("--filter", label)))
+        if identifier:
+            self.containers[service] = identifier
+        return identifier
+
+    # The program in a container.
+
+    def trusswatch(self, *words, check=True, by="observer"):
+        return run("docker", "exec", self.containers[by], "trusswatch", *words, *self.link, check=check)
+
+    def picture(self):
+        """What `trusswatch faults` sees: modules and components by name."""
+        done = self.trusswatch("faults", "--all", "--json", "--expect", ",".join(MODULES), check=False)
+        try:
+            seen = json.loads(done.stdout)
+        except json.JSONDecodeError:
+            return None
+        seen["modules"] = {module["module"]: module for module in seen["modules"]}
+        seen["components"] = {component["component"]: component for component in seen["components"]}
+        return seen
+
+    def phase(self, module):
+        seen = self.picture()
+        return seen["modules"][module]["phase"] if seen and seen["modules"][module]["answers"] else "not answering"
+
+    def transitions(self):
+        """The journals of all modules; nothing may be missing from them."""
+        document = json.loads(self.trusswatch("history", "--json", "--module", ",".join(MODULES)).stdout)
+        missing = document["silent"] + document["gaps"] + [m for m in document["modules"] if m["broken_off"]]
+        require(not missing, f"the journals are not whole: {missing}")
+        return document["transitions"]
+
+    def reset(self, components):
+        """Says that the components were seen and are repaired. By force: what a gage reads in the wind may
+        look like a random walk that was found when it was small for half a minute."""
+        self.trusswatch("ack", *components, "--by", "rig", by=self.orderer)
+        self.trusswatch("reset", *components, "--by", "rig", "--force", by=self.orderer)
+
+    def inject(self, component, *fault, at_step=None):
+        """Gives a component a fault, or repairs it; from which step on."""
+        step = [] if at_step is None else ["--at-step", at_step]
+        done = self.trusswatch("inject", component, *fault, *step, "--json", "--structure", "tower", by=self.orderer)
+        return json.loads(done.stdout)["effective_step"]
+
+    # The container.
+
+    def pid(self, service):
+        return int(docker("inspect", "--format", "{{.State.Pid}}", self.containers[service]))
+
+    def restarts(self, service):
+        return int(docker("inspect", "--format", "{{.RestartCount}}", self.containers[service]))
+
+    def health(self, service):
+        return docker("inspect", "--format", "{{if .State.Health}}{{.State.Health.Status}}{{end}}", self.containers[service])
+
+    def address(self, service):
+        settings = json.loads(docker("inspect", "--format", "{{json .NetworkSettings.Networks}}", self.containers[service]))
+        return settings[NETWORK]["IPAMConfig"]["IPv4Address"]
+
+    def confinement(self, service):
+        """Who a container's first process is and what it may do: by the kernel, and by docker."""
+        with open(f"/proc/{self.pid(service)}/status") as file:
+            status = dict(line.split(":", 1) for line in file.read().splitlines())
+        words = {name: status[name].split()[0] for name in ("Uid", "Gid", "CapEff", "CapBnd", "NoNewPrivs", "Seccomp")}
+        words["ReadonlyRootfs"] = docker("inspect", "--format", "{{.HostConfig.ReadonlyRootfs}}", self.containers[service])
+        return words
+
+    # Things that are waited for.
+
+    def healthy(self, service, seconds=60):
+        until(f"{service} is healthy", seconds, lambda: self.health(service) in ("healthy", ""))
+
+    def in_service(self, seconds=60):
+        """Waits until every module answers and is in service."""
+        until("every module is in service", seconds, lambda: all(self.phase(module) == "in_service" for module in MODULES))
+
+    def step(self):
+        seen = until("the modules tell their steps", 20, self.picture)
+        return max(module["step"] or 0 for module in seen["modules"].values())
+
+    def until_step(self, step, seconds=60):
+        until(f"step {step}", seconds, lambda: self.step() >= step)
+
+
+class Watcher:
+    """Everything that the observer is told, from now on."""
+
+    def __init__(self, rig):
+        self.changed = threading.Condition()
+        self.news = []
+        command = ["docker", "exec", rig.containers["observer"], "trusswatch", "follow", "--json", *rig.link]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self.thread = threading.Thread(target=self._read, daemon=True)
+        self.thread.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            with self.changed:
+                self.news.append(json.loads(line))
+                self.changed.notify_all()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+
+    def mark(self):
+        """The present place among the news."""
+        with self.changed:
+            return len(self.news)
+
+    def wait(self, what, seconds, is_it, since=0):
+        """Waits for a piece of news that came after `since`, and returns it."""
+        def there():
+            return next((news for news in self.news[since:] if is_it(news)), None)
+        with self.changed:
+            if not self.changed.wait_for(there, seconds):
+                told = [" ".join(str(news.get(key)) for key in ("news", "component", "module", "who", "state", "phase", "there") if key in news) for news in self.news[since:]]
+                raise Late(f"{what}: not within {seconds} s; told: {told}")
+            return there()
+
+    def fault(self, component, state, seconds=30, since=0):
+        def is_it(news):
+            return news["news"] == "fault" and news["component"] == component and news["state"] == state
+        return self.wait(f"{component} becomes {state}", seconds, is_it, since)
+
+    def phase(self, module, phase, seconds=30, since=0):
+        def is_it(news):
+            return news["news"] == "phase" and news["module"] == module and news["phase"] == phase
+        return self.wait(f"{module} becomes {phase}", seconds, is_it, since)
+
+    def presence(self, who, there, seconds=30, since=0):
+        def is_it(news):
+            return news["news"] == "presence" and news["who"] == who and news["there"] == there
+        return self.wait(f"{who} {'comes' if there else 'goes'}", seconds, is_it, since)
+
+
+def nothing_is_wrong(rig):
+    seen = rig.picture()
+    held = [f"{c['component']} is {c['state']}" for c in seen["components"].values() if c["state"] not in ("normal", "explained")]
+    require(not held, f"{', '.join(held)}; reset it, or bring the rig up anew")
+
+
+def ever_faulty(transitions):
+    return sorted({t["component"] for t in transitions if t["state"] in ("latched", "acknowledged")})
+
+
+def play(story):
+    """Runs a story against the rig and prints its table, whatever comes of it."""
+    table = Table()
+    try:
+        story(table, Rig())
+    except BaseException as error:
+        table.fail(error)
+        raise
+    finally:
+        table.print()
+        print(f"{time.monotonic() - START:.0f} s", flush=True)

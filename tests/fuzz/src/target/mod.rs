@@ -1,0 +1,59 @@
+//! Every target with its name.
+
+mod configuration;
+mod journal;
+mod key;
+mod message;
+mod module;
+mod question;
+mod state;
+mod structure;
+
+/// A promise about any bytes.
+#[derive(Debug, Clone, Copy)]
+pub struct Target {
+    /// The name: of its corpus, and on the fuzzer's command line.
+    pub name: &'static str,
+    /// Panics unless the promise holds.
+    pub check: fn(&[u8]),
+}
+
+impl Target {
+    /// The target of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Target> {
+        TARGETS.iter().copied().find(|target| target.name == name)
+    }
+}
+
+const fn target(name: &'static str, check: fn(&[u8])) -> Target {
+    Target { name, check }
+}
+
+/// All of them.
+pub const TARGETS: &[Target] = &[
+    target("message_change", message::check::<wire::Change>),
+    target("message_divergences", message::check::<wire::Divergences>),
+    target("message_fault_transition", message::check::<wire::FaultTransition>),
+    target("message_history_page", message::check::<wire::HistoryPage>),
+    target("message_injected", message::check::<wire::Injected>),
+    target("message_injection", message::check::<wire::Injection>),
+    target("message_module_status", message::check::<wire::ModuleStatus>),
+    target("message_obeyed", message::check::<wire::Obeyed>),
+    target("message_order", message::check::<wire::Order>),
+    target("message_phase_change", message::check::<wire::PhaseChange>),
+    target("message_plant_status", message::check::<wire::PlantStatus>),
+    target("message_progress", message::check::<wire::Progress>),
+    target("message_refused", message::check::<wire::Refused>),
+    target("message_sample", message::check::<wire::Sample>),
+    target("message_state_answer", message::check::<wire::StateAnswer>),
+    target("key", key::check),
+    target("question", question::check),
+    target("journal", journal::check),
+    target("state", state::check),
+    target("structure", structure::check),
+    target("diagnoser_configuration", configuration::check_diagnoser),
+    target("thresholds", configuration::check_thresholds),
+    target("plant_configuration", configuration::check_plant),
+    target("schedule", configuration::check_schedule),
+];

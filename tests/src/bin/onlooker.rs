@@ -1,0 +1,41 @@
+//! A process that subscribes to everything and stops taking it: `onlooker stall|listen ENDPOINT…`.
+//!
+//! Says so on standard output when the first message comes. `stall` then blocks the network's own thread
+//! for good, as a subscriber does whose handler is full; `listen` goes on.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use daemon::config::Network;
+use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
+
+fn take(stall: bool) {
+    static FIRST: AtomicBool = AtomicBool::new(true);
+    if FIRST.swap(false, Ordering::Relaxed) {
+        println!("listening");
+    }
+    if stall {
+        loop {
+            std::thread::park();
+        }
+    }
+}
+
+#[tokio::main]
+async fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let stall = arguments.next().as_deref() == Some("stall");
+    let network = Network::peer_of(&arguments.collect::<Vec<_>>());
+    let session = daemon::session::open(&network).await.unwrap();
+    let mut advanced = Vec::new();
+    for key in ["trusswatch/*/*/fault/**", "trusswatch/*/*/change", "trusswatch/*/*/phase"] {
+        let subscriber = session.declare_subscriber(key).callback(move |_| take(stall)).advanced();
+        let history = HistoryConfig::default().detect_late_publishers();
+        let recovery = RecoveryConfig::default().heartbeat();
+        advanced.push(subscriber.history(history).recovery(recovery).await.unwrap());
+    }
+    let everything = session.declare_subscriber("trusswatch/**").callback(move |_| take(stall));
+    let _everything = everything.await.unwrap();
+    std::future::pending::<()>().await;
+}

@@ -1,0 +1,78 @@
+//! Somebody else publishes samples of the first module as fast as he can.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde_json::Value;
+use tokio::task::JoinHandle;
+use zenoh::Session;
+
+use super::{Deed, Disturbance};
+use crate::chaos::stage::Stage;
+use crate::hostile::hostile_samples;
+use crate::in_time;
+use crate::lab::Node;
+
+/// The first module's samples.
+const KEY: &str = "trusswatch/tower/module1/sample";
+/// Samples between two looks whether it is over.
+const BATCH: usize = 64;
+
+/// Samples that are malformed, and well-formed ones that are not of this run or no step of it, until
+/// it is over.
+#[derive(Default)]
+pub struct Flood {
+    published: Arc<AtomicU64>,
+    source: Option<(Session, JoinHandle<()>)>,
+}
+
+impl Flood {
+    async fn pour(&mut self, stage: &mut Stage) {
+        let samples = hostile_samples(&true_sample(stage).await);
+        let session = stage.session_with(Node::Module1).await;
+        let (mouth, published) = (session.clone(), Arc::clone(&self.published));
+        let task = tokio::spawn(async move {
+            let mut samples = samples.iter().cycle();
+            loop {
+                for sample in samples.by_ref().take(BATCH) {
+                    // Fails if the module is gone, which the row will tell.
+                    let _ = mouth.put(KEY, sample.bytes.clone()).await;
+                    published.fetch_add(1, Ordering::Relaxed);
+                }
+                tokio::task::yield_now().await;
+            }
+        });
+        self.source = Some((session, task));
+    }
+}
+
+impl Disturbance for Flood {
+    fn begin<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a> {
+        Box::pin(self.pour(stage))
+    }
+
+    fn end<'a>(&'a mut self, _stage: &'a mut Stage) -> Deed<'a> {
+        Box::pin(async {
+            if let Some((session, task)) = self.source.take() {
+                task.abort();
+                // Its end is that it was aborted.
+                let _ = task.await;
+                daemon::session::close(&session).await;
+            }
+        })
+    }
+
+    fn effect(&self) -> Result<String, String> {
+        match self.published.load(Ordering::Relaxed) {
+            0 => Err("nothing was published".into()),
+            published => Ok(format!("{published} hostile samples")),
+        }
+    }
+}
+
+/// A sample as the plant publishes it.
+async fn true_sample(stage: &Stage) -> Value {
+    let samples = stage.observer.session.declare_subscriber(KEY).await.unwrap();
+    let sample = in_time("a sample", samples.recv_async()).await.unwrap();
+    serde_json::from_slice(&sample.payload().to_bytes()).unwrap()
+}

@@ -1,0 +1,20 @@
+//! A process stands still: it holds its connections and answers nothing.
+
+use nix::sys::signal::Signal;
+
+use super::{Deed, Disturbance};
+use crate::chaos::stage::Stage;
+use crate::lab::Node;
+
+/// Stops a process and lets it go on.
+pub struct Freeze(pub Node);
+
+impl Disturbance for Freeze {
+    fn begin<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a> {
+        Box::pin(async { stage.signal(self.0, Signal::SIGSTOP) })
+    }
+
+    fn end<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a> {
+        Box::pin(async { stage.signal(self.0, Signal::SIGCONT) })
+    }
+}

@@ -1,0 +1,72 @@
+//! What is done to a deployment, each kind in a file of its own.
+//!
+//! | file | what |
+//! |---|---|
+//! | `crash` | processes are killed and started again, in whatever order |
+//! | `freeze` | a process stands still |
+//! | `bad_network` | loss, delay, reordering, partitions |
+//! | `lying_peer` | somebody else answers in a module's name |
+//! | `flood` | somebody else publishes samples |
+//! | `clock_jump` | the publisher's clock jumps |
+
+mod bad_network;
+mod clock_jump;
+mod crash;
+mod flood;
+mod freeze;
+mod lying_peer;
+
+use std::future::Future;
+use std::pin::Pin;
+
+pub use bad_network::BadNetwork;
+pub use clock_jump::ClockJump;
+pub use crash::Crash;
+pub use flood::Flood;
+pub use freeze::Freeze;
+pub use lying_peer::{Lie, LyingPeer};
+
+use super::stage::{Site, Stage};
+
+/// Something that is under way.
+pub type Deed<'a> = Pin<Box<dyn Future<Output = ()> + Send + 'a>>;
+
+/// Something that happens to a deployment, with a beginning and an end.
+pub trait Disturbance: Send {
+    /// What must be there before the processes start.
+    fn set_up<'a>(&'a mut self, _site: &'a Site) -> Deed<'a> {
+        Box::pin(async {})
+    }
+
+    /// The beginning.
+    fn begin<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a>;
+
+    /// The end.
+    fn end<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a>;
+
+    /// After the last step.
+    fn tear_down(&mut self) -> Deed<'_> {
+        Box::pin(async {})
+    }
+
+    /// What has come of it in numbers.
+    ///
+    /// # Errors
+    /// Nothing has, so that the row proves nothing.
+    fn effect(&self) -> Result<String, String> {
+        Ok(String::new())
+    }
+}
+
+/// Nothing happens.
+pub struct Nothing;
+
+impl Disturbance for Nothing {
+    fn begin<'a>(&'a mut self, _stage: &'a mut Stage) -> Deed<'a> {
+        Box::pin(async {})
+    }
+
+    fn end<'a>(&'a mut self, _stage: &'a mut Stage) -> Deed<'a> {
+        Box::pin(async {})
+    }
+}

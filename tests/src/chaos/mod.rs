@@ -1,0 +1,29 @@
+//! Disturbances of a deployment that is watching a fault, and what must be true while they last and
+//! after they have ended.
+//!
+//! While a disturbance lasts no component is wrongly held for faulty or wrongly explained, and what
+//! cannot be judged says so and why. Within [`SETTLING`] of its end everything that an undisturbed run
+//! in one process finds has been found, and nothing else.
+//!
+//! | file | job |
+//! |---|---|
+//! | `row` | a fault, when it begins and ends, and in which run |
+//! | `stage` | the deployment of a row: its processes, and how far the plant has come |
+//! | `disturbance` | what is done, each kind in a file of its own |
+//! | `witness` | asks for all states again and again and listens to every transition |
+//! | `judgement` | one component's state held against the undisturbed run |
+//! | `record` | what the witness has seen so far |
+//! | `table` | the rows with what was expected and seen |
+
+pub mod disturbance;
+mod judgement;
+mod record;
+pub mod row;
+mod stage;
+pub mod table;
+mod witness;
+
+use std::time::Duration;
+
+/// How soon after the end of a disturbance everything is as if it had never been.
+pub const SETTLING: Duration = Duration::from_secs(2);

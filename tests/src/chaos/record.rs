@@ -1,0 +1,210 @@
+//! What the witness has seen so far.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+use truss::ids::{ComponentPath, ModuleName, RunId, Step};
+use wire::{FaultTransition, ModulePhase, ModuleStatus, Progress};
+
+use super::judgement::{Judgement, Seen, judge};
+use crate::held::Held;
+use crate::timeline::Timeline;
+
+/// What is not decided for longer must say so.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// From the sample that decides to an answer that tells so, and room for the rounds of progress \[steps\].
+const SLACK: u64 = 60;
+/// How far behind the plant a module may be \[steps\].
+const LAG: u64 = 300;
+const MODULES: [&str; 2] = ["module1", "module2"];
+
+/// How a module is by its own word.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Standing {
+    pub(super) status: Option<ModuleStatus>,
+    /// The latest step of the present run that it has processed.
+    pub(super) step: Step,
+    /// When it was last heard to have come further.
+    heard: Option<Instant>,
+    /// The longest time without a word of that.
+    pub(super) longest_standstill: Duration,
+}
+
+impl Standing {
+    fn come_further(&mut self) {
+        let now = Instant::now();
+        let standstill = self.heard.replace(now).map_or(Duration::ZERO, |last| now - last);
+        self.longest_standstill = self.longest_standstill.max(standstill);
+    }
+}
+
+/// Everything seen in a row.
+#[derive(Debug)]
+pub(super) struct Record {
+    timeline: Timeline,
+    run: RunId,
+    /// Latched in an earlier run.
+    carried: BTreeSet<ComponentPath>,
+    pub(super) standings: BTreeMap<ModuleName, Standing>,
+    /// Verdicts that were reached, by whatever message.
+    reached: BTreeSet<(ComponentPath, Held)>,
+    /// Since when a component is behind without a word.
+    behind: BTreeMap<ComponentPath, Instant>,
+    /// What must never be.
+    pub(super) wrong: BTreeSet<String>,
+    /// Components that were unconfirmed at some time.
+    pub(super) unconfirmed: BTreeSet<ComponentPath>,
+}
+
+impl Record {
+    pub(super) fn against(timeline: Timeline, run: RunId) -> Self {
+        Self {
+            timeline,
+            run,
+            carried: BTreeSet::new(),
+            standings: BTreeMap::new(),
+            reached: BTreeSet::new(),
+            behind: BTreeMap::new(),
+            wrong: BTreeSet::new(),
+            unconfirmed: BTreeSet::new(),
+        }
+    }
+
+    /// What the undisturbed run finds.
+    pub(super) fn expected(&self) -> String {
+        let (latched, explained): (Vec<_>, Vec<_>) = self
+            .timeline
+            .verdicts_until(Step(u64::MAX))
+            .partition(|(_, held)| matches!(held, Held::Latched));
+        let names: Vec<String> = latched.iter().map(|(name, _)| name.to_string()).collect();
+        match explained.len() {
+            0 => names.join(", "),
+            count => format!("{}; {count} explained", names.join(", ")),
+        }
+    }
+
+    /// A new run begins: what is latched stays, everything else is found again.
+    pub(super) fn begin_run(&mut self, run: RunId) {
+        self.run = run;
+        let latched = self.reached.iter().filter(|(_, held)| *held == Held::Latched);
+        self.carried = latched.map(|(component, _)| component.clone()).collect();
+        self.reached.clear();
+        self.behind.clear();
+        for standing in self.standings.values_mut() {
+            standing.step = Step(0);
+        }
+    }
+
+    /// How far a module has come.
+    pub(super) fn note_progress(&mut self, module: ModuleName, progress: Progress) {
+        let standing = self.standings.entry(module).or_default();
+        if progress.run == self.run && progress.step != standing.step {
+            standing.come_further();
+            standing.step = progress.step;
+        }
+    }
+
+    /// How a module is.
+    pub(super) fn note_status(&mut self, status: ModuleStatus) {
+        let standing = self.standings.entry(status.module.clone()).or_default();
+        standing.status = Some(status);
+    }
+
+    /// A transition that was published.
+    pub(super) fn note_transition(&mut self, message: &FaultTransition) {
+        let seen = Seen::of_message(message);
+        self.note_reached(&seen);
+        // Whenever it was found, it must be true at some time.
+        if let Judgement::Wrong(what) =
+            judge(&seen, Step(0)..=Step(u64::MAX), &self.timeline, &self.carried)
+        {
+            self.wrong.insert(what);
+        }
+    }
+
+    fn note_reached(&mut self, seen: &Seen) {
+        match seen.held {
+            Held::Latched | Held::Explained(_) => {
+                self.reached.insert((seen.component.clone(), seen.held.clone()));
+            }
+            Held::Unconfirmed => {
+                self.unconfirmed.insert(seen.component.clone());
+            }
+            Held::Normal | Held::Tentative => {}
+        }
+    }
+
+    /// A state that was asked for when the module's latest step was known to be `since`.
+    pub(super) fn note_state(&mut self, message: &FaultTransition, since: Step) {
+        let seen = Seen::of_message(message);
+        self.note_reached(&seen);
+        match self.judged(&seen, since) {
+            Judgement::Wrong(what) => {
+                self.wrong.insert(what);
+            }
+            Judgement::Behind if self.is_in_service(&message.module) => self.note_behind(seen),
+            _ => {
+                self.behind.remove(&seen.component);
+            }
+        }
+    }
+
+    fn note_behind(&mut self, seen: Seen) {
+        let since = *self.behind.entry(seen.component.clone()).or_insert_with(Instant::now);
+        if since.elapsed() > PATIENCE {
+            let Seen { component, held, .. } = seen;
+            self.wrong.insert(format!("{component} {held} for over {PATIENCE:?}"));
+        }
+    }
+
+    fn judged(&self, seen: &Seen, since: Step) -> Judgement {
+        let now = self.step_of(&seen.component.module);
+        judge(seen, since.minus(SLACK)..=now.max(since).plus(SLACK), &self.timeline, &self.carried)
+    }
+
+    fn step_of(&self, module: &ModuleName) -> Step {
+        self.standings.get(module).map_or(Step(0), |standing| standing.step)
+    }
+
+    fn is_in_service(&self, module: &ModuleName) -> bool {
+        let status = self.standings.get(module).and_then(|standing| standing.status.as_ref());
+        status.is_some_and(|status| status.phase == ModulePhase::InService)
+    }
+
+    /// How the states that were just asked for differ from those of the undisturbed run at the plant's
+    /// step, and which of its verdicts were never reached.
+    pub(super) fn differences(&self, states: &[(FaultTransition, Step)], now: Step) -> Vec<String> {
+        let mut differences: Vec<String> = self.absent(states, now).collect();
+        for (message, since) in states {
+            let seen = Seen::of_message(message);
+            if self.judged(&seen, *since) != Judgement::Agrees {
+                differences.push(format!("{} {}", seen.component, seen.held));
+            }
+        }
+        for (component, held) in self.timeline.verdicts_until(now.minus(LAG)) {
+            let verdict = (component.clone(), held.clone());
+            if !self.carried.contains(component) && !self.reached.contains(&verdict) {
+                differences.push(format!("{component} never {held}"));
+            }
+        }
+        differences
+    }
+
+    /// Modules that do not answer or are not where the plant is.
+    fn absent<'a>(
+        &'a self,
+        states: &'a [(FaultTransition, Step)],
+        now: Step,
+    ) -> impl Iterator<Item = String> + 'a {
+        MODULES.into_iter().filter_map(move |name| {
+            let answers = states.iter().any(|(message, _)| message.module.as_str() == name);
+            let module = name.parse().unwrap();
+            let step = self.step_of(&module);
+            match answers {
+                false => Some(format!("{name} does not answer")),
+                true if step < now.minus(LAG) => Some(format!("{name} at step {step} of {now}")),
+                true => None,
+            }
+        })
+    }
+}

@@ -1,0 +1,65 @@
+//! What a process takes of the machine: time of its processors, and memory.
+
+use std::time::Duration;
+
+/// Length of the ticks in which the kernel tells the time that a process has had: USER_HZ is 100.
+const TICK: Duration = Duration::from_millis(10);
+/// Place of the time in user mode among the words behind the command's name; that in the kernel follows.
+const USER_TIME: usize = 11;
+
+/// Time of the processors that a process has had since it was started, all its threads together.
+///
+/// # Panics
+/// If there is no such process.
+#[must_use]
+pub fn processor_time(pid: u32) -> Duration {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
+    // The command's name may have blanks in it, and stands in brackets.
+    let words = stat.rsplit_once(')').unwrap().1.split_whitespace();
+    let ticks = words.skip(USER_TIME).take(2).map(|word| word.parse::<u32>().unwrap()).sum();
+    TICK * ticks
+}
+
+/// Memory of a process \[MiB\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Memory {
+    /// Its proportional share: pages that several processes share, such as the program itself, count
+    /// to each of them in part.
+    pub proportional_mib: f64,
+    /// What nobody shares.
+    pub private_mib: f64,
+}
+
+impl Memory {
+    /// What a process holds at present.
+    ///
+    /// # Panics
+    /// If there is no such process.
+    #[must_use]
+    pub fn of(pid: u32) -> Self {
+        let rollup = std::fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).unwrap();
+        let mib = |name: &str| -> f64 {
+            let line = rollup.lines().find_map(|line| line.strip_prefix(name)).unwrap();
+            line.trim().trim_end_matches(" kB").parse::<f64>().unwrap() / 1024.0
+        };
+        let private_mib = mib("Private_Clean:") + mib("Private_Dirty:");
+        Self { proportional_mib: mib("Pss:"), private_mib }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn this_very_process_holds_something_and_is_at_work() {
+        let pid = std::process::id();
+        let memory = Memory::of(pid);
+        assert!(memory.proportional_mib >= memory.private_mib && memory.private_mib > 0.1);
+        let before = processor_time(pid);
+        let mut spent = Duration::ZERO;
+        while spent < 5 * TICK {
+            spent = processor_time(pid) - before;
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The processes of a row of towers, as `trusswatch repeat` lays it out.
+
+use std::fmt;
+use std::net::TcpListener;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Duration;
+
+use daemon::config::{Network, Schedule};
+use tempfile::TempDir;
+use truss::ids::{ModuleName, StructureName};
+use truss::{Structure, copy_prefix};
+
+use crate::binaries::{configs, program};
+use crate::deployment::Process;
+use crate::in_time;
+use crate::observer::Observer;
+
+/// Equipped modules of the tower.
+const MODULES: [&str; 2] = ["module1", "module2"];
+/// How often it is looked who has found whom.
+const GLANCE: Duration = Duration::from_millis(100);
+/// Ports below those that the system gives to outgoing connections.
+const PORTS: std::ops::Range<u16> = 10_000..32_000;
+
+/// Who connects to whom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Topology {
+    /// Everybody to the plant and to its peers.
+    Peers,
+    /// Everybody to a router.
+    Star,
+}
+
+impl fmt::Display for Topology {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Topology::Peers => "peers",
+            Topology::Star => "router",
+        })
+    }
+}
+
+/// A row to be measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setting {
+    /// Towers, each with two diagnosers.
+    pub copies: usize,
+    /// Who connects to whom.
+    pub topology: Topology,
+    /// Peers are the modules of so many towers on either side, besides those of the own one.
+    pub neighbours: usize,
+    /// Pace of the plant as a factor on real time.
+    pub speed: f64,
+}
+
+impl Setting {
+    /// How many diagnosers there are.
+    #[must_use]
+    pub fn diagnosers(&self) -> usize {
+        MODULES.len() * self.copies
+    }
+
+    /// Name of a module of a tower, counted from 0.
+    #[must_use]
+    pub fn module(&self, copy: usize, module: usize) -> String {
+        format!("{}{}", copy_prefix(copy, self.copies), MODULES[module])
+    }
+
+    /// Names of all modules.
+    #[must_use]
+    pub fn modules(&self) -> Vec<String> {
+        (0..self.copies).flat_map(|copy| [0, 1].map(|module| self.module(copy, module))).collect()
+    }
+}
+
+/// Configurations in a folder of their own, and the processes that run by them.
+pub struct Row {
+    folder: TempDir,
+    setting: Setting,
+    structure: StructureName,
+    /// Where everybody listens, or only the router.
+    endpoints: Vec<String>,
+}
+
+impl Row {
+    /// Has the configurations made, with free ports.
+    ///
+    /// # Panics
+    /// If they cannot be made.
+    #[must_use]
+    pub fn lay_out(setting: Setting, schedule: &Schedule) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let listeners = match setting.topology {
+            Topology::Peers => setting.diagnosers() + 1,
+            Topology::Star => 1,
+        };
+        let first_port = free_ports(listeners);
+        let endpoints: Vec<String> =
+            (0..listeners).map(|place| format!("tcp/127.0.0.1:{}", first_port + place)).collect();
+        let mut command = program("trusswatch");
+        command.arg("repeat").args(MODULES.map(|name| configs().join(format!("{name}.toml"))));
+        command.arg("--plant").arg(configs().join("plant.toml"));
+        command.args(["--copies", &setting.copies.to_string()]);
+        command.args(["--neighbours", &setting.neighbours.to_string()]);
+        command.arg("--out").arg(folder.path().join("row"));
+        match setting.topology {
+            Topology::Peers => command.args(["--first-port", &first_port.to_string()]),
+            Topology::Star => command.args(["--router", &endpoints[0]]),
+        };
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let row = Self { structure: "none".parse().unwrap(), folder, setting, endpoints };
+        let schedule = toml::to_string(schedule).unwrap();
+        std::fs::write(row.file("schedule.toml"), schedule).unwrap();
+        let structure = std::fs::read_to_string(row.file("structure.toml")).unwrap();
+        Self { structure: Structure::from_toml(&structure).unwrap().name, ..row }
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join("row").join(name)
+    }
+
+    fn launch(&self, command: Command, name: &str) -> Process {
+        Process::start(command, &self.folder.path().join(format!("{name}.log")))
+    }
+
+    /// Starts the router, if there is to be one.
+    #[must_use]
+    pub fn start_router(&self) -> Option<Process> {
+        let mut command = program("trusswatch");
+        command.args(["router", "--zenoh"]).arg(self.file("router.json5"));
+        (self.setting.topology == Topology::Star).then(|| self.launch(command, "router"))
+    }
+
+    /// Starts every diagnoser in the same instant, as when the power comes back.
+    #[must_use]
+    pub fn start_diagnosers(&self) -> Vec<Process> {
+        let start = |module: String| {
+            let mut command = program("trusswatch-diagnoser");
+            command.arg("run").arg(self.file(&format!("{module}.toml")));
+            self.launch(command, &module)
+        };
+        self.setting.modules().into_iter().map(start).collect()
+    }
+
+    /// Starts the plant, which waits for the diagnosers.
+    #[must_use]
+    pub fn start_plant(&self) -> Process {
+        let mut command = program("trusswatch-plant");
+        command.arg("run").arg(self.file("plant.toml")).args(["--run-id", "1"]);
+        command.args(["--speed", &self.setting.speed.to_string()]);
+        command.arg("--schedule").arg(self.file("schedule.toml"));
+        self.launch(command, "plant")
+    }
+
+    /// A third party.
+    ///
+    /// # Panics
+    /// If it gets no session.
+    pub async fn observer(&self) -> Observer {
+        let network = match self.setting.topology {
+            Topology::Peers => Network::peer_of(&self.endpoints),
+            Topology::Star => Network::client_of(&self.endpoints),
+        };
+        let session = in_time("the observer's session", daemon::session::open(&network)).await;
+        Observer { session: session.unwrap(), structure: self.structure.clone() }
+    }
+
+    /// Waits until every diagnoser is there.
+    ///
+    /// # Panics
+    /// With the logs of those who are not.
+    pub async fn wait_for_diagnosers(&self, observer: &Observer) {
+        let modules: Vec<ModuleName> =
+            self.setting.modules().iter().map(|name| name.parse().unwrap()).collect();
+        let structure = &self.structure;
+        let session = &observer.session;
+        let there = daemon::observer::wait_for(session, structure, &modules, false, crate::LIMIT);
+        if let Err(error) = there.await {
+            let silent =
+                modules.iter().filter(|module| error.to_string().contains(module.as_str()));
+            let logs: Vec<String> = silent.map(|module| self.log(module.as_str())).collect();
+            panic!("{error}\n{}", logs.join("\n"));
+        }
+    }
+
+    /// Waits until every diagnoser says that each of its peers is there.
+    ///
+    /// # Panics
+    /// With those that stay apart.
+    pub async fn wait_for_each_other(&self, observer: &Observer) {
+        let (_subscriber, latest) = observer.statuses().await;
+        let apart = || {
+            let statuses = latest.lock().unwrap().clone();
+            let absent = statuses.iter().flat_map(|status| {
+                let absent = status.peers.iter().filter(|peer| !peer.present);
+                absent.map(|peer| format!("{} misses {}", status.module, peer.module))
+            });
+            (self.setting.diagnosers() - statuses.len(), absent.collect::<Vec<_>>())
+        };
+        let together = async {
+            while apart() != (0, Vec::new()) {
+                tokio::time::sleep(GLANCE).await;
+            }
+        };
+        if tokio::time::timeout(crate::LIMIT, together).await.is_err() {
+            let (unheard, apart) = apart();
+            panic!("{unheard} diagnosers unheard, {} pairs apart: {apart:?}", apart.len());
+        }
+    }
+
+    /// What a process has logged, by name.
+    #[must_use]
+    pub fn log(&self, name: &str) -> String {
+        let file = self.folder.path().join(format!("{name}.log"));
+        std::fs::read_to_string(file).unwrap_or_default()
+    }
+}
+
+/// The first of so many ports in a row that were free a moment ago.
+fn free_ports(count: usize) -> usize {
+    let count = u16::try_from(count).unwrap();
+    let room = u32::from(PORTS.end - PORTS.start - count);
+    // Tests that run at the same time begin to look in different places.
+    let start = std::process::id().wrapping_mul(7919);
+    let mut firsts = (0..room).map(|n| PORTS.start + (start.wrapping_add(n * 131) % room) as u16);
+    let is_free = |port: u16| TcpListener::bind(("127.0.0.1", port)).is_ok();
+    let first = firsts.find(|first| (*first..first + count).all(is_free));
+    usize::from(first.unwrap_or_else(|| panic!("no {count} free ports in a row in {PORTS:?}")))
+}

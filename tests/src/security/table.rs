@@ -1,0 +1,61 @@
+//! What was tried, what should come of it, and what did.
+
+use comfy_table::{LineStyle, Table as Grid, presets};
+
+const RULE: LineStyle = LineStyle::new('─', '─', '─', '─');
+
+/// A row: somebody tries something.
+#[derive(Debug)]
+struct Row {
+    what: &'static str,
+    expected: &'static str,
+    seen: String,
+    ok: bool,
+}
+
+/// Everything that was tried.
+#[derive(Debug, Default)]
+pub struct Table {
+    rows: Vec<Row>,
+}
+
+impl Table {
+    /// Something that must work.
+    pub fn allowed(&mut self, what: &'static str, works: bool) {
+        let seen = if works { "works" } else { "does not work" }.to_owned();
+        self.rows.push(Row { what, expected: "works", seen, ok: works });
+    }
+
+    /// Something that must have no effect and leave a trace in a log.
+    pub fn forbidden(&mut self, what: &'static str, has_effect: bool, trace: Option<String>) {
+        let effect = if has_effect { "an effect" } else { "no effect" };
+        let trace_told = trace.as_deref().map_or("no trace", message);
+        let seen = format!("{effect}; {trace_told}");
+        let ok = !has_effect && trace.is_some();
+        self.rows.push(Row { what, expected: "no effect, told in the log", seen, ok });
+    }
+
+    /// Rows that are not as expected.
+    #[must_use]
+    pub fn failed(&self) -> Vec<&'static str> {
+        self.rows.iter().filter(|row| !row.ok).map(|row| row.what).collect()
+    }
+
+    /// The table.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut grid = Grid::new();
+        grid.load_style(presets::NOTHING.header_separator(RULE));
+        grid.set_header(["who tries what", "expected", "seen", ""]);
+        for row in &self.rows {
+            let verdict = if row.ok { "ok" } else { "FAILED" };
+            grid.add_row([row.what, row.expected, &row.seen, verdict]);
+        }
+        grid.to_string()
+    }
+}
+
+/// A line of a log without its time, level and place.
+fn message(line: &str) -> &str {
+    line.split_once("refusals: ").map_or(line, |(_, message)| message)
+}

@@ -1,0 +1,202 @@
+//! Whatever happens to processes and network while a fault shows, the verdicts are in the end those of
+//! an undisturbed run in one process, and never wrong meanwhile.
+//!
+//! One row after the other in real time; `TRUSSWATCH_CHAOS=loss` runs those whose fault has the word
+//! `loss` in it, and `TRUSSWATCH_CHAOS_LOGS=1` prints what the processes of failed rows logged.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
+
+use std::panic::AssertUnwindSafe;
+use std::time::Duration;
+
+use system_tests::chaos::disturbance::{
+    BadNetwork, ClockJump, Crash, Disturbance, Flood, Freeze, Lie, LyingPeer, Nothing,
+};
+use system_tests::chaos::row::{Lasting, Outcome, Row};
+use system_tests::chaos::table::Table;
+use system_tests::lab::{Impairment, Lab, Node};
+use system_tests::scenarios::{self, ONSET};
+use truss::fault::Fault;
+
+const MS: Duration = Duration::from_millis(1);
+/// Steps after the end of a disturbance: more than it takes to settle.
+const AFTERWARDS: u64 = 2150;
+/// Scenarios in a bad network that run side by side.
+const SIDE_BY_SIDE: usize = 4;
+
+/// A gage of the second module reads far too much; the controller believes it, and gages of both
+/// modules change truly.
+fn fault_with_effects() -> daemon::config::Schedule {
+    scenarios::single("module2/sensor/g1", Fault::Bias { offset_m: -6e-4 })
+}
+
+/// A row around the onset of the fault.
+fn row(fault: &str, lasting: Lasting, disturbance: impl Disturbance + 'static) -> Row {
+    let steps = match lasting {
+        Lasting::Steps { until, .. } => until + AFTERWARDS,
+        // Time for all verdicts, also after a plant has begun anew.
+        Lasting::Moment { .. } => ONSET + 600,
+        // Until shortly before the onset leaves the interval, which is a change of its own.
+        Lasting::WholeRun { .. } => ONSET + 1950,
+    };
+    let disturbance = Box::new(disturbance);
+    Row { fault: fault.into(), disturbance, lasting, schedule: fault_with_effects(), steps }
+}
+
+/// With a fifth of all packets lost a link may be down for so long: a second of silence ends it, and of the
+/// packets that set it up anew each is repeated after one second, two, four.
+const OUTAGE: Duration = Duration::from_secs(15);
+
+const fn steps(from: u64, until: u64) -> Lasting {
+    Lasting::Steps { from, until }
+}
+
+const BEFORE: Lasting = steps(ONSET - 400, ONSET - 200);
+const DURING: Lasting = steps(ONSET - 50, ONSET + 300);
+const AFTER: Lasting = steps(ONSET + 400, ONSET + 600);
+const AROUND: Lasting = steps(ONSET - 500, ONSET + 1000);
+
+fn crashes() -> Vec<Row> {
+    use Node::{Module1, Module2};
+    let crash = |fault, lasting, nodes: &[Node]| row(fault, lasting, Crash(nodes.to_vec()));
+    vec![
+        crash("kill -9 of module1 before the onset", BEFORE, &[Module1]),
+        crash("kill -9 of module1 during the onset", DURING, &[Module1]),
+        crash("kill -9 of module1 after the onset", AFTER, &[Module1]),
+        crash("kill -9 of module2 before the onset", BEFORE, &[Module2]),
+        crash("kill -9 of module2 during the onset", DURING, &[Module2]),
+        crash("kill -9 of module2 after the onset", AFTER, &[Module2]),
+        crash("kill -9 of both, module1 back first", DURING, &[Module1, Module2]),
+        crash("kill -9 of both, module2 back first", DURING, &[Module2, Module1]),
+    ]
+}
+
+fn restarts() -> Vec<Row> {
+    use Node::{Module1, Module2, Plant};
+    let crash =
+        |fault: &str, at, nodes: &[Node]| row(fault, Lasting::Moment { at }, Crash(nodes.to_vec()));
+    let mut rows = vec![
+        crash("plant restart before the onset", 500, &[Plant]),
+        crash("plant restart after the onset", ONSET + 400, &[Plant]),
+    ];
+    for order in [
+        [Plant, Module1, Module2],
+        [Plant, Module2, Module1],
+        [Module1, Plant, Module2],
+        [Module2, Plant, Module1],
+        [Module1, Module2, Plant],
+        [Module2, Module1, Plant],
+    ] {
+        let names = order.map(Node::name).join(", ");
+        rows.push(crash(&format!("restart of all: {names}"), 200, &order));
+    }
+    rows.push(crash("restart of all after the onset", ONSET + 400, &[Plant, Module1, Module2]));
+    rows
+}
+
+fn freezes() -> Vec<Row> {
+    vec![
+        row("SIGSTOP of module1", AROUND, Freeze(Node::Module1)),
+        row("SIGSTOP of module2", AROUND, Freeze(Node::Module2)),
+    ]
+}
+
+fn networks() -> Vec<Row> {
+    let late = Impairment::delay(20 * MS, 10 * MS);
+    let cut = Impairment::cut();
+    let (one, two) = (Node::Module1, Node::Module2);
+    let network = |fault, network| row(fault, AROUND, network);
+    // Longer than it takes to give a peer up.
+    let long = steps(ONSET - 1500, ONSET + 1500);
+    vec![
+        network("loss 5 % everywhere", BadNetwork::everywhere(Impairment::loss(0.05))),
+        network("loss 20 % between modules", BadNetwork::between_modules(Impairment::loss(0.2))),
+        network("loss 20 % everywhere", BadNetwork::everywhere(Impairment::loss(0.2))),
+        network("delay 20 ± 10 ms, reordered", BadNetwork::between_modules(late)),
+        network("delay 20 ± 10 ms everywhere, reordered", BadNetwork::everywhere(late)),
+        network("partition module1 to module2", BadNetwork::one_way(one, two, cut)),
+        network("partition module2 to module1", BadNetwork::one_way(two, one, cut)),
+        network("partition both ways", BadNetwork::between_modules(cut)),
+        row("partition both ways for 3 s", long, BadNetwork::between_modules(cut)),
+    ]
+}
+
+fn enemies() -> Vec<Row> {
+    // Early enough for the true peer to be given up before the onset.
+    let peer = |fault, lie| row(fault, steps(ONSET - 1600, ONSET + 500), LyingPeer::new(lie));
+    vec![
+        peer("lying peer: answers another question", Lie::AnotherQuestion),
+        peer("lying peer: malformed JSON", Lie::Malformed),
+        peer("lying peer: a change not asked for", Lie::ChangeOutside),
+        peer("lying peer: contradicts the true one", Lie::Contradiction),
+        row("flood on the sample key", steps(ONSET - 500, ONSET + 2500), Flood::default()),
+        row("clock jumps an hour to and fro", AROUND, ClockJump::default()),
+    ]
+}
+
+/// Ten scenarios whose modules talk over a bad network from beginning to end.
+fn scenarios_in_bad_network() -> Vec<Row> {
+    let bad = Impairment { loss: 0.2, ..Impairment::delay(20 * MS, 10 * MS) };
+    let lasting = Lasting::WholeRun { right_from: ONSET + 300, within: OUTAGE };
+    let scenario = |(number, schedule): (usize, daemon::config::Schedule)| {
+        let component = schedule.faults[0].component.clone();
+        let fault = format!("scenario {number}, {component}: loss 20 %, 20 ± 10 ms");
+        Row { schedule, ..row(&fault, lasting, BadNetwork::between_modules(bad)) }
+    };
+    scenarios::ten().into_iter().enumerate().map(scenario).collect()
+}
+
+/// A row that fails to come to an end is a row that failed.
+async fn perform(row: Row, number: u64) -> (String, Outcome) {
+    let fault = row.fault.clone();
+    let Some(lab) = Lab::if_possible(number) else { panic!("the laboratory is gone") };
+    let outcome = match tokio::spawn(AssertUnwindSafe(row.perform(lab))).await {
+        Ok(outcome) => outcome,
+        Err(error) => Outcome { problems: vec![reason(error)], ..Outcome::default() },
+    };
+    let verdict = if outcome.problems.is_empty() { "ok" } else { "FAILED" };
+    println!("{fault}: {verdict}");
+    if !outcome.problems.is_empty() && std::env::var_os("TRUSSWATCH_CHAOS_LOGS").is_some() {
+        println!("{}", outcome.logs);
+    }
+    (fault, outcome)
+}
+
+fn reason(error: tokio::task::JoinError) -> String {
+    let panic = error.into_panic();
+    let text = panic.downcast_ref::<String>().cloned();
+    let text = text.or_else(|| panic.downcast_ref::<&str>().map(ToString::to_string));
+    text.unwrap_or_else(|| "panicked".into())
+}
+
+fn wanted(row: &Row) -> bool {
+    std::env::var("TRUSSWATCH_CHAOS").map_or(true, |word| row.fault.contains(&word))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_disturbance_leaves_the_verdicts_of_an_undisturbed_run() {
+    if Lab::if_possible(0).is_none() {
+        return;
+    }
+    let mut table = Table::default();
+    let mut rows = vec![row("nothing", AROUND, Nothing)];
+    rows.extend([crashes(), restarts(), freezes(), networks(), enemies()].into_iter().flatten());
+    for (number, row) in (1..).zip(rows).filter(|(_, row)| wanted(row)) {
+        let (fault, outcome) = perform(row, number).await;
+        table.add(fault, outcome);
+    }
+    let mut scenarios = (100..).zip(scenarios_in_bad_network()).filter(|(_, row)| wanted(row));
+    loop {
+        let batch = scenarios.by_ref().take(SIDE_BY_SIDE).map(|(number, row)| perform(row, number));
+        let batch: Vec<_> = batch.map(tokio::spawn).collect();
+        if batch.is_empty() {
+            break;
+        }
+        for scenario in batch {
+            let (fault, outcome) = scenario.await.unwrap();
+            table.add(fault, outcome);
+        }
+    }
+    println!("{}", table.to_text());
+    assert!(table.failed().is_empty(), "failed: {}", table.failed().join("; "));
+}

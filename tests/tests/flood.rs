@@ -1,0 +1,269 @@
+//! A million malformed or hostile messages on every key that a diagnoser listens to, at full rate: no
+//! crash, no growth, real samples diagnosed as ever, every message counted.
+//!
+//! Samples are a million always. Questions come as many as fit into [`TIME`] for each key; with the
+//! environment variable `TRUSSWATCH_FLOOD=million` they are a million too, however long that takes.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use daemon::config::Schedule;
+use serde_json::Value;
+use system_tests::deployment::{Deployment, Process};
+use system_tests::hostile::{
+    Fate, Questions, Replies, Stranger, ask_many, patient_session, pour, pour_long, questions,
+};
+use system_tests::in_time;
+use system_tests::observer::{Faults, Observer};
+use system_tests::resident::resident_kib;
+use system_tests::worst::WorstStatus;
+use truss::fault::Fault;
+use truss::ids::RunId;
+use wire::{
+    FaultState, FaultTransition, Injection, InquiryCounters, IntakeCounters, ModulePhase,
+    ModuleStatus,
+};
+use zenoh::Session;
+
+const MILLION: u64 = 1_000_000;
+/// Samples with very many values: as many as the diagnoser keeps of a publisher that it does not use.
+const LONG: u64 = 5000;
+/// Replies to one question, of somebody who has nothing to say.
+const JUNK: u64 = 100_000;
+/// For the questions of one key.
+const TIME: Duration = Duration::from_secs(10);
+/// Longer than any run takes.
+const STEPS: u64 = 100_000_000;
+const BASE: &str = "trusswatch/tower/module1";
+const SAMPLES: &str = "trusswatch/tower/module1/sample";
+/// No sample that is diagnosed is older \[ms\].
+const OLDEST_MS: f64 = 500.0;
+/// By then what a flood took has been given back.
+const GIVEN_BACK: Duration = Duration::from_secs(10);
+
+fn question_time() -> Duration {
+    match std::env::var("TRUSSWATCH_FLOOD").as_deref() {
+        Ok("million") => Duration::MAX,
+        _ => TIME,
+    }
+}
+
+/// The tower in real time, somebody who looks on, and a stranger who knows the first module only.
+struct Scene {
+    _deployment: Deployment,
+    plant: Option<Process>,
+    diagnosers: Vec<Process>,
+    observer: Observer,
+    stranger: Session,
+}
+
+impl Scene {
+    async fn in_service() -> Self {
+        let deployment = Deployment::of_tower(&Schedule::default());
+        deployment.set(1, "publish", "status_every_ms", 100);
+        let diagnosers = deployment.start_diagnosers();
+        let observer = Observer::of(&deployment).await;
+        observer.wait_for(&["module1", "module2"], false).await;
+        let plant = Some(deployment.start_plant("real", STEPS, 11, RunId(11)));
+        for module in ["module1", "module2"] {
+            let in_service = |status: &ModuleStatus| {
+                status.module.as_str() == module && status.in_service_since_step.is_some()
+            };
+            observer.status(in_service).await;
+        }
+        let stranger = patient_session(&deployment.endpoints[1..2]).await;
+        Self { _deployment: deployment, plant, diagnosers, observer, stranger }
+    }
+
+    async fn status(&self, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
+        self.observer.status(|status| status.module.as_str() == "module1" && wanted(status)).await
+    }
+
+    fn resident_kib(&self) -> u64 {
+        resident_kib(self.diagnosers[0].pid())
+    }
+
+    /// Waits until no more than a fifth of the memory that it had before has been kept: what the last
+    /// messages took is given back as those that follow are freed.
+    async fn has_memory_back(&self, before: u64) {
+        let (start, at_once) = (Instant::now(), self.resident_kib());
+        let most = before + before / 5;
+        while self.resident_kib() > most && start.elapsed() < GIVEN_BACK {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+        let (after, elapsed) = (self.resident_kib(), start.elapsed());
+        println!(
+            "resident memory {before} KiB before, {at_once} KiB after, {after} KiB {elapsed:.1?} later"
+        );
+        assert!(after <= most, "from {before} to {after} KiB");
+    }
+
+    async fn true_sample(&self) -> Value {
+        let samples = self.observer.session.declare_subscriber(SAMPLES).await.unwrap();
+        let sample = in_time("a sample", samples.recv_async()).await.unwrap();
+        serde_json::from_slice(&sample.payload().to_bytes()).unwrap()
+    }
+
+    async fn inject(&self, component: &str, offset_m: f64) {
+        let fault = Some(Fault::Bias { offset_m });
+        let order = Injection { component: component.parse().unwrap(), fault, at_step: None };
+        let (session, structure) = (&self.observer.session, "tower".parse().unwrap());
+        daemon::observer::inject(session, &structure, &order, Duration::from_secs(5))
+            .await
+            .unwrap();
+    }
+
+    /// Pours samples and waits until all have been seen; each must have been counted for what it is.
+    async fn flood_samples(&self, pouring: impl Future<Output = BTreeMap<Fate, u64>>) {
+        let before = self.status(|_| true).await.intake;
+        let start = Instant::now();
+        let sent = pouring.await;
+        let seconds = start.elapsed().as_secs_f64();
+        let count = sent.values().sum();
+        let expected = |fate| sent.get(&fate).copied().unwrap_or_default();
+        let seen = |status: &ModuleStatus| fates(&before, &status.intake).values().sum::<u64>();
+        let after = self.status(|status| seen(status) >= count).await.intake;
+        for (fate, found) in fates(&before, &after) {
+            assert_eq!(found, expected(fate), "{fate:?}");
+        }
+        self.tell("sample", count, seconds);
+    }
+
+    /// Asks, and waits until every question has had an end; each must have been counted.
+    async fn flood_questions(&self, questions: &Questions, count: u64, time: Duration) {
+        let before = self.status(|_| true).await.inquiries;
+        let start = Instant::now();
+        let replies = ask_many(&self.stranger, questions, count, time).await;
+        let seconds = start.elapsed().as_secs_f64();
+        let ended = |status: &ModuleStatus| ends(&status.inquiries) - ends(&before);
+        let after = self.status(|status| ended(status) >= replies.asked).await;
+        check_inquiries(questions.topic, &before, &after.inquiries, &replies);
+        assert_eq!(after.publisher.replies_lost, 0, "{}", questions.topic);
+        self.tell(questions.topic, replies.asked, seconds);
+        println!("    {replies:?}");
+    }
+
+    fn tell(&self, topic: &str, messages: u64, seconds: f64) {
+        let (rate, kib) = (messages as f64 / seconds, self.resident_kib());
+        println!("  {topic}: {messages} in {seconds:.1} s, {rate:.0} per second; {kib} KiB");
+    }
+
+    async fn stop_plant(mut self) -> Self {
+        self.plant.take().unwrap().stop().await;
+        self
+    }
+
+    async fn stop(self) {
+        daemon::session::close(&self.stranger).await;
+        for process in self.diagnosers {
+            process.stop().await;
+        }
+    }
+}
+
+/// What was counted in between.
+fn fates(before: &IntakeCounters, after: &IntakeCounters) -> BTreeMap<Fate, u64> {
+    BTreeMap::from([
+        (Fate::Malformed, after.malformed - before.malformed),
+        (Fate::UnknownVersion, after.unknown_version - before.unknown_version),
+        (Fate::WrongMessage, after.wrong_message - before.wrong_message),
+        (Fate::OtherModule, after.other_module - before.other_module),
+        (Fate::OtherSource, after.other_source - before.other_source),
+    ])
+}
+
+fn ends(counters: &InquiryCounters) -> u64 {
+    counters.malformed + counters.turned_away + counters.answered + counters.refused
+}
+
+fn check_inquiries(
+    topic: &str,
+    before: &InquiryCounters,
+    after: &InquiryCounters,
+    replies: &Replies,
+) {
+    assert_eq!(after.received - before.received, replies.asked, "{topic}");
+    assert_eq!(ends(after) - ends(before), replies.asked, "{topic}");
+    assert_eq!(after.malformed - before.malformed, replies.malformed, "{topic}");
+    assert_eq!(after.orders_obeyed, 0, "{topic}");
+}
+
+/// Floods every key, once more with samples alone that have very many values.
+async fn flood(scene: &Scene, sample: &Value, count: u64, time: Duration) {
+    scene.flood_samples(pour_long(&scene.stranger, SAMPLES, sample, LONG)).await;
+    scene.flood_samples(pour(&scene.stranger, SAMPLES, sample, count)).await;
+    let step = scene.status(|_| true).await.step.unwrap().0;
+    for questions in questions(BASE, step) {
+        scene.flood_questions(&questions, count, time).await;
+    }
+}
+
+/// The next transition into this state.
+async fn next_of(faults: &mut Faults, state: FaultState) -> FaultTransition {
+    loop {
+        let (_, message) = faults.next().await;
+        if message.state == state {
+            return message;
+        }
+    }
+}
+
+/// Every step has been diagnosed, and whatever came besides was the flood.
+fn check_samples(status: &ModuleStatus, hostile: u64) {
+    let (intake, diagnosis) = (status.intake, status.diagnosis);
+    assert_eq!(diagnosis.samples, status.step.unwrap().0 + 1);
+    assert_eq!((diagnosis.samples_missing, intake.dropped, intake.resynchronised), (0, 0, 0));
+    assert_eq!(intake.received + intake.recovered, hostile + diagnosis.samples);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
+async fn a_million_hostile_messages_on_every_key_are_counted_and_change_nothing() {
+    let scene = Scene::in_service().await;
+    let sample = scene.true_sample().await;
+    let worst = WorstStatus::of(&scene.observer).await;
+    println!("to get warm:");
+    flood(&scene, &sample, MILLION / 10, question_time() / 10).await;
+    let before = scene.resident_kib();
+    println!("at full length:");
+    flood(&scene, &sample, MILLION, question_time()).await;
+    scene.has_memory_back(before).await;
+    let worst = worst.of_module("module1");
+    println!("{worst:?}");
+    assert!(worst.sample_age_ms < OLDEST_MS && worst.silence < Duration::from_secs(2), "{worst:?}");
+    let mut faults = scene.observer.faults().await;
+    scene.inject("module1/sensor/g2", 4e-4).await;
+    let told = next_of(&mut faults, FaultState::Latched).await;
+    assert_eq!(told.component.to_string(), "module1/sensor/g2");
+    let scene = scene.stop_plant().await;
+    let status = scene.status(|status| status.phase == ModulePhase::Stale).await;
+    check_samples(&status, LONG + MILLION / 10 + LONG + MILLION);
+    scene.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
+async fn junk_in_place_of_answers_confirms_nothing_and_is_over_with_whoever_sends_it() {
+    let scene = Scene::in_service().await;
+    let mut faults = scene.observer.faults().await;
+    let peer = Stranger::on(&scene.stranger, "trusswatch/tower/module2/state", JUNK).await;
+    let store = Stranger::on(&scene.stranger, SAMPLES, JUNK).await;
+    scene.inject("module1/sensor/g4", 4e-4).await;
+    let told = next_of(&mut faults, FaultState::Unconfirmed).await;
+    assert_eq!(told.component.to_string(), "module1/sensor/g4");
+    // By then the memory of several questions' junk has been asked for.
+    scene.status(|status| status.peers[0].malformed >= 3).await;
+    let before = scene.resident_kib();
+    scene.status(|status| status.peers[0].malformed >= 10).await;
+    let status = scene.status(|_| true).await;
+    println!("{} words of junk; {:?}", peer.told(), status.peers);
+    scene.has_memory_back(before).await;
+    assert!(status.sample_age_ms.unwrap() < OLDEST_MS, "{status:?}");
+    peer.leave().await;
+    store.leave().await;
+    let told = next_of(&mut faults, FaultState::Latched).await;
+    assert_eq!(told.component.to_string(), "module1/sensor/g4");
+    scene.stop_plant().await.stop().await;
+}

@@ -1,0 +1,85 @@
+//! What each process of the shipped tower takes of the machine, in real time at 1 kHz with nothing
+//! happening: a diagnoser has to fit beside other work on a module's small computer.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
+
+use std::time::{Duration, Instant};
+
+use daemon::config::Schedule;
+use system_tests::deployment::{Deployment, Process};
+use system_tests::footprint::{Memory, processor_time};
+use system_tests::observer::Observer;
+use system_tests::plant_clock::PlantClock;
+use truss::ids::RunId;
+
+const MODULES: [&str; 2] = ["module1", "module2"];
+const RUN: RunId = RunId(1);
+/// From here on every channel is watched.
+const FROM: u64 = 4_000;
+/// Steps of 1 ms in a stretch during which it is measured.
+const STEPS: u64 = 10_000;
+/// The least of at most so many stretches counts: what else the machine does adds to some of them.
+const STRETCHES: usize = 6;
+/// Share of one core that a diagnoser may take \[%\].
+const MOST_PERCENT: f64 = 5.0;
+/// Memory that a diagnoser may take \[MiB\].
+const MOST_MIB: f64 = 25.0;
+
+/// What was measured of a process during a stretch.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    percent: f64,
+    memory: Memory,
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "wants both cores for itself: run it with `--ignored`"]
+async fn a_diagnoser_at_1_khz_takes_a_twentieth_of_a_core_and_25_mib() {
+    let deployment = Deployment::of_tower(&Schedule::default());
+    let diagnosers = deployment.start_diagnosers();
+    let observer = Observer::of(&deployment).await;
+    observer.wait_for(&MODULES, false).await;
+    let clock = PlantClock::of(&observer).await;
+    let plant = deployment.start_plant("real", 100 * STEPS, 7, RUN);
+    clock.reach(RUN, FROM).await;
+    let mut least = [f64::INFINITY; MODULES.len()];
+    for _ in 0..STRETCHES {
+        let stretches = stretch(&clock, &diagnosers, &plant).await;
+        for (least, stretch) in least.iter_mut().zip(stretches) {
+            *least = least.min(stretch.percent);
+            assert!(stretch.memory.proportional_mib < MOST_MIB, "{stretch:?}");
+        }
+        if least.iter().all(|percent| *percent < MOST_PERCENT) {
+            break;
+        }
+    }
+    assert!(least.iter().all(|percent| *percent < MOST_PERCENT), "{least:.2?}");
+    for process in diagnosers.into_iter().chain([plant]) {
+        process.stop().await;
+    }
+}
+
+/// Measures, and returns what the diagnosers took.
+async fn stretch(clock: &PlantClock, diagnosers: &[Process], plant: &Process) -> Vec<Stretch> {
+    let processes = || MODULES.into_iter().zip(diagnosers).chain([("plant", plant)]);
+    let before: Vec<_> = processes().map(|(_, process)| processor_time(process.pid())).collect();
+    let (start, from) = (Instant::now(), clock.step(RUN).unwrap());
+    clock.reach(RUN, from.0 + STEPS).await;
+    let (elapsed, steps) = (start.elapsed(), clock.step(RUN).unwrap().since(from));
+    println!("{steps} steps in {elapsed:.2?}");
+    let measure = |((name, process), before): ((&str, &Process), &Duration)| {
+        let spent = (processor_time(process.pid()) - *before).as_secs_f64();
+        let percent = 100.0 * spent / elapsed.as_secs_f64();
+        let per_step_us = 1e6 * spent / steps as f64;
+        let memory = Memory::of(process.pid());
+        let Memory { proportional_mib, private_mib } = memory;
+        println!(
+            "{name}: {percent:.2} % of a core, {per_step_us:.1} µs per step; \
+             {proportional_mib:.1} MiB PSS, {private_mib:.1} MiB private"
+        );
+        Stretch { percent, memory }
+    };
+    let mut measured: Vec<_> = processes().zip(&before).map(measure).collect();
+    measured.truncate(MODULES.len());
+    measured
+}

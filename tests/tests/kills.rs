@@ -1,0 +1,142 @@
+//! Diagnosers are killed two hundred times at random moments around the onsets of faults: no fault that
+//! was published is ever missing from the history, numbers have no gap, and every start takes up what
+//! was there before.
+
+#![allow(clippy::unwrap_used, reason = "test code")]
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use system_tests::deployment::{Deployment, Process};
+use system_tests::kills::audit::Audit;
+use system_tests::kills::collection::{Collection, same};
+use system_tests::kills::logs::Lives;
+use system_tests::kills::operator::Operator;
+use system_tests::kills::plan::{Kill, Plan};
+use system_tests::kills::summary::Summary;
+use system_tests::observer::{Observer, states};
+use system_tests::plant_clock::PlantClock;
+use truss::ids::{ComponentPath, ModuleName, RunId};
+use wire::FaultTransition;
+
+const KILLS: usize = 200;
+const SEED: u64 = 20;
+const RUN: RunId = RunId(1);
+const MODULES: [&str; 2] = ["module1", "module2"];
+/// After the last fault is over, until everybody has come to rest \[steps\].
+const REST: u64 = 3000;
+
+/// Everything that is there during the kills.
+struct Scene {
+    deployment: Deployment,
+    diagnosers: Vec<Process>,
+    observer: Observer,
+    collection: Collection,
+    operator: Operator,
+    clock: PlantClock,
+    problems: Vec<String>,
+}
+
+impl Scene {
+    async fn set(plan: &Plan) -> Self {
+        let deployment = Deployment::of_watched_tower(&plan.schedule);
+        let observer = Observer::of(&deployment).await;
+        let collection = Collection::of(observer.faults().await);
+        let diagnosers = deployment.start_diagnosers();
+        observer.wait_for(&MODULES, false).await;
+        let operator = Operator::of(&observer, RUN, plan.schedule.clone()).await;
+        let clock = PlantClock::of(&observer).await;
+        let problems = Vec::new();
+        Self { deployment, diagnosers, observer, collection, operator, clock, problems }
+    }
+
+    async fn kill(&mut self, kill: Kill) {
+        self.clock.reach(RUN, kill.at_step).await;
+        let victim = &mut self.diagnosers[kill.victim];
+        if !victim.is_running() {
+            self.problems.push(format!("{} has ended by itself", MODULES[kill.victim]));
+        }
+        victim.crash();
+        *victim = self.deployment.start_diagnoser(kill.victim);
+    }
+
+    /// Holds the histories against everything published and obeyed so far.
+    async fn audit(&mut self) -> Vec<Audit> {
+        self.observer.wait_for(&MODULES, false).await;
+        let (collected, books) = (self.collection.so_far(), self.operator.books());
+        let mut audits = Vec::new();
+        for module in MODULES.map(|name| name.parse::<ModuleName>().unwrap()) {
+            let audit = Audit::of(&self.observer, &module, &collected, &books).await;
+            self.problems.extend(audit.problems.iter().cloned());
+            audits.push(audit);
+        }
+        audits
+    }
+
+    /// The present states of all components that ever had a transition.
+    async fn states(&self) -> BTreeMap<ComponentPath, FaultTransition> {
+        let states = states(&self.observer.session).await.into_iter();
+        let told = states.filter(|state| state.sequence > 0);
+        told.map(|state| (state.component.clone(), state)).collect()
+    }
+
+    /// At rest, what the histories say last is the present.
+    async fn compare_with_the_present(&mut self, audits: &[Audit]) {
+        let last: BTreeMap<_, _> = audits.iter().flat_map(Audit::latest).collect();
+        let present = self.states().await;
+        let agrees =
+            |(component, state)| present.get(component).is_some_and(|present| same(present, state));
+        if last.len() != present.len() || !last.iter().all(agrees) {
+            self.problems.push(format!("the present is {present:#?}, the histories say {last:#?}"));
+        }
+    }
+
+    /// One fault has many consequences; the first of them tell enough.
+    fn check(&self) {
+        let (first, count) = (self.problems.iter().take(10), self.problems.len());
+        assert!(count == 0, "{count} problems: {:#?}", first.collect::<Vec<_>>());
+    }
+
+    fn sum_up(&mut self, audits: &[Audit], took: Duration) -> Summary {
+        let (collected, books) = (self.collection.so_far(), self.operator.books());
+        let logs = self.diagnosers.iter().map(Process::log);
+        let lives: Vec<Lives> = logs.map(|log| Lives::told_in(&log)).collect();
+        self.problems.extend(collected.contradictions.iter().chain(&books.senseless).cloned());
+        self.problems.extend(lives.iter().flat_map(|lives| &lives.complaints).cloned());
+        Summary::of((KILLS, took), audits, &collected, &books, &lives)
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes three minutes and a machine of its own: run it with `--ignored`"]
+async fn two_hundred_kills_lose_no_fault() {
+    let started = Instant::now();
+    let plan = Plan::draw(SEED, KILLS);
+    let mut scene = Scene::set(&plan).await;
+    let steps = plan.over + REST;
+    let mut plant = scene.deployment.start_plant("real", steps, SEED, RUN);
+    for batch in &plan.batches {
+        for kill in batch {
+            scene.kill(*kill).await;
+        }
+        scene.audit().await;
+        scene.check();
+    }
+    assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
+    for module in MODULES {
+        let at_the_end = |s: &wire::ModuleStatus| s.step == Some(truss::ids::Step(steps - 1));
+        scene.observer.status(|s| s.module.as_str() == module && at_the_end(s)).await;
+    }
+    let audits = scene.audit().await;
+    scene.compare_with_the_present(&audits).await;
+    let summary = scene.sum_up(&audits, started.elapsed());
+    println!("{summary}");
+    scene.check();
+    let faults = plan.schedule.faults.len();
+    assert!(summary.latched > faults / 4, "{} of {faults} faults latched", summary.latched);
+    assert!(summary.obeyed > faults / 4, "{} orders obeyed", summary.obeyed);
+    assert!(summary.ready > KILLS / 2, "ready {} times", summary.ready);
+    for process in std::mem::take(&mut scene.diagnosers) {
+        process.stop().await;
+    }
+}

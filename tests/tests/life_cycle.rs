@@ -1,0 +1,263 @@
+//! A fault's life as an operator sees it, with the operator's own program.
+
+#![allow(clippy::unwrap_used, reason = "test code")]
+
+use std::time::Duration;
+
+use daemon::config::{Schedule, ScheduledFault};
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use system_tests::deployment::{Deployment, Process};
+use system_tests::observer::{Faults, Observer};
+use system_tests::operate::trusswatch;
+use system_tests::plant_clock::PlantClock;
+use system_tests::publications::Publications;
+use system_tests::signs::{Sign, Signs};
+use system_tests::{in_time, scenarios};
+use truss::fault::Fault;
+use truss::ids::{RunId, Step};
+use wire::{FaultState, FaultTransition, ModulePhase};
+
+const RUN: RunId = RunId(1);
+const SEED: u64 = 11;
+const MODULES: [&str; 2] = ["module1", "module2"];
+const GAGE: &str = "module1/sensor/g2";
+const OTHER_GAGE: &str = "module1/sensor/g5";
+/// More than any test takes.
+const FOR_LONG: u64 = 1_000_000;
+
+fn bias(component: &str, from: u64, until: Option<u64>) -> ScheduledFault {
+    ScheduledFault {
+        at_step: Step(from),
+        until_step: until.map(Step),
+        component: component.parse().unwrap(),
+        fault: Fault::Bias { offset_m: 4e-4 },
+    }
+}
+
+/// The tower at work.
+struct Works {
+    deployment: Deployment,
+    observer: Observer,
+    faults: Faults,
+    clock: PlantClock,
+    diagnosers: Vec<Process>,
+    plant: Process,
+}
+
+impl Works {
+    async fn start(deployment: Deployment) -> Self {
+        let observer = Observer::of(&deployment).await;
+        let faults = observer.faults().await;
+        let clock = PlantClock::of(&observer).await;
+        let diagnosers = deployment.start_diagnosers();
+        observer.wait_for(&MODULES, false).await;
+        let plant = deployment.start_plant("real", FOR_LONG, SEED, RUN);
+        Self { deployment, observer, faults, clock, diagnosers, plant }
+    }
+
+    async fn transition(&mut self, component: &str, state: FaultState) -> FaultTransition {
+        let found = async {
+            loop {
+                let (_, transition) = self.faults.next().await;
+                let is_of_it = transition.component == component.parse().unwrap();
+                if is_of_it && transition.state == state {
+                    return transition;
+                }
+            }
+        };
+        in_time(&format!("{component} {state}"), found).await
+    }
+
+    /// What `trusswatch faults --json` shows.
+    async fn picture(&self) -> Value {
+        let ended = trusswatch(&self.deployment, &["faults", "--json"]).await;
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        ended.json()
+    }
+
+    async fn state(&self, component: &str) -> Value {
+        let picture = self.picture().await;
+        let components = picture["components"].as_array().unwrap();
+        let shown = components.iter().find(|shown| shown["component"] == component);
+        shown.map_or(Value::Null, |shown| shown["state"].clone())
+    }
+
+    async fn end(self) {
+        self.plant.stop().await;
+        for process in self.diagnosers {
+            process.stop().await;
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_fault_is_acknowledged_and_reset_and_the_history_tells_by_whom_and_why() {
+    const REPAIRED: u64 = 14_000;
+    let faults = vec![bias(GAGE, scenarios::ONSET, Some(REPAIRED))];
+    let mut works = Works::start(Deployment::of_watched_tower(&Schedule { faults })).await;
+    works.transition(GAGE, FaultState::Latched).await;
+    assert_eq!(works.state(GAGE).await, "latched");
+
+    let reset = ["reset", GAGE, "--by", "ben"];
+    let refused = trusswatch(&works.deployment, &reset).await;
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.err.contains("is not acknowledged"), "{refused:?}");
+
+    let ack = ["ack", GAGE, "--by", "ada", "--note", "looks loose"];
+    let acknowledged = trusswatch(&works.deployment, &ack).await;
+    assert_eq!(acknowledged.code, Some(0), "{acknowledged:?}");
+    assert_eq!(works.state(GAGE).await, "acknowledged");
+    let check = trusswatch(&works.deployment, &["faults", "--check"]).await;
+    assert_eq!(check.code, Some(1), "{check:?}");
+
+    works.diagnosers[0].crash();
+    works.observer.wait_until_gone("module1").await;
+    works.diagnosers[0] = works.deployment.start_diagnoser(0);
+    works.observer.wait_for(&MODULES, false).await;
+    assert_eq!(works.state(GAGE).await, "acknowledged");
+
+    let refused = trusswatch(&works.deployment, &reset).await;
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    let reasons = ["is still changing", "changed a moment ago", "is still displaced"];
+    assert!(reasons.iter().any(|reason| refused.err.contains(reason)), "{refused:?}");
+    // Else this was asked for too late to mean anything.
+    assert!(works.clock.step(RUN).unwrap() < Step(REPAIRED));
+
+    works.clock.reach(RUN, REPAIRED).await;
+    let mut patient = reset.to_vec();
+    patient.extend(["--note", "new plug", "--wait", "20"]);
+    let reset = trusswatch(&works.deployment, &patient).await;
+    assert_eq!(reset.code, Some(0), "{reset:?}");
+    assert_eq!(works.state(GAGE).await, Value::Null, "normal ones are not shown");
+
+    let history = trusswatch(&works.deployment, &["history", "--json"]).await;
+    assert_eq!(history.code, Some(0), "{history:?}");
+    check_history(&history.json());
+    works.end().await;
+}
+
+fn check_history(history: &Value) {
+    assert_eq!(history["gaps"], Value::Array(vec![]), "{history:#}");
+    assert_eq!(history["silent"], Value::Array(vec![]), "{history:#}");
+    let transitions = history["transitions"].as_array().unwrap();
+    let own: Vec<&Value> = transitions.iter().filter(|told| told["component"] == GAGE).collect();
+    let states: Vec<&Value> = own.iter().map(|told| &told["state"]).collect();
+    assert_eq!(states, ["tentative", "latched", "acknowledged", "normal"], "{history:#}");
+    for (told, order, by, note) in
+        [(own[2], "acknowledge", "ada", "looks loose"), (own[3], "reset", "ben", "new plug")]
+    {
+        let given = &told["order"];
+        assert_eq!((&given["order"], &given["by"]), (&order.into(), &by.into()), "{told:#}");
+        assert_eq!(given["note"], note, "{told:#}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_second_diagnoser_is_refused_the_state_directory() {
+    let deployment = Deployment::of_watched_tower(&Schedule::default());
+    let observer = Observer::of(&deployment).await;
+    let mut diagnosers = deployment.start_diagnosers();
+    observer.wait_for(&MODULES, false).await;
+    let mut second = deployment.start_diagnoser(0);
+    let code = second.exit_code().await;
+    assert_eq!(code, Some(1), "{}", second.log());
+    let log = second.log();
+    let complaint = log.lines().find(|line| line.starts_with("error:")).unwrap();
+    let directory = deployment.state_directory(0);
+    assert!(complaint.contains(directory.to_str().unwrap()), "{complaint}");
+    let holder = format!("process {}", diagnosers[0].pid());
+    assert!(complaint.contains(&holder), "{complaint}, not {holder}");
+    assert!(diagnosers[0].is_running());
+    for process in diagnosers {
+        process.stop().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_plant_that_stands_still_is_told_and_is_no_fault() {
+    const STILL_AT: u64 = 3000;
+    let mut works = Works::start(Deployment::of_watched_tower(&Schedule::default())).await;
+    let publications = Publications::of(&works.observer).await;
+    let mut signs = Vec::new();
+    for module in MODULES {
+        signs.push(Signs::of(&works.observer, module).await);
+    }
+    works.clock.reach(RUN, STILL_AT).await;
+    works.plant.signal(Signal::SIGSTOP);
+    let entered = |phase| {
+        move |at, sign: &Sign| match sign {
+            Sign::Phase(change) if change.phase == phase => Some((at, change.clone())),
+            _ => None,
+        }
+    };
+    for (module, signs) in MODULES.iter().zip(&mut signs) {
+        let (at, change) = signs.find(entered(ModulePhase::Stale)).await;
+        let last = publications.time_of(&change.module, change.step.unwrap());
+        let after = Duration::from_nanos(at.saturating_sub(last));
+        println!("{module}: stale {after:?} after its last sample");
+        assert!(after < Duration::from_secs(1), "{module}: stale only after {after:?}");
+        assert_eq!(change.before, Some(ModulePhase::InService));
+    }
+    let picture = works.picture().await;
+    let phases: Vec<&Value> =
+        picture["modules"].as_array().unwrap().iter().map(|module| &module["phase"]).collect();
+    assert_eq!(phases, ["stale", "stale"], "{picture:#}");
+    assert_eq!(picture["components"], Value::Array(vec![]), "{picture:#}");
+    let check = trusswatch(&works.deployment, &["faults", "--check"]).await;
+    assert_eq!(check.code, Some(1), "{check:?}");
+    assert!(check.out.contains("STALE"), "{check:?}");
+
+    works.plant.signal(Signal::SIGCONT);
+    for signs in &mut signs {
+        signs.find(entered(ModulePhase::InService)).await;
+    }
+    works.clock.reach(RUN, 2 * STILL_AT).await;
+    for module in MODULES {
+        let beyond = |step: Option<Step>| step.is_some_and(|step| step > Step(STILL_AT + 1000));
+        let status = works.observer.status(|s| s.module.as_str() == module && beyond(s.step)).await;
+        assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
+        assert_eq!(status.intake.silences, 1, "{module}");
+    }
+    let told = works.faults.arrived();
+    assert!(told.is_empty(), "silence was taken for a change: {told:#?}");
+    works.end().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_journal_that_cannot_be_written_is_told_and_catches_up() {
+    const SECOND_ONSET: u64 = 9000;
+    let faults = vec![bias(GAGE, scenarios::ONSET, None), bias(OTHER_GAGE, SECOND_ONSET, None)];
+    let deployment = Deployment::of_watched_tower(&Schedule { faults });
+    let directory = deployment.state_directory(0);
+    std::fs::remove_dir(&directory).unwrap();
+    std::fs::write(&directory, "in the way").unwrap();
+    let mut works = Works::start(deployment).await;
+    let of_first = |status: &wire::ModuleStatus| status.module.as_str() == "module1";
+    let status = works.observer.status(of_first).await;
+    assert!(status.journal.problem.is_some(), "{:?}", status.journal);
+
+    let latched = works.transition(GAGE, FaultState::Latched).await;
+    assert!(!latched.durable, "{latched:?}");
+    let picture = works.picture().await;
+    let modules = picture["modules"].as_array().unwrap();
+    let first = modules.iter().find(|module| module["module"] == "module1").unwrap();
+    assert!(first["journal"]["problem"].is_string(), "{picture:#}");
+    assert_eq!(first["phase"], "in_service", "diagnosis goes on");
+
+    std::fs::remove_file(&directory).unwrap();
+    let caught_up = |status: &wire::ModuleStatus| {
+        of_first(status) && status.journal.problem.is_none() && status.journal.unsaved == 0
+    };
+    works.observer.status(caught_up).await;
+    let history = trusswatch(&works.deployment, &["history", "--json"]).await.json();
+    assert_eq!(history["gaps"], Value::Array(vec![]), "{history:#}");
+    let transitions = history["transitions"].as_array().unwrap();
+    let kept = |told: &Value| told["component"] == GAGE && told["state"] == "latched";
+    assert!(transitions.iter().any(kept), "{history:#}");
+
+    assert!(works.clock.step(RUN).unwrap() < Step(SECOND_ONSET), "this took too long");
+    let later = works.transition(OTHER_GAGE, FaultState::Latched).await;
+    assert!(later.durable, "{later:?}");
+    works.end().await;
+}

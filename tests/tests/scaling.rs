@@ -1,0 +1,113 @@
+//! Many diagnosers on one machine, as each other's peers and as clients of a router: processor time and
+//! memory of each, time from a fault to its verdict at a third party, questions per verdict.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
+
+use std::time::Duration;
+
+use daemon::config::Schedule;
+use system_tests::scaling::{Figures, Plan, Row, Setting, Table, Topology, measure};
+
+/// All modules of the row.
+const ALL: usize = usize::MAX / 4;
+/// Those of the own tower and of one on either side.
+const NEXT: usize = 1;
+
+/// Towers, who connects to whom, who asks how far, and a pace at which two cores keep up. A hundred that are
+/// all connected to each other need five cores before the first sample.
+const ROWS: [(usize, Topology, usize, f64); 9] = [
+    (1, Topology::Peers, ALL, 1.0),
+    (1, Topology::Star, ALL, 1.0),
+    (5, Topology::Peers, ALL, 0.5),
+    (5, Topology::Star, ALL, 0.5),
+    (25, Topology::Peers, ALL, 0.1),
+    (25, Topology::Star, ALL, 0.1),
+    (50, Topology::Peers, NEXT, 0.05),
+    (50, Topology::Star, NEXT, 0.05),
+    (50, Topology::Star, ALL, 0.05),
+];
+/// Faults that are injected.
+const FAULTS: usize = 6;
+/// The same for a quick look on a machine that has other things to do.
+const QUICK: [(usize, Topology, usize, f64); 3] = [
+    (1, Topology::Peers, ALL, 1.0),
+    (5, Topology::Star, ALL, 0.4),
+    (5, Topology::Peers, NEXT, 0.4),
+];
+
+/// Loose limits, for machines that are slow or busy: processor time per sample \[µs\], memory \[MiB\], time
+/// to a verdict at a third party \[ms\].
+const MOST_US: f64 = 1000.0;
+const MOST_MIB: f64 = 60.0;
+const LATEST_MS: f64 = 2000.0;
+
+async fn measured(setting: Setting, quiet: Duration, faults: usize) -> Figures {
+    let figures = measure(setting, &Plan::new(&setting, quiet, faults)).await;
+    let Figures { lost, unanswered, questions, verdicts, wrong, delays_ms, .. } = &figures;
+    println!(
+        "{setting:?}: {verdicts} verdicts, {questions} questions, {unanswered} unanswered, {lost} \
+         samples lost, {delays_ms:.1?} ms"
+    );
+    assert_eq!(wrong, &Vec::<String>::new(), "{setting:?}");
+    figures
+}
+
+/// Nobody asks more than its peers, and nobody is judged without asking.
+fn check(figures: &Figures) {
+    let (per_verdict, peers) = (figures.questions_per_verdict(), figures.peers_of_each());
+    assert!(per_verdict > 0.5 && per_verdict < 2.0 * peers + 1.0, "{per_verdict} of {peers}");
+    assert!(figures.per_sample_us() < MOST_US, "{figures:?}");
+    assert!(figures.diagnoser.mib < MOST_MIB, "{figures:?}");
+    assert!(figures.delays_ms.iter().all(|delay| *delay < LATEST_MS), "{figures:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn ten_diagnosers_as_peers_and_on_a_router_name_what_is_faulty() {
+    let mut table = Table::default();
+    for (copies, topology, neighbours, speed) in QUICK {
+        let setting = Setting { copies, topology, neighbours, speed };
+        let figures = measured(setting, Duration::from_secs(2), 2).await;
+        check(&figures);
+        table.add(figures);
+    }
+    println!("{}", table.to_text());
+}
+
+/// As when the power comes back. On two cores the handshakes of so many take seconds, and a link that is given
+/// up halfway must not keep two peers apart.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "wants both cores for itself: run it with `--ignored`"]
+async fn fifty_diagnosers_that_start_in_one_instant_find_each_other() {
+    let setting = Setting { copies: 25, topology: Topology::Peers, neighbours: ALL, speed: 1.0 };
+    let row = Row::lay_out(setting, &Schedule::default());
+    let diagnosers = row.start_diagnosers();
+    let observer = row.observer().await;
+    row.wait_for_diagnosers(&observer).await;
+    row.wait_for_each_other(&observer).await;
+    for process in diagnosers {
+        process.stop().await;
+    }
+}
+
+/// Takes ten minutes; `SCALING=100` measures the rows of 100 diagnosers only, `SCALING=100-router` those
+/// on a router.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "wants both cores for itself: run it with `--ignored`"]
+async fn up_to_a_hundred_diagnosers_on_one_machine() {
+    let wanted = std::env::var("SCALING").unwrap_or_default();
+    let mut table = Table::default();
+    for (copies, topology, neighbours, speed) in ROWS {
+        let setting = Setting { copies, topology, neighbours, speed };
+        let name = format!("{}-{topology}", setting.diagnosers());
+        if !wanted.is_empty() && wanted != name && wanted != setting.diagnosers().to_string() {
+            continue;
+        }
+        // One tower takes its faults one after the other; several get one each.
+        let faults = if copies == 1 { FAULTS } else { FAULTS.min(copies) };
+        let figures = measured(setting, Duration::from_secs(10), faults).await;
+        assert_eq!((figures.lost, figures.unanswered), (0, 0), "{figures:?}");
+        check(&figures);
+        table.add(figures);
+        println!("{}", table.to_text());
+    }
+}

@@ -1,0 +1,270 @@
+//! Strangers, members who reach for what is not theirs, and beside each of them somebody who may: one
+//! table, printed at the end (`cargo test --release --test security -- --nocapture`).
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
+
+use std::time::Duration;
+
+use daemon::config::Schedule;
+use serde_json::Value;
+use system_tests::in_time;
+use system_tests::observer::{Observer, unix_ns};
+use system_tests::scenarios;
+use system_tests::security::intruder::Papers;
+use system_tests::security::letters::{Letters, answers};
+use system_tests::security::stand::Stand;
+use system_tests::security::table::Table;
+use truss::fault::Fault;
+use wire::ModuleStatus;
+use zenoh::Session;
+
+/// From one attempt to the next.
+const GLANCE: Duration = Duration::from_millis(20);
+const GAGE: &str = "module1/sensor/g2";
+/// The key of the fault that module 1 really has.
+const TRUE_FAULT: &str = "trusswatch/tower/module1/fault/sensor/g2";
+/// A key of module 1 that others reach for.
+const VICTIM: &str = "trusswatch/tower/module1/fault/sensor/g7";
+/// Another one.
+const SAMPLE: &str = "trusswatch/tower/module1/sample";
+/// A key of module 2's own.
+const OWN: &str = "trusswatch/tower/module2/fault/sensor/g7";
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn nobody_gets_in_or_gets_through_who_may_not_and_everybody_who_may() {
+    let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
+    let stand = Stand::star(&schedule).await;
+    let observer = stand.session("observer.wall").await;
+    let letters = Letters::to(&observer).await;
+    letters.wait(TRUE_FAULT, "\"latched\"").await;
+
+    let mut table = Table::default();
+    at_the_door(&stand, &mut table).await;
+    unnamed(&stand, &mut table).await;
+    writing(&stand, &letters, &mut table).await;
+    answering(&stand, &observer, &mut table).await;
+    commanding(&stand, &mut table).await;
+    history(&stand, &mut table).await;
+
+    judge(stand, &table).await;
+}
+
+/// Without a router each peer enforces the same on its own links.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn peers_enforce_it_themselves() {
+    let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
+    let stand = Stand::peers(&schedule).await;
+    let observer = stand.session("observer.wall").await;
+    let letters = Letters::to(&observer).await;
+    letters.wait(TRUE_FAULT, "\"latched\"").await;
+    let mut table = Table::default();
+    at_the_door(&stand, &mut table).await;
+    commanding(&stand, &mut table).await;
+    judge(stand, &table).await;
+}
+
+/// The attempts are real: where nobody enforces anything, the same ones have an effect.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_refused_would_have_had_an_effect() {
+    let stand = Stand::lawless_star(&Schedule::default()).await;
+    let observer = stand.session("observer.wall").await;
+    let letters = Letters::to(&observer).await;
+    let second = stand.session("module2").await;
+    let operator = stand.session("operator.ada").await;
+    let forged = async {
+        // Until the listener's wish has got to the writers.
+        while !(letters.have(VICTIM, "by module 2") && letters.have(VICTIM, "by an operator")) {
+            second.put(VICTIM, "forged by module 2").await.unwrap();
+            operator.put(VICTIM, "forged by an operator").await.unwrap();
+            tokio::time::sleep(GLANCE).await;
+        }
+    };
+    in_time("a forged fault", forged).await;
+    answer(&second, VICTIM, "answered by module 2 for module 1").await;
+    let impostor =
+        async { while !told(&answers(&observer, VICTIM).await, VICTIM, "answered by module 2") {} };
+    in_time("an impostor's answer", impostor).await;
+    let watcher = Observer { session: observer, structure: "tower".parse().unwrap() };
+    let harmed = async {
+        second.put(SAMPLE, "forged").await.unwrap();
+        watcher.status(|status| of_victim(status) && status.intake.malformed > 0).await
+    };
+    in_time("harm by a forged sample", harmed).await;
+    stand.clear().await;
+}
+
+fn of_victim(status: &ModuleStatus) -> bool {
+    status.module.as_str() == "module1"
+}
+
+async fn judge(stand: Stand, table: &Table) {
+    println!("{}", table.to_text());
+    let (failed, logs) = (table.failed(), stand.logs());
+    assert!(failed.is_empty(), "{failed:?}\n{logs}");
+    stand.clear().await;
+}
+
+async fn at_the_door(stand: &Stand, table: &mut Table) {
+    table.allowed("module 1 with its certificate", Papers::Right.knock(stand).await);
+    for (what, papers, word) in [
+        ("a certificate of the wrong authority", Papers::WrongAuthority, "BadSignature"),
+        ("no certificate", Papers::Missing, "no certificates"),
+        ("an expired certificate", Papers::Expired, "xpired"),
+        ("plain TCP", Papers::PlainTcp, "corrupt message"),
+    ] {
+        let got_in = papers.knock(stand).await;
+        let trace = stand.trace(&["WARN", "connection was refused", word]).await;
+        table.forbidden(what, got_in, trace);
+    }
+}
+
+/// A certificate of the right authority alone opens nothing.
+async fn unnamed(stand: &Stand, table: &mut Table) {
+    let mallory = stand.session("operator.mallory").await;
+    let letters = Letters::to(&mallory).await;
+    let told = answers(&mallory, TRUE_FAULT).await;
+    let heard = !told.is_empty() || letters.have_anywhere("latched");
+    let trace = stand.trace(&["WARN", "access control has no rule for"]).await;
+    table.forbidden("somebody with a good certificate whom no rule names", heard, trace);
+}
+
+async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {
+    let second = stand.session("module2").await;
+    let written = async {
+        // A link may break on a busy machine, and what is on it is gone.
+        while !letters.have(OWN, "written by module 2") {
+            second.put(VICTIM, "forged by module 2").await.unwrap();
+            second.put(OWN, "written by module 2").await.unwrap();
+            tokio::time::sleep(GLANCE).await;
+        }
+    };
+    in_time("a text of module 2", written).await;
+    let trace = stand.trace(&["refused Put", VICTIM, "module2.tower"]).await;
+    let forged = letters.have_anywhere("forged by module 2");
+    table.forbidden("module 2 writing module 1's fault key", forged, trace);
+    table.allowed("module 2 writing its own fault key", letters.have(OWN, "written by module 2"));
+
+    let operator = stand.session("operator.ada").await;
+    let mut asked = Vec::new();
+    let answered = async {
+        // The answer comes after the router has dealt with what was before the question.
+        while asked.is_empty() {
+            operator.put(VICTIM, "forged by an operator").await.unwrap();
+            asked = answers(&operator, TRUE_FAULT).await;
+        }
+    };
+    in_time("an answer to an operator", answered).await;
+    let written = async {
+        while !letters.have(OWN, "written after the operator") {
+            second.put(OWN, "written after the operator").await.unwrap();
+            tokio::time::sleep(GLANCE).await;
+        }
+    };
+    in_time("a text after the operator's", written).await;
+    let trace = stand.trace(&["refused Put", VICTIM, "operator.ada.tower"]).await;
+    let forged = letters.have_anywhere("forged by an operator");
+    table.forbidden("an operator forging a fault", forged, trace);
+    table.allowed("an operator asking for a fault", !asked.is_empty());
+
+    second.put(SAMPLE, "forged").await.unwrap();
+    let trace = stand.trace(&["refused Put", SAMPLE, "module2.tower"]).await;
+    let refused = unix_ns();
+    let watcher = Observer { session: operator, structure: "tower".parse().unwrap() };
+    let status = watcher.status(|status| of_victim(status) && status.time_unix_ns > refused).await;
+    let received = status.intake.malformed > 0;
+    table.forbidden("module 2 forging a sample of module 1", received, trace);
+}
+
+/// Answers as an impostor, on a key of its own and on one of module 1.
+async fn answer(session: &Session, on: &'static str, text: &'static str) {
+    let key = if on == VICTIM { "trusswatch/tower/module1/fault/**" } else { OWN };
+    let queryable = session.declare_queryable(key).callback(move |query| {
+        // Answers that nobody may take fail here already or at the router.
+        let _ = zenoh::Wait::wait(query.reply(on, text));
+    });
+    queryable.background().await.unwrap();
+}
+
+async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
+    let second = stand.session("module2").await;
+    answer(&second, VICTIM, "answered by module 2 for module 1").await;
+    answer(&second, OWN, "answered by module 2").await;
+    let by_second =
+        async { while !told(&answers(observer, OWN).await, OWN, "answered by module 2") {} };
+    in_time("an answer of module 2", by_second).await;
+    table.allowed("module 2 answering for itself", true);
+
+    let about_first = answers(observer, VICTIM).await;
+    let forged = told(&about_first, VICTIM, "answered by module 2");
+    let trace = stand.trace(&["refused Declare Queryable", "module1/fault", "module2.tower"]).await;
+    table.forbidden("module 2 answering for module 1", forged, trace);
+    table.allowed("module 1 answering for itself", told(&about_first, VICTIM, "\"module1\""));
+
+    // A question to all: module 2 is asked too, and answers in the name of module 1.
+    let impostor = second.declare_queryable("trusswatch/tower/module2/fault/sensor/g8");
+    let impostor = impostor.callback(|query| {
+        let _ = zenoh::Wait::wait(query.reply(VICTIM, "slipped in by module 2"));
+    });
+    impostor.background().await.unwrap();
+    let trace = async {
+        loop {
+            let all = answers(observer, "trusswatch/tower/*/fault/**").await;
+            let forged = told(&all, VICTIM, "slipped in");
+            let words = ["refused Reply", VICTIM, "module2.tower"];
+            let found =
+                stand.guard.log().lines().any(|line| words.iter().all(|w| line.contains(w)));
+            if forged || found {
+                return forged;
+            }
+        }
+    };
+    let forged = in_time("an answer in the name of another", trace).await;
+    let trace = stand.trace(&["refused Reply", VICTIM, "module2.tower"]).await;
+    table.forbidden("module 2 answering a question to all in module 1's name", forged, trace);
+}
+
+fn told(answers: &[(String, String)], key: &str, words: &str) -> bool {
+    answers.iter().any(|(on, text)| on == key && text.contains(words))
+}
+
+async fn state(stand: &Stand) -> Value {
+    let picture = stand.trusswatch("observer.wall", &["faults", "--json"]).await;
+    assert_eq!(picture.code, Some(0), "{picture:?}");
+    let picture = picture.json();
+    let components = picture["components"].as_array().unwrap();
+    let shown = components.iter().find(|shown| shown["component"] == GAGE).unwrap();
+    shown["state"].clone()
+}
+
+async fn commanding(stand: &Stand, table: &mut Table) {
+    let before = state(stand).await;
+    table.allowed("an observer looking at the faults", before == "latched");
+    let order = ["ack", GAGE, "--by", "eve", "--timeout", "2"];
+    let ended = stand.trusswatch("observer.wall", &order).await;
+    let trace = stand.trace(&["refused Query", "command/acknowledge", "observer.wall"]).await;
+    let obeyed = ended.code == Some(0) || state(stand).await != "latched";
+    table.forbidden("an observer commanding", obeyed, trace);
+
+    let order = ["ack", GAGE, "--by", "ada"];
+    let ended = stand.trusswatch("operator.ada", &order).await;
+    let obeyed = ended.code == Some(0) && state(stand).await == "acknowledged";
+    table.allowed("an operator commanding", obeyed);
+}
+
+async fn history(stand: &Stand, table: &mut Table) {
+    let second = stand.session("module2").await;
+    let cache = format!("{VICTIM}/@adv/pub/1/2/_");
+    let forger = second.declare_queryable(&cache).callback(|query| {
+        let _ = zenoh::Wait::wait(query.reply(VICTIM, "history by module 2"));
+    });
+    forger.background().await.unwrap();
+    let trace = stand.trace(&["refused Declare Queryable", &cache, "module2.tower"]).await;
+
+    let late = stand.session("observer.wall").await;
+    let letters = Letters::to(&late).await;
+    letters.wait(TRUE_FAULT, "\"acknowledged\"").await;
+    let complete = letters.have(TRUE_FAULT, "\"latched\"");
+    table.allowed("an observer who comes late getting the history", complete);
+    let forged = letters.have_anywhere("history by module 2");
+    table.forbidden("module 2 forging module 1's history", forged, trace);
+}

@@ -1,0 +1,175 @@
+//! A peer is killed or frozen just before it would be asked: the asker says so within a second, goes on
+//! without missing a sample, and settles when the peer is back.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
+
+use std::collections::BTreeSet;
+
+use nix::sys::signal::Signal;
+use system_tests::deployment::{Deployment, Process};
+use system_tests::observer::{Faults, Observer, unix_ns};
+use system_tests::plant_clock::PlantClock;
+use system_tests::publications::Publications;
+use system_tests::signs::{Sign, Signs};
+use system_tests::verdict::Reached;
+use system_tests::{in_time, reference, scenarios};
+use truss::fault::Fault;
+use truss::ids::{ComponentPath, RunId, Step};
+use wire::{Doubt, FaultState, FaultTransition};
+
+const ASKER: &str = "module1";
+const SILENT: &str = "module2";
+const FAULTY: &str = "module1/sensor/g2";
+const RUN: RunId = RunId(1);
+const SEED: u64 = 100;
+const STEPS: u64 = 9000;
+/// The peer falls silent so many steps before the onset.
+const BEFORE: u64 = 20;
+/// How long it stays silent \[steps\].
+const SILENCE: u64 = 2000;
+const SECOND_MS: f64 = 1000.0;
+/// How soon the asker settles.
+const SETTLING_MS: f64 = 2000.0;
+/// The asker tells every twenty steps how far it has come; questions may hold it up a little.
+const STANDSTILL_MS: f64 = 400.0;
+
+#[derive(Debug, Clone, Copy)]
+enum Silence {
+    Killed,
+    Frozen,
+}
+
+impl Silence {
+    fn begin(self, peer: &mut Process) {
+        match self {
+            Silence::Killed => peer.crash(),
+            Silence::Frozen => peer.signal(Signal::SIGSTOP),
+        }
+    }
+
+    /// Returns when the peer is back \[ns since 1970\].
+    async fn end(self, deployment: &Deployment, observer: &Observer, peer: &mut Process) -> u64 {
+        match self {
+            Silence::Killed => {
+                *peer = deployment.start_diagnoser(1);
+                observer.wait_for(&[SILENT], false).await;
+                unix_ns()
+            }
+            Silence::Frozen => {
+                let back = unix_ns();
+                peer.signal(Signal::SIGCONT);
+                back
+            }
+        }
+    }
+}
+
+fn ms(from: u64, to: u64) -> f64 {
+    to.saturating_sub(from) as f64 / 1e6
+}
+
+/// Waits for a transition of the faulty component; notes the verdicts on the way.
+async fn find(
+    faults: &mut Faults,
+    reached: &mut BTreeSet<Reached>,
+    state: FaultState,
+) -> (u64, FaultTransition) {
+    let faulty: ComponentPath = FAULTY.parse().unwrap();
+    let found = async {
+        loop {
+            let (at, message) = faults.next().await;
+            reached.extend(Reached::of_message(&message));
+            if message.component == faulty && message.state == state {
+                return (at, message);
+            }
+        }
+    };
+    in_time(&format!("{FAULTY} {state}"), found).await
+}
+
+/// The longest time without a word of progress among these signs \[ms\].
+fn longest_standstill(signs: Vec<(u64, Sign)>) -> f64 {
+    let told = signs.into_iter().filter(|(_, sign)| matches!(sign, Sign::Progress(_)));
+    let times: Vec<u64> = told.map(|(at, _)| at).collect();
+    assert!(times.len() > 2, "no progress");
+    times.windows(2).map(|pair| ms(pair[0], pair[1])).fold(0.0, f64::max)
+}
+
+/// What was measured \[ms\].
+#[derive(Debug)]
+struct Measured {
+    unconfirmed: f64,
+    standstill: f64,
+    settled: f64,
+}
+
+async fn silence(how: Silence) -> Measured {
+    let schedule = scenarios::single(FAULTY, Fault::Bias { offset_m: 1.5e-4 });
+    let deployment = Deployment::of_watched_tower(&schedule);
+    let expected = reference::verdicts(&deployment, SEED, RUN, STEPS);
+    let hold = deployment.diagnoser_configs()[0].module_setup().isolation.hold_steps;
+    let observer = Observer::of(&deployment).await;
+    let mut diagnosers = deployment.start_diagnosers();
+    observer.wait_for(&[ASKER, SILENT], false).await;
+    let mut faults = observer.faults().await;
+    let mut signs = Signs::of(&observer, ASKER).await;
+    let clock = PlantClock::of(&observer).await;
+    let publications = Publications::of(&observer).await;
+    let mut plant = deployment.start_plant("real", STEPS, SEED, RUN);
+    clock.reach(RUN, scenarios::ONSET - BEFORE).await;
+    how.begin(&mut diagnosers[1]);
+    signs.arrived();
+    let mut reached = BTreeSet::new();
+
+    let (at, message) = find(&mut faults, &mut reached, FaultState::Unconfirmed).await;
+    let deciding = message.detection_step.unwrap().plus(hold);
+    let unconfirmed = ms(publications.time_of(&message.module, deciding), at);
+    assert_eq!(message.doubt, Some(Doubt::Silent));
+    assert_eq!(message.silent, [SILENT.parse().unwrap()]);
+
+    clock.reach(RUN, scenarios::ONSET + SILENCE).await;
+    let standstill = longest_standstill(signs.arrived());
+    assert!(reached.is_empty(), "judged without its peer: {reached:#?}");
+    let back = how.end(&deployment, &observer, &mut diagnosers[1]).await;
+    let (at, _) = find(&mut faults, &mut reached, FaultState::Latched).await;
+    let settled = ms(back, at);
+
+    assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
+    for module in [ASKER, SILENT] {
+        let last = Some(Step(STEPS - 1));
+        let status = observer.status(|s| s.module.as_str() == module && s.step == last).await;
+        assert_eq!(status.intake.dropped, 0, "{module}");
+        if module == ASKER {
+            assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
+            assert_eq!(status.diagnosis.samples, STEPS, "{module}");
+        }
+    }
+    let rest = faults.arrived();
+    reached.extend(rest.iter().filter_map(|(_, message)| Reached::of_message(message)));
+    assert_eq!(reached, expected, "{how:?}\n{}", deployment.logs());
+    for process in diagnosers {
+        process.stop().await;
+    }
+    Measured { unconfirmed, standstill, settled }
+}
+
+fn check(how: Silence, measured: &Measured) {
+    let Measured { unconfirmed, standstill, settled } = measured;
+    assert!(*unconfirmed < SECOND_MS, "{how:?}: unconfirmed only after {unconfirmed} ms");
+    assert!(*standstill < STANDSTILL_MS, "{how:?}: stood still for {standstill} ms");
+    assert!(*settled < SETTLING_MS, "{how:?}: settled only after {settled} ms");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_killed_peer_is_named_and_the_verdict_follows_when_it_is_back() {
+    let measured = silence(Silence::Killed).await;
+    println!("killed: {measured:.1?} [ms]");
+    check(Silence::Killed, &measured);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_frozen_peer_is_named_and_the_verdict_follows_when_it_goes_on() {
+    let measured = silence(Silence::Frozen).await;
+    println!("frozen: {measured:.1?} [ms]");
+    check(Silence::Frozen, &measured);
+}

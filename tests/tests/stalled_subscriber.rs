@@ -1,0 +1,124 @@
+//! Somebody subscribes to everything, connected to the plant and to every diagnoser, and takes nothing
+//! for a minute, while faults come and go: no diagnoser's samples get old, none is lost, and whoever
+//! does listen gets every fault message.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
+
+use std::collections::BTreeSet;
+
+use daemon::config::{Schedule, ScheduledFault};
+use system_tests::deployment::Deployment;
+use system_tests::observer::{Faults, Observer};
+use system_tests::onlooker::{Onlooker, Stall};
+use system_tests::publications::{Publications, percentiles};
+use system_tests::worst::WorstStatus;
+use truss::fault::Fault;
+use truss::ids::{RunId, Step};
+use wire::{FaultState, FaultTransition};
+
+/// In real time: how long nothing is taken, and the start before it.
+const STEPS: u64 = 60_000 + 3_000;
+/// Longer than the test.
+const PLANT_STEPS: u64 = 10 * STEPS;
+/// No sample that is diagnosed is older \[ms\].
+const OLDEST_MS: f64 = 500.0;
+const MODULES: [&str; 2] = ["module1", "module2"];
+
+/// The components that become faulty, in turn in both modules.
+fn faulty() -> Vec<String> {
+    let gages = (1..=6).flat_map(|gage| MODULES.map(|module| format!("{module}/sensor/g{gage}")));
+    gages.collect()
+}
+
+/// Each is faulty for a while.
+fn schedule() -> Schedule {
+    let faults = faulty().into_iter().enumerate().map(|(place, component)| ScheduledFault {
+        at_step: Step(5000 + 4600 * place as u64),
+        until_step: Some(Step(5000 + 4600 * place as u64 + 1500)),
+        component: component.parse().unwrap(),
+        fault: Fault::Bias { offset_m: 4e-4 },
+    });
+    Schedule { faults: faults.collect() }
+}
+
+/// Everything that is told, as often as it can be, so that what is not taken piles up soon.
+fn talkative() -> Deployment {
+    let deployment = Deployment::of_tower(&schedule());
+    for place in 1..=MODULES.len() {
+        deployment.set(place, "publish", "status_every_ms", 100);
+        deployment.set(place, "publish", "divergence_every_steps", 5);
+    }
+    deployment
+}
+
+/// The fault messages until every fault was latched.
+async fn latched(faults: &mut Faults) -> Vec<(u64, FaultTransition)> {
+    let expected: BTreeSet<String> = faulty().into_iter().collect();
+    let mut found = BTreeSet::new();
+    let mut messages = Vec::new();
+    while found != expected {
+        let (arrival, message) = faults.next().await;
+        if message.state == FaultState::Latched {
+            let component = message.component.to_string();
+            assert!(expected.contains(&component), "{component} is healthy");
+            found.insert(component);
+            messages.push((arrival, message));
+        }
+    }
+    messages
+}
+
+async fn endure(stall: Stall) {
+    let deployment = talkative();
+    let diagnosers = deployment.start_diagnosers();
+    let observer = Observer::of(&deployment).await;
+    observer.wait_for(&MODULES, false).await;
+    let publications = Publications::of(&observer).await;
+    let mut faults = observer.faults().await;
+    let plant = deployment.start_plant("real", PLANT_STEPS, 5, RunId(5));
+    let in_service = |module: &'static str| {
+        observer.status(move |status| {
+            status.module.as_str() == module && status.in_service_since_step.is_some()
+        })
+    };
+    for module in MODULES {
+        in_service(module).await;
+    }
+    let worst = WorstStatus::of(&observer).await;
+    let program = env!("CARGO_BIN_EXE_onlooker");
+    let onlooker = Onlooker::stalled(program, &deployment.endpoints, stall).await;
+    let messages = latched(&mut faults).await;
+    let delays: Vec<f64> = messages.iter().map(|told| publications.delay_ms(told)).collect();
+    println!("{stall:?}: delays of the fault messages, one by one [ms]: {delays:.1?}");
+    let (p50, p99) = percentiles(delays);
+    println!("{stall:?}: fault messages after {p50:.2} ms (p50), {p99:.2} ms (p99)");
+    for module in MODULES {
+        let done = |status: &wire::ModuleStatus| {
+            status.module.as_str() == module && status.step >= Some(Step(STEPS))
+        };
+        let status = observer.status(done).await;
+        let worst = worst.of_module(module);
+        println!("{stall:?}: {module}: {worst:?}, {:?}", status.peers);
+        assert!(worst.sample_age_ms < OLDEST_MS, "{module}: {worst:?}");
+        assert_eq!(status.intake.dropped, 0, "{module}");
+        assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
+        assert_eq!(status.publisher.events_lost, 0, "{module}");
+    }
+    drop(onlooker);
+    plant.stop().await;
+    for process in diagnosers {
+        process.stop().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
+async fn one_whose_callback_does_not_return_holds_nobody_up() {
+    endure(Stall::Callback).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
+async fn one_whose_process_is_stopped_holds_nobody_up() {
+    endure(Stall::Process).await;
+}

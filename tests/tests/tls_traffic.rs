@@ -1,0 +1,91 @@
+//! A link of TLS that carries as much as it can in both directions at once: nothing is lost, changed or
+//! torn down.
+
+#![allow(clippy::unwrap_used, reason = "test code")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use daemon::config::Network;
+use daemon::session;
+use pki::{Authority, Lifetime};
+use system_tests::deployment::free_endpoint;
+use system_tests::in_time;
+use zenoh::Session;
+use zenoh::qos::CongestionControl;
+
+/// Messages in each direction.
+const MESSAGES: u64 = 200_000;
+/// Messages under way at most, far fewer than fit into queues.
+const WINDOW: u64 = 500;
+/// The size of a sample [bytes].
+const SIZE: usize = 600;
+const GLANCE: Duration = Duration::from_millis(1);
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn both_directions_of_a_link_carry_everything_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    issue(folder.path(), &["module1", "module2"]);
+    let endpoint = free_endpoint().replace("tcp/", "tls/");
+    let of = |holder: &str| Network { tls: Some(folder.path().join(holder)), ..Network::default() };
+    let first = Network { listen: vec![endpoint.clone()], ..of("module1") };
+    let second = Network { connect: vec![endpoint], ..of("module2") };
+    let first = session::open(&first).await.unwrap();
+    let second = session::open(&second).await.unwrap();
+    let there = in_order(&second, "there").await;
+    let back = in_order(&first, "back").await;
+    in_time("everything in both directions", async {
+        tokio::join!(send(&first, "there", &there), send(&second, "back", &back))
+    })
+    .await;
+    session::close(&first).await;
+    session::close(&second).await;
+}
+
+fn issue(library: &Path, holders: &[&str]) {
+    let days = Lifetime::of_days(1);
+    let authority = Authority::create(library, "tower".parse().unwrap(), days).unwrap();
+    let here = ["127.0.0.1".parse().unwrap()];
+    for holder in holders {
+        let directory = library.join(holder);
+        authority.issue(&directory, &holder.parse().unwrap(), &here, days).unwrap();
+    }
+}
+
+/// The message with this number: the number, and as often as fits.
+fn message(number: u64) -> Vec<u8> {
+    number.to_le_bytes().repeat(SIZE / 8)
+}
+
+/// Counts the messages that come whole and in order; any other one ends the count.
+async fn in_order(session: &Session, key: &str) -> Arc<AtomicU64> {
+    let count = Arc::new(AtomicU64::new(0));
+    let counted = count.clone();
+    let take = move |sample: zenoh::sample::Sample| {
+        let expected = counted.load(Ordering::Acquire);
+        if *sample.payload().to_bytes() == message(expected) {
+            counted.store(expected + 1, Ordering::Release);
+        }
+    };
+    session.declare_subscriber(key.to_owned()).callback(take).background().await.unwrap();
+    count
+}
+
+async fn send(session: &Session, key: &str, arrived: &AtomicU64) {
+    let publisher = session.declare_publisher(key.to_owned());
+    let publisher = publisher.congestion_control(CongestionControl::Block).await.unwrap();
+    while !publisher.matching_status().await.unwrap().matching() {
+        tokio::time::sleep(GLANCE).await;
+    }
+    for number in 0..MESSAGES {
+        while number >= arrived.load(Ordering::Acquire) + WINDOW {
+            tokio::time::sleep(GLANCE).await;
+        }
+        publisher.put(message(number)).await.unwrap();
+    }
+    while arrived.load(Ordering::Acquire) < MESSAGES {
+        tokio::time::sleep(GLANCE).await;
+    }
+}
