@@ -4,6 +4,7 @@ processes say on the network. Prints what was expected and what was seen.
     python3 health_rows.py FOLDER     (where `prometheus` and `promtool` are, if anywhere; needs eclipse-zenoh and prometheus_client from PyPI)
 """
 
+import contextlib
 import json
 import os
 import re
@@ -31,6 +32,8 @@ import held_thread  # noqa: E402
 BIN = ROOT / "target/release"
 CONFIGS = {"plant": "plant.toml", "module1": "module1.toml", "module2": "module2.toml"}
 LABELS = {"structure", "module", "phase", "state", "component", "reason", "outcome", "peer", "version", "fingerprint"}
+# Below those that outgoing connections get: nobody is given one of them meanwhile.
+PORTS = iter(range(20_000, 32_000))
 # Nothing takes longer, on however busy a machine.
 LIMIT = 60
 START = time.monotonic()
@@ -62,9 +65,12 @@ def until(what, probe):
 
 
 def free_port():
-    with socket.socket() as there:
-        there.bind(("127.0.0.1", 0))
-        return there.getsockname()[1]
+    """Asked again it gives another one."""
+    for port in PORTS:
+        with socket.socket() as there, contextlib.suppress(OSError):
+            there.bind(("127.0.0.1", port))
+            return port
+    raise AssertionError("no port is free")
 
 
 class Process:

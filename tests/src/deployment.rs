@@ -2,7 +2,6 @@
 //! loopback or with an address of its own in a laboratory.
 
 use std::fs::File;
-use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -22,11 +21,10 @@ use crate::lab::{Lab, Node};
 /// Port of every process in a laboratory.
 const LAB_PORT: u16 = 7447;
 
-/// An endpoint on a port that was free a moment ago.
+/// An endpoint at which nobody listens.
 #[must_use]
 pub fn free_endpoint() -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    format!("tcp/{}", listener.local_addr().unwrap())
+    daemon::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }
 
 /// Configurations in a folder of their own.

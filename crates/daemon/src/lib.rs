@@ -13,6 +13,7 @@ pub mod diagnoser;
 pub mod environment;
 pub mod exit;
 pub mod health;
+pub mod loopback;
 pub mod observer;
 pub mod plant;
 pub mod router;

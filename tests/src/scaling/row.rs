@@ -1,12 +1,12 @@
 //! The processes of a row of towers, as `trusswatch repeat` lays it out.
 
 use std::fmt;
-use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
 use daemon::config::{Network, Schedule};
+use daemon::loopback;
 use tempfile::TempDir;
 use truss::ids::{ModuleName, StructureName};
 use truss::{Structure, copy_prefix};
@@ -20,8 +20,6 @@ use crate::observer::Observer;
 const MODULES: [&str; 2] = ["module1", "module2"];
 /// How often it is looked who has found whom.
 const GLANCE: Duration = Duration::from_millis(100);
-/// Ports below those that the system gives to outgoing connections.
-const PORTS: std::ops::Range<u16> = 10_000..32_000;
 
 /// Who connects to whom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,9 +93,9 @@ impl Row {
             Topology::Peers => setting.diagnosers() + 1,
             Topology::Star => 1,
         };
-        let first_port = free_ports(listeners);
-        let endpoints: Vec<String> =
-            (0..listeners).map(|place| format!("tcp/127.0.0.1:{}", first_port + place)).collect();
+        let ports = loopback::reserve(u16::try_from(listeners).unwrap()).unwrap();
+        let first_port = ports.start;
+        let endpoints: Vec<String> = ports.map(|port| format!("tcp/127.0.0.1:{port}")).collect();
         let mut command = program("trusswatch");
         command.arg("repeat").args(MODULES.map(|name| configs().join(format!("{name}.toml"))));
         command.arg("--plant").arg(configs().join("plant.toml"));
@@ -216,16 +214,4 @@ impl Row {
         let file = self.folder.path().join(format!("{name}.log"));
         std::fs::read_to_string(file).unwrap_or_default()
     }
-}
-
-/// The first of so many ports in a row that were free a moment ago.
-fn free_ports(count: usize) -> usize {
-    let count = u16::try_from(count).unwrap();
-    let room = u32::from(PORTS.end - PORTS.start - count);
-    // Tests that run at the same time begin to look in different places.
-    let start = std::process::id().wrapping_mul(7919);
-    let mut firsts = (0..room).map(|n| PORTS.start + (start.wrapping_add(n * 131) % room) as u16);
-    let is_free = |port: u16| TcpListener::bind(("127.0.0.1", port)).is_ok();
-    let first = firsts.find(|first| (*first..first + count).all(is_free));
-    usize::from(first.unwrap_or_else(|| panic!("no {count} free ports in a row in {PORTS:?}")))
 }

@@ -11,7 +11,6 @@ mod interrupt;
 mod ledger;
 mod network;
 mod news;
-mod ports;
 mod rig;
 mod show;
 mod story;

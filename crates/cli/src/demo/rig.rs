@@ -9,13 +9,13 @@ use daemon::config::{
     ConfigErrors, DiagnoserConfig, PlantFlags, Schedule, ScheduledFault, Speed, load_diagnoser,
     load_plant,
 };
+use daemon::loopback;
 use tempfile::TempDir;
 use toml::Table;
 use truss::ids::{ModuleName, StructureName};
 
 use super::binaries::Binaries;
 use super::children::Children;
-use super::ports::free_endpoints;
 use super::story::{self, Act, Pace};
 use crate::failure::Failure;
 use crate::shipped::{MODULES, OTHERS, PLANT, Shipped, temporary_directory};
@@ -44,7 +44,8 @@ impl Rig {
     pub(super) fn set_up(speed: Speed, seed: u64) -> Result<Rig, Failure> {
         let binaries = Binaries::find()?;
         let directory = temporary_directory("trusswatch-demo-")?;
-        let [own, plant, first, second] = free_endpoints()?;
+        let no_port = |error| Failure::network(format!("nowhere to listen on 127.0.0.1: {error}"));
+        let [own, plant, first, second] = loopback::endpoints().map_err(no_port)?;
         let endpoints = vec![plant, first, second];
         let place = directory.path();
         for file in OTHERS {

@@ -1,6 +1,5 @@
 //! A session that plays the diagnosers of a structure.
 
-use std::net::TcpListener;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -41,9 +40,7 @@ impl StandIn {
     }
 
     pub(crate) async fn connected_to(structure: &str, others: &[&StandIn]) -> StandIn {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let endpoint = format!("tcp/{}", listener.local_addr().unwrap());
-        drop(listener);
+        let endpoint = nowhere();
         let connect = others.iter().map(|other| other.endpoint.clone()).collect();
         let listen = vec![endpoint.clone()];
         let network = Network { listen, connect, ..Network::default() };
@@ -309,6 +306,5 @@ fn refuse(query: &Query, reason: String) {
 
 /// An endpoint at which nobody listens.
 pub(crate) fn nowhere() -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    format!("tcp/{}", listener.local_addr().unwrap())
+    daemon::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }

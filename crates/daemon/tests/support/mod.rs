@@ -8,7 +8,6 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
-use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -37,10 +36,9 @@ pub fn configs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs")
 }
 
-/// An endpoint on a port that was free a moment ago.
+/// An endpoint at which nobody listens.
 pub fn free_endpoint() -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    format!("tcp/{}", listener.local_addr().unwrap())
+    daemon::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }
 
 /// A plant and its diagnosers, each with an endpoint of its own.
