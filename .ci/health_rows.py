@@ -1,7 +1,7 @@
 """Health and metrics of a plant and two diagnosers, asked over HTTP and held against what the same
 processes say on the network. Prints what was expected and what was seen.
 
-    python3 health_rows.py FOLDER     (where `prometheus` and `promtool` are, if anywhere; needs eclipse-zenoh and prometheus_client from PyPI)
+    python3 health_rows.py FOLDER     (where `prometheus` and `promtool` are, if anywhere; needs .ci/nspawn and deploy/compose in PYTHONPATH, eclipse-zenoh and prometheus_client from PyPI)
 """
 
 import contextlib
@@ -24,23 +24,17 @@ from pathlib import Path
 import zenoh
 from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
+import held_thread
+from expectations import LIMIT_S, require, seen, until
+
 ROOT = Path(__file__).resolve().parent.parent
 os.chdir(ROOT)
-sys.path.append(str(ROOT / ".ci/nspawn"))
-import held_thread  # noqa: E402
 
 BIN = ROOT / "target/release"
 CONFIGS = {"plant": "plant.toml", "module1": "module1.toml", "module2": "module2.toml"}
 LABELS = {"structure", "module", "phase", "state", "component", "reason", "outcome", "peer", "version", "fingerprint"}
 # Below those that outgoing connections get: nobody is given one of them meanwhile.
 PORTS = iter(range(20_000, 32_000))
-# Nothing takes longer, on however busy a machine.
-LIMIT = 60
-START = time.monotonic()
-
-
-def row(what, seen):
-    print(f"   {time.monotonic() - START:5.1f} s  ok: {what}: {seen}", flush=True)
 
 
 def skipped(what):
@@ -48,20 +42,6 @@ def skipped(what):
     if "SKIPPED" in os.environ:
         with open(os.environ["SKIPPED"], "a") as file:
             file.write(what + "\n")
-
-
-def require(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
-
-
-def until(what, probe):
-    """Asks `probe` until it says something true, and returns that."""
-    end = time.monotonic() + LIMIT
-    while not (answer := probe()):
-        require(time.monotonic() < end, f"{what}: not within {LIMIT} s")
-        time.sleep(0.02)
-    return answer
 
 
 def free_port():
@@ -111,7 +91,7 @@ class Process:
 
     def health(self, *flags):
         """What the command line says: exit code and words."""
-        done = subprocess.run([BIN / "trusswatch", "health", self.address, *flags], capture_output=True, text=True, timeout=LIMIT)
+        done = subprocess.run([BIN / "trusswatch", "health", self.address, *flags], capture_output=True, text=True, timeout=LIMIT_S)
         return done.returncode, (done.stdout + done.stderr).strip()
 
     def signal(self, number):
@@ -323,7 +303,7 @@ class Prometheus:
         (folder / "trusswatch.rules.yml").write_text(readme_file("trusswatch.rules.yml"))
         checked = subprocess.run([programs / "promtool", "check", "config", folder / "prometheus.yml"], capture_output=True, text=True)
         require(checked.returncode == 0, checked.stdout + checked.stderr)
-        row("promtool: the README's configuration and rules", checked.stdout.strip().splitlines()[-1].strip())
+        seen("promtool: the README's configuration and rules", checked.stdout.strip().splitlines()[-1].strip())
         self.address = f"127.0.0.1:{free_port()}"
         self.child = subprocess.Popen(
             [programs / "prometheus", f"--config.file={folder / 'prometheus.yml'}", f"--storage.tsdb.path={folder / 'tsdb'}",
@@ -363,13 +343,13 @@ def held_loop(process, thread, what):
     except OSError as error:
         skipped(f"health of a hung loop of {what}: {error}")
         return
-    row(f"the loop of {what} hangs: /healthz", process.is_at("/healthz", 503, "the loop has not come round for"))
-    row(f"the loop of {what} hangs: /readyz", process.is_at("/readyz", 503, "the loop has not come round for"))
+    seen(f"the loop of {what} hangs: /healthz", process.is_at("/healthz", 503, "the loop has not come round for"))
+    seen(f"the loop of {what} hangs: /readyz", process.is_at("/readyz", 503, "the loop has not come round for"))
     age = process.metrics().of("trusswatch_loop_age_seconds")
     require(age > 2, f"{age}")
     code, words = process.health("--live")
     require(code == 1, f"{code} {words}")
-    row(f"the loop of {what} hangs: `trusswatch health --live`", f"exit code {code}, loop age {age:.1f} s in the metrics")
+    seen(f"the loop of {what} hangs: `trusswatch health --live`", f"exit code {code}, loop age {age:.1f} s in the metrics")
     process.child.kill()
     held_thread.let_die(thread)
 
@@ -388,62 +368,62 @@ def rows(folder, programs, running):
         return running[-1]
 
     plant, module1 = start("plant"), start("module1")
-    row("plant without module2: /readyz", plant.is_at("/readyz", 503, "waiting for the diagnosers of module2"))
-    row("plant without module2: /healthz", plant.is_at("/healthz", 200, "comes round"))
-    row("module1 without samples: /readyz", module1.is_at("/readyz", 503, "waiting: no sample has come yet"))
-    row("module1 without samples: /healthz", module1.is_at("/healthz", 200, "comes round"))
+    seen("plant without module2: /readyz", plant.is_at("/readyz", 503, "waiting for the diagnosers of module2"))
+    seen("plant without module2: /healthz", plant.is_at("/healthz", 200, "comes round"))
+    seen("module1 without samples: /readyz", module1.is_at("/readyz", 503, "waiting: no sample has come yet"))
+    seen("module1 without samples: /healthz", module1.is_at("/healthz", 200, "comes round"))
     module2 = start("module2")
-    row("the first steps: /readyz", module1.is_at("/readyz", 503, "initialising: "))
+    seen("the first steps: /readyz", module1.is_at("/readyz", 503, "initialising: "))
     for process, words in ((module1, "in_service"), (module2, "in_service"), (plant, "running")):
-        row(f"{process.name}: /readyz", process.is_at("/readyz", 200, words))
+        seen(f"{process.name}: /readyz", process.is_at("/readyz", 200, words))
         code, said = process.health()
         require(code == 0 and words in said, f"{code} {said}")
-        row(f"{process.name}: /metrics by the strict parser", well_formed(process))
+        seen(f"{process.name}: /metrics by the strict parser", well_formed(process))
 
     prometheus = None
     if (programs / "prometheus").is_file():
         prometheus = Prometheus(programs, folder, [p.address for p in (module1, module2, plant)])
         running.append(prometheus)
         up = until("Prometheus has read all three", lambda: (r := prometheus.ask("sum(up)")) and r[0]["value"][1] == "3" and r)
-        row("Prometheus", f"{up[0]['value'][1]} targets up")
+        seen("Prometheus", f"{up[0]['value'][1]} targets up")
         require(prometheus.ask("ALERTS") == [], f"{prometheus.ask('ALERTS')}")
 
     onlooker = Onlooker(endpoints)
-    row("module1: metrics and status", module_agrees(module1, onlooker))
-    row("hostile clients", hostile(module1))
+    seen("module1: metrics and status", module_agrees(module1, onlooker))
+    seen("hostile clients", hostile(module1))
     onlooker.inject("module1/sensor/g2", {"kind": "bias", "offset_m": 1.5e-4})
     until("the fault is in the metrics", lambda: module1.metrics().of("trusswatch_component_faulty", component="sensor/g2") == 1)
     require(module1.metrics().of("trusswatch_divergence_ratio", component="sensor/g2") > 0, "no divergence")
-    row("a fault: metrics and status", module_agrees(module1, onlooker))
-    row("the other module: metrics and status", module_agrees(module2, onlooker))
-    row("the plant: metrics and status", plant_agrees(plant, onlooker))
+    seen("a fault: metrics and status", module_agrees(module1, onlooker))
+    seen("the other module: metrics and status", module_agrees(module2, onlooker))
+    seen("the plant: metrics and status", plant_agrees(plant, onlooker))
     if prometheus:
         alert = until("an alert", lambda: prometheus.ask('ALERTS{alertname="ComponentFaulty",alertstate="firing"}'))
         labels = alert[0]["metric"]
         require((labels["module"], labels["component"]) == ("module1", "sensor/g2"), f"{labels}")
-        row("Prometheus: ComponentFaulty fires", f"{labels['module']} {labels['component']}, and nothing else: {len(alert)}")
+        seen("Prometheus: ComponentFaulty fires", f"{labels['module']} {labels['component']}, and nothing else: {len(alert)}")
 
     plant.signal(signal.SIGSTOP)
-    row("the plant is stopped: /readyz of module1", module1.is_at("/readyz", 503, "stale: no sample for"))
-    row("the plant is stopped: /healthz of module1", module1.is_at("/healthz", 200, "comes round"))
+    seen("the plant is stopped: /readyz of module1", module1.is_at("/readyz", 503, "stale: no sample for"))
+    seen("the plant is stopped: /healthz of module1", module1.is_at("/healthz", 200, "comes round"))
     code, said = module1.health()
     require(code == 1 and "stale" in said, f"{code} {said}")
     code, said = plant.health()
     require(code == 4 and "no answer" in said, f"{code} {said}")
-    row("the plant is stopped: `trusswatch health`", f"module1 exit code 1, plant exit code {code}")
+    seen("the plant is stopped: `trusswatch health`", f"module1 exit code 1, plant exit code {code}")
     if prometheus:
         alert = until("an alert", lambda: prometheus.ask('ALERTS{alertname="ModuleNotWatched",module="module1"}'))
-        row("Prometheus: ModuleNotWatched", alert[0]["metric"]["alertstate"])
+        seen("Prometheus: ModuleNotWatched", alert[0]["metric"]["alertstate"])
     plant.signal(signal.SIGCONT)
-    row("the plant goes on: /readyz of module1", module1.is_at("/readyz", 200, "in_service"))
+    seen("the plant goes on: /readyz of module1", module1.is_at("/readyz", 200, "in_service"))
 
     held_loop(module1, module1.child.pid, "module1")
     held_loop(plant, named_thread(plant, "plant"), "the plant")
     code, said = module1.health()
-    row("whoever is gone", f"exit code {code}, “{said}”")
+    seen("whoever is gone", f"exit code {code}, “{said}”")
     require(code == 4, f"{code} {said}")
     module2.signal(signal.SIGTERM)
-    require(module2.child.wait(LIMIT) == 0, "module2 did not end properly")
+    require(module2.child.wait(LIMIT_S) == 0, "module2 did not end properly")
     onlooker.session.close()
 
 

@@ -29,5 +29,5 @@ skip() {
 
 # Runs a command in a network of its own, whatever rules for packets the host has.
 in_own_network() {
-  PYTHONDONTWRITEBYTECODE=1 unshare --net -- bash -c 'ip link set lo up && exec "$@"' - "$@"
+  PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=deploy/compose unshare --net -- bash -c 'ip link set lo up && exec "$@"' - "$@"
 }

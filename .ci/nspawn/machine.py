@@ -5,27 +5,12 @@ import os
 import re
 import shutil
 import subprocess
-import time
 import uuid
 from pathlib import Path
 
+from expectations import until
+
 BRIDGE = "trusswatch0"
-
-
-class Late(Exception):
-    """Something did not happen in time."""
-
-
-def until(what, seconds, probe):
-    """Asks `probe` until it says something true, and returns that."""
-    end = time.monotonic() + seconds
-    while True:
-        answer = probe()
-        if answer:
-            return answer
-        if time.monotonic() > end:
-            raise Late(f"{what}: not within {seconds} s")
-        time.sleep(0.02)
 
 
 def run(*command, check=True, **options):
@@ -75,8 +60,8 @@ class Machine:
                    "--register=no", "--keep-unit", f"--network-bridge={BRIDGE}", "--console=pipe"]
         with open(self.log, "a") as log:
             self.nspawn = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
-        self.leader = until(f"{self.name} boots", 20, self._child)
-        until(f"{self.name} has a service manager", 20, self._is_up)
+        self.leader = until(f"{self.name} boots", self._child)
+        until(f"{self.name} has a service manager", self._is_up)
         self.do("ip", "address", "replace", f"{self.address}/24", "dev", "host0")
         self.do("ip", "link", "set", "host0", "up")
 

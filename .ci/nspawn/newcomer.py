@@ -1,7 +1,7 @@
 """A new user types what the README says, on three bare machines with nothing but the package put beside,
 and gets a supervised system secured by TLS. Prints the transcript, then what was looked at besides.
 
-    python3 newcomer.py PACKAGE.deb TREE      (needs root, systemd-nspawn and the tree that debian.py made)
+    python3 newcomer.py PACKAGE.deb TREE      (needs deploy/compose in PYTHONPATH, root, systemd-nspawn and the tree that debian.py made)
 """
 
 import json
@@ -16,7 +16,8 @@ import time
 from pathlib import Path
 
 import walkthrough
-from machine import Bridge, Machine, until
+from expectations import START, require, seen, until
+from machine import Bridge, Machine
 
 os.chdir(Path(__file__).resolve().parent.parent.parent)
 HEADING = "### From package to a secured system"
@@ -34,16 +35,6 @@ FAULT = "module1/sensor/g2"
 RESTARTS = {"trusswatch-diagnoser@module1": 1}
 # Links of TLS whose two directions were not kept apart broke within two seconds.
 UNBROKEN_S = 15
-START = time.monotonic()
-
-
-def seen(what):
-    print(f"   {time.monotonic() - START:5.1f} s  ok: {what}", flush=True)
-
-
-def require(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
 
 
 def carry(machines, what, to):
@@ -139,7 +130,7 @@ def links(machines):
     try:
         handshake(machines["ground"], None)
     except ssl.SSLError as error:
-        until("the router tells", 10, lambda: heard(machines["ground"], "trusswatch-router", "peer sent no certificates"))
+        until("the router tells", lambda: heard(machines["ground"], "trusswatch-router", "peer sent no certificates"))
         seen(f"{version} with {name}; without a certificate: {error.reason}, and the router tells")
     else:
         raise AssertionError("the router speaks to whom it does not know")
@@ -173,7 +164,7 @@ def all_lose_power(machines):
     start = time.monotonic()
     for machine in machines.values():
         machine.boot()
-    until("everything is back", 60, lambda: faulty(machines["ground"]) == {FAULT: "acknowledged"})
+    until("everything is back", lambda: faulty(machines["ground"]) == {FAULT: "acknowledged"})
     seen(f"all three lost power; {time.monotonic() - start:.1f} s later all are in service and know the fault")
 
 

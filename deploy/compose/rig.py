@@ -5,6 +5,8 @@ import subprocess
 import threading
 import time
 
+from expectations import LIMIT_S, START, Late, Table, require, until
+
 PROJECT = "trusswatch"
 NETWORK = f"{PROJECT}_tower"
 MODULES = ["module1", "module2"]
@@ -12,28 +14,6 @@ MODULES = ["module1", "module2"]
 # was repaired within so many, the repair.
 APART = 5800
 REPAIRED_AFTER = 1200
-START = time.monotonic()
-
-
-class Late(Exception):
-    """Something did not happen in time."""
-
-
-def until(what, seconds, probe):
-    """Asks `probe` until it says something true, and returns that."""
-    end = time.monotonic() + seconds
-    while True:
-        answer = probe()
-        if answer:
-            return answer
-        if time.monotonic() > end:
-            raise Late(f"{what}: not within {seconds} s")
-        time.sleep(0.1)
-
-
-def require(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
 
 
 def run(*command, check=True):
@@ -45,33 +25,6 @@ def run(*command, check=True):
 
 def docker(*command, **options):
     return run("docker", *command, **options).stdout.strip()
-
-
-class Table:
-    """What was done, what was expected of it and what was seen."""
-
-    HEADING = ("what", "expected", "seen")
-
-    def __init__(self):
-        self.rows = []
-
-    def row(self, what, expected, seen):
-        self.rows.append((what, expected, seen))
-        print(f"   {time.monotonic() - START:5.1f} s  ok: {what}: {seen}", flush=True)
-
-    def fail(self, error):
-        self.rows.append(("FAILED", "", (str(error).splitlines() or [repr(error)])[-1][:120]))
-
-    def print(self):
-        rows = [self.HEADING, *self.rows]
-        widths = [max(len(row[column]) for row in rows) for column in range(3)]
-        line = "  ".join("─" * width for width in widths)
-        print(line)
-        for number, row in enumerate(rows):
-            print("  ".join(text.ljust(width) for text, width in zip(row, widths)).rstrip())
-            if number == 0:
-                print(line)
-        print(line, flush=True)
 
 
 class Rig:
@@ -159,19 +112,19 @@ class Rig:
 
     # Things that are waited for.
 
-    def healthy(self, service, seconds=60):
-        until(f"{service} is healthy", seconds, lambda: self.health(service) in ("healthy", ""))
+    def healthy(self, service):
+        until(f"{service} is healthy", lambda: self.health(service) in ("healthy", ""))
 
-    def in_service(self, seconds=60):
+    def in_service(self):
         """Waits until every module answers and is in service."""
-        until("every module is in service", seconds, lambda: all(self.phase(module) == "in_service" for module in MODULES))
+        until("every module is in service", lambda: all(self.phase(module) == "in_service" for module in MODULES))
 
     def step(self):
-        seen = until("the modules tell their steps", 20, self.picture)
+        seen = until("the modules tell their steps", self.picture)
         return max(module["step"] or 0 for module in seen["modules"].values())
 
-    def until_step(self, step, seconds=60):
-        until(f"step {step}", seconds, lambda: self.step() >= step)
+    def until_step(self, step):
+        until(f"step {step}", lambda: self.step() >= step)
 
 
 class Watcher:
@@ -203,7 +156,7 @@ class Watcher:
         with self.changed:
             return len(self.news)
 
-    def wait(self, what, seconds, is_it, since=0):
+    def wait(self, what, is_it, since, seconds=LIMIT_S):
         """Waits for a piece of news that came after `since`, and returns it."""
         def there():
             return next((news for news in self.news[since:] if is_it(news)), None)
@@ -213,20 +166,20 @@ class Watcher:
                 raise Late(f"{what}: not within {seconds} s; told: {told}")
             return there()
 
-    def fault(self, component, state, seconds=30, since=0):
+    def fault(self, component, state, since=0, seconds=LIMIT_S):
         def is_it(news):
             return news["news"] == "fault" and news["component"] == component and news["state"] == state
-        return self.wait(f"{component} becomes {state}", seconds, is_it, since)
+        return self.wait(f"{component} becomes {state}", is_it, since, seconds)
 
-    def phase(self, module, phase, seconds=30, since=0):
+    def phase(self, module, phase, since=0, seconds=LIMIT_S):
         def is_it(news):
             return news["news"] == "phase" and news["module"] == module and news["phase"] == phase
-        return self.wait(f"{module} becomes {phase}", seconds, is_it, since)
+        return self.wait(f"{module} becomes {phase}", is_it, since, seconds)
 
-    def presence(self, who, there, seconds=30, since=0):
+    def presence(self, who, there, since=0, seconds=LIMIT_S):
         def is_it(news):
             return news["news"] == "presence" and news["who"] == who and news["there"] == there
-        return self.wait(f"{who} {'comes' if there else 'goes'}", seconds, is_it, since)
+        return self.wait(f"{who} {'comes' if there else 'goes'}", is_it, since, seconds)
 
 
 def nothing_is_wrong(rig):
