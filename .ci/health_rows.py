@@ -25,7 +25,7 @@ import zenoh
 from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
 import held_thread
-from expectations import LIMIT_S, require, seen, until
+from expectations import require, seen, until
 
 ROOT = Path(__file__).resolve().parent.parent
 os.chdir(ROOT)
@@ -33,6 +33,8 @@ os.chdir(ROOT)
 BIN = ROOT / "target/release"
 CONFIGS = {"plant": "plant.toml", "module1": "module1.toml", "module2": "module2.toml"}
 LABELS = {"structure", "module", "phase", "state", "component", "reason", "outcome", "peer", "version", "fingerprint"}
+# Nothing takes longer, on however busy a machine.
+LIMIT_S = 60
 # Below those that outgoing connections get: nobody is given one of them meanwhile.
 PORTS = iter(range(20_000, 32_000))
 
@@ -79,7 +81,7 @@ class Process:
         def answer():
             got = self.get(path)
             return got if got[0] == status and words in got[1] else None
-        got = until(f"{self.name}{path} is {status} with “{words}”", answer)
+        got = until(f"{self.name}{path} is {status} with “{words}”", LIMIT_S, answer)
         return f"{got[0]} “{got[1].strip()}”"
 
     def metrics(self):
@@ -211,7 +213,7 @@ def module_agrees(process, onlooker):
         at = metrics.of("trusswatch_status_timestamp_seconds")
         same = (s for s in onlooker.heard(process.name) if abs(s["time_unix_ns"] / 1e9 - at) < 2e-6)
         return next(((metrics, status) for status in same), None)
-    metrics, status = until(f"a status of {process.name} of the instant of its metrics", both)
+    metrics, status = until(f"a status of {process.name} of the instant of its metrics", LIMIT_S, both)
     said = of_module(status)
     for key, value in said.items():
         require(key in metrics.samples, f"{key} is missing")
@@ -226,9 +228,9 @@ def module_agrees(process, onlooker):
 
 def plant_agrees(process, onlooker):
     """The plant's metrics are taken when asked: they lie between two statuses."""
-    before = until("a status of the plant", lambda: onlooker.heard("plant"))[-1]
+    before = until("a status of the plant", LIMIT_S, lambda: onlooker.heard("plant"))[-1]
     metrics = process.metrics()
-    after = until("the next status of the plant", lambda: [s for s in onlooker.heard("plant") if s["time_unix_ns"] / 1e9 > metrics.of("trusswatch_status_timestamp_seconds")])[0]
+    after = until("the next status of the plant", LIMIT_S, lambda: [s for s in onlooker.heard("plant") if s["time_unix_ns"] / 1e9 > metrics.of("trusswatch_status_timestamp_seconds")])[0]
     for name, of in [("trusswatch_plant_next_step", lambda s: s["next_step"]),
                      ("trusswatch_plant_steps_late_total", lambda s: s["late_steps"]),
                      ("trusswatch_plant_worst_delay_seconds", lambda s: s["latest_ms"] / 1000),
@@ -275,7 +277,7 @@ def hostile(process):
         client.join()
     for one in silent:
         one.close()
-    after = until("the next status", lambda: (m := process.metrics()).of("trusswatch_status_timestamp_seconds") > before.of("trusswatch_status_timestamp_seconds") and m)
+    after = until("the next status", LIMIT_S, lambda: (m := process.metrics()).of("trusswatch_status_timestamp_seconds") > before.of("trusswatch_status_timestamp_seconds") and m)
     for name in ("trusswatch_samples_missing_total", "trusswatch_resynchronisations_total", "trusswatch_silences_total"):
         require(before.of(name) == after.of(name), f"{name}: {before.of(name)} before, {after.of(name)} after")
     require(process.get("/readyz")[0] == 200, f"{process.get('/readyz')}")
@@ -384,7 +386,7 @@ def rows(folder, programs, running):
     if (programs / "prometheus").is_file():
         prometheus = Prometheus(programs, folder, [p.address for p in (module1, module2, plant)])
         running.append(prometheus)
-        up = until("Prometheus has read all three", lambda: (r := prometheus.ask("sum(up)")) and r[0]["value"][1] == "3" and r)
+        up = until("Prometheus has read all three", LIMIT_S, lambda: (r := prometheus.ask("sum(up)")) and r[0]["value"][1] == "3" and r)
         seen("Prometheus", f"{up[0]['value'][1]} targets up")
         require(prometheus.ask("ALERTS") == [], f"{prometheus.ask('ALERTS')}")
 
@@ -392,13 +394,13 @@ def rows(folder, programs, running):
     seen("module1: metrics and status", module_agrees(module1, onlooker))
     seen("hostile clients", hostile(module1))
     onlooker.inject("module1/sensor/g2", {"kind": "bias", "offset_m": 1.5e-4})
-    until("the fault is in the metrics", lambda: module1.metrics().of("trusswatch_component_faulty", component="sensor/g2") == 1)
+    until("the fault is in the metrics", LIMIT_S, lambda: module1.metrics().of("trusswatch_component_faulty", component="sensor/g2") == 1)
     require(module1.metrics().of("trusswatch_divergence_ratio", component="sensor/g2") > 0, "no divergence")
     seen("a fault: metrics and status", module_agrees(module1, onlooker))
     seen("the other module: metrics and status", module_agrees(module2, onlooker))
     seen("the plant: metrics and status", plant_agrees(plant, onlooker))
     if prometheus:
-        alert = until("an alert", lambda: prometheus.ask('ALERTS{alertname="ComponentFaulty",alertstate="firing"}'))
+        alert = until("an alert", LIMIT_S, lambda: prometheus.ask('ALERTS{alertname="ComponentFaulty",alertstate="firing"}'))
         labels = alert[0]["metric"]
         require((labels["module"], labels["component"]) == ("module1", "sensor/g2"), f"{labels}")
         seen("Prometheus: ComponentFaulty fires", f"{labels['module']} {labels['component']}, and nothing else: {len(alert)}")
@@ -412,7 +414,7 @@ def rows(folder, programs, running):
     require(code == 4 and "no answer" in said, f"{code} {said}")
     seen("the plant is stopped: `trusswatch health`", f"module1 exit code 1, plant exit code {code}")
     if prometheus:
-        alert = until("an alert", lambda: prometheus.ask('ALERTS{alertname="ModuleNotWatched",module="module1"}'))
+        alert = until("an alert", LIMIT_S, lambda: prometheus.ask('ALERTS{alertname="ModuleNotWatched",module="module1"}'))
         seen("Prometheus: ModuleNotWatched", alert[0]["metric"]["alertstate"])
     plant.signal(signal.SIGCONT)
     seen("the plant goes on: /readyz of module1", module1.is_at("/readyz", 200, "in_service"))

@@ -130,7 +130,7 @@ def links(machines):
     try:
         handshake(machines["ground"], None)
     except ssl.SSLError as error:
-        until("the router tells", lambda: heard(machines["ground"], "trusswatch-router", "peer sent no certificates"))
+        until("the router tells", 10, lambda: heard(machines["ground"], "trusswatch-router", "peer sent no certificates"))
         seen(f"{version} with {name}; without a certificate: {error.reason}, and the router tells")
     else:
         raise AssertionError("the router speaks to whom it does not know")
@@ -164,7 +164,7 @@ def all_lose_power(machines):
     start = time.monotonic()
     for machine in machines.values():
         machine.boot()
-    until("everything is back", lambda: faulty(machines["ground"]) == {FAULT: "acknowledged"})
+    until("everything is back", 60, lambda: faulty(machines["ground"]) == {FAULT: "acknowledged"})
     seen(f"all three lost power; {time.monotonic() - start:.1f} s later all are in service and know the fault")
 
 

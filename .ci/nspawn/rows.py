@@ -18,7 +18,7 @@ from pathlib import Path
 import zenoh
 
 import held_thread
-from expectations import LIMIT_S, START, Table, require, until
+from expectations import START, Table, require, until
 from machine import Bridge, Machine, run
 
 os.chdir(Path(__file__).resolve().parent.parent.parent)
@@ -63,14 +63,14 @@ class Subscriber:
             self.steps[module] = json.loads(sample.payload.to_string())["step"]
             self.changed.notify_all()
 
-    def fault(self, component, state):
+    def fault(self, component, state, seconds):
         """Waits for a transition and takes it."""
         def there():
             return next((f for f in self.faults if f["component"] == component and f["state"] == state), None)
         with self.changed:
-            if not self.changed.wait_for(there, LIMIT_S):
+            if not self.changed.wait_for(there, seconds):
                 told = [(f["component"], f["state"]) for f in self.faults]
-                raise AssertionError(f"{component} did not become {state} within {LIMIT_S} s; seen: {told}")
+                raise AssertionError(f"{component} did not become {state} within {seconds} s; seen: {told}")
             return there()
 
     def __enter__(self):
@@ -83,11 +83,11 @@ class Subscriber:
         with self.changed:
             self.faults.clear()
 
-    def step(self, module, step):
+    def step(self, module, step, seconds):
         """Waits until a module has come to a step."""
         with self.changed:
-            if not self.changed.wait_for(lambda: self.steps.get(module, -1) >= step, LIMIT_S):
-                raise AssertionError(f"{module} is at step {self.steps.get(module)}, not {step}, after {LIMIT_S} s")
+            if not self.changed.wait_for(lambda: self.steps.get(module, -1) >= step, seconds):
+                raise AssertionError(f"{module} is at step {self.steps.get(module)}, not {step}, after {seconds} s")
 
     def inject(self, component, fault):
         """Gives a component of the plant a fault; from which step on."""
@@ -152,15 +152,15 @@ def as_shipped(table, first):
     first.do("systemctl", "enable", UNIT1, UNIT2)
     first.do("systemctl", "start", "trusswatch.target")
     require(is_active(first, UNIT1) and is_active(first, UNIT2), "not active although started")
-    told = until("a degraded status", lambda: status(first, UNIT1).startswith("degraded: no sample") and status(first, UNIT1))
+    told = until("a degraded status", 5, lambda: status(first, UNIT1).startswith("degraded: no sample") and status(first, UNIT1))
     table.row("target started, no plant", "active, status degraded", f"active, “{told}”")
     first.do("systemctl", "enable", "--now", PLANT_UNIT)
     for unit in UNIT1, UNIT2:
-        told = until(f"{unit} in service", lambda: in_service(first, unit))
+        told = until(f"{unit} in service", 20, lambda: in_service(first, unit))
     table.row("plant started", "both in service", f"“{without_step(told)}”")
     command = ["nsenter", "--target", first.leader, "--net", "--", PROGRAM, "faults", "--check",
                "--connect", "tcp/127.0.0.1:7448"]
-    until("all is well for the operator", lambda: run(*command, check=False).returncode == 0)
+    until("all is well for the operator", 10, lambda: run(*command, check=False).returncode == 0)
     table.row("shipped configuration, operator on the loopback", "faults --check: 0", "0")
 
 
@@ -188,24 +188,24 @@ def on_two_computers(table, first, second, package):
     second.do("systemctl", "enable", "--now", UNIT2)
     first.do("systemctl", "restart", "trusswatch.target")
     for machine, unit in (first, UNIT1), (second, UNIT2):
-        told = until(f"{unit} in service", lambda: in_service(machine, unit))
+        told = until(f"{unit} in service", 20, lambda: in_service(machine, unit))
     table.row("edited for two computers, target restarted", "both in service", f"“{without_step(told)}”")
 
 
 def faults_are_seen(table, first, subscriber):
-    subscriber.step("module1", 4000)
-    subscriber.step("module2", 4000)
+    subscriber.step("module1", 4000, 20)
+    subscriber.step("module2", 4000, 20)
     step = subscriber.inject("module1/sensor/g2", {"kind": "bias", "offset_m": 1.5e-4})
-    fault = subscriber.fault("module1/sensor/g2", "latched")
+    fault = subscriber.fault("module1/sensor/g2", "latched", 10)
     require(fault["durable"], "not in the journal")
     table.row("bias injected into module1/sensor/g2", "latched, seen on the host",
               f"latched, onset {fault['onset_step'] - step} steps after it")
-    subscriber.step("module1", step + APART)
+    subscriber.step("module1", step + APART, 20)
     step = subscriber.inject("module2/actuator/a4", {"kind": "external_leakage_a", "area_m2": 3e-7})
-    fault = subscriber.fault("module2/actuator/a4", "latched")
+    fault = subscriber.fault("module2/actuator/a4", "latched", 10)
     table.row("leak injected into module2/actuator/a4", "latched, seen on the host",
               f"latched, onset {fault['onset_step'] - step} steps after it")
-    told = until("the status says so", lambda: "1 fault" in status(first, UNIT1) and status(first, UNIT1))
+    told = until("the status says so", 5, lambda: "1 fault" in status(first, UNIT1) and status(first, UNIT1))
     table.row("status", "phase, step, faults, lag", f"“{told}”")
     fields = first.do("journalctl", "--unit", UNIT1, "--output=cat", "TRUSSWATCH_COMPONENT=module1/sensor/g2",
                       "TRUSSWATCH_STATE=latched").strip()
@@ -226,7 +226,7 @@ def comes_back(machine, unit, strike, meanwhile=lambda: None):
         entered = int(now["ActiveEnterTimestampMonotonic"]) / 1e6
         new = now["MainPID"] not in ("0", before["MainPID"]) and int(now["NRestarts"]) > int(before["NRestarts"])
         return now["ActiveState"] == "active" and new and entered > start and entered - start
-    return until(f"{unit} is active again", back)
+    return until(f"{unit} is active again", 15, back)
 
 
 def crash(table, first):
@@ -234,9 +234,9 @@ def crash(table, first):
     require(before and before[0] == "latched", f"{before}")
     seconds = comes_back(first, UNIT1, lambda pid: first.do("kill", "-KILL", pid))
     require(seconds < 2, f"active after {seconds:.2f} s")
-    after = until("its faults are back", lambda: held(MODULE1, "module1/sensor/g2"))
+    after = until("its faults are back", 5, lambda: held(MODULE1, "module1/sensor/g2"))
     require(after == before, f"{before} before, {after} after")
-    until("in service again", lambda: in_service(first, UNIT1))
+    until("in service again", 15, lambda: in_service(first, UNIT1))
     table.row("kill -9 of a diagnoser", "active in < 2 s, same latched faults",
               f"active in {seconds:.2f} s, {after[0]}, transition {after[1]}")
 
@@ -245,7 +245,7 @@ def watchdog_has_bitten(table, machine, unit, what, seconds):
     require(1.4 < seconds < 6, f"active after {seconds:.2f} s")
     said = machine.do("journalctl", "--unit", unit, "--output=cat", "--grep=Watchdog timeout", "--since=-10s").strip()
     require(said, "no watchdog timeout in the journal")
-    told = until("running again", lambda: is_active(machine, unit) and (s := status(machine, unit)).startswith(("in service", "running")) and s)
+    told = until("running again", 15, lambda: is_active(machine, unit) and (s := status(machine, unit)).startswith(("in service", "running")) and s)
     table.row(what, "watchdog restarts it", f"active again in {seconds:.2f} s, “{without_step(told)[:24]}…”")
 
 
@@ -268,23 +268,23 @@ def loop_hangs(table, machine, unit, what, thread):
 
 
 def loss_of_power(table, first, second, subscriber):
-    until("module1 in service", lambda: in_service(first, UNIT1))
-    until("module2 in service", lambda: in_service(second, UNIT2))
+    until("module1 in service", 20, lambda: in_service(first, UNIT1))
+    until("module2 in service", 20, lambda: in_service(second, UNIT2))
     before = held(MODULE2, "module2/actuator/a4")
     require(before and before[0] == "latched", f"{before}")
     subscriber.forget()
     second.lose_power()
     subscriber.inject("module1/sensor/g7", {"kind": "bias", "offset_m": 1.5e-4})
-    fault = subscriber.fault("module1/sensor/g7", "unconfirmed")
+    fault = subscriber.fault("module1/sensor/g7", "unconfirmed", 10)
     require(fault["silent"] == ["module2"], f"silent: {fault['silent']}")
     table.row("power loss of module2's computer, fault in module1", "unconfirmed: module2 is silent",
               f"{fault['state']}: {' '.join(fault['silent'])} is silent")
     start = time.monotonic()
     second.boot()
-    fault = subscriber.fault("module1/sensor/g7", "latched")
+    fault = subscriber.fault("module1/sensor/g7", "latched", 15)
     table.row("power is back", "the fault is confirmed", f"latched {time.monotonic() - start:.1f} s after")
-    told = until("module2 in service", lambda: in_service(second, UNIT2))
-    after = until("module2 answers", lambda: held(MODULE2, "module2/actuator/a4"))
+    told = until("module2 in service", 20, lambda: in_service(second, UNIT2))
+    after = until("module2 answers", 10, lambda: held(MODULE2, "module2/actuator/a4"))
     require(after == before, f"{before} before, {after} after")
     table.row("module2 after the loss of power", "in service, same latched faults", f"“{without_step(told)}”, {after[0]}")
 
@@ -294,12 +294,12 @@ def broken_configuration(table, first):
     good = file.read_text()
     file.write_text(good.replace("gage_noise_strain", "gage_noise_strian"))
     first.succeeds("systemctl", "restart", UNIT1)
-    state = until("failed", lambda: (s := first.show(UNIT1, "ActiveState", "ExecMainStatus", "NRestarts"))["ActiveState"] == "failed" and s)
+    state = until("failed", 10, lambda: (s := first.show(UNIT1, "ActiveState", "ExecMainStatus", "NRestarts"))["ActiveState"] == "failed" and s)
     said = first.do("journalctl", "--unit", UNIT1, "--output=cat", "--grep=strian", "--lines=1").strip()
     require(state["ExecMainStatus"] == "3" and "module1.toml" in said, f"{state} {said}")
     file.write_text(good)
     first.do("systemctl", "restart", UNIT1)
-    until("in service again", lambda: in_service(first, UNIT1))
+    until("in service again", 20, lambda: in_service(first, UNIT1))
     table.row("a misspelt key in the configuration", "failed, not tried again, place told", said[:60])
 
 
@@ -311,7 +311,7 @@ def credentials(table, first):
         (store / f"trusswatch.{name}.pem").write_text(f"{name}\n")
         (store / f"trusswatch.{name}.pem").chmod(0o600)
     first.do("systemctl", "restart", UNIT1)
-    until("in service", lambda: in_service(first, UNIT1))
+    until("in service", 20, lambda: in_service(first, UNIT1))
     folder = f"/run/credentials/{UNIT1}"
     pid = first.show(UNIT1, "MainPID")["MainPID"]
     seen = first.do("nsenter", "--target", pid, "--mount", "--", "sh", "-c", f"cd {folder} && cat authority.pem certificate.pem key.pem").split()
@@ -327,14 +327,14 @@ def real_time(table, first):
     started = first.succeeds("systemctl", "restart", UNIT1)
     said = first.do("journalctl", "--unit", UNIT1, "--output=cat", "--grep=scheduling and limits", "--lines=1").strip()
     if started and 'policy="fifo"' in said:
-        until("in service", lambda: in_service(first, UNIT1))
+        until("in service", 20, lambda: in_service(first, UNIT1))
         table.row("real-time drop-in", "the log says fifo, 40", said[:60])
     else:
         skip(f"real-time drop-in: this kernel gives no real-time scheduling to containers ({said[:60]})")
     shutil.rmtree(folder)
     first.do("systemctl", "daemon-reload")
     first.do("systemctl", "restart", UNIT1)
-    until("in service", lambda: in_service(first, UNIT1))
+    until("in service", 20, lambda: in_service(first, UNIT1))
 
 
 def skip(reason):
@@ -366,9 +366,9 @@ def upgrade(table, first, package, work):
     require((etc / "module1.toml").read_text() == edited, "the edit is gone")
     require("# new" in (etc / "module1.toml.dpkg-dist").read_text(), "the new file is not offered")
     require("# new" in (etc / "tower.toml").read_text(), "an untouched file was not replaced")
-    until("in service", lambda: in_service(first, UNIT1))
+    until("in service", 20, lambda: in_service(first, UNIT1))
     require(first.show(UNIT1, "MainPID")["MainPID"] != before, "not restarted")
-    after = until("module1 answers", lambda: held(MODULE1, "module1/sensor/g2"))
+    after = until("module1 answers", 10, lambda: held(MODULE1, "module1/sensor/g2"))
     require(after == faults and after[0] == "latched", f"{faults} before, {after} after")
     table.row("upgrade with an edited conffile", "edit kept, restarted, same faults", "edit kept, new file beside it, " + after[0])
 
@@ -401,7 +401,7 @@ def story(table, first, second, package, work):
         crash(table, first)
         stopped(table, first, UNIT1, "a diagnoser")
         loop_hangs(table, first, UNIT1, "a diagnoser", "trusswatch-diag")
-        subscriber.step("module1", subscriber.steps["module1"] + APART)
+        subscriber.step("module1", subscriber.steps["module1"] + APART, 20)
         loss_of_power(table, first, second, subscriber)
     broken_configuration(table, first)
     credentials(table, first)

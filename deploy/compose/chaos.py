@@ -50,12 +50,12 @@ class Stage:
         """kill -9, from this computer: docker would take its own for a wish that it stay away."""
         before = self.rig.restarts(service)
         os.kill(self.rig.pid(service), signal.SIGKILL)
-        until(f"{service} is started anew", lambda: self.rig.restarts(service) > before and self.rig.pid(service))
+        until(f"{service} is started anew", 30, lambda: self.rig.restarts(service) > before and self.rig.pid(service))
 
 
 def told_doubt(stage, component, silent, since):
     """While the peer is away, nobody is called faulty: the change is unconfirmed."""
-    doubt = stage.watcher.fault(component, "unconfirmed", since)
+    doubt = stage.watcher.fault(component, "unconfirmed", 20, since)
     require(doubt["silent"] == [silent], f"{component} is unconfirmed for {doubt['silent']}, not for {silent}")
     named = [n for n in stage.watcher.news[since:] if n["news"] == "fault" and n["state"] == "latched"]
     require(not named, f"called faulty meanwhile: {[n['component'] for n in named]}")
@@ -64,19 +64,19 @@ def told_doubt(stage, component, silent, since):
 
 def told_verdict(stage, component, since, start):
     """Once it is back, the verdict follows."""
-    verdict = stage.watcher.fault(component, "latched", since)
+    verdict = stage.watcher.fault(component, "latched", 30, since)
     return f"{verdict['state']} {time.monotonic() - start:.1f} s after"
 
 
 def killed_diagnoser(stage):
     rig, since = stage.rig, stage.inject(LATCHED_BEFORE, *LEAK)
-    stage.watcher.fault(LATCHED_BEFORE, "latched", since)
+    stage.watcher.fault(LATCHED_BEFORE, "latched", 30, since)
     before, since, start = stage.held(LATCHED_BEFORE), stage.watcher.mark(), time.monotonic()
     stage.crash("module2")
-    stage.watcher.presence("module2", False, since)
-    stage.watcher.presence("module2", True, since)
+    stage.watcher.presence("module2", False, 30, since)
+    stage.watcher.presence("module2", True, 30, since)
     came, since = time.monotonic() - start, stage.watcher.mark()
-    after = until("module2 tells its components", lambda: stage.held(LATCHED_BEFORE))
+    after = until("module2 tells its components", 20, lambda: stage.held(LATCHED_BEFORE))
     require(after == before, f"{LATCHED_BEFORE} was {before}, is {after}")
     stage.calm()
     stage.table.row("kill -9 module2", "started anew, same faults, in service", f"back {came:.1f} s after, {after[0]}, {rig.phase('module2')}")
@@ -86,7 +86,7 @@ def stopped_diagnoser(stage):
     rig, component = stage.rig, "module1/sensor/g7"
     before = stage.held(LATCHED_BEFORE)
     docker("stop", rig.containers["module2"])
-    seen = until("module2 is missed", lambda: rig.phase("module2") == "not answering" and rig.picture())
+    seen = until("module2 is missed", 20, lambda: rig.phase("module2") == "not answering" and rig.picture())
     require(seen["modules"]["module2"]["peer_of"] == ["module1"], f"module1 does not miss it: {seen['modules']['module2']}")
     stage.table.row("stop module2", "not answering, missed by module1", f"not answering, peer of {seen['modules']['module2']['peer_of'][0]}")
     since = stage.inject(component, *BIAS)
@@ -122,8 +122,8 @@ def paused_plant(stage):
     docker("pause", stage.rig.containers["plant"])
     try:
         for module in MODULES:
-            stage.watcher.phase(module, "stale", since)
-        until("both are seen stale", lambda: [stage.rig.phase(module) for module in MODULES] == ["stale", "stale"])
+            stage.watcher.phase(module, "stale", 20, since)
+        until("both are seen stale", 20, lambda: [stage.rig.phase(module) for module in MODULES] == ["stale", "stale"])
     finally:
         docker("unpause", stage.rig.containers["plant"])
     stage.table.row("pause the plant", "both modules stale", "both modules stale")
@@ -134,7 +134,7 @@ def paused_plant(stage):
 def itself_stale(rig):
     """What module2 says of itself, asked in its own container."""
     health = ["docker", "exec", rig.containers["module2"], "trusswatch", "health", "127.0.0.1:9464"]
-    until("module2 notices", lambda: run(*health, check=False).stdout.startswith("stale"))
+    until("module2 notices", 20, lambda: run(*health, check=False).stdout.startswith("stale"))
     return "stale"
 
 
@@ -160,7 +160,7 @@ def killed_plant(stage):
     since, before = stage.watcher.mark(), stage.held(LATCHED_BEFORE)
     stage.crash("plant")
     for module in MODULES:
-        stage.watcher.phase(module, "in_service", since)
+        stage.watcher.phase(module, "in_service", 60, since)
     stage.free_from = 0
     stage.calm()
     after = stage.held(LATCHED_BEFORE)
@@ -172,7 +172,7 @@ def killed_router(stage):
     before = stage.held(LATCHED_BEFORE)
     stage.crash("router")
     stage.calm()
-    after = until("module2 tells its components", lambda: stage.held(LATCHED_BEFORE))
+    after = until("module2 tells its components", 20, lambda: stage.held(LATCHED_BEFORE))
     require(after == before, f"{LATCHED_BEFORE} was {before}, is {after}")
     stage.table.row("kill -9 the router", "everybody comes back to it, in service", f"both in service, {after[0]}")
 
@@ -190,7 +190,7 @@ def refused_observer(stage):
 
 def killed_observer(stage):
     stage.crash("observer")
-    lines = until("the observer tells", lambda: docker("logs", "--since", "10s", stage.rig.containers["observer"]).splitlines())
+    lines = until("the observer tells", 20, lambda: docker("logs", "--since", "10s", stage.rig.containers["observer"]).splitlines())
     stage.table.row("kill -9 the observer", "started anew, tells again", f"{len(lines)} lines")
 
 

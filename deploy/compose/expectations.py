@@ -2,8 +2,6 @@
 
 import time
 
-# Nothing takes longer, on however busy a machine.
-LIMIT_S = 60
 START = time.monotonic()
 
 
@@ -11,7 +9,7 @@ class Late(Exception):
     """Something did not happen in time."""
 
 
-def until(what, probe, seconds=LIMIT_S):
+def until(what, seconds, probe):
     """Asks `probe` until it says something true, and returns that."""
     end = time.monotonic() + seconds
     while not (answer := probe()):

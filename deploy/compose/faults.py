@@ -44,7 +44,7 @@ def named(table, rig, watcher):
     since = watcher.mark()
     steps = order(rig)
     for component, kind, *_ in FAULTS:
-        fault = watcher.fault(component, "latched", since, seconds=120)
+        fault = watcher.fault(component, "latched", 120, since)
         late = fault["detection_step"] - steps[component]
         require(0 <= late <= 500, f"{component} changed {late} steps after its fault")
         table.row(f"{kind} of {component}", "named", f"latched, found {late} ms after, decided {fault['decided_step'] - steps[component]} ms after")
@@ -75,7 +75,7 @@ def story(table, rig):
     explained = len({t["component"] for t in transitions if t["state"] == "explained"})
     table.row("all together", "exactly the injected ones", f"{len(held)} of {len(injected)}, nothing else; {explained} explained by them")
     rig.reset(injected)
-    until("all is well", lambda: rig.trusswatch("faults", "--check", "--expect", ",".join(MODULES), check=False).returncode == 0)
+    until("all is well", 30, lambda: rig.trusswatch("faults", "--check", "--expect", ",".join(MODULES), check=False).returncode == 0)
     table.row("reset", "all is well", "all is well")
 
 

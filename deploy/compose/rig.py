@@ -5,7 +5,7 @@ import subprocess
 import threading
 import time
 
-from expectations import LIMIT_S, START, Late, Table, require, until
+from expectations import START, Late, Table, require, until
 
 PROJECT = "trusswatch"
 NETWORK = f"{PROJECT}_tower"
@@ -112,19 +112,19 @@ class Rig:
 
     # Things that are waited for.
 
-    def healthy(self, service):
-        until(f"{service} is healthy", lambda: self.health(service) in ("healthy", ""))
+    def healthy(self, service, seconds=60):
+        until(f"{service} is healthy", seconds, lambda: self.health(service) in ("healthy", ""))
 
-    def in_service(self):
+    def in_service(self, seconds=60):
         """Waits until every module answers and is in service."""
-        until("every module is in service", lambda: all(self.phase(module) == "in_service" for module in MODULES))
+        until("every module is in service", seconds, lambda: all(self.phase(module) == "in_service" for module in MODULES))
 
     def step(self):
-        seen = until("the modules tell their steps", self.picture)
+        seen = until("the modules tell their steps", 20, self.picture)
         return max(module["step"] or 0 for module in seen["modules"].values())
 
-    def until_step(self, step):
-        until(f"step {step}", lambda: self.step() >= step)
+    def until_step(self, step, seconds=60):
+        until(f"step {step}", seconds, lambda: self.step() >= step)
 
 
 class Watcher:
@@ -156,7 +156,7 @@ class Watcher:
         with self.changed:
             return len(self.news)
 
-    def wait(self, what, is_it, since, seconds=LIMIT_S):
+    def wait(self, what, seconds, is_it, since=0):
         """Waits for a piece of news that came after `since`, and returns it."""
         def there():
             return next((news for news in self.news[since:] if is_it(news)), None)
@@ -166,20 +166,20 @@ class Watcher:
                 raise Late(f"{what}: not within {seconds} s; told: {told}")
             return there()
 
-    def fault(self, component, state, since=0, seconds=LIMIT_S):
+    def fault(self, component, state, seconds=30, since=0):
         def is_it(news):
             return news["news"] == "fault" and news["component"] == component and news["state"] == state
-        return self.wait(f"{component} becomes {state}", is_it, since, seconds)
+        return self.wait(f"{component} becomes {state}", seconds, is_it, since)
 
-    def phase(self, module, phase, since=0, seconds=LIMIT_S):
+    def phase(self, module, phase, seconds=30, since=0):
         def is_it(news):
             return news["news"] == "phase" and news["module"] == module and news["phase"] == phase
-        return self.wait(f"{module} becomes {phase}", is_it, since, seconds)
+        return self.wait(f"{module} becomes {phase}", seconds, is_it, since)
 
-    def presence(self, who, there, since=0, seconds=LIMIT_S):
+    def presence(self, who, there, seconds=30, since=0):
         def is_it(news):
             return news["news"] == "presence" and news["who"] == who and news["there"] == there
-        return self.wait(f"{who} {'comes' if there else 'goes'}", is_it, since, seconds)
+        return self.wait(f"{who} {'comes' if there else 'goes'}", seconds, is_it, since)
 
 
 def nothing_is_wrong(rig):

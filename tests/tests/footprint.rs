@@ -19,7 +19,7 @@ const FROM: u64 = 4_000;
 /// Steps of 1 ms in a stretch during which it is measured.
 const STEPS: u64 = 10_000;
 /// The least of at most so many stretches counts: what else the machine does adds to some of them.
-const STRETCHES: usize = 12;
+const STRETCHES: usize = 6;
 /// Share of one core that a diagnoser may take \[%\].
 const MOST_PERCENT: f64 = 5.0;
 /// Memory that a diagnoser may take \[MiB\].
