@@ -1,12 +1,14 @@
 //! What other programs are told of the messages is true.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail loudly")]
 
+mod support;
+
 use std::collections::BTreeSet;
 
 use serde_json::{Value, json};
-use truss::ids::Component;
+use support::{plain_topics, plant_topics};
 use wire::catalogue::{Entry, Travels, catalogue};
-use wire::{DecodeError, Key, OrderKind, PlantTopic, Topic};
+use wire::{DecodeError, Key, Topic};
 
 fn example(entry: &Entry) -> Value {
     serde_json::from_str(entry.example()).unwrap()
@@ -75,39 +77,12 @@ fn every_type_and_field_of_a_schema_is_described() {
     }
 }
 
-/// The topics of all keys, written as the manual does. The match makes a new topic fail to compile here.
+/// The topics of all keys, written as the manual does.
 fn topics() -> BTreeSet<String> {
-    let component = |text: &str| text.parse::<Component>().unwrap();
-    let module = [
-        Topic::Sample,
-        Topic::Divergence,
-        Topic::Change,
-        Topic::Fault(component("actuator/name")),
-        Topic::Fault(component("sensor/name")),
-        Topic::State,
-        Topic::Status,
-        Topic::Progress,
-        Topic::Phase,
-        Topic::History,
-        Topic::Command(OrderKind::Acknowledge),
-        Topic::Command(OrderKind::Reset),
-        Topic::Alive,
-    ];
-    for topic in &module {
-        match topic {
-            Topic::Sample | Topic::Divergence | Topic::Change | Topic::Fault(_) | Topic::State => {}
-            Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
-            Topic::Command(OrderKind::Acknowledge | OrderKind::Reset) => {}
-        }
-    }
-    let plant = [PlantTopic::Inject, PlantTopic::Status, PlantTopic::Alive];
-    for topic in plant {
-        match topic {
-            PlantTopic::Inject | PlantTopic::Status | PlantTopic::Alive => {}
-        }
-    }
-    let of_module = module.iter().map(|topic| format!("{{module}}/{topic}"));
-    let of_plant = plant.iter().map(|topic| format!("plant/{topic}"));
+    let faults = ["actuator/name", "sensor/name"].map(|component| component.parse().unwrap());
+    let module = plain_topics().into_iter().chain(faults.map(Topic::Fault));
+    let of_module = module.map(|topic| format!("{{module}}/{topic}"));
+    let of_plant = plant_topics().into_iter().map(|topic| format!("plant/{topic}"));
     of_module.chain(of_plant).map(|key| key.replace("/name", "/{name}")).collect()
 }
 

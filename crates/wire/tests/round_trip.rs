@@ -1,7 +1,10 @@
 //! What is written is read back, bit for bit.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail loudly")]
 
+mod support;
+
 use proptest::prelude::*;
+use support::{plain_topics, plant_topics};
 use truss::fault::Fault;
 use truss::ids::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
 use wire::keys::PLANT;
@@ -9,8 +12,8 @@ use wire::{
     ActuatorFault, Change, Channel, Divergences, Doubt, Evidence, FaultState, FaultTransition,
     GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message, ModulePhase,
     ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PlantTopic, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange,
-    Topic, decode, encode,
+    PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Topic, decode,
+    encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -30,20 +33,7 @@ fn component() -> impl Strategy<Value = Component> {
 }
 
 fn topic() -> impl Strategy<Value = Topic> {
-    let plain = [
-        Topic::Sample,
-        Topic::Divergence,
-        Topic::Change,
-        Topic::State,
-        Topic::Status,
-        Topic::Progress,
-        Topic::Phase,
-        Topic::History,
-        Topic::Command(OrderKind::Acknowledge),
-        Topic::Command(OrderKind::Reset),
-        Topic::Alive,
-    ];
-    prop_oneof![proptest::sample::select(plain.to_vec()), component().prop_map(Topic::Fault)]
+    prop_oneof![proptest::sample::select(plain_topics()), component().prop_map(Topic::Fault)]
 }
 
 fn finite() -> impl Strategy<Value = f64> {
@@ -60,7 +50,7 @@ proptest! {
 
     #[test]
     fn a_plants_key_is_read_back(structure in name()) {
-        for topic in [PlantTopic::Inject, PlantTopic::Status, PlantTopic::Alive] {
+        for topic in plant_topics() {
             let key = Key::of_plant(&structure.parse().unwrap(), topic);
             prop_assert_eq!(key.to_string().parse(), Ok(key));
         }

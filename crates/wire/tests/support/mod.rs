@@ -1,0 +1,39 @@
+//! Every topic that there is. The matches make a new one fail to compile here.
+
+use wire::{OrderKind, PlantTopic, Topic};
+
+/// A module's topics but for the faults, which have one for each component.
+pub fn plain_topics() -> Vec<Topic> {
+    let topics = vec![
+        Topic::Sample,
+        Topic::Divergence,
+        Topic::Change,
+        Topic::State,
+        Topic::Status,
+        Topic::Progress,
+        Topic::Phase,
+        Topic::History,
+        Topic::Command(OrderKind::Acknowledge),
+        Topic::Command(OrderKind::Reset),
+        Topic::Alive,
+    ];
+    for topic in &topics {
+        match topic {
+            Topic::Sample | Topic::Divergence | Topic::Change | Topic::Fault(_) | Topic::State => {}
+            Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
+            Topic::Command(OrderKind::Acknowledge | OrderKind::Reset) => {}
+        }
+    }
+    topics
+}
+
+/// The plant's topics.
+pub fn plant_topics() -> [PlantTopic; 3] {
+    let topics = [PlantTopic::Inject, PlantTopic::Status, PlantTopic::Alive];
+    for topic in topics {
+        match topic {
+            PlantTopic::Inject | PlantTopic::Status | PlantTopic::Alive => {}
+        }
+    }
+    topics
+}
