@@ -14,7 +14,7 @@ use zenoh::Session;
 use crate::config::{Network, NetworkFlags};
 use crate::exit::{Failure, conclude};
 use crate::session::{self, NetworkError};
-use crate::shutdown::Shutdown;
+use crate::shutdown::{Shutdown, ShutdownFlags};
 use crate::supervision::{Supervisor, words};
 use crate::{logging, runtime};
 
@@ -39,7 +39,7 @@ pub fn main(zenoh: PathBuf, flags: NetworkFlags) -> ExitCode {
 
 fn run(network: Network) -> Result<(), Failure> {
     check(&network)?;
-    runtime::until_done(|mut shutdown| async move {
+    runtime::until_done(ShutdownFlags::default(), |mut shutdown| async move {
         let supervisor = Supervisor::from_environment();
         supervisor.status(words::OPENING);
         let Some(session) = session::open_unless(&network, &mut shutdown).await? else {

@@ -5,14 +5,17 @@ use std::time::Duration;
 
 use crate::environment;
 use crate::exit::Failure;
-use crate::shutdown::{self, Shutdown};
+use crate::shutdown::{self, Shutdown, ShutdownFlags};
 use crate::supervision::scheduling;
 
 /// How long tasks may take to end when the process does.
 const ENDING: Duration = Duration::from_millis(500);
 
-/// Runs a process until it ends; SIGTERM and SIGINT ask it to.
-pub(crate) fn until_done<F>(process: impl FnOnce(Shutdown) -> F) -> Result<(), Failure>
+/// Runs a process until it ends; SIGTERM, SIGINT and what the flags say ask it to.
+pub(crate) fn until_done<F>(
+    flags: ShutdownFlags,
+    process: impl FnOnce(Shutdown) -> F,
+) -> Result<(), Failure>
 where
     F: Future<Output = Result<(), Failure>>,
 {
@@ -25,8 +28,8 @@ where
         .build()
         .map_err(|error| Failure::running("the runtime cannot be started", error))?;
     let outcome = runtime.block_on(async {
-        let shutdown = shutdown::on_signals()
-            .map_err(|error| Failure::running("signals cannot be received", error))?;
+        let shutdown = shutdown::on_request(flags)
+            .map_err(|error| Failure::running("requests to end cannot be received", error))?;
         process(shutdown).await
     });
     // A task that never yields, like a session that waits for its router, must not keep the process.

@@ -1,7 +1,7 @@
 //! The request to end, from a signal or from whoever runs a process as a task.
 
 use tokio::signal::unix::{SignalKind, signal};
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 
 /// Asks everybody who holds the [`Shutdown`] to end, when told to or when dropped.
 #[derive(Debug)]
@@ -39,23 +39,52 @@ impl Shutdown {
     }
 }
 
-/// A shutdown that SIGTERM and SIGINT trigger.
+/// What may ask a process to end, besides signals.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct ShutdownFlags {
+    /// End when standard input is closed: with whoever started this process, however that ended
+    #[arg(long)]
+    pub end_with_stdin: bool,
+}
+
+/// A shutdown that SIGTERM, SIGINT and what the flags say trigger.
 ///
 /// # Errors
-/// The handlers cannot be installed.
-pub fn on_signals() -> std::io::Result<Shutdown> {
+/// The handlers cannot be installed, or the thread that reads standard input cannot be started.
+pub fn on_request(flags: ShutdownFlags) -> std::io::Result<Shutdown> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
+    let stdin = if flags.end_with_stdin { Some(end_of_stdin()?) } else { None };
     let (trigger, shutdown) = pair();
     tokio::spawn(async move {
+        let closed = async {
+            match stdin {
+                // An error means that the reading thread is gone, with standard input.
+                Some(closed) => drop(closed.await),
+                None => std::future::pending().await,
+            }
+        };
         let name = tokio::select! {
             _ = terminate.recv() => "SIGTERM",
             _ = interrupt.recv() => "SIGINT",
+            () = closed => "standard input closed",
         };
         tracing::info!("{name}: stopping");
         trigger.pull();
     });
     Ok(shutdown)
+}
+
+/// Resolves when nothing more can come from standard input. A thread of its own waits for that, which
+/// keeps no process from ending as a task of the runtime would.
+fn end_of_stdin() -> std::io::Result<oneshot::Receiver<()>> {
+    let (closed, receiver) = oneshot::channel();
+    std::thread::Builder::new().name("stdin".into()).spawn(move || {
+        // Whatever is said there is not for us; an error is an end too.
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        let _ = closed.send(());
+    })?;
+    Ok(receiver)
 }
 
 #[cfg(test)]

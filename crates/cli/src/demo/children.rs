@@ -50,7 +50,8 @@ impl Children {
         let child = Command::new(program)
             .args(arguments)
             .current_dir(directory)
-            .stdin(Stdio::null())
+            // It ends when this end of the pipe does, even if the demo is killed.
+            .stdin(Stdio::piped())
             .stdout(output)
             .stderr(also)
             // A Ctrl-C at the terminal is for the demo, which then stops its processes in order.

@@ -81,7 +81,8 @@ impl Rig {
     /// Starts the processes.
     pub(super) fn start(&self, children: &mut Children) -> Result<(), Failure> {
         let place = self.directory.path();
-        let run = |config: &str| vec![OsString::from("run"), place.join(config).into()];
+        let run =
+            |config: &str| vec!["run".into(), place.join(config).into(), "--end-with-stdin".into()];
         for (module, config) in self.modules.iter().zip(MODULES) {
             let mut arguments = run(config.path);
             let state = place.join("state").join(module.as_str());

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 
 use daemon::observer::{Feed, News};
-use daemon::{environment, session, shutdown};
+use daemon::shutdown::{self, ShutdownFlags};
+use daemon::{environment, session};
 use truss::ids::{ComponentPath, StructureName};
 use wire::FaultTransition;
 
@@ -33,7 +34,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 async fn follow(arguments: &Arguments) -> Result<(), Failure> {
-    let mut shutdown = shutdown::on_signals()
+    let mut shutdown = shutdown::on_request(ShutdownFlags::default())
         .map_err(|error| Failure::runtime(format!("signals cannot be received: {error}")))?;
     let link = &arguments.link;
     let session = link.open().await?;

@@ -83,8 +83,10 @@ impl Drop for Demo {
     }
 }
 
+/// A process that has ended but was not waited for runs no more.
 fn is_running(pid: i32) -> bool {
-    kill(Pid::from_raw(pid), None).is_ok()
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status"));
+    status.is_ok_and(|status| !status.contains("State:\tZ"))
 }
 
 const SOON: Duration = Duration::from_secs(5);
@@ -135,6 +137,19 @@ fn an_interrupt_leaves_no_process_behind() {
             (status.code(), said.as_str()),
             (Some(1), "error: interrupted before the end\n")
         );
+    }
+}
+
+#[test]
+fn a_killed_demo_leaves_no_process_behind() {
+    let mut demo = Demo::start(&[]);
+    demo.wait_for("warming_up");
+    demo.signal(Signal::SIGKILL);
+    let pids = demo.pids.clone();
+    let end = Instant::now() + SOON;
+    while pids.iter().any(|pid| is_running(*pid)) {
+        assert!(Instant::now() < end, "processes left: {pids:?}");
+        std::thread::sleep(Duration::from_millis(20));
     }
 }
 

@@ -8,6 +8,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::config::{ConfigErrors, HealthFlags, NetworkFlags, load_diagnoser};
 use crate::exit::{EXIT_CODES, Failure, conclude};
+use crate::shutdown::ShutdownFlags;
 use crate::{logging, runtime};
 
 /// Fault diagnosis of one module: isolates actuator faults alone, sensor faults with its peers.
@@ -25,17 +26,7 @@ struct Arguments {
 enum Command {
     /// Diagnose until SIGTERM or SIGINT
     #[command(after_help = EXIT_CODES)]
-    Run {
-        /// The module's configuration
-        config: PathBuf,
-        /// Keep the journal of faults in this directory, whatever the configuration says
-        #[arg(long, value_name = "DIRECTORY")]
-        state_dir: Option<PathBuf>,
-        #[command(flatten)]
-        network: NetworkFlags,
-        #[command(flatten)]
-        health: HealthFlags,
-    },
+    Run(Run),
     /// Check configurations and everything they name, without starting
     #[command(after_help = EXIT_CODES)]
     Check {
@@ -43,6 +34,21 @@ enum Command {
         #[arg(required = true)]
         configs: Vec<PathBuf>,
     },
+}
+
+#[derive(Debug, clap::Args)]
+struct Run {
+    /// The module's configuration
+    config: PathBuf,
+    /// Keep the journal of faults in this directory, whatever the configuration says
+    #[arg(long, value_name = "DIRECTORY")]
+    state_dir: Option<PathBuf>,
+    #[command(flatten)]
+    network: NetworkFlags,
+    #[command(flatten)]
+    health: HealthFlags,
+    #[command(flatten)]
+    shutdown: ShutdownFlags,
 }
 
 /// The command line as data, for manual pages and completions.
@@ -55,23 +61,16 @@ pub fn command_line() -> clap::Command {
 #[must_use]
 pub fn main() -> ExitCode {
     conclude(match Arguments::parse().command {
-        Command::Run { config, state_dir, network, health } => {
-            run(&config, state_dir, &network, &health)
-        }
+        Command::Run(arguments) => run(arguments),
         Command::Check { configs } => check(&configs),
     })
 }
 
-fn run(
-    config: &std::path::Path,
-    state_dir: Option<PathBuf>,
-    network: &NetworkFlags,
-    health: &HealthFlags,
-) -> Result<(), Failure> {
+fn run(Run { config, state_dir, network, health, shutdown }: Run) -> Result<(), Failure> {
     logging::start();
-    let config = load_diagnoser(config)?.with_flags(network)?.with_health(health)?;
+    let config = load_diagnoser(&config)?.with_flags(&network)?.with_health(&health)?;
     let config = config.with_state_directory(state_dir);
-    runtime::until_done(|shutdown| super::run(config, shutdown))
+    runtime::until_done(shutdown, |shutdown| super::run(config, shutdown))
 }
 
 fn check(configs: &[PathBuf]) -> Result<(), Failure> {

@@ -8,6 +8,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::config::{ConfigErrors, PlantFlags, load_plant};
 use crate::exit::{EXIT_CODES, Failure, conclude};
+use crate::shutdown::ShutdownFlags;
 use crate::{logging, runtime};
 
 /// The simulated tower: wind, hydraulics, gages and controller, with faults on demand.
@@ -30,6 +31,8 @@ enum Command {
         config: PathBuf,
         #[command(flatten)]
         flags: PlantFlags,
+        #[command(flatten)]
+        shutdown: ShutdownFlags,
     },
     /// Check configurations and everything they name, without starting
     #[command(after_help = EXIT_CODES)]
@@ -50,15 +53,19 @@ pub fn command_line() -> clap::Command {
 #[must_use]
 pub fn main() -> ExitCode {
     conclude(match Arguments::parse().command {
-        Command::Run { config, flags } => run(&config, &flags),
+        Command::Run { config, flags, shutdown } => run(&config, &flags, shutdown),
         Command::Check { configs } => check(&configs),
     })
 }
 
-fn run(config: &std::path::Path, flags: &PlantFlags) -> Result<(), Failure> {
+fn run(
+    config: &std::path::Path,
+    flags: &PlantFlags,
+    shutdown: ShutdownFlags,
+) -> Result<(), Failure> {
     logging::start();
     let config = load_plant(config, flags)?;
-    runtime::until_done(|shutdown| super::run(config, shutdown))
+    runtime::until_done(shutdown, |shutdown| super::run(config, shutdown))
 }
 
 fn check(configs: &[PathBuf]) -> Result<(), Failure> {
