@@ -88,9 +88,8 @@ impl Deployment {
             }
         }
         let own = &self.endpoints[place];
-        let others = || self.endpoints.iter().filter(|endpoint| *endpoint != own);
-        let mut connect: Vec<String> =
-            if place == 0 { Vec::new() } else { others().cloned().collect() };
+        // As in the shipped files: of two, the later one connects.
+        let mut connect = self.endpoints[..place].to_vec();
         connect.extend(self.onlooker.clone());
         let mut network = toml::Table::new();
         network.insert("listen".into(), vec![own.clone()].into());

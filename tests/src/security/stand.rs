@@ -111,14 +111,13 @@ impl Stand {
         Self { library: papers.library, door, guard, deployment, processes, _folder: papers.folder }
     }
 
-    /// Peers: everybody connects to everybody, and whoever looks on connects to module 1.
+    /// Peers: everybody connects to those before it, and whoever looks on connects to module 1.
     pub async fn peers(schedule: &Schedule) -> Self {
         let papers = Papers::make("peer").await;
         let deployment = Deployment::of_tower(schedule);
         let endpoints: Vec<String> = deployment.endpoints.iter().map(|e| secure(e)).collect();
         for (place, holder) in PARTS.iter().enumerate() {
-            let others = endpoints.iter().filter(|endpoint| **endpoint != endpoints[place]);
-            let others: Vec<String> = if place == 0 { vec![] } else { others.cloned().collect() };
+            let others = endpoints[..place].to_vec();
             deployment.set(place, "network", "listen", vec![endpoints[place].clone()]);
             deployment.set(place, "network", "connect", others);
             deployment.set(place, "network", "tls", papers.of(holder));

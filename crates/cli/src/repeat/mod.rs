@@ -55,7 +55,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N")]
     neighbours: Option<usize>,
     /// Everybody is a client of a router that listens there, whose settings are written too; without
-    /// this option everybody connects to the plant and to its peers
+    /// this option everybody connects to the plant and to those of its peers that come before it
     #[arg(long, value_name = "ENDPOINT", value_parser = endpoint, conflicts_with = "first_port")]
     router: Option<EndPoint>,
     /// The port on which the plant listens; the modules take those that follow

@@ -60,7 +60,7 @@ impl Rig {
             let own = index + 1;
             diagnoser.network = Network {
                 listen: vec![endpoints[own].clone()],
-                connect: endpoints.iter().filter(|e| **e != endpoints[own]).cloned().collect(),
+                connect: endpoints[..own].to_vec(),
                 ..Network::default()
             };
         }
