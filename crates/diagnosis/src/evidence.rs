@@ -8,7 +8,7 @@ use truss::ids::Step;
 pub struct Evidence {
     /// The step.
     pub step: Step,
-    /// The residual: [N] for an actuator, [m] for a gage.
+    /// The residual: \[N\] for an actuator, \[m\] for a gage.
     pub residual: f64,
     /// The residual's slow mean before this step, in the same unit.
     pub level: f64,

@@ -103,9 +103,9 @@ pub enum OrderRefusal {
     StillDisplaced {
         /// The component.
         component: Component,
-        /// Slow mean of the residual less what it was before the fault [N] or [m].
+        /// Slow mean of the residual less what it was before the fault \[N\] or \[m\].
         now: f64,
-        /// The residual at the detection less what it was before the fault [N] or [m].
+        /// The residual at the detection less what it was before the fault \[N\] or \[m\].
         found: f64,
     },
 }

@@ -9,11 +9,11 @@ pub struct Sample {
     pub run: RunId,
     /// The sampling instant.
     pub step: Step,
-    /// Demanded force u of each actuator [N].
+    /// Demanded force u of each actuator \[N\].
     pub demands_n: Vec<f64>,
-    /// Pressures of chambers A and B of each actuator [Pa].
+    /// Pressures of chambers A and B of each actuator \[Pa\].
     pub pressures_pa: Vec<[f64; 2]>,
-    /// Measured elongation y of each gage [m].
+    /// Measured elongation y of each gage \[m\].
     pub elongations_m: Vec<f64>,
 }
 

@@ -62,9 +62,9 @@ pub struct ModuleSetup {
     pub structure: Structure,
     /// Its actuators.
     pub hydraulics: Hydraulics,
-    /// Noise of a gage as strain [m/m].
+    /// Noise of a gage as strain \[m/m\].
     pub gage_noise_strain: f64,
-    /// Length of a step [s].
+    /// Length of a step \[s\].
     pub step_s: f64,
     /// Detection.
     pub detection: DetectionSettings,

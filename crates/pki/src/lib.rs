@@ -17,7 +17,7 @@
 //! | `credentials` | how services come by their identities, from systemd's credential store |
 //! | `private_files` | writing what nobody else may read, and never over something that is there |
 //!
-//! Certificates are made with [rcgen](rcgen) and judged with [rustls](rustls), as on the network.
+//! Certificates are made with [rcgen] and judged with [rustls], as on the network.
 
 pub mod address;
 pub mod authority;

@@ -272,7 +272,7 @@ mod tests {
         (modes, closed_loop(&plant, &design, force_keep))
     }
 
-    /// The eigenvalue s [1/s] of the loop nearest to a guess, by inverse iteration.
+    /// The eigenvalue s \[1/s\] of the loop nearest to a guess, by inverse iteration.
     fn pole_near(closed: &DMatrix<f64>, guess: Complex<f64>) -> Complex<f64> {
         let step = 1e-3;
         let shift = (guess * step).exp();

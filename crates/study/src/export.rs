@@ -2,7 +2,7 @@
 //!
 //! A recording is a table (CSV) with a header row. Columns: `step`; `fault`, the path of the component
 //! that is faulty at this step, or nothing; then one column for each component, named by its path, with
-//! its residual ([N] for an actuator, [m] for a gage). Numbers are written so that they are read back
+//! its residual (\[N\] for an actuator, \[m\] for a gage). Numbers are written so that they are read back
 //! bit by bit.
 
 use std::io::Write;

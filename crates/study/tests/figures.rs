@@ -14,7 +14,7 @@ mod tower;
 
 /// A seed with which the second module, too, changes after a hard-over.
 const SEED: u64 = 12;
-/// Largest size that a figure may have [bytes].
+/// Largest size that a figure may have \[bytes\].
 const LARGEST: usize = 400_000;
 
 fn campaign() -> Campaign {

@@ -16,7 +16,7 @@ use crate::element;
 use crate::model_error::ModelError;
 use crate::structure::Structure;
 
-/// The masses of nodes of which a model is made [kg]; outside of them is a wrong unit.
+/// The masses of nodes of which a model is made \[kg\]; outside of them is a wrong unit.
 const MASSES_KG: RangeInclusive<f64> = 1e-9..=1e15;
 
 /// One degree of freedom.
@@ -33,14 +33,14 @@ pub struct Dof {
 pub struct Mechanics {
     /// The degrees of freedom, node by node, x before y before z.
     pub dofs: Vec<Dof>,
-    /// Condensed stiffness K (dofs × dofs), symmetric [N/m].
+    /// Condensed stiffness K (dofs × dofs), symmetric \[N/m\].
     pub stiffness: DMatrix<f64>,
-    /// Diagonal of the lumped mass matrix M (dofs) [kg].
+    /// Diagonal of the lumped mass matrix M (dofs) \[kg\].
     pub mass: DVector<f64>,
-    /// Elongation per displacement, L of eq. 7 (gages × dofs) [m/m]; the gages of all modules in
+    /// Elongation per displacement, L of eq. 7 (gages × dofs) \[m/m\]; the gages of all modules in
     /// the order of the modules, positive in tension.
     pub gage_map: DMatrix<f64>,
-    /// Nodal force per actuator force, F_u of eq. 6 (dofs × actuators) [N/N]; the actuators of all
+    /// Nodal force per actuator force, F_u of eq. 6 (dofs × actuators) \[N/N\]; the actuators of all
     /// modules in the order of the modules, positive pushes the ends apart.
     pub actuator_map: DMatrix<f64>,
 }
@@ -79,7 +79,7 @@ impl Mechanics {
         self.dofs.iter().position(|dof| dof.node == node && dof.direction == direction)
     }
 
-    /// Displacements under constant forces (dofs × load cases) [m per N], K⁻¹·forces.
+    /// Displacements under constant forces (dofs × load cases) \[m per N\], K⁻¹·forces.
     ///
     /// # Errors
     /// A stiffness matrix that has been made singular since assembly.

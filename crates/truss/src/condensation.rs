@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::cholesky::{Cholesky, Singular};
 
-/// Stiffness between the translations once the rotations follow freely [N/m].
+/// Stiffness between the translations once the rotations follow freely \[N/m\].
 ///
 /// The first `translations` rows and columns of `stiffness` are the translations.
 ///

@@ -71,11 +71,11 @@ pub(crate) enum SectionKind {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StoreysDescription {
-    /// Plan of a storey, corner by corner [m].
+    /// Plan of a storey, corner by corner \[m\].
     pub(crate) corners_m: Vec<[f64; 2]>,
-    /// Height of a storey [m].
+    /// Height of a storey \[m\].
     pub(crate) height_m: f64,
-    /// Mass of a storey besides its members, shared evenly by its corners [kg].
+    /// Mass of a storey besides its members, shared evenly by its corners \[kg\].
     pub(crate) mass_kg: f64,
     /// Directions in which the feet are held.
     pub(crate) base: Vec<Direction>,

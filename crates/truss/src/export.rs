@@ -35,7 +35,7 @@ pub struct Export {
     pub nodes: Vec<ExportedNode>,
     /// Members.
     pub members: Vec<ExportedMember>,
-    /// All lumped mass of each node, in the order of `nodes` [kg].
+    /// All lumped mass of each node, in the order of `nodes` \[kg\].
     pub nodal_masses_kg: Vec<f64>,
     /// Held degrees of freedom.
     pub fixed: Vec<ExportedFixed>,
@@ -43,11 +43,11 @@ pub struct Export {
     pub actuators: Vec<ExportedActuator>,
     /// Gages of all modules.
     pub gages: Vec<ExportedGage>,
-    /// Share of the mass in the damping matrix [1/s].
+    /// Share of the mass in the damping matrix \[1/s\].
     pub alpha_per_s: f64,
-    /// Share of the stiffness in the damping matrix [s].
+    /// Share of the stiffness in the damping matrix \[s\].
     pub beta_s: f64,
-    /// The first natural frequencies, undamped, ascending [Hz].
+    /// The first natural frequencies, undamped, ascending \[Hz\].
     pub natural_frequencies_hz: Vec<f64>,
     /// Every gage's reading under a unit force of every actuator.
     pub static_responses: Vec<ExportedResponse>,
@@ -58,7 +58,7 @@ pub struct Export {
 pub struct ExportedNode {
     /// Its name.
     pub name: String,
-    /// Coordinates, z upwards [m].
+    /// Coordinates, z upwards \[m\].
     pub position_m: [f64; 3],
 }
 
@@ -73,7 +73,7 @@ pub struct ExportedMember {
     pub ends: [String; 2],
     /// `rod` or `beam`.
     pub kind: &'static str,
-    /// Cross-section [m²].
+    /// Cross-section \[m²\].
     pub area_m2: f64,
     /// Second moment of area about local y, beams only [m⁴].
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -84,11 +84,11 @@ pub struct ExportedMember {
     /// Torsion constant, beams only [m⁴].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub j_m4: Option<f64>,
-    /// Young's modulus [Pa].
+    /// Young's modulus \[Pa\].
     pub e_pa: f64,
-    /// Shear modulus [Pa].
+    /// Shear modulus \[Pa\].
     pub g_pa: f64,
-    /// Density [kg/m³].
+    /// Density \[kg/m³\].
     pub density_kg_m3: f64,
     /// Unit vector of the local y axis, beams only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -123,7 +123,7 @@ pub struct ExportedGage {
     pub path: String,
     /// Name of its member.
     pub member: String,
-    /// Length of its member [m].
+    /// Length of its member \[m\].
     pub length_m: f64,
 }
 
@@ -132,7 +132,7 @@ pub struct ExportedGage {
 pub struct ExportedResponse {
     /// Path of the actuator.
     pub actuator: String,
-    /// Elongation per force, in the order of `gages` [m/N].
+    /// Elongation per force, in the order of `gages` \[m/N\].
     pub static_elongations_m_per_n: Vec<f64>,
 }
 

@@ -9,7 +9,7 @@ use crate::modal_stepper::ModalStepper;
 use crate::model_error::ModelError;
 use crate::structure::Structure;
 
-/// Far longer than any step of a sampled system [s].
+/// Far longer than any step of a sampled system \[s\].
 const LONGEST_STEP_S: f64 = 1.0;
 
 /// The local model of one module, with all its modes.
@@ -45,18 +45,18 @@ impl LocalModel {
         self.stepper.output_count()
     }
 
-    /// Puts the model into static equilibrium under constant actuator forces [N], one for each
+    /// Puts the model into static equilibrium under constant actuator forces \[N\], one for each
     /// actuator.
     pub fn settle(&mut self, forces_n: &[f64]) {
         self.stepper.settle(forces_n);
     }
 
-    /// Advances by one step during which the actuator forces [N] are constant. Allocates nothing.
+    /// Advances by one step during which the actuator forces \[N\] are constant. Allocates nothing.
     pub fn step(&mut self, forces_n: &[f64]) {
         self.stepper.step(forces_n);
     }
 
-    /// Writes the elongation that each gage should read now [m]. Allocates nothing.
+    /// Writes the elongation that each gage should read now \[m\]. Allocates nothing.
     pub fn elongations(&self, out: &mut [f64]) {
         self.stepper.outputs(out);
     }

@@ -33,36 +33,36 @@ pub struct Member {
     pub material: MaterialName,
     /// Indices of the two end nodes; the local x axis runs from the first to the second.
     pub ends: [usize; 2],
-    /// Distance between the ends [m].
+    /// Distance between the ends \[m\].
     pub length_m: f64,
     /// Unit vector from the first end to the second.
     pub axis: [f64; 3],
-    /// Cross-section [m²].
+    /// Cross-section \[m²\].
     pub area_m2: f64,
-    /// Young's modulus [Pa].
+    /// Young's modulus \[Pa\].
     pub young_pa: f64,
     /// Poisson's ratio.
     pub poisson: f64,
-    /// Density [kg/m³].
+    /// Density \[kg/m³\].
     pub density_kg_per_m3: f64,
     /// Factor on E·A, E·I and G·J together; 1 unless perturbed.
     pub stiffness_factor: f64,
 }
 
 impl Member {
-    /// Mass of the whole member [kg].
+    /// Mass of the whole member \[kg\].
     #[must_use]
     pub fn mass_kg(&self) -> f64 {
         self.density_kg_per_m3 * self.area_m2 * self.length_m
     }
 
-    /// Young's modulus with the stiffness factor [Pa].
+    /// Young's modulus with the stiffness factor \[Pa\].
     #[must_use]
     pub fn effective_young_pa(&self) -> f64 {
         self.young_pa * self.stiffness_factor
     }
 
-    /// Shear modulus E / (2 (1 + ν)) with the stiffness factor [Pa].
+    /// Shear modulus E / (2 (1 + ν)) with the stiffness factor \[Pa\].
     #[must_use]
     pub fn effective_shear_pa(&self) -> f64 {
         self.effective_young_pa() / (2.0 * (1.0 + self.poisson))

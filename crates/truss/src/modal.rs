@@ -12,7 +12,7 @@ use crate::assembly::Mechanics;
 use crate::model_error::ModelError;
 use crate::structure::Rayleigh;
 
-/// Slowest and fastest mode of which a model is made [rad/s]. Far outside of what stands or swings, so
+/// Slowest and fastest mode of which a model is made \[rad/s\]. Far outside of what stands or swings, so
 /// that every number that follows from a mode stays finite.
 const ANGULAR_FREQUENCIES: RangeInclusive<f64> = 1e-6..=1e9;
 /// The largest damping ratio of which a model is made.
@@ -21,7 +21,7 @@ const MOST_DAMPING: f64 = 1e12;
 /// Natural modes, lowest frequency first.
 #[derive(Debug, Clone)]
 pub struct Modes {
-    /// Angular frequency of each mode (modes) [rad/s].
+    /// Angular frequency of each mode (modes) \[rad/s\].
     pub angular_frequencies: DVector<f64>,
     /// Damping ratio of each mode (modes); above 1 the mode creeps back without oscillating.
     pub damping_ratios: DVector<f64>,
@@ -76,7 +76,7 @@ impl Modes {
         self.angular_frequencies.len()
     }
 
-    /// Natural frequency of each mode [Hz].
+    /// Natural frequency of each mode \[Hz\].
     #[must_use]
     pub fn frequencies_hz(&self) -> DVector<f64> {
         self.angular_frequencies.map(|omega| omega / TAU)

@@ -40,15 +40,15 @@ struct TransitionBlock {
     velocity_from_displacement: Block,
     velocity_keep: Block,
     velocity_from_force: Block,
-    /// 1/ω², displacement per constant modal force [s²].
+    /// 1/ω², displacement per constant modal force \[s²\].
     flexibility: Block,
 }
 
 impl ModalStepper {
     /// A stepper at rest.
     ///
-    /// `dt_s` is the step [s]; `input_map` (dofs × inputs) turns inputs into nodal forces [N],
-    /// `output_map` (outputs × dofs) turns displacements [m] into outputs. Both maps must have the
+    /// `dt_s` is the step \[s\]; `input_map` (dofs × inputs) turns inputs into nodal forces \[N\],
+    /// `output_map` (outputs × dofs) turns displacements \[m\] into outputs. Both maps must have the
     /// degrees of freedom of the modes; what is missing counts as zero.
     #[must_use]
     pub fn new(
@@ -150,7 +150,7 @@ impl ModalStepper {
         self.read(&self.displacements, out);
     }
 
-    /// Reads the rates of change of the outputs [1/s]. Allocates nothing.
+    /// Reads the rates of change of the outputs \[1/s\]. Allocates nothing.
     ///
     /// `out` must have [`ModalStepper::output_count`] places.
     pub fn output_rates(&self, out: &mut [f64]) {

@@ -32,7 +32,7 @@ pub enum ModelError {
     Mass {
         /// The node.
         node: NodeName,
-        /// Its mass, the share of its members included [kg].
+        /// Its mass, the share of its members included \[kg\].
         mass_kg: f64,
     },
     /// A mode from which no model follows.
@@ -40,7 +40,7 @@ pub enum ModelError {
         "the structure has a mode of {frequency_hz:e} Hz and damping ratio {damping_ratio:e}; look for a stiffness, a mass or a damping in the wrong unit"
     )]
     Mode {
-        /// Its natural frequency [Hz].
+        /// Its natural frequency \[Hz\].
         frequency_hz: f64,
         /// Its damping ratio.
         damping_ratio: f64,
@@ -61,7 +61,7 @@ pub enum ModelError {
     /// The step of a discrete model must be positive.
     #[error("the time step is {value} s; use a time above 0 and up to 1 s")]
     TimeStep {
-        /// The step [s].
+        /// The step \[s\].
         value: f64,
     },
     /// The structure has no module of this name.

@@ -19,20 +19,20 @@ const SERIES_BELOW: f64 = 1e-4;
 pub(crate) struct Transition {
     /// Displacement from displacement.
     pub(crate) displacement_keep: f64,
-    /// Displacement from velocity [s].
+    /// Displacement from velocity \[s\].
     pub(crate) displacement_from_velocity: f64,
-    /// Displacement from modal force [s²].
+    /// Displacement from modal force \[s²\].
     pub(crate) displacement_from_force: f64,
-    /// Velocity from displacement [1/s].
+    /// Velocity from displacement \[1/s\].
     pub(crate) velocity_from_displacement: f64,
     /// Velocity from velocity.
     pub(crate) velocity_keep: f64,
-    /// Velocity from modal force [s].
+    /// Velocity from modal force \[s\].
     pub(crate) velocity_from_force: f64,
 }
 
 impl Transition {
-    /// The step of an oscillator with angular frequency ω > 0 [rad/s] and damping ratio ζ ≥ 0.
+    /// The step of an oscillator with angular frequency ω > 0 \[rad/s\] and damping ratio ζ ≥ 0.
     pub(crate) fn over(dt_s: f64, angular_frequency: f64, damping_ratio: f64) -> Transition {
         let turn = angular_frequency * dt_s;
         let decay = damping_ratio * turn;

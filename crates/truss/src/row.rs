@@ -36,7 +36,7 @@ impl Structure {
         Ok(row)
     }
 
-    /// Extent along x [m].
+    /// Extent along x \[m\].
     fn width_m(&self) -> f64 {
         let places = self.nodes.iter().map(|node| node.position_m[0]);
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {

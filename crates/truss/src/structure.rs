@@ -11,7 +11,7 @@ use crate::ids::{
 };
 use crate::member::Member;
 
-/// Nodes closer than this in height stand on the same level [m].
+/// Nodes closer than this in height stand on the same level \[m\].
 const LEVEL_TOLERANCE_M: f64 = 1e-6;
 
 /// A joint of the structure.
@@ -19,9 +19,9 @@ const LEVEL_TOLERANCE_M: f64 = 1e-6;
 pub struct Node {
     /// Unique in the structure.
     pub name: NodeName,
-    /// Coordinates, z upwards [m].
+    /// Coordinates, z upwards \[m\].
     pub position_m: [f64; 3],
-    /// Mass carried besides the members: the node's share of its storey [kg].
+    /// Mass carried besides the members: the node's share of its storey \[kg\].
     pub mass_kg: f64,
     /// Factor on everything lumped here, members' halves included; 1 unless perturbed.
     pub mass_factor: f64,
@@ -85,14 +85,14 @@ impl Module {
 /// Rayleigh damping: D = α·M + β·K.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rayleigh {
-    /// Share of the mass α [1/s].
+    /// Share of the mass α \[1/s\].
     pub alpha_per_s: f64,
-    /// Share of the stiffness β [s].
+    /// Share of the stiffness β \[s\].
     pub beta_s: f64,
 }
 
 impl Rayleigh {
-    /// Damping ratio of a mode, α/(2ω) + β·ω/2, from its angular frequency [rad/s].
+    /// Damping ratio of a mode, α/(2ω) + β·ω/2, from its angular frequency \[rad/s\].
     #[must_use]
     pub fn damping_ratio(&self, angular_frequency: f64) -> f64 {
         0.5 * (self.alpha_per_s / angular_frequency + self.beta_s * angular_frequency)
@@ -102,7 +102,7 @@ impl Rayleigh {
 /// Nodes at one height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// Height of the level [m].
+    /// Height of the level \[m\].
     pub height_m: f64,
     /// Indices of its nodes, ascending.
     pub nodes: Vec<usize>,
@@ -170,14 +170,14 @@ impl Structure {
         &self.members[gage.member]
     }
 
-    /// Length of the member that a gage sits on: strain × length is what the gage reads [m].
+    /// Length of the member that a gage sits on: strain × length is what the gage reads \[m\].
     #[must_use]
     pub fn gage_length_m(&self, gage: &Gage) -> f64 {
         self.gage_member(gage).length_m
     }
 
     /// All mass lumped at each node: its share of the storey and half of each member that ends
-    /// there, times its factor [kg]; one value per node.
+    /// there, times its factor \[kg\]; one value per node.
     #[must_use]
     pub fn nodal_masses_kg(&self) -> Vec<f64> {
         let mut masses: Vec<f64> = self.nodes.iter().map(|node| node.mass_kg).collect();

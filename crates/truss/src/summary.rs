@@ -25,13 +25,13 @@ pub struct Summary {
     pub beams: usize,
     /// Translational degrees of freedom after static condensation.
     pub degrees_of_freedom: usize,
-    /// Mass of the members [kg].
+    /// Mass of the members \[kg\].
     pub member_mass_kg: f64,
-    /// Mass besides the members, that of the storeys [kg].
+    /// Mass besides the members, that of the storeys \[kg\].
     pub storey_mass_kg: f64,
-    /// Share of the mass in the damping [1/s].
+    /// Share of the mass in the damping \[1/s\].
     pub alpha_per_s: f64,
-    /// Share of the stiffness in the damping [s].
+    /// Share of the stiffness in the damping \[s\].
     pub beta_s: f64,
     /// The first modes.
     pub modes: Vec<ModeSummary>,
@@ -42,7 +42,7 @@ pub struct Summary {
 /// One mode in figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeSummary {
-    /// Natural frequency [Hz].
+    /// Natural frequency \[Hz\].
     pub frequency_hz: f64,
     /// Damping ratio.
     pub damping_ratio: f64,
@@ -61,7 +61,7 @@ pub struct ModuleSummary {
     pub actuators: Vec<String>,
     /// Names of its gages.
     pub gages: Vec<String>,
-    /// First frequency of its local model [Hz]; `None` if the module cannot stand alone.
+    /// First frequency of its local model \[Hz\]; `None` if the module cannot stand alone.
     pub local_frequency_hz: Option<f64>,
 }
 

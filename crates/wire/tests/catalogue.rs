@@ -130,3 +130,19 @@ fn a_query_with_a_message_has_a_reply_with_one() {
         }
     }
 }
+
+/// Others have written programs by them. `BLESS=1` writes the file anew, so that a change is meant and shows.
+#[test]
+fn the_schemas_are_those_that_were_agreed_on() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/schemas.json");
+    let schemas = catalogue().into_iter().map(|entry| (entry.name.to_owned(), entry.schema()));
+    let present = Value::Object(schemas.collect());
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(file, format!("{present:#}\n")).unwrap();
+    }
+    let agreed: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    for (name, schema) in agreed.as_object().unwrap() {
+        assert_eq!(present.get(name), Some(schema), "{name}");
+    }
+    assert_eq!(present, agreed);
+}

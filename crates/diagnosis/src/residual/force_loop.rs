@@ -19,7 +19,7 @@ pub struct ForceLoop {
 }
 
 impl ForceLoop {
-    /// A loop at rest with the given chamber pressures [Pa]; `step_s` is the step's length [s].
+    /// A loop at rest with the given chamber pressures \[Pa\]; `step_s` is the step's length \[s\].
     #[must_use]
     pub fn new(hydraulics: Hydraulics, step_s: f64, pressures: [f64; 2]) -> Self {
         let stiffness = hydraulics.area_a_m2 / hydraulics.volume_a_m3
@@ -29,18 +29,18 @@ impl ForceLoop {
         Self { hydraulics, step_s, mean_share, pressures }
     }
 
-    /// Starts anew from measured chamber pressures [Pa].
+    /// Starts anew from measured chamber pressures \[Pa\].
     pub fn settle(&mut self, pressures: [f64; 2]) {
         self.pressures = pressures;
     }
 
-    /// The nominal force F̂ [N].
+    /// The nominal force F̂ \[N\].
     #[must_use]
     pub fn force_n(&self) -> f64 {
         self.hydraulics.force_n(self.pressures)
     }
 
-    /// Moves on by one step under the demand u [N].
+    /// Moves on by one step under the demand u \[N\].
     pub fn step(&mut self, demand_n: f64) {
         let h = &self.hydraulics;
         let asked = h.force_gain_m3_per_s_n * (demand_n - self.force_n()) * self.mean_share;

@@ -108,7 +108,7 @@ impl ResidualGenerator {
         true
     }
 
-    /// The residuals of a sample, which must have been checked: actuators [N], then gages [m].
+    /// The residuals of a sample, which must have been checked: actuators \[N\], then gages \[m\].
     pub fn push(&mut self, sample: &Sample) -> &[f64] {
         for (force, pressures) in self.forces.iter_mut().zip(&sample.pressures_pa) {
             *force = self.hydraulics.force_n(*pressures);

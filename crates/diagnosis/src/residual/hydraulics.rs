@@ -6,25 +6,25 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hydraulics {
-    /// Piston area A_A of chamber A [m²].
+    /// Piston area A_A of chamber A \[m²\].
     pub area_a_m2: f64,
-    /// Ring area A_B of chamber B [m²].
+    /// Ring area A_B of chamber B \[m²\].
     pub area_b_m2: f64,
-    /// Volume V_A of chamber A [m³].
+    /// Volume V_A of chamber A \[m³\].
     pub volume_a_m3: f64,
-    /// Volume V_B of chamber B [m³].
+    /// Volume V_B of chamber B \[m³\].
     pub volume_b_m3: f64,
-    /// Bulk modulus β of the oil [Pa].
+    /// Bulk modulus β of the oil \[Pa\].
     pub bulk_modulus_pa: f64,
-    /// Gain K_P of the force control [m³/s/N].
+    /// Gain K_P of the force control \[m³/s/N\].
     pub force_gain_m3_per_s_n: f64,
-    /// Largest flow of a valve at the full pressure drop [m³/s].
+    /// Largest flow of a valve at the full pressure drop \[m³/s\].
     pub valve_flow_m3_per_s: f64,
-    /// Supply pressure [Pa].
+    /// Supply pressure \[Pa\].
     pub supply_pa: f64,
-    /// Tank pressure [Pa].
+    /// Tank pressure \[Pa\].
     pub tank_pa: f64,
-    /// Standard deviation of a measured pressure [Pa].
+    /// Standard deviation of a measured pressure \[Pa\].
     pub pressure_noise_pa: f64,
 }
 
@@ -39,13 +39,13 @@ pub struct HydraulicsError {
 }
 
 impl Hydraulics {
-    /// F_act = p_A·A_A − p_B·A_B [N] (eq. 8).
+    /// F_act = p_A·A_A − p_B·A_B \[N\] (eq. 8).
     #[must_use]
     pub fn force_n(&self, [a, b]: [f64; 2]) -> f64 {
         a * self.area_a_m2 - b * self.area_b_m2
     }
 
-    /// Variance of an observed force [N²] that the pressure noise alone causes.
+    /// Variance of an observed force \[N²\] that the pressure noise alone causes.
     #[must_use]
     pub fn force_variance(&self) -> f64 {
         let a = self.area_a_m2 * self.pressure_noise_pa;

@@ -9,7 +9,7 @@ use crate::ids::MemberName;
 use crate::member::{Member, MemberKind};
 use crate::structure::Node;
 
-/// Ends closer than this are at the same place [m].
+/// Ends closer than this are at the same place \[m\].
 const SHORTEST_M: f64 = 1e-6;
 /// Below this share across a member a vector counts as running along it.
 const ALONG: f64 = 1e-6;
