@@ -27,6 +27,7 @@ pub mod signs;
 pub mod soak;
 pub mod throttle;
 pub mod timeline;
+pub mod turn;
 pub mod verdict;
 pub mod worst;
 

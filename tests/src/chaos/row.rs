@@ -58,6 +58,8 @@ pub struct Row {
     pub schedule: Schedule,
     /// Steps of the run.
     pub steps: u64,
+    /// Does it take all that the machine has?
+    pub floods: bool,
 }
 
 /// What came of a row.

@@ -70,7 +70,8 @@ impl Stage {
         let Site { lab, deployment } = site;
         let run = RunId(1);
         // Before anything runs: it takes a while, and retries of those who wait become rare.
-        let timeline = reference::timeline(&deployment, SEED, run, steps);
+        let timeline =
+            tokio::task::block_in_place(|| reference::timeline(&deployment, SEED, run, steps));
         let diagnosers = [Node::Module1, Node::Module2];
         let processes = diagnosers.map(|node| (node, start_diagnoser(&deployment, node)));
         let observer = Observer::of(&deployment).await;

@@ -43,9 +43,9 @@ pub(super) fn check() -> Result<(), Missing> {
     Ok(())
 }
 
-/// Must a laboratory be possible here?
+/// Must a laboratory be possible here? Where green means done, a test that was skipped has failed.
 pub(super) fn is_failure() -> bool {
-    std::env::var_os("TRUSSWATCH_REQUIRE_LAB").is_some_and(|value| value == "1")
+    std::env::var_os("CI").is_some_and(|value| !value.is_empty())
 }
 
 /// Bit 12 of the effective capabilities, and bit 21: a namespace's name is a mount, which takes

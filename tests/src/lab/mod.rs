@@ -16,7 +16,7 @@
 //! | `program` | the program `ip` |
 //!
 //! Needs the rights of an administrator of networks. Whoever asks for a laboratory learns which
-//! facility lacks; with the environment variable `TRUSSWATCH_REQUIRE_LAB=1` that is a failed test.
+//! facility lacks; with the environment variable `CI` set that is a failed test.
 
 mod delay_line;
 mod frame;
@@ -76,7 +76,7 @@ impl Lab {
     /// not.
     ///
     /// # Panics
-    /// If there can be none, but `TRUSSWATCH_REQUIRE_LAB=1` says that there must.
+    /// If there can be none, but `CI` says that there must.
     #[must_use]
     pub fn if_possible(seed: u64) -> Option<Self> {
         match Self::start(seed) {

@@ -6,7 +6,7 @@ use crate::refusal::{is_bearable, lines};
 
 /// Larger structures are read, but no models are made of them: that takes long, and says nothing new.
 const MOST_NODES: usize = 16;
-/// Length of a step [s].
+/// Length of a step \[s\].
 const STEP_S: f64 = 1e-3;
 
 /// A description written out describes the same; each module can be cut out, once and for all; a model is

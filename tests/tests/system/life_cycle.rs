@@ -1,7 +1,5 @@
 //! A fault's life as an operator sees it, with the operator's own program.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::time::Duration;
 
 use daemon::config::{Schedule, ScheduledFault};
@@ -13,7 +11,7 @@ use system_tests::operate::trusswatch;
 use system_tests::plant_clock::PlantClock;
 use system_tests::publications::Publications;
 use system_tests::signs::{Sign, Signs};
-use system_tests::{in_time, scenarios};
+use system_tests::{in_time, scenarios, turn};
 use truss::fault::Fault;
 use truss::ids::{RunId, Step};
 use wire::{FaultState, FaultTransition, ModulePhase};
@@ -93,6 +91,7 @@ impl Works {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_fault_is_acknowledged_and_reset_and_the_history_tells_by_whom_and_why() {
+    let _turn = turn::side_by_side().await;
     const REPAIRED: u64 = 14_000;
     let faults = vec![bias(GAGE, scenarios::ONSET, Some(REPAIRED))];
     let mut works = Works::start(Deployment::of_watched_tower(&Schedule { faults })).await;
@@ -155,6 +154,7 @@ fn check_history(history: &Value) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_second_diagnoser_is_refused_the_state_directory() {
+    let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_watched_tower(&Schedule::default());
     let observer = Observer::of(&deployment).await;
     let mut diagnosers = deployment.start_diagnosers();
@@ -176,6 +176,7 @@ async fn a_second_diagnoser_is_refused_the_state_directory() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_plant_that_stands_still_is_told_and_is_no_fault() {
+    let _turn = turn::side_by_side().await;
     const STILL_AT: u64 = 3000;
     let mut works = Works::start(Deployment::of_watched_tower(&Schedule::default())).await;
     let publications = Publications::of(&works.observer).await;
@@ -226,6 +227,7 @@ async fn a_plant_that_stands_still_is_told_and_is_no_fault() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_journal_that_cannot_be_written_is_told_and_catches_up() {
+    let _turn = turn::side_by_side().await;
     const SECOND_ONSET: u64 = 9000;
     let faults = vec![bias(GAGE, scenarios::ONSET, None), bias(OTHER_GAGE, SECOND_ONSET, None)];
     let deployment = Deployment::of_watched_tower(&Schedule { faults });

@@ -1,7 +1,5 @@
 //! Strangers, members who reach for what is not theirs, and beside each of them somebody who may: one
-//! table, printed at the end (`cargo test --release --test security -- --nocapture`).
-
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
+//! table, printed at the end (`cargo test --release --workspace --test system security -- --nocapture`).
 
 use std::time::Duration;
 
@@ -14,6 +12,7 @@ use system_tests::security::intruder::Papers;
 use system_tests::security::letters::{Letters, answers};
 use system_tests::security::stand::Stand;
 use system_tests::security::table::Table;
+use system_tests::turn;
 use truss::fault::Fault;
 use wire::ModuleStatus;
 use zenoh::Session;
@@ -32,6 +31,7 @@ const OWN: &str = "trusswatch/tower/module2/fault/sensor/g7";
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn nobody_gets_in_or_gets_through_who_may_not_and_everybody_who_may() {
+    let _turn = turn::side_by_side().await;
     let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
     let stand = Stand::star(&schedule).await;
     let observer = stand.session("observer.wall").await;
@@ -52,6 +52,7 @@ async fn nobody_gets_in_or_gets_through_who_may_not_and_everybody_who_may() {
 /// Without a router each peer enforces the same on its own links.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn peers_enforce_it_themselves() {
+    let _turn = turn::side_by_side().await;
     let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
     let stand = Stand::peers(&schedule).await;
     let observer = stand.session("observer.wall").await;
@@ -66,6 +67,7 @@ async fn peers_enforce_it_themselves() {
 /// The attempts are real: where nobody enforces anything, the same ones have an effect.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_refused_would_have_had_an_effect() {
+    let _turn = turn::side_by_side().await;
     let stand = Stand::lawless_star(&Schedule::default()).await;
     let observer = stand.session("observer.wall").await;
     let letters = Letters::to(&observer).await;
@@ -85,11 +87,18 @@ async fn what_is_refused_would_have_had_an_effect() {
         async { while !told(&answers(&observer, VICTIM).await, VICTIM, "answered by module 2") {} };
     in_time("an impostor's answer", impostor).await;
     let watcher = Observer { session: observer, structure: "tower".parse().unwrap() };
-    let harmed = async {
-        second.put(SAMPLE, "forged").await.unwrap();
-        watcher.status(|status| of_victim(status) && status.intake.malformed > 0).await
+    let harmed = watcher.status(|status| of_victim(status) && status.intake.malformed > 0);
+    let forging = async {
+        // Until the victim listens.
+        loop {
+            second.put(SAMPLE, "forged").await.unwrap();
+            tokio::time::sleep(GLANCE).await;
+        }
     };
-    in_time("harm by a forged sample", harmed).await;
+    tokio::select! {
+        _ = harmed => {}
+        () = forging => {}
+    }
     stand.clear().await;
 }
 

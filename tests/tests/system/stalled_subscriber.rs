@@ -2,8 +2,6 @@
 //! for a minute, while faults come and go: no diagnoser's samples get old, none is lost, and whoever
 //! does listen gets every fault message.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
-
 use std::collections::BTreeSet;
 
 use daemon::config::{Schedule, ScheduledFault};
@@ -11,6 +9,7 @@ use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer};
 use system_tests::onlooker::{Onlooker, Stall};
 use system_tests::publications::{Publications, percentiles};
+use system_tests::turn;
 use system_tests::worst::WorstStatus;
 use truss::fault::Fault;
 use truss::ids::{RunId, Step};
@@ -114,11 +113,13 @@ async fn endure(stall: Stall) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
 async fn one_whose_callback_does_not_return_holds_nobody_up() {
+    let _turn = turn::alone().await;
     endure(Stall::Callback).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
 async fn one_whose_process_is_stopped_holds_nobody_up() {
+    let _turn = turn::alone().await;
     endure(Stall::Process).await;
 }

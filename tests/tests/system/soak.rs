@@ -1,14 +1,13 @@
 //! Hours of the plant's time without a fault, in processes and in one: memory stays flat, nothing
 //! drifts, no heartbeat is missed, no false alarm is raised.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
-
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
 use system_tests::deployment::{Deployment, Process};
 use system_tests::observer::{Faults, Observer};
 use system_tests::soak::{Heartbeat, Heartbeats, Memory, Stalls};
+use system_tests::turn;
 use truss::ids::{RunId, Step};
 
 const STEPS_PER_HOUR: f64 = 3.6e6;
@@ -161,6 +160,7 @@ fn check(heartbeat: &Heartbeat, steps: u64) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes: `.ci/soak` runs it for as many hours of the plant's time as it is told"]
 async fn hours_in_processes() {
+    let _turn = turn::alone().await;
     let steps = steps();
     let mut soak = Soak::begin(steps).await;
     soak.watch().await;
@@ -170,6 +170,7 @@ async fn hours_in_processes() {
 #[test]
 #[ignore = "24 hours of the plant's time in one process take about eleven minutes"]
 fn a_day_in_one_process() {
+    let _turn = turn::blocking_alone();
     let deployment = Deployment::of_tower(&Schedule::default());
     let config = deployment.plant_config(2026);
     let setups = deployment.diagnoser_configs().iter().map(|c| c.module_setup()).collect();

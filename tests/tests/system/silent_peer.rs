@@ -1,8 +1,6 @@
 //! A peer is killed or frozen just before it would be asked: the asker says so within a second, goes on
 //! without missing a sample, and settles when the peer is back.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
-
 use std::collections::BTreeSet;
 
 use nix::sys::signal::Signal;
@@ -12,7 +10,7 @@ use system_tests::plant_clock::PlantClock;
 use system_tests::publications::Publications;
 use system_tests::signs::{Sign, Signs};
 use system_tests::verdict::Reached;
-use system_tests::{in_time, reference, scenarios};
+use system_tests::{in_time, reference, scenarios, turn};
 use truss::fault::Fault;
 use truss::ids::{ComponentPath, RunId, Step};
 use wire::{Doubt, FaultState, FaultTransition};
@@ -162,6 +160,7 @@ fn check(how: Silence, measured: &Measured) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_killed_peer_is_named_and_the_verdict_follows_when_it_is_back() {
+    let _turn = turn::side_by_side().await;
     let measured = silence(Silence::Killed).await;
     println!("killed: {measured:.1?} [ms]");
     check(Silence::Killed, &measured);
@@ -169,6 +168,7 @@ async fn a_killed_peer_is_named_and_the_verdict_follows_when_it_is_back() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_frozen_peer_is_named_and_the_verdict_follows_when_it_goes_on() {
+    let _turn = turn::side_by_side().await;
     let measured = silence(Silence::Frozen).await;
     println!("frozen: {measured:.1?} [ms]");
     check(Silence::Frozen, &measured);

@@ -1,17 +1,17 @@
 //! Clients that know nothing of trusswatch ask as Zenoh's defaults have it.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::collections::BTreeSet;
 
 use daemon::config::Schedule;
 use system_tests::deployment::Deployment;
 use system_tests::in_time;
 use system_tests::observer::Observer;
+use system_tests::turn;
 use wire::HistoryPage;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn one_question_for_all_histories_brings_the_page_of_each_module() {
+    let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_watched_tower(&Schedule { faults: Vec::new() });
     let observer = Observer::of(&deployment).await;
     let diagnosers = deployment.start_diagnosers();

@@ -2,8 +2,6 @@
 //! diagnose, stay in the present and within bounds, accuse nobody of what they missed, and are in service
 //! again soon when it is over.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
-
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
@@ -11,6 +9,7 @@ use system_tests::deployment::Deployment;
 use system_tests::observer::Observer;
 use system_tests::resident::resident_kib;
 use system_tests::throttle::Throttle;
+use system_tests::turn;
 use system_tests::worst::WorstStatus;
 use truss::ids::RunId;
 use wire::ModuleStatus;
@@ -34,6 +33,7 @@ const MODULES: [&str; 2] = ["module1", "module2"];
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
 async fn whoever_cannot_keep_up_says_so_stays_in_the_present_and_comes_back() {
+    let _turn = turn::alone().await;
     let deployment = Deployment::of_tower(&Schedule::default());
     for place in 1..=MODULES.len() {
         deployment.set(place, "publish", "status_every_ms", 100);

@@ -4,8 +4,6 @@
 //! Samples are a million always. Questions come as many as fit into [`TIME`] for each key; with the
 //! environment variable `TRUSSWATCH_FLOOD=million` they are a million too, however long that takes.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
-
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -18,6 +16,7 @@ use system_tests::hostile::{
 use system_tests::in_time;
 use system_tests::observer::{Faults, Observer};
 use system_tests::resident::resident_kib;
+use system_tests::turn;
 use system_tests::worst::WorstStatus;
 use truss::fault::Fault;
 use truss::ids::RunId;
@@ -221,6 +220,7 @@ fn check_samples(status: &ModuleStatus, hostile: u64) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
 async fn a_million_hostile_messages_on_every_key_are_counted_and_change_nothing() {
+    let _turn = turn::alone().await;
     let scene = Scene::in_service().await;
     let sample = scene.true_sample().await;
     let worst = WorstStatus::of(&scene.observer).await;
@@ -246,6 +246,7 @@ async fn a_million_hostile_messages_on_every_key_are_counted_and_change_nothing(
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
 async fn junk_in_place_of_answers_confirms_nothing_and_is_over_with_whoever_sends_it() {
+    let _turn = turn::alone().await;
     let scene = Scene::in_service().await;
     let mut faults = scene.observer.faults().await;
     let peer = Stranger::on(&scene.stranger, "trusswatch/tower/module2/state", JUNK).await;

@@ -1,8 +1,6 @@
 //! A link of TLS that carries as much as it can in both directions at once: nothing is lost, changed or
 //! torn down.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,6 +11,7 @@ use daemon::session;
 use pki::{Authority, Lifetime};
 use system_tests::deployment::free_endpoint;
 use system_tests::in_time;
+use system_tests::turn;
 use zenoh::Session;
 use zenoh::qos::CongestionControl;
 
@@ -20,12 +19,13 @@ use zenoh::qos::CongestionControl;
 const MESSAGES: u64 = 200_000;
 /// Messages under way at most, far fewer than fit into queues.
 const WINDOW: u64 = 500;
-/// The size of a sample [bytes].
+/// The size of a sample \[bytes\].
 const SIZE: usize = 600;
 const GLANCE: Duration = Duration::from_millis(1);
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn both_directions_of_a_link_carry_everything_in_order() {
+    let _turn = turn::side_by_side().await;
     let folder = tempfile::tempdir().unwrap();
     issue(folder.path(), &["module1", "module2"]);
     let endpoint = free_endpoint().replace("tcp/", "tls/");

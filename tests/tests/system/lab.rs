@@ -1,11 +1,10 @@
 //! The laboratory does to a network what it says, and nothing else.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
-
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
 use system_tests::lab::{Impairment, Lab, Node};
+use system_tests::turn;
 
 const MS: Duration = Duration::from_millis(1);
 /// Nothing that is still to come takes longer.
@@ -84,6 +83,7 @@ fn overtakings(received: &[Received]) -> usize {
 
 #[test]
 fn an_unimpaired_network_loses_nothing_keeps_the_order_and_takes_no_time() {
+    let _turn = turn::blocking_alone();
     let Some(lab) = Lab::if_possible(1) else { return };
     introduce(&lab, Node::Plant, Node::Module1);
     let before = lab.tally(Node::Plant, Node::Module1);
@@ -126,6 +126,7 @@ fn round_trips(lab: &Lab, near: Node, far: Node, count: usize) -> Vec<Duration> 
 
 #[test]
 fn the_switch_itself_takes_less_than_a_third_of_a_millisecond() {
+    let _turn = turn::blocking_alone();
     let Some(lab) = Lab::if_possible(2) else { return };
     for (near, far) in [(Node::Module1, Node::Module2), (Node::Observer, Node::Plant)] {
         introduce(&lab, near, far);
@@ -138,6 +139,7 @@ fn the_switch_itself_takes_less_than_a_third_of_a_millisecond() {
 
 #[test]
 fn the_share_lost_is_the_share_asked_for() {
+    let _turn = turn::blocking_alone();
     let Some(lab) = Lab::if_possible(3) else { return };
     introduce(&lab, Node::Module1, Node::Module2);
     const COUNT: u32 = 4000;
@@ -154,6 +156,7 @@ fn the_share_lost_is_the_share_asked_for() {
 
 #[test]
 fn frames_are_late_by_the_delay_give_or_take_the_jitter_and_overtake_each_other() {
+    let _turn = turn::blocking_alone();
     let Some(lab) = Lab::if_possible(4) else { return };
     introduce(&lab, Node::Module1, Node::Module2);
     lab.impair(Node::Module1, Node::Module2, Impairment::delay(20 * MS, 10 * MS));
@@ -177,6 +180,7 @@ fn round_trip_back(lab: &Lab) -> Duration {
 
 #[test]
 fn a_cut_one_way_leaves_the_other_way_open_and_heals() {
+    let _turn = turn::blocking_alone();
     let Some(lab) = Lab::if_possible(5) else { return };
     introduce(&lab, Node::Module1, Node::Module2);
     lab.impair(Node::Module1, Node::Module2, Impairment::cut());
@@ -190,6 +194,7 @@ fn a_cut_one_way_leaves_the_other_way_open_and_heals() {
 
 #[test]
 fn two_laboratories_at_a_time_do_not_meet_and_leave_nothing_behind() {
+    let _turn = turn::blocking_alone();
     let (Some(one), Some(other)) = (Lab::if_possible(6), Lab::if_possible(6)) else { return };
     assert_ne!(one.address(Node::Plant), other.address(Node::Plant));
     introduce(&one, Node::Plant, Node::Observer);
@@ -208,6 +213,7 @@ fn two_laboratories_at_a_time_do_not_meet_and_leave_nothing_behind() {
 
 #[test]
 fn a_command_runs_where_its_node_is_under_its_own_number() {
+    let _turn = turn::blocking_alone();
     let Some(lab) = Lab::if_possible(8) else { return };
     let mut program = std::process::Command::new("sh");
     program.args(["-c", "echo $$; ip -o address show dev lab"]);

@@ -1,12 +1,11 @@
 //! From the start of a diagnoser that was killed to its being in service again, and how soon it
 //! processes samples.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Observer, unix_ns};
 use system_tests::plant_clock::PlantClock;
 use system_tests::signs::{Sign, Signs};
+use system_tests::turn;
 use truss::ids::RunId;
 use wire::ModulePhase;
 
@@ -74,6 +73,7 @@ fn middle_and_largest(mut ms: Vec<f64>) -> (f64, f64) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn with_the_plants_recording_it_is_in_service_within_a_second() {
+    let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_watched_tower(&daemon::config::Schedule::default());
     let observer = Observer::of(&deployment).await;
     let mut signs = Signs::of(&observer, "module1").await;
@@ -114,6 +114,7 @@ async fn with_the_plants_recording_it_is_in_service_within_a_second() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn without_a_recording_it_says_that_it_is_initialising_until_it_has_warmed_up() {
+    let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_watched_tower(&daemon::config::Schedule::default());
     deployment.reconfigure(0, |table| {
         let input = table.get_mut("input").and_then(toml::Value::as_table_mut).unwrap();

@@ -1,8 +1,6 @@
 //! From the publication of the sample that decides a verdict to the arrival of the fault message at a
 //! third party, in real time at 1 kHz, beside a plain Zenoh round trip of the same payload.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::time::{Duration, Instant};
 
 use daemon::config::{Network, Schedule, ScheduledFault};
@@ -10,6 +8,7 @@ use system_tests::deployment::{Deployment, free_endpoint};
 use system_tests::in_time;
 use system_tests::observer::{Faults, Observer};
 use system_tests::publications::{Publications, percentiles};
+use system_tests::turn;
 use truss::fault::Fault;
 use truss::ids::{RunId, Step};
 use wire::FaultState;
@@ -93,6 +92,7 @@ async fn delays(faults: &mut Faults, publications: &Publications) -> (Vec<f64>, 
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn in_real_time_no_sample_is_dropped_and_the_message_follows_the_deciding_sample() {
+    let _turn = turn::alone().await;
     let deployment = Deployment::of_tower(&schedule());
     let diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;

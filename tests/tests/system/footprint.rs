@@ -1,8 +1,6 @@
 //! What each process of the shipped tower takes of the machine, in real time at 1 kHz with nothing
 //! happening: a diagnoser has to fit beside other work on a module's small computer.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
-
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
@@ -10,6 +8,7 @@ use system_tests::deployment::{Deployment, Process};
 use system_tests::footprint::{Memory, processor_time};
 use system_tests::observer::Observer;
 use system_tests::plant_clock::PlantClock;
+use system_tests::turn;
 use truss::ids::RunId;
 
 const MODULES: [&str; 2] = ["module1", "module2"];
@@ -35,6 +34,7 @@ struct Stretch {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
 async fn a_diagnoser_at_1_khz_takes_a_twentieth_of_a_core_and_25_mib() {
+    let _turn = turn::alone().await;
     let deployment = Deployment::of_tower(&Schedule::default());
     let diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;

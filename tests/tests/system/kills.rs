@@ -2,8 +2,6 @@
 //! was published is ever missing from the history, numbers have no gap, and every start takes up what
 //! was there before.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -16,6 +14,7 @@ use system_tests::kills::plan::{Kill, Plan};
 use system_tests::kills::summary::Summary;
 use system_tests::observer::{Observer, states};
 use system_tests::plant_clock::PlantClock;
+use system_tests::turn;
 use truss::ids::{ComponentPath, ModuleName, RunId};
 use wire::FaultTransition;
 
@@ -110,6 +109,7 @@ impl Scene {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes three minutes and a machine of its own: run it with `--ignored`"]
 async fn two_hundred_kills_lose_no_fault() {
+    let _turn = turn::alone().await;
     let started = Instant::now();
     let plan = Plan::draw(SEED, KILLS);
     let mut scene = Scene::set(&plan).await;

@@ -1,12 +1,11 @@
 //! Many diagnosers on one machine, as each other's peers and as clients of a router: processor time and
 //! memory of each, time from a fault to its verdict at a third party, questions per verdict.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
-
 use std::time::Duration;
 
 use daemon::config::Schedule;
 use system_tests::scaling::{Figures, Plan, Row, Setting, Table, Topology, measure};
+use system_tests::turn;
 
 /// All modules of the row.
 const ALL: usize = usize::MAX / 4;
@@ -63,6 +62,7 @@ fn check(figures: &Figures) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn ten_diagnosers_as_peers_and_on_a_router_name_what_is_faulty() {
+    let _turn = turn::alone().await;
     let mut table = Table::default();
     for (copies, topology, neighbours, speed) in QUICK {
         let setting = Setting { copies, topology, neighbours, speed };
@@ -78,6 +78,7 @@ async fn ten_diagnosers_as_peers_and_on_a_router_name_what_is_faulty() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
 async fn fifty_diagnosers_that_start_in_one_instant_find_each_other() {
+    let _turn = turn::alone().await;
     let setting = Setting { copies: 25, topology: Topology::Peers, neighbours: ALL, speed: 1.0 };
     let row = Row::lay_out(setting, &Schedule::default());
     let diagnosers = row.start_diagnosers();
@@ -94,6 +95,7 @@ async fn fifty_diagnosers_that_start_in_one_instant_find_each_other() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
 async fn up_to_a_hundred_diagnosers_on_one_machine() {
+    let _turn = turn::alone().await;
     let wanted = std::env::var("SCALING").unwrap_or_default();
     let mut table = Table::default();
     for (copies, topology, neighbours, speed) in ROWS {

@@ -1,15 +1,13 @@
 //! The distributed verdicts are those of the same run in one process: component, outcome, onset,
 //! detection and decision, whatever the speed and whoever starts first.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer};
 use system_tests::verdict::Reached;
-use system_tests::{in_time, reference, scenarios};
+use system_tests::{in_time, reference, scenarios, turn};
 use truss::ids::RunId;
 
 /// Longer than any scenario takes.
@@ -97,10 +95,12 @@ async fn compare_all(speed: &'static str, at_a_time: usize) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn at_full_speed() {
+    let _turn = turn::side_by_side().await;
     compare_all("max", 1).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn in_real_time() {
+    let _turn = turn::side_by_side().await;
     compare_all("real", 3).await;
 }

@@ -1,0 +1,22 @@
+//! Real processes over a real network. One program, so that tests which mostly wait do so side by side; each
+//! says at its beginning whether it wants the machine for itself (`turn`).
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
+
+mod chaos;
+mod equality;
+mod flood;
+mod footprint;
+mod kills;
+mod lab;
+mod latency;
+mod life_cycle;
+mod overload;
+mod plain_clients;
+mod restart;
+mod scaling;
+mod security;
+mod silent_peer;
+mod soak;
+mod stalled_subscriber;
+mod tls_traffic;
