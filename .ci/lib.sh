@@ -1,12 +1,33 @@
+# shellcheck shell=bash
 # Shared by the scripts beside this file.
-export CARGO_TERM_COLOR=never
+export CARGO_TERM_COLOR=never PYTHONDONTWRITEBYTECODE=1
 WORK=${WORK:-$(mktemp -d)}
 SKIPPED=${SKIPPED:-$WORK/skipped}
-export WORK SKIPPED
+# What is fetched or made once and kept from one run to the next.
+TOOLS=${XDG_CACHE_HOME:-$HOME/.cache}/trusswatch
+export WORK SKIPPED TOOLS
 touch "$SKIPPED"
 
-step() {
-  printf '\n== %s (%s s)\n' "$1" "$SECONDS"
+# Ends the script because WHAT cannot be tried on this machine, and says WHY. Where green means done, that is
+# a failure; elsewhere it is listed at the end of the run.
+cannot() {
+  if [ -n "${CI:-}" ]; then
+    echo "error: $1: $2; with CI set, whatever cannot be tried has failed" >&2
+    exit 1
+  fi
+  echo "skipped: $1: $2"
+  echo "$1: $2" >>"$SKIPPED"
+  exit 0
+}
+
+# Sees to it that these tools are there, by the names that `.ci/tools` knows; else WHAT cannot be tried.
+needs() {
+  local what=$1
+  shift
+  .ci/tools "$@" >"$WORK/tools.log" 2>&1 || {
+    cat "$WORK/tools.log"
+    cannot "$what" "$(tail -n 1 "$WORK/tools.log")"
+  }
 }
 
 # Sets COMMAND to the shell command that follows the line `<!-- NAME command -->` in the README.

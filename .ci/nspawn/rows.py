@@ -182,7 +182,7 @@ def edit_network(machine, file, listen, connect):
 def on_two_computers(table, first, second, package):
     first.do("systemctl", "disable", "--now", UNIT2)
     edit_network(first, "plant.toml", PLANT, [])
-    edit_network(first, "module1.toml", MODULE1, [PLANT, MODULE2])
+    edit_network(first, "module1.toml", MODULE1, [PLANT])
     install(second, package)
     edit_network(second, "module2.toml", MODULE2, [PLANT, MODULE1])
     second.do("systemctl", "enable", "--now", UNIT2)
