@@ -4,6 +4,7 @@
 #
 #   stage NAME LIMIT COMMAND…    runs it; the check ends if it fails or takes longer than the limit
 #   beside NAME LIMIT COMMAND…   begins it in the background, with what the stages leave of the processors
+#   along NAME LIMIT COMMAND…    begins it in the background, as one of equal rights
 #   joined NAME…                 waits for these; prints what they printed; ends the check if one failed
 declare -A BESIDE_PID
 STAGES=$WORK/stages
@@ -34,13 +35,19 @@ stage() {
   took "$name" $((SECONDS - began)) ""
 }
 
+# What only computes: real-time tests must not feel it.
 beside() {
+  local name=$1 limit=$2
+  shift 2
+  along "$name" "$limit" chrt --idle 0 "$@"
+}
+
+along() {
   local name=$1 limit=$2 file=$WORK/beside.${1//[^A-Za-z0-9]/_}
   shift 2
   (
     began=$SECONDS code=0
-    # Real-time tests must not feel it: it gets what nobody else wants.
-    chrt --idle 0 timeout --kill-after=20 "$limit" "$@" </dev/null >"$file.log" 2>&1 || code=$?
+    timeout --kill-after=20 "$limit" "$@" </dev/null >"$file.log" 2>&1 || code=$?
     echo "$((SECONDS - began)) $code $(why "$code" "$limit")" >"$file.end"
   ) &
   BESIDE_PID[$name]=$!

@@ -12,15 +12,19 @@ pub fn program(name: &str) -> Command {
     Command::new(path(name))
 }
 
-/// Path of a program that was built with the tests' own profile.
+/// Path of a program that was built with the tests' own profile, or of one in the folder that the
+/// environment variable `TRUSSWATCH_PROGRAMS` names.
 ///
 /// # Panics
 /// If it was not built.
 #[must_use]
 pub fn path(name: &str) -> PathBuf {
-    let test = std::env::current_exe().unwrap();
-    // target/release/deps/TEST
-    let path = test.parent().and_then(|deps| deps.parent()).unwrap().join(name);
+    let folder = std::env::var_os("TRUSSWATCH_PROGRAMS").map(PathBuf::from).unwrap_or_else(|| {
+        let test = std::env::current_exe().unwrap();
+        // target/release/deps/TEST
+        test.parent().and_then(|deps| deps.parent()).unwrap().to_path_buf()
+    });
+    let path = folder.join(name);
     assert!(
         path.exists(),
         "{} is missing: run `cargo build --release --locked` first",

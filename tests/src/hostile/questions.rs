@@ -188,8 +188,8 @@ mod tests {
         for questions in questions("trusswatch/tower/module1", 5000) {
             for place in 0..20_000 {
                 let (question, malformed) = questions.at(place);
-                let start: String = question.0.chars().take(120).collect();
-                assert_eq!(is_malformed(questions.topic, question), malformed, "{start}");
+                let start = || question.0.chars().take(120).collect::<String>();
+                assert_eq!(is_malformed(questions.topic, question), malformed, "{}", start());
             }
         }
     }
