@@ -20,13 +20,15 @@ cannot() {
   exit 0
 }
 
-# Sees to it that these tools are there, by the names that `.ci/tools` knows; else WHAT cannot be tried.
+# Sees to it that these tools are there, by the names that `.ci/tools` knows; else WHAT cannot be tried. What
+# that printed is in TOOLS_LOG, which no stage that runs beside this one writes.
 needs() {
   local what=$1
   shift
-  .ci/tools "$@" >"$WORK/tools.log" 2>&1 || {
-    cat "$WORK/tools.log"
-    cannot "$what" "$(tail -n 1 "$WORK/tools.log")"
+  TOOLS_LOG=$WORK/tools.$$.log
+  .ci/tools "$@" >"$TOOLS_LOG" 2>&1 || {
+    cat "$TOOLS_LOG"
+    cannot "$what" "$(tail -n 1 "$TOOLS_LOG")"
   }
 }
 

@@ -9,7 +9,7 @@ machines_for() {
   PACKAGE=$(ls target/debian/trusswatch_*.deb 2>/dev/null) || cannot "$what" "there is no package"
   [ "$(id -u)" = 0 ] || cannot "$what" "needs root"
   needs "$what" machines
-  TREE=$(tail -n 1 "$WORK/tools.log")
+  TREE=$(tail -n 1 "$TOOLS_LOG")
   # A container needs what a sandbox may withhold.
   try=$(mktemp -d)
   unshare --mount --net --pid --uts --ipc --fork mount -t tmpfs none "$try" 2>"$WORK/unshare" \
