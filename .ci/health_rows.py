@@ -1,5 +1,5 @@
-"""Health and metrics of a plant and two diagnosers, asked over HTTP and held against what the same
-processes say on the network. Prints what was expected and what was seen.
+"""Health and metrics of a plant and two diagnosers, queried over HTTP and compared with what the same
+processes publish on the network. Prints what was expected and what was seen.
 
     python3 health_rows.py FOLDER     (where `prometheus` and `promtool` are, if anywhere; needs .ci/nspawn and deploy/compose in PYTHONPATH, eclipse-zenoh and prometheus_client from PyPI)
 """
@@ -35,12 +35,12 @@ CONFIGS = {"plant": "plant.toml", "module1": "module1.toml", "module2": "module2
 LABELS = {"structure", "module", "phase", "state", "component", "reason", "outcome", "peer", "version", "fingerprint"}
 # Nothing takes longer, on however busy a machine.
 LIMIT_S = 60
-# Below those that outgoing connections get: nobody is given one of them meanwhile.
+# Below the ephemeral ports, so that no outgoing connection takes one meanwhile.
 PORTS = iter(range(20_000, 32_000))
 
 
 def skipped(what):
-    require(not os.environ.get("CI"), f"with CI set, whatever cannot be tried has failed: {what}")
+    require(not os.environ.get("CI"), f"with CI set, a skipped check is a failure: {what}")
     print(what)
     if "SKIPPED" in os.environ:
         with open(os.environ["SKIPPED"], "a") as file:
@@ -48,7 +48,7 @@ def skipped(what):
 
 
 def free_port():
-    """Asked again it gives another one."""
+    """Another one at each call."""
     for port in PORTS:
         with socket.socket() as there, contextlib.suppress(OSError):
             there.bind(("127.0.0.1", port))
@@ -93,7 +93,7 @@ class Process:
         return Metrics(families)
 
     def health(self, *flags):
-        """What the command line says: exit code and words."""
+        """What the command line reports: exit code and text."""
         done = subprocess.run([BIN / "trusswatch", "health", self.address, *flags], capture_output=True, text=True, timeout=LIMIT_S)
         return done.returncode, (done.stdout + done.stderr).strip()
 
@@ -122,7 +122,7 @@ class Metrics:
 
 
 class Onlooker:
-    """Hears what the processes say on the network."""
+    """Collects what the processes publish on the network."""
 
     def __init__(self, endpoints):
         settings = {"mode": "peer", "connect": {"endpoints": endpoints, "timeout_ms": -1, "exit_on_failure": False},
@@ -152,63 +152,63 @@ def of_module(status):
     """What the metrics of this status must be, by the message and not by the program."""
     said = {}
 
-    def tell(name, value, **labels):
+    def expect(name, value, **labels):
         said[(name, *sorted(labels.items()))] = value
 
     for phase in ("waiting", "initialising", "in_service", "stale"):
-        tell("trusswatch_phase", float(status["phase"] == phase), phase=phase)
-    tell("trusswatch_step", status["step"])
-    tell("trusswatch_lag_seconds", status["lag_ms"] / 1000)
-    tell("trusswatch_sample_age_seconds", status["sample_age_ms"] / 1000)
-    tell("trusswatch_samples_queued", status["queued_samples"])
-    tell("trusswatch_questions_waiting", status["waiting_questions"])
-    tell("trusswatch_transitions_total", status["next_sequence"] - 1)
-    tell("trusswatch_thresholds_info", 1, fingerprint=status["thresholds"])
-    tell("trusswatch_build_info", 1, version=status["software"])
-    tell("trusswatch_components", status["unconfirmed"], state="unconfirmed")
+        expect("trusswatch_phase", float(status["phase"] == phase), phase=phase)
+    expect("trusswatch_step", status["step"])
+    expect("trusswatch_lag_seconds", status["lag_ms"] / 1000)
+    expect("trusswatch_sample_age_seconds", status["sample_age_ms"] / 1000)
+    expect("trusswatch_samples_queued", status["queued_samples"])
+    expect("trusswatch_questions_waiting", status["waiting_questions"])
+    expect("trusswatch_transitions_total", status["next_sequence"] - 1)
+    expect("trusswatch_thresholds_info", 1, fingerprint=status["thresholds"])
+    expect("trusswatch_build_info", 1, version=status["software"])
+    expect("trusswatch_components", status["unconfirmed"], state="unconfirmed")
     intake, diagnosis, inquiries = status["intake"], status["diagnosis"], status["inquiries"]
     for name, value in [
         ("samples_received", intake["received"]), ("samples_diagnosed", diagnosis["samples"]),
         ("samples_missing", diagnosis["samples_missing"]), ("samples_recovered", intake["recovered"]),
-        ("recoveries_failed", intake["recoveries_failed"]), ("sample_clock_standing", intake["clock_standing"]),
-        ("resynchronisations", intake["resynchronised"]), ("silences", intake["silences"]),
+        ("recoveries_failed", intake["recoveries_failed"]), ("sample_timestamps_not_increasing", intake["clock_standing"]),
+        ("resynchronisations", intake["resynchronised"]), ("sample_timeouts", intake["silences"]),
         ("runs", diagnosis["runs"]), ("channel_restarts", diagnosis["restarts"]), ("changes", diagnosis["changes"]),
         ("questions_asked", diagnosis["questions_asked"]), ("questions_unanswered", diagnosis["questions_unanswered"]),
-        ("answers_malformed", diagnosis["answers_malformed"]), ("inquiries_received", inquiries["received"]),
+        ("answers_malformed", diagnosis["answers_malformed"]), ("requests_received", inquiries["received"]),
         ("events_published", status["publisher"]["events"]), ("events_lost", status["publisher"]["events_lost"]),
         ("replies_lost", status["publisher"]["replies_lost"]), ("journal_records_lost", status["journal"]["lost"]),
         ("journal_records_damaged", status["journal"]["damaged"]),
     ]:
-        tell(f"trusswatch_{name}_total", value)
+        expect(f"trusswatch_{name}_total", value)
     for reason in ("dropped", "malformed", "unknown_version", "wrong_message", "other_module", "other_source"):
-        tell("trusswatch_samples_rejected_total", intake[reason], reason=reason)
+        expect("trusswatch_samples_rejected_total", intake[reason], reason=reason)
     for reason in ("repeated", "late", "far_ahead", "wrong_length", "non_finite"):
-        tell("trusswatch_samples_rejected_total", diagnosis[f"samples_{reason}"], reason=reason)
-    tell("trusswatch_questions_received_total", diagnosis["answers_given"], outcome="answered")
-    tell("trusswatch_questions_received_total", diagnosis["questions_refused"], outcome="refused")
+        expect("trusswatch_samples_rejected_total", diagnosis[f"samples_{reason}"], reason=reason)
+    expect("trusswatch_questions_received_total", diagnosis["answers_given"], outcome="answered")
+    expect("trusswatch_questions_received_total", diagnosis["questions_refused"], outcome="refused")
     for outcome in ("answered", "refused", "malformed", "turned_away"):
-        tell("trusswatch_inquiries_total", inquiries[outcome], outcome=outcome)
-    for outcome in ("obeyed", "refused"):
-        tell("trusswatch_orders_total", inquiries[f"orders_{outcome}"], outcome=outcome)
-    tell("trusswatch_journal_kept", float(status["journal"]["directory"] is not None))
-    tell("trusswatch_journal_failing", float(status["journal"]["problem"] is not None))
-    tell("trusswatch_journal_size_bytes", status["journal"]["bytes"])
-    tell("trusswatch_journal_records_unsaved", status["journal"]["unsaved"])
+        expect("trusswatch_requests_total", inquiries[outcome], outcome=outcome)
+    for outcome, field in (("accepted", "orders_obeyed"), ("refused", "orders_refused")):
+        expect("trusswatch_commands_total", inquiries[field], outcome=outcome)
+    expect("trusswatch_journal_kept", float(status["journal"]["directory"] is not None))
+    expect("trusswatch_journal_failing", float(status["journal"]["problem"] is not None))
+    expect("trusswatch_journal_size_bytes", status["journal"]["bytes"])
+    expect("trusswatch_journal_records_unsaved", status["journal"]["unsaved"])
     for peer in status["peers"]:
-        tell("trusswatch_peer_present", float(peer["present"]), peer=peer["module"])
+        expect("trusswatch_peer_present", float(peer["present"]), peer=peer["module"])
         for outcome in ("answered", "refused", "timed_out", "absent", "malformed"):
-            tell("trusswatch_peer_questions_total", peer[outcome], peer=peer["module"], outcome=outcome)
+            expect("trusswatch_peer_questions_total", peer[outcome], peer=peer["module"], outcome=outcome)
     return said
 
 
-# What is told of the process, of each component, or when; not by the status.
+# Metrics of the process, of each component, or of time, which the status does not have.
 BESIDES = {"trusswatch_loop_age_seconds", "process_cpu_seconds_total", "process_resident_memory_bytes",
            "trusswatch_status_timestamp_seconds", "trusswatch_components", "trusswatch_component_faulty",
            "trusswatch_divergence_ratio"}
 
 
 def module_agrees(process, onlooker):
-    """Metrics and status of the same instant say the same, and neither leaves anything out."""
+    """Metrics and status of the same instant agree, and neither leaves anything out."""
     def both():
         metrics = process.metrics()
         at = metrics.of("trusswatch_status_timestamp_seconds")
@@ -228,7 +228,7 @@ def module_agrees(process, onlooker):
 
 
 def plant_agrees(process, onlooker):
-    """The plant's metrics are taken when asked: they lie between two statuses."""
+    """The plant's metrics are taken when queried: they lie between two statuses."""
     before = until("a status of the plant", LIMIT_S, lambda: onlooker.heard("plant"))[-1]
     metrics = process.metrics()
     after = until("the next status of the plant", LIMIT_S, lambda: [s for s in onlooker.heard("plant") if s["time_unix_ns"] / 1e9 > metrics.of("trusswatch_status_timestamp_seconds")])[0]
@@ -259,7 +259,7 @@ def well_formed(process):
 
 
 def hostile(process):
-    """A flood, and many who say nothing: the diagnosis does not notice. [requests answered]"""
+    """A flood, and many silent connections: the diagnosis is not affected. [requests answered]"""
     before = process.metrics()
     host, port = process.address.split(":")
     silent = [socket.create_connection((host, int(port))) for _ in range(100)]
@@ -279,34 +279,34 @@ def hostile(process):
     for one in silent:
         one.close()
     after = until("the next status", LIMIT_S, lambda: (m := process.metrics()).of("trusswatch_status_timestamp_seconds") > before.of("trusswatch_status_timestamp_seconds") and m)
-    for name in ("trusswatch_samples_missing_total", "trusswatch_resynchronisations_total", "trusswatch_silences_total"):
+    for name in ("trusswatch_samples_missing_total", "trusswatch_resynchronisations_total", "trusswatch_sample_timeouts_total"):
         require(before.of(name) == after.of(name), f"{name}: {before.of(name)} before, {after.of(name)} after")
     require(process.get("/readyz")[0] == 200, f"{process.get('/readyz')}")
     return f"{len(answered)} answers in 4 s, no sample missed, lag {after.of('trusswatch_lag_seconds') * 1e3:.1f} ms"
 
 
-def readme_file(name):
-    """What stands in the README after `<!-- NAME file -->`."""
-    text = Path("README.md").read_text()
+def document_file(name):
+    """What stands in deploy/README.md after `<!-- NAME file -->`."""
+    text = Path("deploy/README.md").read_text()
     found = re.search(rf"<!-- {re.escape(name)} file -->\n```\w*\n(.*?)```", text, re.DOTALL)
-    require(found, f"the README has no `{name} file`")
+    require(found, f"deploy/README.md has no `{name} file`")
     return found.group(1)
 
 
 class Prometheus:
-    """Prometheus itself, as the README configures it, but with these addresses and quicker."""
+    """Prometheus itself, as deploy/README.md configures it, but with these addresses and quicker."""
 
     def __init__(self, programs, folder, addresses):
-        config = readme_file("prometheus.yml")
+        config = document_file("prometheus.yml")
         for shipped, address in zip(("127.0.0.1:9464", "127.0.0.1:9465", "127.0.0.1:9466"), addresses):
-            require(shipped in config, f"{shipped} is not in the README's prometheus.yml")
+            require(shipped in config, f"{shipped} is not in the documented prometheus.yml")
             config = config.replace(shipped, address)
         config = "global: {scrape_interval: 250ms, scrape_timeout: 250ms, evaluation_interval: 250ms}\n" + config
         (folder / "prometheus.yml").write_text(config)
-        (folder / "trusswatch.rules.yml").write_text(readme_file("trusswatch.rules.yml"))
+        (folder / "trusswatch.rules.yml").write_text(document_file("trusswatch.rules.yml"))
         checked = subprocess.run([programs / "promtool", "check", "config", folder / "prometheus.yml"], capture_output=True, text=True)
         require(checked.returncode == 0, checked.stdout + checked.stderr)
-        seen("promtool: the README's configuration and rules", checked.stdout.strip().splitlines()[-1].strip())
+        seen("promtool: the documented configuration and rules", checked.stdout.strip().splitlines()[-1].strip())
         self.address = f"127.0.0.1:{free_port()}"
         self.child = subprocess.Popen(
             [programs / "prometheus", f"--config.file={folder / 'prometheus.yml'}", f"--storage.tsdb.path={folder / 'tsdb'}",
@@ -346,15 +346,15 @@ def held_loop(process, thread, what):
     except OSError as error:
         skipped(f"health of a hung loop of {what}: {error}")
         return
-    seen(f"the loop of {what} hangs: /healthz", process.is_at("/healthz", 503, "the loop has not come round for"))
-    seen(f"the loop of {what} hangs: /readyz", process.is_at("/readyz", 503, "the loop has not come round for"))
+    seen(f"the loop of {what} hangs: /healthz", process.is_at("/healthz", 503, "the loop has made no progress for"))
+    seen(f"the loop of {what} hangs: /readyz", process.is_at("/readyz", 503, "the loop has made no progress for"))
     age = process.metrics().of("trusswatch_loop_age_seconds")
     require(age > 2, f"{age}")
     code, words = process.health("--live")
     require(code == 1, f"{code} {words}")
     seen(f"the loop of {what} hangs: `trusswatch health --live`", f"exit code {code}, loop age {age:.1f} s in the metrics")
     process.child.kill()
-    held_thread.let_die(thread)
+    until(f"the loop of {what} has ended", LIMIT_S, lambda: held_thread.has_died(thread))
 
 
 def named_thread(process, name):
@@ -372,9 +372,9 @@ def rows(folder, programs, running):
 
     plant, module1 = start("plant"), start("module1")
     seen("plant without module2: /readyz", plant.is_at("/readyz", 503, "waiting for the diagnosers of module2"))
-    seen("plant without module2: /healthz", plant.is_at("/healthz", 200, "comes round"))
+    seen("plant without module2: /healthz", plant.is_at("/healthz", 200, "the loop is live"))
     seen("module1 without samples: /readyz", module1.is_at("/readyz", 503, "waiting: no sample has come yet"))
-    seen("module1 without samples: /healthz", module1.is_at("/healthz", 200, "comes round"))
+    seen("module1 without samples: /healthz", module1.is_at("/healthz", 200, "the loop is live"))
     module2 = start("module2")
     seen("the first steps: /readyz", module1.is_at("/readyz", 503, "initialising: "))
     for process, words in ((module1, "in_service"), (module2, "in_service"), (plant, "running")):
@@ -408,22 +408,22 @@ def rows(folder, programs, running):
 
     plant.signal(signal.SIGSTOP)
     seen("the plant is stopped: /readyz of module1", module1.is_at("/readyz", 503, "stale: no sample for"))
-    seen("the plant is stopped: /healthz of module1", module1.is_at("/healthz", 200, "comes round"))
+    seen("the plant is stopped: /healthz of module1", module1.is_at("/healthz", 200, "the loop is live"))
     code, said = module1.health()
     require(code == 1 and "stale" in said, f"{code} {said}")
     code, said = plant.health()
     require(code == 4 and "no answer" in said, f"{code} {said}")
     seen("the plant is stopped: `trusswatch health`", f"module1 exit code 1, plant exit code {code}")
     if prometheus:
-        alert = until("an alert", LIMIT_S, lambda: prometheus.ask('ALERTS{alertname="ModuleNotWatched",module="module1"}'))
-        seen("Prometheus: ModuleNotWatched", alert[0]["metric"]["alertstate"])
+        alert = until("an alert", LIMIT_S, lambda: prometheus.ask('ALERTS{alertname="ModuleNotMonitored",module="module1"}'))
+        seen("Prometheus: ModuleNotMonitored", alert[0]["metric"]["alertstate"])
     plant.signal(signal.SIGCONT)
     seen("the plant goes on: /readyz of module1", module1.is_at("/readyz", 200, "in_service"))
 
     held_loop(module1, module1.child.pid, "module1")
     held_loop(plant, named_thread(plant, "plant"), "the plant")
     code, said = module1.health()
-    seen("whoever is gone", f"exit code {code}, “{said}”")
+    seen("a terminated process", f"exit code {code}, “{said}”")
     require(code == 4, f"{code} {said}")
     module2.signal(signal.SIGTERM)
     require(module2.child.wait(LIMIT_S) == 0, "module2 did not end properly")

@@ -8,11 +8,11 @@ TOOLS=${XDG_CACHE_HOME:-$HOME/.cache}/trusswatch
 export WORK SKIPPED TOOLS
 touch "$SKIPPED"
 
-# Ends the script because WHAT cannot be tried on this machine, and says WHY. Where green means done, that is
-# a failure; elsewhere it is listed at the end of the run.
+# Ends the script because WHAT cannot be tried on this machine, and prints WHY. With CI set, that is a
+# failure; elsewhere it is listed at the end of the run.
 cannot() {
   if [ -n "${CI:-}" ]; then
-    echo "error: $1: $2; with CI set, whatever cannot be tried has failed" >&2
+    echo "error: $1: $2; with CI set, a skipped check is a failure" >&2
     exit 1
   fi
   echo "skipped: $1: $2"
@@ -32,14 +32,16 @@ needs() {
   }
 }
 
-# Sets COMMAND to the shell command that follows the line `<!-- NAME command -->` in the README.
-readme_command() {
+# Sets COMMAND to the shell command that follows the line `<!-- NAME command -->` in one of the documents.
+document_command() {
+  local documents
+  mapfile -t documents < <(git ls-files --cached --others --exclude-standard '*.md')
   COMMAND=$(awk -v mark="<!-- $1 command -->" '
     $0 == mark { found = 1; next }
     found && /^```/ { if (inside) exit; inside = 1; next }
-    inside { print }' README.md)
+    inside { print }' "${documents[@]}")
   if [ -z "$COMMAND" ]; then
-    echo "the README has no \`$1 command\`" >&2
+    echo "no document has a \`$1 command\`" >&2
     exit 1
   fi
   printf '+ %s\n' "$COMMAND"

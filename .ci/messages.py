@@ -1,4 +1,4 @@
-"""The schemas of the messages, tried with a validator that knows nothing of trusswatch.
+"""The schemas of the messages, checked with an independent validator.
 
   messages.py schemas             examples, counter-examples, kept inputs of the fuzzer: valid by the schema
                                   if and only if the programs take them
@@ -81,7 +81,7 @@ def kept_inputs(name):
 
 
 def agree(name, texts, values):
-    """The schema and the programs say the same of these."""
+    """The schema and the programs agree on these."""
     verdicts = taken(name, texts)
     for text, value, verdict in zip(texts, values, verdicts, strict=True):
         if VALIDATORS[name].is_valid(value) != verdict:
@@ -104,7 +104,7 @@ def schemas():
 
 
 class Bus:
-    """Whoever listens to everything, and asks everything that can be asked."""
+    """A client that subscribes to everything and sends every kind of query."""
 
     def __init__(self, session):
         import zenoh

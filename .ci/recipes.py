@@ -1,6 +1,6 @@
-"""What the README's recipes printed is what happened.
+"""Checks the output of the README's recipes.
 
-  recipes.py demo DIRECTORY             what was watched and asked during the demo
+  recipes.py demo DIRECTORY             what was watched and queried during the demo
   recipes.py inject FILE                the reply of the plant
   recipes.py present FILE COMPONENT...  these components are faulty, and no others
 """
@@ -17,7 +17,7 @@ def messages(file):
 
 
 def latched(transitions):
-    return {told["component"] for told in transitions if told["state"] == "latched"}
+    return {item["component"] for item in transitions if item["state"] == "latched"}
 
 
 def demo(directory):
@@ -27,23 +27,23 @@ def demo(directory):
 
     watched = [line.split(" ", 1) for line in (directory / "watch.txt").read_text().splitlines()]
     transitions = [(key, json.loads(value)) for key, value in watched]
-    for key, told in transitions:
-        module, component = told["component"].split("/", 1)
-        assert key == f"trusswatch/tower/{module}/fault/{component}", (key, told)
-    assert latched(told for _, told in transitions) == injected, (transitions, injected)
+    for key, item in transitions:
+        module, component = item["component"].split("/", 1)
+        assert key == f"trusswatch/tower/{module}/fault/{component}", (key, item)
+    assert latched(item for _, item in transitions) == injected, (transitions, injected)
 
     lines = [line.split() for line in (directory / "transitions.txt").read_text().splitlines()]
     assert {line[0] for line in lines if line[1:4] == ["latched", "since", "step"]} == injected, lines
 
     states = messages(directory / "present.txt")
-    assert len({told["component"] for told in states}) == len(states) == 24, states
+    assert len({item["component"] for item in states}) == len(states) == 24, states
     assert latched(states) and latched(states) <= injected, states
 
     pages = messages(directory / "history.txt")
     assert {page["module"] for page in pages} == {"module1", "module2"}, pages
-    journalled = latched(told for page in pages for told in page["transitions"])
+    journalled = latched(item for page in pages for item in page["transitions"])
     assert journalled and journalled <= injected, pages
-    print(f"watched: {sorted(injected)}; when asked: {sorted(latched(states))} of {len(states)}")
+    print(f"watched: {sorted(injected)}; when queried: {sorted(latched(states))} of {len(states)}")
 
 
 def inject(file):
@@ -54,9 +54,9 @@ def inject(file):
 
 def present(file, *components):
     states = messages(file)
-    assert {told["state"] for told in states} <= STATES, states
-    faulty = {told["component"] for told in states if told["state"] in ("latched", "acknowledged")}
-    # A fault that nobody put there is wrong at any time; one that is to be found may still be on its way.
+    assert {item["state"] for item in states} <= STATES, states
+    faulty = {item["component"] for item in states if item["state"] in ("latched", "acknowledged")}
+    # A fault that was not injected is wrong at any time; an injected one may still be pending.
     assert faulty <= set(components), states
     if faulty != set(components):
         sys.exit(1)

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Runs the stages of a check, one after the other or in the background, and says what each took. To be
+# Runs the stages of a check, one after the other or in the background, and prints what each took. To be
 # sourced after lib.sh.
 #
 #   stage NAME LIMIT COMMAND…    runs it; the check ends if it fails or takes longer than the limit
@@ -68,7 +68,7 @@ joined() {
   done
 }
 
-# Whatever goes on in the background ends with the check.
+# Background stages end with the check.
 finish() {
   local code=$? pid
   for pid in "${BESIDE_PID[@]}"; do

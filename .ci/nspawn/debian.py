@@ -1,4 +1,4 @@
-"""Makes the Debian that machines begin with, once, and says where it is kept."""
+"""Makes the Debian that machines begin with, once, and prints its path."""
 
 import os
 import shutil

@@ -21,9 +21,10 @@ def hold(thread):
     os.waitpid(thread, ANY_THREAD)
 
 
-def let_die(thread):
-    """Whoever holds a thread hears of its death first; unheard, it would never be over."""
+def has_died(thread):
+    """Has a held thread that was killed ended? It stays a zombie, and its process with it, until the holder has waited
+    for it: ask again until this is true."""
     try:
-        os.waitpid(thread, os.WNOHANG | ANY_THREAD)
+        return os.waitpid(thread, os.WNOHANG | ANY_THREAD)[0] == thread
     except ChildProcessError:
-        pass
+        return True

@@ -18,7 +18,7 @@ machines_for() {
   echo "Debian is in $TREE ($SECONDS s)"
 }
 
-# Runs a command in a network of its own, whatever rules for packets the host has.
+# Runs a command in a network of its own, independent of the host's packet filter.
 in_own_network() {
   PYTHONPATH=deploy/compose unshare --net -- bash -c 'ip link set lo up && exec "$@"' - "$@"
 }

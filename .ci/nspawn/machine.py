@@ -52,7 +52,7 @@ class Machine:
         options = f"lowerdir={tree},upperdir={upper},workdir={scratch}"
         run("mount", "-t", "overlay", "overlay", "-o", options, self.root)
         (self.root / "etc/hostname").write_text(name + "\n")
-        # An identity of its own; without one it would be configured anew at its first boot.
+        # An identity of its own; without one it would be reconfigured at its first boot.
         (self.root / "etc/machine-id").write_text(uuid.uuid4().hex + "\n")
 
     def boot(self):
@@ -80,7 +80,7 @@ class Machine:
         return ["nsenter", "--target", self.leader, "--all", "--", *command]
 
     def do(self, *command, check=True):
-        """Runs a command in the machine and returns what it said."""
+        """Runs a command in the machine and returns its output."""
         return run(*self.enter(*map(str, command)), check=check).stdout
 
     def try_to(self, *command):
@@ -97,8 +97,8 @@ class Machine:
 
     def show(self, unit, *properties):
         """A unit's properties."""
-        told = self.do("systemctl", "show", "--property", ",".join(properties), unit)
-        return dict(line.split("=", 1) for line in told.splitlines() if "=" in line)
+        output = self.do("systemctl", "show", "--property", ",".join(properties), unit)
+        return dict(line.split("=", 1) for line in output.splitlines() if "=" in line)
 
     def process(self, number):
         """The host's number of a process that has this number in the machine."""

@@ -1,4 +1,4 @@
-"""A new user types what the README says, on three bare machines with nothing but the package put beside,
+"""A new user types what deploy/secure.md says, on three bare machines with nothing but the package put beside,
 and gets a supervised system secured by TLS. Prints the transcript, then what was looked at besides.
 
     python3 newcomer.py PACKAGE.deb TREE      (needs deploy/compose in PYTHONPATH, root, systemd-nspawn and the tree that debian.py made)
@@ -20,7 +20,7 @@ from expectations import START, require, seen, until
 from machine import Bridge, Machine
 
 os.chdir(Path(__file__).resolve().parent.parent.parent)
-HEADING = "### From package to a secured system"
+DOCUMENT = "deploy/secure.md"
 HOST = "192.0.2.1"
 ADDRESSES = {"ground": "192.0.2.10", "module1": "192.0.2.11", "module2": "192.0.2.12"}
 PORT = 7447
@@ -31,23 +31,23 @@ UNITS = {
 }
 LOOK = f"trusswatch faults --json --tls pki/operator.ada --connect tls/{ADDRESSES['ground']}:{PORT}"
 FAULT = "module1/sensor/g2"
-# What the README has killed, and how often.
+# What the document has killed, and how often.
 RESTARTS = {"trusswatch-diagnoser@module1": 1}
 # Links of TLS whose two directions were not kept apart broke within two seconds.
 UNBROKEN_S = 15
 
 
 def carry(machines, what, to):
-    """What the README has the user carry from the ground to a module's computer."""
+    """What the document has the user carry from the ground to a module's computer."""
     place = machines[to].root / "root" / Path(what).name
     shutil.copytree(machines["ground"].root / "root" / what, place)
     print(f"-- {what} is carried from ground to {to}", flush=True)
 
 
-def follow_the_readme(machines):
+def follow_the_document(machines):
     """Types every step; the modules' directories are carried before the first thing that is typed there."""
-    steps = walkthrough.steps(walkthrough.section(Path("README.md").read_text(), HEADING))
-    require(len(steps) > 10, f"the README has {len(steps)} steps below `{HEADING}`")
+    steps = walkthrough.steps(Path(DOCUMENT).read_text())
+    require(len(steps) > 10, f"{DOCUMENT} has {len(steps)} steps")
     at_home = {walkthrough.EVERYWHERE, "ground"}
     for step in steps:
         if step.computer not in at_home:
@@ -64,19 +64,19 @@ def picture(ground):
 def faulty(ground):
     """The components that are faulty or possibly so, with their states; `None` while not all modules are in
     service."""
-    told = picture(ground)
-    if not told or any(module["phase"] != "in_service" for module in told["modules"]):
+    shown = picture(ground)
+    if not shown or any(module["phase"] != "in_service" for module in shown["modules"]):
         return None
-    suspects = [c for c in told["components"] if c["state"] in ("tentative", "latched", "acknowledged", "unconfirmed")]
+    suspects = [c for c in shown["components"] if c["state"] in ("tentative", "latched", "acknowledged", "unconfirmed")]
     return {component["component"]: component["state"] for component in suspects}
 
 
 def services(machines):
     for name, units in UNITS.items():
         for unit in units:
-            told = machines[name].show(f"{unit}.service", "ActiveState", "UnitFileState", "User", "DynamicUser")
-            require(told["ActiveState"] == "active" and told["UnitFileState"] == "enabled", f"{unit}: {told}")
-            require(told["DynamicUser"] == "yes", f"{unit}: {told}")
+            unit_state = machines[name].show(f"{unit}.service", "ActiveState", "UnitFileState", "User", "DynamicUser")
+            require(unit_state["ActiveState"] == "active" and unit_state["UnitFileState"] == "enabled", f"{unit}: {unit_state}")
+            require(unit_state["DynamicUser"] == "yes", f"{unit}: {unit_state}")
     seen("every unit is active, enabled, and a user of its own")
 
 
@@ -95,11 +95,11 @@ def ports(machines):
         places = [line.split()[3] for line in listening if line]
         expected = [f"{ADDRESSES['ground']}:{PORT}"] if name == "ground" else []
         require(places == expected, f"{name} listens at {places}")
-    seen("nobody listens but the router")
+    seen("only the router listens")
 
 
 def handshake(ground, holder):
-    """What TLS makes of us as this holder, or as nobody: the protocol and who the router says it is."""
+    """What TLS makes of us as this holder, or without a certificate: the protocol and the router's name."""
     library = ground.root / "root/pki"
     context = ssl.create_default_context(cafile=str(library / "module1/authority.pem"))
     if holder:
@@ -108,8 +108,8 @@ def handshake(ground, holder):
         with context.wrap_socket(plain, server_hostname=ADDRESSES["ground"]) as link:
             subject = dict(pair for part in link.getpeercert()["subject"] for pair in part)
             version = link.version()
-            # With TLS 1.3 who is refused hears so only when reading, as an error; who is not hears nothing,
-            # and is left after a while, for saying nothing either.
+            # With TLS 1.3 a refused client learns so only when reading, as an error; an accepted one receives
+            # nothing and is disconnected after a while for sending nothing.
             link.settimeout(5)
             try:
                 heard = link.recv(1)
@@ -130,10 +130,10 @@ def links(machines):
     try:
         handshake(machines["ground"], None)
     except ssl.SSLError as error:
-        until("the router tells", 10, lambda: heard(machines["ground"], "trusswatch-router", "peer sent no certificates"))
-        seen(f"{version} with {name}; without a certificate: {error.reason}, and the router tells")
+        until("the router logs it", 10, lambda: heard(machines["ground"], "trusswatch-router", "peer sent no certificates"))
+        seen(f"{version} with {name}; without a certificate: {error.reason}, and the router logs it")
     else:
-        raise AssertionError("the router speaks to whom it does not know")
+        raise AssertionError("the router accepts an unknown client")
 
 
 def exactly_that_fault(machines):
@@ -142,7 +142,7 @@ def exactly_that_fault(machines):
     seen(f"faulty is {FAULT} and nothing else")
 
 
-def nobody_gets_lost(machines):
+def no_link_breaks(machines):
     """A link that breaks is set up again and leaves no other trace."""
     diagnosers = {name: units[0] for name, units in UNITS.items() if name != "ground"}
     since = {name: machines[name].do("date", "+%Y-%m-%d %H:%M:%S").strip() for name in diagnosers}
@@ -153,12 +153,12 @@ def nobody_gets_lost(machines):
     for name, units in UNITS.items():
         for unit in units:
             restarts = int(machines[name].show(f"{unit}.service", "NRestarts")["NRestarts"])
-            require(restarts == RESTARTS.get(unit, 0), f"{unit} was started anew {restarts} times")
-    seen(f"in {UNBROKEN_S} s no link broke; nothing was started anew but what was killed")
+            require(restarts == RESTARTS.get(unit, 0), f"{unit} was restarted {restarts} times")
+    seen(f"in {UNBROKEN_S} s no link broke; nothing was restarted but what was killed")
 
 
 def all_lose_power(machines):
-    """Nobody types anything, and the fault is still there."""
+    """Without any command, the fault is still there."""
     for machine in machines.values():
         machine.lose_power()
     start = time.monotonic()
@@ -172,8 +172,8 @@ def story(machines, package):
     for machine in machines.values():
         machine.boot()
         machine.copy(package, f"/root/{Path(package).name}")
-    follow_the_readme(machines)
-    for look in services, files, ports, links, exactly_that_fault, nobody_gets_lost, all_lose_power:
+    follow_the_document(machines)
+    for look in services, files, ports, links, exactly_that_fault, no_link_breaks, all_lose_power:
         look(machines)
 
 
@@ -186,7 +186,7 @@ def explain(machines):
 
 
 def main(package, tree):
-    # Whoever ends this leaves no machine behind.
+    # SIGTERM leaves no machine behind.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended from outside"))
     work = Path(tempfile.mkdtemp(prefix="trusswatch-newcomer-", dir="/var/tmp"))
     try:

@@ -28,7 +28,7 @@ PLANT, MODULE1, MODULE2 = f"tcp/{FIRST}:7447", f"tcp/{FIRST}:7448", f"tcp/{SECON
 UNIT1, UNIT2 = "trusswatch-diagnoser@module1.service", "trusswatch-diagnoser@module2.service"
 PLANT_UNIT = "trusswatch-plant.service"
 ETC = "/etc/trusswatch"
-# From a fault on, steps until it explains nothing any more and the statistics have forgotten it.
+# Steps from a fault until it explains nothing any more and has left the statistics.
 APART = 5500
 
 
@@ -69,8 +69,8 @@ class Subscriber:
             return next((f for f in self.faults if f["component"] == component and f["state"] == state), None)
         with self.changed:
             if not self.changed.wait_for(there, seconds):
-                told = [(f["component"], f["state"]) for f in self.faults]
-                raise AssertionError(f"{component} did not become {state} within {seconds} s; seen: {told}")
+                received = [(f["component"], f["state"]) for f in self.faults]
+                raise AssertionError(f"{component} did not become {state} within {seconds} s; seen: {received}")
             return there()
 
     def __enter__(self):
@@ -101,7 +101,7 @@ class Subscriber:
 def operator(*endpoints):
     """What an operator on the host sees."""
     connect = [word for endpoint in endpoints for word in ("--connect", endpoint)]
-    done = run(PROGRAM, "faults", "--json", *connect, check=False)
+    done = run(PROGRAM, "faults", "--json", "--mode", "peer", *connect, check=False)
     try:
         return json.loads(done.stdout)
     except json.JSONDecodeError:
@@ -109,7 +109,7 @@ def operator(*endpoints):
 
 
 def held(endpoint, component):
-    """The state and sequence number of a component as its module tells them."""
+    """The state and sequence number of a component as its module reports them."""
     picture = operator(endpoint)
     found = [c for c in (picture or {}).get("components", []) if c["component"] == component]
     return (found[0]["state"], found[0]["sequence"]) if found else None
@@ -152,21 +152,21 @@ def as_shipped(table, first):
     first.do("systemctl", "enable", UNIT1, UNIT2)
     first.do("systemctl", "start", "trusswatch.target")
     require(is_active(first, UNIT1) and is_active(first, UNIT2), "not active although started")
-    told = until("a degraded status", 5, lambda: status(first, UNIT1).startswith("degraded: no sample") and status(first, UNIT1))
-    table.row("target started, no plant", "active, status degraded", f"active, “{told}”")
+    text = until("a degraded status", 5, lambda: status(first, UNIT1).startswith("degraded: no sample") and status(first, UNIT1))
+    table.row("target started, no plant", "active, status degraded", f"active, “{text}”")
     first.do("systemctl", "enable", "--now", PLANT_UNIT)
     for unit in UNIT1, UNIT2:
-        told = until(f"{unit} in service", 20, lambda: in_service(first, unit))
-    table.row("plant started", "both in service", f"“{without_step(told)}”")
-    command = ["nsenter", "--target", first.leader, "--net", "--", PROGRAM, "faults", "--check",
+        text = until(f"{unit} in service", 20, lambda: in_service(first, unit))
+    table.row("plant started", "both in service", f"“{without_step(text)}”")
+    command = ["nsenter", "--target", first.leader, "--net", "--", PROGRAM, "faults", "--exit-code",
                "--connect", "tcp/127.0.0.1:7448"]
-    until("all is well for the operator", 10, lambda: run(*command, check=False).returncode == 0)
-    table.row("shipped configuration, operator on the loopback", "faults --check: 0", "0")
+    until("no fault for the operator", 10, lambda: run(*command, check=False).returncode == 0)
+    table.row("shipped configuration, operator on the loopback", "faults --exit-code: 0", "0")
 
 
 def journal(table, first):
-    told = first.do("journalctl", "--unit", UNIT1, "--output=cat", "--grep=scheduling and limits").strip()
-    require("policy=\"other\"" in told and "open_files" in told, told)
+    logged = first.do("journalctl", "--unit", UNIT1, "--output=cat", "--grep=scheduling and limits").strip()
+    require("policy=\"other\"" in logged and "open_files" in logged, logged)
     entry = json.loads(first.do("journalctl", "--unit", UNIT1, "--output=json", "--lines=1", "TRUSSWATCH_POLICY=other"))
     require(entry["SYSLOG_IDENTIFIER"] == "trusswatch-diagnoser" and entry["PRIORITY"] == "6", entry)
     table.row("journal", "fields of their own, and in the text", entry["MESSAGE"][:60] + "…")
@@ -188,8 +188,8 @@ def on_two_computers(table, first, second, package):
     second.do("systemctl", "enable", "--now", UNIT2)
     first.do("systemctl", "restart", "trusswatch.target")
     for machine, unit in (first, UNIT1), (second, UNIT2):
-        told = until(f"{unit} in service", 20, lambda: in_service(machine, unit))
-    table.row("edited for two computers, target restarted", "both in service", f"“{without_step(told)}”")
+        text = until(f"{unit} in service", 20, lambda: in_service(machine, unit))
+    table.row("edited for two computers, target restarted", "both in service", f"“{without_step(text)}”")
 
 
 def faults_are_seen(table, first, subscriber):
@@ -205,12 +205,12 @@ def faults_are_seen(table, first, subscriber):
     fault = subscriber.fault("module2/actuator/a4", "latched", 10)
     table.row("leak injected into module2/actuator/a4", "latched, seen on the host",
               f"latched, onset {fault['onset_step'] - step} steps after it")
-    told = until("the status says so", 5, lambda: "1 fault" in status(first, UNIT1) and status(first, UNIT1))
-    table.row("status", "phase, step, faults, lag", f"“{told}”")
+    text = until("the status reports it", 5, lambda: "1 fault" in status(first, UNIT1) and status(first, UNIT1))
+    table.row("status", "phase, step, faults, lag", f"“{text}”")
     fields = first.do("journalctl", "--unit", UNIT1, "--output=cat", "TRUSSWATCH_COMPONENT=module1/sensor/g2",
                       "TRUSSWATCH_STATE=latched").strip()
     require("component=module1/sensor/g2" in fields and "state=latched" in fields, fields)
-    table.row("the verdict in the journal", "found by its field, told in its text", fields.splitlines()[0][:60])
+    table.row("the verdict in the journal", "found by its field, stated in its text", fields.splitlines()[0][:60])
 
 
 def comes_back(machine, unit, strike, meanwhile=lambda: None):
@@ -245,8 +245,8 @@ def watchdog_has_bitten(table, machine, unit, what, seconds):
     require(1.4 < seconds < 6, f"active after {seconds:.2f} s")
     said = machine.do("journalctl", "--unit", unit, "--output=cat", "--grep=Watchdog timeout", "--since=-10s").strip()
     require(said, "no watchdog timeout in the journal")
-    told = until("running again", 15, lambda: is_active(machine, unit) and (s := status(machine, unit)).startswith(("in service", "running")) and s)
-    table.row(what, "watchdog restarts it", f"active again in {seconds:.2f} s, “{without_step(told)[:24]}…”")
+    text = until("running again", 15, lambda: is_active(machine, unit) and (s := status(machine, unit)).startswith(("in service", "running")) and s)
+    table.row(what, "watchdog restarts it", f"active again in {seconds:.2f} s, “{without_step(text)[:24]}…”")
 
 
 def stopped(table, machine, unit, what):
@@ -263,7 +263,7 @@ def loop_hangs(table, machine, unit, what, thread):
     except PermissionError as error:
         skip(f"hung loop of {what}: {error}")
         return
-    seconds = comes_back(machine, unit, lambda _: None, lambda: held_thread.let_die(threads[thread]))
+    seconds = comes_back(machine, unit, lambda _: None, lambda: held_thread.has_died(threads[thread]))
     watchdog_has_bitten(table, machine, unit, f"the loop of {what} hangs, {len(threads) - 1} other threads go on", seconds)
 
 
@@ -283,10 +283,10 @@ def loss_of_power(table, first, second, subscriber):
     second.boot()
     fault = subscriber.fault("module1/sensor/g7", "latched", 15)
     table.row("power is back", "the fault is confirmed", f"latched {time.monotonic() - start:.1f} s after")
-    told = until("module2 in service", 20, lambda: in_service(second, UNIT2))
+    text = until("module2 in service", 20, lambda: in_service(second, UNIT2))
     after = until("module2 answers", 10, lambda: held(MODULE2, "module2/actuator/a4"))
     require(after == before, f"{before} before, {after} after")
-    table.row("module2 after the loss of power", "in service, same latched faults", f"“{without_step(told)}”, {after[0]}")
+    table.row("module2 after the loss of power", "in service, same latched faults", f"“{without_step(text)}”, {after[0]}")
 
 
 def broken_configuration(table, first):
@@ -300,7 +300,7 @@ def broken_configuration(table, first):
     file.write_text(good)
     first.do("systemctl", "restart", UNIT1)
     until("in service again", 20, lambda: in_service(first, UNIT1))
-    table.row("a misspelt key in the configuration", "failed, not tried again, place told", said[:60])
+    table.row("a misspelt key in the configuration", "failed, no restart, place reported", said[:60])
 
 
 def credentials(table, first):
@@ -328,7 +328,7 @@ def real_time(table, first):
     said = first.do("journalctl", "--unit", UNIT1, "--output=cat", "--grep=scheduling and limits", "--lines=1").strip()
     if started and 'policy="fifo"' in said:
         until("in service", 20, lambda: in_service(first, UNIT1))
-        table.row("real-time drop-in", "the log says fifo, 40", said[:60])
+        table.row("real-time drop-in", "the log states fifo, 40", said[:60])
     else:
         skip(f"real-time drop-in: this kernel gives no real-time scheduling to containers ({said[:60]})")
     shutil.rmtree(folder)
@@ -338,7 +338,7 @@ def real_time(table, first):
 
 
 def skip(reason):
-    require(not os.environ.get("CI"), f"with CI set, whatever cannot be tried has failed: {reason}")
+    require(not os.environ.get("CI"), f"with CI set, a skipped check is a failure: {reason}")
     print(f"   skipped: {reason}", flush=True)
     if "SKIPPED" in os.environ:
         with open(os.environ["SKIPPED"], "a") as skipped:
@@ -414,7 +414,7 @@ def story(table, first, second, package, work):
 
 
 def main(package, tree):
-    # Whoever ends this leaves no machine behind.
+    # SIGTERM leaves no machine behind.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended from outside"))
     work = Path(tempfile.mkdtemp(prefix="trusswatch-machines-", dir="/var/tmp"))
     table = Table()

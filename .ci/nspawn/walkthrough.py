@@ -1,11 +1,10 @@
-"""What the README has a new user type, and on which computer: read from the README, so that they cannot
-part. A line `<!-- COMPUTER KIND -->` stands before the commands; text right behind them is what they
-print, with … for whatever differs each time.
+"""What a document has a new user type, and on which computer: read from it, so that they cannot differ. A line `<!-- COMPUTER KIND -->` stands before the commands; text right behind them is what they
+print, with … for what differs each time.
 
 | kind | how it is typed |
 |---|---|
 | `command` | once; every command succeeds |
-| `look` | again and again until it prints what stands in the README |
+| `look` | again and again until it prints what stands in the document |
 | `refused` | once; every command fails |
 """
 
@@ -20,7 +19,7 @@ STEP = re.compile(r"^<!-- (?P<computer>[a-z0-9]+) (?P<kind>command|look|refused)
 ANYTHING = "…"
 EVERYWHERE = "everywhere"
 # What a look waits for may be a start of everything on two busy cores.
-PATIENCE_S = 60
+TIMEOUT_S = 60
 
 
 @dataclass
@@ -34,24 +33,17 @@ class Step:
         return machines.values() if self.computer == EVERYWHERE else [machines[self.computer]]
 
 
-def steps(section):
-    """The steps of a section of the README, in order."""
+def steps(document):
+    """The steps of a document, in order."""
     found = []
-    for match in STEP.finditer(section):
+    for match in STEP.finditer(document):
         commands = match["commands"].replace("\\\n", "").splitlines()
         found.append(Step(match["computer"], match["kind"], commands, (match["printed"] or "").splitlines()))
     return found
 
 
-def section(readme, heading):
-    """The text below a heading, up to the next one that is no lower."""
-    level = heading.split(" ")[0]
-    text = readme.split(f"\n{heading}\n", 1)[1]
-    return re.split(rf"(?m)^#{{1,{len(level)}}} ", text)[0]
-
-
 def missing(printed, output):
-    """The first line of the README that the output lacks, if there is one; others may stand between."""
+    """The first line of the document that the output lacks, if there is one; others may stand between."""
     lines = iter(output.splitlines())
     for line in printed:
         if line.strip() in ("", ANYTHING):
@@ -90,7 +82,7 @@ def once(machine, step):
 
 
 def again(machine, step):
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while True:
         done = [(command, *type_in(machine, command)) for command in step.commands]
         line = missing(step.printed, "".join(output for _, _, output in done))
@@ -101,7 +93,7 @@ def again(machine, step):
         if line is None and all(code == 0 for _, code, _ in done):
             return
         if late:
-            raise Late(f"{machine.name}: `{line}` is not printed by `{step.commands[-1]}` within {PATIENCE_S} s")
+            raise Late(f"{machine.name}: `{line}` is not printed by `{step.commands[-1]}` within {TIMEOUT_S} s")
         time.sleep(0.2)
 
 

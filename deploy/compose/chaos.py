@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Kills, stops, pauses and cuts off the rig's containers, some of them while a fault occurs, and checks what
-the others say meanwhile and that the verdicts are the right ones afterwards.
+the others report meanwhile and that the verdicts are the right ones afterwards.
 
     deploy/compose/chaos.py        (the rig is up, and no component is faulty; needs root, for kill -9)
 """
@@ -18,7 +18,7 @@ LATCHED_BEFORE = "module2/actuator/a4"
 
 
 class Stage:
-    """The rig, what the observer is told of it, and what was injected into it."""
+    """The rig, what the observer receives from it, and what was injected into it."""
 
     def __init__(self, table, rig, watcher):
         self.table, self.rig, self.watcher = table, rig, watcher
@@ -47,22 +47,22 @@ class Stage:
             self.rig.healthy(service)
 
     def crash(self, service):
-        """kill -9, from this computer: docker would take its own for a wish that it stay away."""
+        """kill -9, from this computer: docker does not restart what it has killed itself."""
         before = self.rig.restarts(service)
         os.kill(self.rig.pid(service), signal.SIGKILL)
-        until(f"{service} is started anew", 30, lambda: self.rig.restarts(service) > before and self.rig.pid(service))
+        until(f"{service} is restarted", 30, lambda: self.rig.restarts(service) > before and self.rig.pid(service))
 
 
-def told_doubt(stage, component, silent, since):
-    """While the peer is away, nobody is called faulty: the change is unconfirmed."""
+def unconfirmed_meanwhile(stage, component, silent, since):
+    """While the peer is away, no component is reported faulty: the change is unconfirmed."""
     doubt = stage.watcher.fault(component, "unconfirmed", 20, since)
     require(doubt["silent"] == [silent], f"{component} is unconfirmed for {doubt['silent']}, not for {silent}")
-    named = [n for n in stage.watcher.news[since:] if n["news"] == "fault" and n["state"] == "latched"]
+    named = [n for n in stage.watcher.events[since:] if n["news"] == "fault" and n["state"] == "latched"]
     require(not named, f"called faulty meanwhile: {[n['component'] for n in named]}")
     return f"{doubt['state']}: no answer from {silent}"
 
 
-def told_verdict(stage, component, since, start):
+def confirmed_after(stage, component, since, start):
     """Once it is back, the verdict follows."""
     verdict = stage.watcher.fault(component, "latched", 30, since)
     return f"{verdict['state']} {time.monotonic() - start:.1f} s after"
@@ -76,10 +76,10 @@ def killed_diagnoser(stage):
     stage.watcher.presence("module2", False, 30, since)
     stage.watcher.presence("module2", True, 30, since)
     came, since = time.monotonic() - start, stage.watcher.mark()
-    after = until("module2 tells its components", 20, lambda: stage.held(LATCHED_BEFORE))
+    after = until("module2 reports its components", 20, lambda: stage.held(LATCHED_BEFORE))
     require(after == before, f"{LATCHED_BEFORE} was {before}, is {after}")
     stage.calm()
-    stage.table.row("kill -9 module2", "started anew, same faults, in service", f"back {came:.1f} s after, {after[0]}, {rig.phase('module2')}")
+    stage.table.row("kill -9 module2", "restarted, same faults, in service", f"back {came:.1f} s after, {after[0]}, {rig.phase('module2')}")
 
 
 def stopped_diagnoser(stage):
@@ -90,10 +90,10 @@ def stopped_diagnoser(stage):
     require(seen["modules"]["module2"]["peer_of"] == ["module1"], f"module1 does not miss it: {seen['modules']['module2']}")
     stage.table.row("stop module2", "not answering, missed by module1", f"not answering, peer of {seen['modules']['module2']['peer_of'][0]}")
     since = stage.inject(component, *BIAS)
-    stage.table.row(f"fault in {component} meanwhile", "unconfirmed: no answer from module2", told_doubt(stage, component, "module2", since))
+    stage.table.row(f"fault in {component} meanwhile", "unconfirmed: no answer from module2", unconfirmed_meanwhile(stage, component, "module2", since))
     start = time.monotonic()
     docker("start", rig.containers["module2"])
-    verdict = told_verdict(stage, component, since, start)
+    verdict = confirmed_after(stage, component, since, start)
     stage.calm()
     after = stage.held(LATCHED_BEFORE)
     require(after == before, f"{LATCHED_BEFORE} was {before}, is {after}")
@@ -106,12 +106,12 @@ def paused_diagnoser(stage):
     docker("pause", rig.containers["module1"])
     try:
         since = stage.inject(component, *BIAS)
-        doubt = told_doubt(stage, component, "module1", since)
+        doubt = unconfirmed_meanwhile(stage, component, "module1", since)
         start = time.monotonic()
     finally:
         docker("unpause", rig.containers["module1"])
     stage.table.row(f"pause module1, fault in {component}", "unconfirmed: no answer from module1", doubt)
-    verdict = told_verdict(stage, component, since, start)
+    verdict = confirmed_after(stage, component, since, start)
     stage.calm()
     stage.table.row("go on with module1", "the fault is named", verdict)
 
@@ -128,11 +128,12 @@ def paused_plant(stage):
         docker("unpause", stage.rig.containers["plant"])
     stage.table.row("pause the plant", "both modules stale", "both modules stale")
     stage.calm()
+    stage.rig.in_real_time()
     stage.table.row("go on with the plant", "both in service", "both in service")
 
 
 def itself_stale(rig):
-    """What module2 says of itself, asked in its own container."""
+    """What module2 reports of itself, queried in its own container."""
     health = ["docker", "exec", rig.containers["module2"], "trusswatch", "health", "127.0.0.1:9464"]
     until("module2 notices", 20, lambda: run(*health, check=False).stdout.startswith("stale"))
     return "stale"
@@ -145,13 +146,13 @@ def cut_off_diagnoser(stage):
     docker("network", "disconnect", NETWORK, container)
     try:
         since = stage.inject(component, *BIAS)
-        doubt = told_doubt(stage, component, "module2", since)
+        doubt = unconfirmed_meanwhile(stage, component, "module2", since)
         inside = itself_stale(rig)
         start = time.monotonic()
     finally:
         docker("network", "connect", "--ip", address, NETWORK, container)
     stage.table.row(f"cut off module2, fault in {component}", "unconfirmed: no answer from module2; itself stale", f"{doubt}; itself {inside}")
-    verdict = told_verdict(stage, component, since, start)
+    verdict = confirmed_after(stage, component, since, start)
     stage.calm()
     stage.table.row("join module2 again", "the fault is named", verdict)
 
@@ -172,26 +173,26 @@ def killed_router(stage):
     before = stage.held(LATCHED_BEFORE)
     stage.crash("router")
     stage.calm()
-    after = until("module2 tells its components", 20, lambda: stage.held(LATCHED_BEFORE))
+    after = until("module2 reports its components", 20, lambda: stage.held(LATCHED_BEFORE))
     require(after == before, f"{LATCHED_BEFORE} was {before}, is {after}")
-    stage.table.row("kill -9 the router", "everybody comes back to it, in service", f"both in service, {after[0]}")
+    stage.table.row("kill -9 the router", "all reconnect to it, in service", f"both in service, {after[0]}")
 
 
 def refused_observer(stage):
-    """With certificates: who may only look on orders something, and the router tells that it refused."""
+    """With certificates: a read-only client sends a command, and the router logs the refusal."""
     rig = stage.rig
     done = rig.trusswatch("inject", "module1/actuator/a1", "hard_over", "--structure", "tower", check=False)
-    require(done.returncode == 4, f"the observer's order ended with {done.returncode}: {done.stdout}{done.stderr}")
+    require(done.returncode == 4, f"the observer's command ended with {done.returncode}: {done.stdout}{done.stderr}")
     refusal = "access control refused Query on trusswatch/tower/plant/command/inject by observer.rig.tower"
     log = run("docker", "logs", rig.containers["router"])
-    require(refusal in log.stdout + log.stderr, f"the router does not tell: {refusal}")
-    stage.table.row("the observer injects a fault", "no effect, told in the router's log", "access control refused Query … by observer.rig.tower")
+    require(refusal in log.stdout + log.stderr, f"the router does not log: {refusal}")
+    stage.table.row("the observer injects a fault", "no effect, logged by the router", "access control refused Query … by observer.rig.tower")
 
 
 def killed_observer(stage):
     stage.crash("observer")
-    lines = until("the observer tells", 20, lambda: docker("logs", "--since", "10s", stage.rig.containers["observer"]).splitlines())
-    stage.table.row("kill -9 the observer", "started anew, tells again", f"{len(lines)} lines")
+    lines = until("the observer reports", 20, lambda: docker("logs", "--since", "10s", stage.rig.containers["observer"]).splitlines())
+    stage.table.row("kill -9 the observer", "restarted, reports again", f"{len(lines)} lines")
 
 
 def nothing_else(stage):

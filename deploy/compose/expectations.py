@@ -1,4 +1,4 @@
-"""What is expected and what was seen: waited for, required, told in a table."""
+"""What is expected and what was seen: waited for, required, printed in a table."""
 
 import time
 
@@ -10,7 +10,7 @@ class Late(Exception):
 
 
 def until(what, seconds, probe):
-    """Asks `probe` until it says something true, and returns that."""
+    """Calls `probe` until it returns something true, and returns that."""
     end = time.monotonic() + seconds
     while not (answer := probe()):
         if time.monotonic() > end:
@@ -25,7 +25,7 @@ def require(holds, otherwise):
 
 
 def seen(what, *details):
-    """Tells at once what is as it should be."""
+    """Reports at once what is as expected."""
     print(f"   {time.monotonic() - START:5.1f} s  ok: {': '.join([what, *map(str, details)])}", flush=True)
 
 

@@ -10,10 +10,11 @@ from expectations import START, Late, Table, require, until
 PROJECT = "trusswatch"
 NETWORK = f"{PROJECT}_tower"
 MODULES = ["module1", "module2"]
-# From a fault on, steps until it explains nothing any more and the statistics have forgotten it and, if it
-# was repaired within so many, the repair.
+# Steps from a fault until it explains nothing any more and has left the statistics, as has its repair if
+# that came within REPAIRED_AFTER steps.
 APART = 5800
 REPAIRED_AFTER = 1200
+STEPS_PER_S = 1000
 
 
 def run(*command, check=True):
@@ -28,16 +29,16 @@ def docker(*command, **options):
 
 
 class Rig:
-    """The containers, which somebody has brought up."""
+    """The containers, which must be up already."""
 
     def __init__(self):
         self.containers = {}
         for service in ["plant", *MODULES, "observer"]:
             require(self._find(service), f"{service} is not there; bring the rig up with `docker compose -f deploy/compose/compose.yaml up --detach`")
         self.has_router = bool(self._find("router"))
-        # With certificates an observer may only look on.
+        # With certificates an observer may only read.
         self.orderer = "operator" if self._find("operator") else "observer"
-        # As the observer itself was told.
+        # The observer's own connection flags.
         words = docker("inspect", "--format", "{{range .Config.Cmd}}{{println .}}{{end}}", self.containers["observer"]).split()
         self.link = [word for word in words if word.startswith("--")]
 
@@ -76,7 +77,7 @@ class Rig:
         return document["transitions"]
 
     def reset(self, components):
-        """Says that the components were seen and are repaired. By force: what a gage reads in the wind may
+        """Acknowledges and resets the components. By force: what a gage reads in the wind may
         look like a random walk that was found when it was small for half a minute."""
         self.trusswatch("ack", *components, "--by", "rig", by=self.orderer)
         self.trusswatch("reset", *components, "--by", "rig", "--force", by=self.orderer)
@@ -120,19 +121,29 @@ class Rig:
         until("every module is in service", seconds, lambda: all(self.phase(module) == "in_service" for module in MODULES))
 
     def step(self):
-        seen = until("the modules tell their steps", 20, self.picture)
+        seen = until("the modules report their steps", 20, self.picture)
         return max(module["step"] or 0 for module in seen["modules"].values())
 
     def until_step(self, step, seconds=60):
         until(f"step {step}", seconds, lambda: self.step() >= step)
 
+    def in_real_time(self, seconds=60):
+        """Waits until the plant has made up for the time that it was paused: until then it publishes more than a
+        second's samples in a second, and it keeps no more than the latest 8192 for whoever missed some."""
+        def keeps_time():
+            start, first = time.monotonic(), self.step()
+            time.sleep(1)
+            passed, steps = time.monotonic() - start, self.step() - first
+            return steps < 1.2 * STEPS_PER_S * passed
+        until("the plant is in real time", seconds, keeps_time)
+
 
 class Watcher:
-    """Everything that the observer is told, from now on."""
+    """Every event that the observer receives, from now on."""
 
     def __init__(self, rig):
         self.changed = threading.Condition()
-        self.news = []
+        self.events = []
         command = ["docker", "exec", rig.containers["observer"], "trusswatch", "follow", "--json", *rig.link]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         self.thread = threading.Thread(target=self._read, daemon=True)
@@ -141,7 +152,7 @@ class Watcher:
     def _read(self):
         for line in self.process.stdout:
             with self.changed:
-                self.news.append(json.loads(line))
+                self.events.append(json.loads(line))
                 self.changed.notify_all()
 
     def __enter__(self):
@@ -152,40 +163,40 @@ class Watcher:
         self.process.wait()
 
     def mark(self):
-        """The present place among the news."""
+        """The present place among the events."""
         with self.changed:
-            return len(self.news)
+            return len(self.events)
 
     def wait(self, what, seconds, is_it, since=0):
-        """Waits for a piece of news that came after `since`, and returns it."""
+        """Waits for an event after `since`, and returns it."""
         def there():
-            return next((news for news in self.news[since:] if is_it(news)), None)
+            return next((event for event in self.events[since:] if is_it(event)), None)
         with self.changed:
             if not self.changed.wait_for(there, seconds):
-                told = [" ".join(str(news.get(key)) for key in ("news", "component", "module", "who", "state", "phase", "there") if key in news) for news in self.news[since:]]
-                raise Late(f"{what}: not within {seconds} s; told: {told}")
+                received = [" ".join(str(event.get(key)) for key in ("news", "component", "module", "who", "state", "phase", "there") if key in event) for event in self.events[since:]]
+                raise Late(f"{what}: not within {seconds} s; received: {received}")
             return there()
 
     def fault(self, component, state, seconds=30, since=0):
-        def is_it(news):
-            return news["news"] == "fault" and news["component"] == component and news["state"] == state
+        def is_it(event):
+            return event["news"] == "fault" and event["component"] == component and event["state"] == state
         return self.wait(f"{component} becomes {state}", seconds, is_it, since)
 
     def phase(self, module, phase, seconds=30, since=0):
-        def is_it(news):
-            return news["news"] == "phase" and news["module"] == module and news["phase"] == phase
+        def is_it(event):
+            return event["news"] == "phase" and event["module"] == module and event["phase"] == phase
         return self.wait(f"{module} becomes {phase}", seconds, is_it, since)
 
     def presence(self, who, there, seconds=30, since=0):
-        def is_it(news):
-            return news["news"] == "presence" and news["who"] == who and news["there"] == there
+        def is_it(event):
+            return event["news"] == "presence" and event["who"] == who and event["there"] == there
         return self.wait(f"{who} {'comes' if there else 'goes'}", seconds, is_it, since)
 
 
 def nothing_is_wrong(rig):
     seen = rig.picture()
     held = [f"{c['component']} is {c['state']}" for c in seen["components"].values() if c["state"] not in ("normal", "explained")]
-    require(not held, f"{', '.join(held)}; reset it, or bring the rig up anew")
+    require(not held, f"{', '.join(held)}; reset it, or bring the rig up again")
 
 
 def ever_faulty(transitions):
@@ -193,7 +204,7 @@ def ever_faulty(transitions):
 
 
 def play(story):
-    """Runs a story against the rig and prints its table, whatever comes of it."""
+    """Runs a story against the rig and prints its table, also after a failure."""
     table = Table()
     try:
         story(table, Rig())

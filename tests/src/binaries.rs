@@ -9,7 +9,9 @@ use std::process::Command;
 /// If it was not built.
 #[must_use]
 pub fn program(name: &str) -> Command {
-    Command::new(path(name))
+    let mut command = Command::new(path(name));
+    command.envs(shell::environment::missing());
+    command
 }
 
 /// Path of a program that was built with the tests' own profile, or of one in the folder that the

@@ -1,36 +1,35 @@
 //! A plant and its diagnosers as processes of this machine, each with a port of its own on the
 //! loopback or with an address of its own in a laboratory.
 
-use std::fs::File;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::path::PathBuf;
+use std::process::Command;
 use std::sync::Arc;
 
 use daemon::config::{
     DiagnoserConfig, PlantConfig, PlantFlags, Schedule, load_diagnoser, load_plant,
 };
-use nix::sched::{CpuSet, sched_setaffinity};
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use names::RunId;
 use tempfile::TempDir;
-use truss::ids::RunId;
 
 use crate::binaries::{configs, program};
 use crate::lab::{Lab, Node};
+use crate::process::{Process, log_of};
+
+/// The modules of the tower.
+pub const MODULES: [&str; 2] = ["module1", "module2"];
 
 /// Port of every process in a laboratory.
 const LAB_PORT: u16 = 7447;
 
-/// An endpoint at which nobody listens.
+/// An endpoint without a listener.
 #[must_use]
 pub fn free_endpoint() -> String {
-    daemon::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
+    loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }
 
 /// Configurations in a folder of their own.
 pub struct Deployment {
     folder: TempDir,
-    modules: Vec<String>,
     /// The plant's, then each module's.
     pub endpoints: Vec<String>,
     /// Where an onlooker listens, if one does.
@@ -45,8 +44,8 @@ impl Deployment {
         Self::new(schedule, Node::DEPLOYED.map(|_| free_endpoint()).into(), None, None)
     }
 
-    /// The same, and every process connects to the observer by itself: whoever is started again is
-    /// seen at once, not when the observer happens to try again.
+    /// The same, and every process connects to the observer by itself: a restarted process is
+    /// seen at once, not at the observer's next retry.
     #[must_use]
     pub fn of_watched_tower(schedule: &Schedule) -> Self {
         let endpoints = Node::DEPLOYED.map(|_| free_endpoint()).into();
@@ -67,8 +66,7 @@ impl Deployment {
         lab: Option<Arc<Lab>>,
     ) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let modules = vec!["module1".to_string(), "module2".to_string()];
-        let deployment = Self { folder, modules, endpoints, onlooker, lab };
+        let deployment = Self { folder, endpoints, onlooker, lab };
         for place in 0..deployment.endpoints.len() {
             deployment.copy_config(place);
         }
@@ -121,24 +119,27 @@ impl Deployment {
 
     /// Changes the configuration of the module at `index`.
     pub fn reconfigure(&self, index: usize, change: impl FnOnce(&mut toml::Table)) {
-        let file = self.file(index + 1);
+        self.change(index + 1, change);
+    }
+
+    /// Changes a setting of the plant, whose place is 0, or of a module, before it is started.
+    pub fn set(&self, place: usize, table: &str, key: &str, value: impl Into<toml::Value>) {
+        self.change(place, |document| {
+            document[table].as_table_mut().unwrap().insert(key.into(), value.into());
+        });
+    }
+
+    fn change(&self, place: usize, change: impl FnOnce(&mut toml::Table)) {
+        let file = self.file(place);
         let mut table: toml::Table = std::fs::read_to_string(&file).unwrap().parse().unwrap();
         change(&mut table);
         std::fs::write(file, table.to_string()).unwrap();
     }
 
-    /// Changes a setting of the plant, whose place is 0, or of a module, before it is started.
-    pub fn set(&self, place: usize, table: &str, key: &str, value: impl Into<toml::Value>) {
-        let text = std::fs::read_to_string(self.file(place)).unwrap();
-        let mut document: toml::Table = text.parse().unwrap();
-        document[table].as_table_mut().unwrap().insert(key.into(), value.into());
-        std::fs::write(self.file(place), document.to_string()).unwrap();
-    }
-
     fn file_name(&self, place: usize) -> String {
         match place {
             0 => "plant.toml".into(),
-            place => format!("{}.toml", self.modules[place - 1]),
+            place => format!("{}.toml", MODULES[place - 1]),
         }
     }
 
@@ -160,12 +161,8 @@ impl Deployment {
     /// What all processes have logged.
     #[must_use]
     pub fn logs(&self) -> String {
-        let names = ["plant"].into_iter().chain(self.modules.iter().map(String::as_str));
-        let log = |name| {
-            let path = self.folder.path().join(format!("{name}.log"));
-            format!("--- {name}\n{}", std::fs::read_to_string(path).unwrap_or_default())
-        };
-        names.map(log).collect()
+        let log = |name| format!("--- {name}\n{}", log_of(self.folder.path(), name));
+        ["plant"].into_iter().chain(MODULES).map(log).collect()
     }
 
     /// The plant's configuration as the process reads it.
@@ -200,7 +197,7 @@ impl Deployment {
     pub fn start_diagnoser(&self, index: usize) -> Process {
         let mut command = program("trusswatch-diagnoser");
         command.arg("run").arg(self.file(index + 1));
-        self.launch(Node::DEPLOYED[index + 1], command, &self.modules[index])
+        self.launch(Node::DEPLOYED[index + 1], command, MODULES[index])
     }
 
     fn launch(&self, node: Node, command: Command, name: &str) -> Process {
@@ -208,105 +205,18 @@ impl Deployment {
             Some(lab) => lab.command(node, command),
             None => command,
         };
-        Process::start(command, &self.folder.path().join(format!("{name}.log")))
+        self.start_other(command, name)
     }
 
     /// Starts a program of another kind, with a log of its own.
     #[must_use]
     pub fn start_other(&self, command: Command, name: &str) -> Process {
-        Process::start(command, &self.folder.path().join(format!("{name}.log")))
+        Process::start(command, self.folder.path(), name)
     }
 
     /// Starts every diagnoser.
     #[must_use]
     pub fn start_diagnosers(&self) -> Vec<Process> {
-        (0..self.modules.len()).map(|index| self.start_diagnoser(index)).collect()
-    }
-}
-
-/// A process; killed if the test ends before it does.
-pub struct Process {
-    child: Child,
-    log: PathBuf,
-}
-
-impl Process {
-    /// A process that is started again writes on where the one before it ended.
-    pub(crate) fn start(mut command: Command, log: &Path) -> Self {
-        let file = File::options().append(true).create(true).open(log).unwrap();
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);
-        Self { child: command.spawn().unwrap(), log: log.to_path_buf() }
-    }
-
-    /// Its process number.
-    #[must_use]
-    pub fn pid(&self) -> u32 {
-        self.child.id()
-    }
-
-    /// What it has logged.
-    #[must_use]
-    pub fn log(&self) -> String {
-        std::fs::read_to_string(&self.log).unwrap_or_default()
-    }
-
-    /// Has all its threads, those that it starts later included, share one of the processors.
-    pub fn pin(&self, processor: usize) {
-        let mut processors = CpuSet::new();
-        processors.set(processor).unwrap();
-        for thread in std::fs::read_dir(format!("/proc/{}/task", self.pid())).unwrap() {
-            let thread = thread.unwrap().file_name().into_string().unwrap().parse().unwrap();
-            // A thread may have ended meanwhile.
-            let _ = sched_setaffinity(Pid::from_raw(thread), &processors);
-        }
-    }
-
-    /// Sends a signal.
-    pub fn signal(&self, signal: Signal) {
-        kill(Pid::from_raw(i32::try_from(self.child.id()).unwrap()), signal).unwrap();
-    }
-
-    /// Kills it at once, without a chance to say a word.
-    pub fn crash(&mut self) {
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
-    }
-
-    /// Has it not ended by itself?
-    pub fn is_running(&mut self) -> bool {
-        self.child.try_wait().unwrap().is_none()
-    }
-
-    /// Has it ended? Then with which exit code?
-    pub fn ended(&mut self) -> Option<Option<i32>> {
-        self.child.try_wait().unwrap().map(|status| status.code())
-    }
-
-    /// Waits for its end and returns the exit code.
-    pub async fn exit_code(&mut self) -> Option<i32> {
-        let end = async {
-            loop {
-                if let Some(code) = self.ended() {
-                    return code;
-                }
-                tokio::time::sleep(std::time::Duration::from_millis(5)).await;
-            }
-        };
-        crate::in_time("the end of a process", end).await
-    }
-
-    /// Ends it with SIGTERM; it must exit with 0.
-    pub async fn stop(mut self) {
-        self.signal(Signal::SIGTERM);
-        let code = self.exit_code().await;
-        assert_eq!(code, Some(0), "{}", self.log());
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        // Already gone, most often.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        (0..MODULES.len()).map(|index| self.start_diagnoser(index)).collect()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// Length of the ticks in which the kernel tells the time that a process has had: USER_HZ is 100.
+/// Length of the ticks in which the kernel accounts a process's CPU time: USER_HZ is 100.
 const TICK: Duration = Duration::from_millis(10);
 /// Place of the time in user mode among the words behind the command's name; that in the kernel follows.
 const USER_TIME: usize = 11;
@@ -20,13 +20,21 @@ pub fn processor_time(pid: u32) -> Duration {
     TICK * ticks
 }
 
+/// Resident memory of a process \[KiB\]; `None` if there is no such process, or it has ended.
+#[must_use]
+pub fn resident_kib(pid: u32) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
 /// Memory of a process \[MiB\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Memory {
     /// Its proportional share: pages that several processes share, such as the program itself, count
     /// to each of them in part.
     pub proportional_mib: f64,
-    /// What nobody shares.
+    /// Memory that is not shared.
     pub private_mib: f64,
 }
 

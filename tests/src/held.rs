@@ -3,7 +3,7 @@
 use std::fmt;
 
 use diagnosis::Verdict;
-use truss::ids::ComponentPath;
+use names::ComponentPath;
 use wire::{FaultState, FaultTransition};
 
 /// What is held of a component.
@@ -17,7 +17,7 @@ pub enum Held {
     Unconfirmed,
     /// A change that this component explains.
     Explained(Option<ComponentPath>),
-    /// A fault of the component itself, whether somebody has acknowledged it or not.
+    /// A fault of the component itself, acknowledged or not.
     Latched,
 }
 
@@ -54,7 +54,7 @@ impl fmt::Display for Held {
             Held::Tentative => f.write_str("tentative"),
             Held::Unconfirmed => f.write_str("unconfirmed"),
             Held::Explained(Some(by)) => write!(f, "explained by {by}"),
-            Held::Explained(None) => f.write_str("explained by nobody"),
+            Held::Explained(None) => f.write_str("explained by an unnamed root"),
             Held::Latched => f.write_str("latched"),
         }
     }

@@ -1,25 +1,29 @@
 //! What the system tests share: processes with configurations and ports of their own, an observer,
 //! and the same run in one process to hold against them.
 //!
-//! Whatever cannot be set up here is a failed test: these functions stop with a message.
+//! A failed setup is a failed test: these functions panic with a message.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "test code")]
 
+pub mod arrivals;
 pub mod binaries;
 pub mod chaos;
 pub mod deployment;
 pub mod footprint;
+mod grid;
 pub mod held;
 pub mod hostile;
 pub mod kills;
 pub mod lab;
+pub mod noted;
 pub mod observer;
 pub mod onlooker;
 pub mod operate;
 pub mod plant_clock;
+pub mod process;
 pub mod publications;
+pub mod quantiles;
 pub mod reference;
-pub mod resident;
 pub mod scaling;
 pub mod scenarios;
 pub mod security;
@@ -32,6 +36,7 @@ pub mod verdict;
 pub mod worst;
 
 use std::future::Future;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// No event of a test takes longer than this.
@@ -43,4 +48,10 @@ pub async fn in_time<F: Future>(what: &str, event: F) -> F::Output {
         Ok(output) => output,
         Err(_) => panic!("{what} did not happen within {LIMIT:?}"),
     }
+}
+
+/// What is behind a mutex. Every change of it is complete in itself, so a thread that failed has left it in
+/// order.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

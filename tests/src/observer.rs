@@ -1,19 +1,22 @@
-//! A third party that listens.
+//! A third-party monitoring client.
 
-use std::sync::{Arc, Mutex};
+use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use daemon::config::Network;
-use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
-use truss::ids::{ModuleName, StructureName};
+use names::{ModuleName, StructureName};
+use session::Network;
+use tokio::sync::mpsc::unbounded_channel;
+use wire::keys::Watched;
 use wire::{FaultTransition, ModuleStatus};
 use zenoh::Session;
-use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::sample::Sample;
 use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
+use crate::arrivals::Arrivals;
 use crate::deployment::Deployment;
 use crate::in_time;
+use crate::noted::{Noted, read};
 
 /// A session that is connected to every process of a deployment.
 pub struct Observer {
@@ -23,11 +26,11 @@ pub struct Observer {
     pub structure: StructureName,
 }
 
-/// Fault transitions as they arrive, with the time of arrival \[ns since 1970\].
-pub struct Faults {
-    arrivals: UnboundedReceiver<(u64, FaultTransition)>,
-    _subscriber: AdvancedSubscriber<()>,
-}
+/// Fault transitions as they arrive.
+pub type Faults = Arrivals<FaultTransition, AdvancedSubscriber<()>>;
+
+/// The latest status of each module.
+pub type Statuses = BTreeMap<ModuleName, ModuleStatus>;
 
 /// Nanoseconds since 1970.
 #[must_use]
@@ -36,7 +39,7 @@ pub fn unix_ns() -> u64 {
     u64::try_from(now.as_nanos()).unwrap()
 }
 
-/// Whoever has not told its states by then does not; the others' are used.
+/// Timeout for the states of the modules; those received by then are used.
 const STATES_WITHIN: Duration = Duration::from_millis(300);
 
 /// The present states of all components of the modules that answer.
@@ -51,7 +54,7 @@ pub async fn states(session: &Session) -> Vec<FaultTransition> {
     let mut states = Vec::new();
     while let Ok(reply) = replies.recv_async().await {
         let Ok(sample) = reply.result() else { continue };
-        states.extend(wire::decode::<FaultTransition>(&sample.payload().to_bytes()));
+        states.extend(read::<FaultTransition>(sample));
     }
     states
 }
@@ -63,25 +66,24 @@ impl Observer {
             Some(own) => Network { listen: vec![own.clone()], ..Network::default() },
             None => Network::peer_of(&deployment.endpoints),
         };
-        let session =
-            in_time("the observer's session", daemon::session::open(&network)).await.unwrap();
-        Self { session, structure: "tower".parse().unwrap() }
+        Self::through(&network, "tower".parse().unwrap()).await
+    }
+
+    /// Connects through this network, to watch this structure.
+    pub async fn through(network: &Network, structure: StructureName) -> Self {
+        let session = in_time("the observer's session", session::open(network)).await.unwrap();
+        Self { session, structure }
     }
 
     /// Waits until the diagnosers, and the plant if asked for, are there.
     pub async fn wait_for(&self, modules: &[&str], plant: bool) {
         let modules: Vec<ModuleName> = modules.iter().map(|name| name.parse().unwrap()).collect();
-        let there = daemon::observer::wait_for(
-            &self.session,
-            &self.structure,
-            &modules,
-            plant,
-            crate::LIMIT,
-        );
+        let there =
+            ::observer::wait_for(&self.session, &self.structure, &modules, plant, crate::LIMIT);
         there.await.unwrap();
     }
 
-    /// Waits until a process has gone, as its liveliness token tells.
+    /// Waits until a process has gone, by its liveliness token.
     pub async fn wait_until_gone(&self, name: &str) {
         let key = format!("trusswatch/{}/{name}/alive", self.structure);
         let gone = async {
@@ -92,69 +94,55 @@ impl Observer {
         in_time("the end of a liveliness token", gone).await;
     }
 
-    /// Listens to every fault transition, those before now included.
-    pub async fn faults(&self) -> Faults {
-        let (sender, arrivals) = unbounded_channel();
-        let callback = move |sample: zenoh::sample::Sample| {
-            let message = wire::decode(&sample.payload().to_bytes()).unwrap();
-            let _ = sender.send((unix_ns(), message));
-        };
-        let subscriber = self.session.declare_subscriber("trusswatch/*/*/fault/**");
+    /// Hands every fault transition to `take`, those before now included.
+    pub(crate) async fn hear_faults(
+        &self,
+        take: impl Fn(FaultTransition) + Send + Sync + 'static,
+    ) -> AdvancedSubscriber<()> {
+        let callback =
+            move |sample: Sample| take(wire::decode(&sample.payload().to_bytes()).unwrap());
+        let subscriber = self.session.declare_subscriber(Watched::default().faults());
         let history = HistoryConfig::default().detect_late_publishers().max_samples(64);
         let recovery = RecoveryConfig::default().heartbeat();
         let subscriber = subscriber.callback(callback).advanced().history(history);
-        let _subscriber = subscriber.recovery(recovery).await.unwrap();
-        Faults { arrivals, _subscriber }
+        subscriber.recovery(recovery).await.unwrap()
+    }
+
+    /// Listens to every fault transition, those before now included.
+    pub async fn faults(&self) -> Faults {
+        let (sender, arrivals) = unbounded_channel();
+        let take = move |transition| {
+            // There is no receiver any more when a test is over.
+            let _ = sender.send((unix_ns(), transition));
+        };
+        Arrivals::by(arrivals, self.hear_faults(take).await)
     }
 
     /// Collects the latest status of every module from now on.
-    pub async fn statuses(&self) -> (Subscriber<()>, Arc<Mutex<Vec<ModuleStatus>>>) {
-        let statuses = Arc::new(Mutex::new(Vec::<ModuleStatus>::new()));
-        let latest = statuses.clone();
-        let callback = move |sample: zenoh::sample::Sample| {
-            let Ok(status) = wire::decode::<ModuleStatus>(&sample.payload().to_bytes()) else {
-                return;
-            };
-            let mut latest = latest.lock().unwrap();
-            latest.retain(|other| other.module != status.module);
-            latest.push(status);
+    pub async fn statuses(&self) -> Noted<Statuses> {
+        let note = |latest: &mut Statuses, status: ModuleStatus| {
+            latest.insert(status.module.clone(), status);
         };
-        let subscriber = self.session.declare_subscriber("trusswatch/*/*/status");
-        (subscriber.callback(callback).await.unwrap(), statuses)
+        let keys = [Watched::default().statuses()];
+        Noted::of(&self.session, &keys, Statuses::new(), note).await
     }
 
     /// Waits for a status that is as wanted.
     pub async fn status(&self, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
-        let (_subscriber, statuses) = self.statuses().await;
-        let found = async {
-            loop {
-                let found = statuses.lock().unwrap().iter().find(|status| wanted(status)).cloned();
-                if let Some(status) = found {
-                    return status;
-                }
-                tokio::time::sleep(Duration::from_millis(10)).await;
-            }
-        };
+        let statuses = self.statuses().await;
+        let found = statuses.first(|latest| latest.values().find(|one| wanted(one)).cloned());
         match tokio::time::timeout(crate::LIMIT, found).await {
             Ok(status) => status,
-            Err(_) => panic!("no status as wanted, but {:#?}", statuses.lock().unwrap()),
+            Err(_) => panic!("no status as wanted, but {:#?}", *statuses.so_far()),
         }
     }
-}
 
-impl Faults {
-    /// The next transition and when it arrived.
-    pub async fn next(&mut self) -> (u64, FaultTransition) {
-        in_time("a fault transition", self.arrivals.recv()).await.unwrap()
-    }
-
-    /// The next transition, however long it takes; `None` when there will be none.
-    pub async fn recv(&mut self) -> Option<(u64, FaultTransition)> {
-        self.arrivals.recv().await
-    }
-
-    /// Everything that has arrived so far.
-    pub fn arrived(&mut self) -> Vec<(u64, FaultTransition)> {
-        std::iter::from_fn(|| self.arrivals.try_recv().ok()).collect()
+    /// Waits for a status of one module that is as wanted.
+    pub async fn status_of(
+        &self,
+        module: &str,
+        wanted: impl Fn(&ModuleStatus) -> bool,
+    ) -> ModuleStatus {
+        self.status(|status| status.module.as_str() == module && wanted(status)).await
     }
 }

@@ -1,14 +1,14 @@
-//! A process that subscribes to everything and stops taking it.
+//! A process that subscribes to everything and stops receiving it.
 
 use std::io::{BufRead, BufReader};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{ChildStdout, Command};
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 
 use crate::in_time;
+use crate::process::Process;
 
-/// How it stops taking.
+/// How it stops receiving.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stall {
     /// Its callback does not return.
@@ -18,7 +18,7 @@ pub enum Stall {
 }
 
 /// The process; killed at the end.
-pub struct Onlooker(Child);
+pub struct Onlooker(Process);
 
 impl Onlooker {
     /// Starts `program`, which connects to the endpoints, and stalls it when its first message has come.
@@ -26,24 +26,14 @@ impl Onlooker {
         let manner = if stall == Stall::Callback { "stall" } else { "listen" };
         let mut command = Command::new(program);
         command.arg(manner).args(endpoints.iter().map(|endpoint| narrow(endpoint)));
-        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
-        let output = child.stdout.take().unwrap();
-        let onlooker = Self(child);
+        let (process, output) = Process::start_heard(command);
+        let onlooker = Self(process);
         let listening = tokio::task::spawn_blocking(move || first_line(output));
         assert_eq!(in_time("the onlooker's first message", listening).await.unwrap(), "listening");
         if stall == Stall::Process {
-            let pid = Pid::from_raw(i32::try_from(onlooker.0.id()).unwrap());
-            kill(pid, Signal::SIGSTOP).unwrap();
+            onlooker.0.signal(Signal::SIGSTOP);
         }
         onlooker
-    }
-}
-
-impl Drop for Onlooker {
-    fn drop(&mut self) {
-        // Already gone, most often.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
     }
 }
 

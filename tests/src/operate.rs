@@ -33,7 +33,7 @@ impl Ended {
 /// Runs `trusswatch` with these words and the endpoints of the diagnosers.
 pub async fn trusswatch(deployment: &Deployment, words: &[&str]) -> Ended {
     let mut command = program("trusswatch");
-    command.args(words);
+    command.args(words).args(["--mode", "peer"]);
     for endpoint in &deployment.endpoints[1..] {
         command.args(["--connect", endpoint]);
     }

@@ -1,16 +1,16 @@
-//! How far the plant has come, told by the samples that it publishes; no diagnoser has a part in it.
+//! The plant's progress, from the samples that it publishes; independent of the diagnosers.
 
-use truss::ids::{RunId, Step};
-use zenoh::pubsub::Subscriber;
+use names::{RunId, Step};
+use wire::Sample;
 
 use crate::in_time;
+use crate::noted::Noted;
 use crate::observer::Observer;
 
+type Latest = Option<(RunId, Step)>;
+
 /// The latest run and step of the plant.
-pub struct PlantClock {
-    latest: tokio::sync::watch::Receiver<Option<(RunId, Step)>>,
-    _subscriber: Subscriber<()>,
-}
+pub struct PlantClock(Noted<Latest>);
 
 impl PlantClock {
     /// Listens from now on.
@@ -20,29 +20,22 @@ impl PlantClock {
 
     /// Listens to the samples of this module from now on.
     pub async fn of_module(observer: &Observer, module: &str) -> Self {
-        let (sender, latest) = tokio::sync::watch::channel(None);
-        let callback = move |received: zenoh::sample::Sample| {
-            if let Ok(sample) = wire::decode::<wire::Sample>(&received.payload().to_bytes()) {
-                sender.send_replace(Some((sample.run, sample.step)));
-            }
-        };
-        let key = format!("trusswatch/{}/{module}/sample", observer.structure);
-        let subscriber = observer.session.declare_subscriber(key);
-        Self { latest, _subscriber: subscriber.callback(callback).await.unwrap() }
+        let keys = [format!("trusswatch/{}/{module}/sample", observer.structure)];
+        let note = |latest: &mut Latest, sample: Sample| *latest = Some((sample.run, sample.step));
+        Self(Noted::of(&observer.session, &keys, None, note).await)
     }
 
     /// Waits until the plant is at a step of a run, or beyond.
     pub async fn reach(&self, run: RunId, step: u64) {
-        let mut latest = self.latest.clone();
-        let reached = |latest: &Option<(RunId, Step)>| {
-            latest.is_some_and(|(present, at)| present == run && at >= Step(step))
+        let reached = |latest: &Latest| {
+            let there = latest.is_some_and(|(present, at)| present == run && at >= Step(step));
+            there.then_some(())
         };
-        let what = format!("step {step} of run {run}");
-        in_time(&what, latest.wait_for(reached)).await.unwrap();
+        in_time(&format!("step {step} of run {run}"), self.0.first(reached)).await;
     }
 
     /// The latest step of a run; `None` before its first.
     pub fn step(&self, run: RunId) -> Option<Step> {
-        self.latest.borrow().and_then(|(present, step)| (present == run).then_some(step))
+        self.0.so_far().and_then(|(present, step)| (present == run).then_some(step))
     }
 }

@@ -1,15 +1,15 @@
 //! Fault scenarios that cover every kind of fault, short enough for many of them.
 
 use daemon::config::{Schedule, ScheduledFault};
-use truss::fault::Fault;
-use truss::ids::Step;
+use names::Step;
+use names::fault::Fault;
 
 /// Steps of a scenario.
 pub const STEPS: u64 = 4200;
 /// First step with the fault.
 pub const ONSET: u64 = 3300;
 
-/// One fault after the warm-up, for good.
+/// One permanent fault after the warm-up.
 #[must_use]
 pub fn single(component: &str, fault: Fault) -> Schedule {
     let component = component.parse().unwrap();

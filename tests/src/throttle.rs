@@ -5,10 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 
-use crate::deployment::Process;
+use crate::process::{Process, send};
 
 /// How long it runs before it stands still again.
 const RUNS: Duration = Duration::from_millis(10);
@@ -26,13 +25,13 @@ impl Throttle {
     #[must_use]
     pub fn to_one_part_in(parts: u32, process: &Process) -> Self {
         let over = Arc::new(AtomicBool::new(false));
-        let pid = Pid::from_raw(i32::try_from(process.pid()).unwrap());
-        let told = Arc::clone(&over);
+        let pid = process.pid();
+        let stop = Arc::clone(&over);
         let thread = std::thread::spawn(move || {
-            while !told.load(Ordering::Relaxed) {
-                kill(pid, Signal::SIGSTOP).unwrap();
+            while !stop.load(Ordering::Relaxed) {
+                send(pid, Signal::SIGSTOP);
                 std::thread::sleep(RUNS * (parts - 1));
-                kill(pid, Signal::SIGCONT).unwrap();
+                send(pid, Signal::SIGCONT);
                 std::thread::sleep(RUNS);
             }
         });

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
-use truss::ids::{ComponentPath, Step};
+use names::{ComponentPath, Step};
 
 use crate::held::Held;
 

@@ -16,7 +16,7 @@ pub async fn side_by_side() -> Turn {
     turn(1).await
 }
 
-/// Waits until nobody else is running; nobody begins until it is over.
+/// Waits until no other test is running; none starts until it is over.
 pub async fn alone() -> Turn {
     turn(SIDE_BY_SIDE).await
 }

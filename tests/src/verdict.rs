@@ -1,7 +1,7 @@
 //! What is compared between a distributed run and the same run in one process.
 
 use diagnosis::{Transition, Verdict};
-use truss::ids::{ComponentPath, ModuleName, Step};
+use names::{ComponentPath, ModuleName, Step};
 use wire::{FaultState, FaultTransition};
 
 /// A verdict that was reached.

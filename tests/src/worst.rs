@@ -1,18 +1,18 @@
-//! The worst that each module's statuses have told for a while.
+//! The worst values of each module's statuses over a period.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use wire::ModuleStatus;
-use zenoh::pubsub::Subscriber;
+use wire::keys::Watched;
 
+use crate::noted::Noted;
 use crate::observer::Observer;
 
-/// What one module told.
+/// The worst values of one module.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Worst {
-    /// How many statuses.
+    /// Number of statuses.
     pub statuses: u64,
     /// The oldest latest sample \[ms\].
     pub sample_age_ms: f64,
@@ -25,31 +25,25 @@ pub struct Worst {
     latest: Option<Instant>,
 }
 
+type ByModule = BTreeMap<String, Worst>;
+
 /// Listens to every module's status.
-pub struct WorstStatus {
-    told: Arc<Mutex<BTreeMap<String, Worst>>>,
-    _subscriber: Subscriber<()>,
-}
+pub struct WorstStatus(Noted<ByModule>);
 
 impl WorstStatus {
     /// Listens from now on.
     pub async fn of(observer: &Observer) -> Self {
-        let told = Arc::<Mutex<BTreeMap<String, Worst>>>::default();
-        let noted = Arc::clone(&told);
-        let callback = move |sample: zenoh::sample::Sample| {
-            // The plant has a status too.
-            let decoded = wire::decode::<ModuleStatus>(&sample.payload().to_bytes());
-            let Ok(status) = decoded else { return };
-            noted.lock().unwrap().entry(status.module.to_string()).or_default().note(&status);
+        let note = |by_module: &mut ByModule, status: ModuleStatus| {
+            by_module.entry(status.module.to_string()).or_default().note(&status);
         };
-        let subscriber = observer.session.declare_subscriber("trusswatch/*/*/status");
-        Self { told, _subscriber: subscriber.callback(callback).await.unwrap() }
+        let keys = [Watched::default().statuses()];
+        Self(Noted::of(&observer.session, &keys, ByModule::new(), note).await)
     }
 
     /// The worst of a module so far; its present silence counts.
     #[must_use]
     pub fn of_module(&self, module: &str) -> Worst {
-        let mut worst = self.told.lock().unwrap().get(module).copied().unwrap_or_default();
+        let mut worst = self.0.so_far().get(module).copied().unwrap_or_default();
         worst.silence = worst.silence.max(worst.latest.map_or(Duration::MAX, |at| at.elapsed()));
         worst
     }

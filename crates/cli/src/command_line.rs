@@ -1,11 +1,11 @@
-//! The command line: subcommands and what they take.
+//! The command line: subcommands, and what each takes.
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::failure::EXIT_CODES;
 use crate::{
-    calibrate, certificates, check, demo, detect, faults, follow, generate, health, history,
-    inject, join, model, order, repeat, router, schema, study,
+    calibrate, certificates, check, completions, demo, detect, faults, follow, generate, health,
+    history, inject, join, model, order, replicate, router, schema, study,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -24,25 +24,79 @@ pub(crate) struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    Model(model::Arguments),
-    Detect(detect::Arguments),
-    Demo(demo::Arguments),
-    Calibrate(calibrate::Arguments),
-    Check(check::Arguments),
     Faults(faults::Arguments),
     Follow(follow::Arguments),
     #[command(visible_alias = "acknowledge")]
     Ack(order::AcknowledgeArguments),
     Reset(order::ResetArguments),
-    #[command(hide = true)]
-    Generate(generate::Arguments),
-    Health(health::Arguments),
     History(history::Arguments),
-    Inject(inject::Arguments),
-    Study(Box<study::Arguments>),
-    Repeat(repeat::Arguments),
+    Health(health::Arguments),
+    Router(router::Arguments),
+    Check(check::Arguments),
+    Model(model::Arguments),
     Pki(certificates::Arguments),
     Join(join::Arguments),
-    Router(router::Arguments),
+    Replicate(replicate::Arguments),
     Schema(schema::Arguments),
+    Completions(completions::Arguments),
+    Demo(demo::Arguments),
+    Inject(inject::Arguments),
+    Study(Box<study::Arguments>),
+    Detect(detect::Arguments),
+    Calibrate(calibrate::Arguments),
+    #[command(hide = true)]
+    Generate(generate::Arguments),
+}
+
+/// The subcommands by who uses them.
+const GROUPS: [(&str, &[&str]); 4] = [
+    ("Operate", &["faults", "follow", "ack", "reset", "history", "health", "router"]),
+    ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
+    ("Simulate", &["demo", "inject"]),
+    ("Analyse", &["study", "detect", "calibrate"]),
+];
+
+/// The command line with its subcommands grouped in the help.
+pub(crate) fn command() -> clap::Command {
+    let command = CommandLine::command();
+    let groups: Vec<String> = GROUPS.iter().map(|group| listed(&command, group)).collect();
+    let template = format!(
+        "{{about}}\n\n{{usage-heading}} {{usage}}\n\n{}\nOptions:\n{{options}}{{after-help}}",
+        groups.join("\n")
+    );
+    command.help_template(template)
+}
+
+fn listed(command: &clap::Command, (heading, names): &(&str, &[&str])) -> String {
+    let line = |name: &&str| {
+        let about = command.find_subcommand(name).and_then(clap::Command::get_about);
+        format!("  {name:<12} {}\n", about.map_or_else(String::new, ToString::to_string))
+    };
+    format!("{heading}:\n{}", names.iter().map(line).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_visible_subcommand_is_in_one_group() {
+        let command = CommandLine::command();
+        let visible = command.get_subcommands().filter(|sub| !sub.is_hide_set());
+        let mut visible: Vec<&str> = visible.map(clap::Command::get_name).collect();
+        let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
+        visible.sort_unstable();
+        grouped.sort_unstable();
+        assert_eq!(visible, grouped);
+    }
+
+    #[test]
+    fn the_help_names_groups_subcommands_and_exit_codes() {
+        let help = command().render_help().to_string();
+        for text in
+            ["Operate:\n", "Analyse:\n", "  faults       Show which", "Exit codes", "--version"]
+        {
+            assert!(help.contains(text), "{text} is not in {help}");
+        }
+    }
 }

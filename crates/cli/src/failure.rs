@@ -3,29 +3,32 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// What `--help` says about exit codes.
+/// The exit codes, for `--help`.
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
-  0  done
-  1  it did not work out; of the demo: injected and diagnosed faults differ; of an order: refused;
-     of faults --check and health: not all is well
-  2  wrong use of the command line
-  3  a file that cannot be used
-  4  the network, or nobody answers";
+    0  done
+    1  operation failed; demo: injected and diagnosed faults differ; ack, reset and inject: refused;
+       faults --exit-code and health: not healthy
+    2  wrong use of the command line
+    3  a file that cannot be used
+    4  network failure or no answer
+  130  interrupted before it was done";
 
 /// Kinds of failure, each with its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// Whoever read the output has had enough. Not an error.
+    /// The reader closed the output. Not an error.
     OutputClosed,
-    /// It did not work out.
+    /// The operation failed.
     Runtime,
-    /// Arguments that cannot be meant.
+    /// Invalid arguments.
     Usage,
     /// A file that cannot be used.
     Input,
     /// The network.
     Network,
+    /// A signal ended it early.
+    Interrupted,
 }
 
 impl Kind {
@@ -36,6 +39,7 @@ impl Kind {
             Kind::Usage => 2,
             Kind::Input => 3,
             Kind::Network => 4,
+            Kind::Interrupted => 130,
         }
     }
 }
@@ -52,17 +56,22 @@ impl Failure {
         Failure { kind, messages: vec![message.into()] }
     }
 
-    /// It did not work out.
+    /// The operation failed.
     pub(crate) fn runtime(message: impl Into<String>) -> Failure {
         Failure::new(Kind::Runtime, message)
     }
 
-    /// It did not work out, and everything to be said was said.
-    pub(crate) fn told() -> Failure {
+    /// The operation failed, and the reason was printed already.
+    pub(crate) fn reported() -> Failure {
         Failure { kind: Kind::Runtime, messages: Vec::new() }
     }
 
-    /// Arguments that cannot be meant.
+    /// A signal ended it before it was done.
+    pub(crate) fn interrupted(message: impl Into<String>) -> Failure {
+        Failure::new(Kind::Interrupted, message)
+    }
+
+    /// Invalid arguments.
     pub(crate) fn usage(message: impl Into<String>) -> Failure {
         Failure::new(Kind::Usage, message)
     }
@@ -82,7 +91,7 @@ impl Failure {
         Failure::new(Kind::Network, message)
     }
 
-    /// It did not work out, for each of these reasons.
+    /// The operation failed, for each of these reasons.
     pub(crate) fn runtimes(messages: Vec<String>) -> Failure {
         Failure { kind: Kind::Runtime, messages }
     }
@@ -92,11 +101,11 @@ impl Failure {
         Failure { kind: Kind::Network, messages }
     }
 
-    /// Says on standard error what there is to say.
+    /// Prints the messages on standard error.
     pub(crate) fn report(&self) -> ExitCode {
         let mut stderr = io::stderr().lock();
         for message in &self.messages {
-            // Nobody is left to be told if standard error is closed too.
+            // Standard error may be closed too.
             let _ = writeln!(stderr, "error: {message}");
         }
         ExitCode::from(self.kind.exit_code())

@@ -1,27 +1,27 @@
-//! `trusswatch health`: asks one process how it is, as a container without `curl` does.
+//! `trusswatch health`: queries the health of one process, as a container without `curl` does.
 
 use std::io::{self, Write};
 use std::time::Duration;
 
-use daemon::health::{Probe, Wanted};
+use shell::health::{Probe, Wanted};
 
 use crate::failure::Failure;
 use crate::link::{block_on, seconds};
 
 const AFTER_HELP: &str = "\
-Exit codes: 0 it is well, 1 it is not and says why, 4 nobody answers there.";
+Exit codes: 0 healthy, 1 not healthy (the reason is printed), 4 no answer.";
 
-/// Ask one process whether it does what it is for
+/// Query the health of one process
 ///
-/// A diagnoser does as long as it is in service, a plant as long as it computes steps. The process has to
-/// be told to serve its health: `listen` in the table `[health]`, or `--health`.
+/// A diagnoser is ready as long as it is in service, a plant as long as it computes steps. The process has
+/// to be configured to serve its health: `listen` in the table `[health]`, or `--health`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct Arguments {
     /// Where the process serves its health, e.g. 127.0.0.1:9464
     #[arg(value_name = "ADDRESS", value_parser = host_and_port)]
     address: String,
-    /// Ask only whether its loop comes round
+    /// Check liveness only
     #[arg(long)]
     live: bool,
     /// Longest wait for the answer [s]
@@ -42,5 +42,5 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         probe.await.map_err(|error| Failure::network(error.to_string()))
     })?;
     writeln!(io::stdout(), "{}", probe.words)?;
-    if probe.well { Ok(()) } else { Err(Failure::told()) }
+    if probe.well { Ok(()) } else { Err(Failure::reported()) }
 }

@@ -1,15 +1,19 @@
-//! What a person types: one subcommand, one module.
+//! The command line: one subcommand, one module.
 //!
-//! Exit codes: 0 done; 1 it did not work out; 2 usage; 3 an input or configuration that cannot be
-//! used; 4 the network.
+//! Exit codes: 0 done; 1 operation failed; 2 usage; 3 an input or configuration that cannot be
+//! used; 4 the network; 130 interrupted before it was done.
 
 mod calibrate;
 mod certificates;
 mod check;
 mod command_line;
+mod completions;
+mod context;
 mod csv_rows;
 mod demo;
 mod detect;
+#[cfg(test)]
+mod documents;
 mod failure;
 mod faults;
 mod follow;
@@ -24,28 +28,31 @@ mod order;
 mod paint;
 mod program;
 mod progress;
-mod repeat;
+mod replicate;
 mod router;
 mod schema;
 mod shipped;
 mod study;
 mod table;
-mod telling;
+mod versioned;
+mod wording;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::FromArgMatches;
 
 use command_line::{Command, CommandLine};
 
-/// Reads the command line and does what it says. Called by the name of another program of ours, it is that
-/// program.
+/// Parses the command line and runs the subcommand. Called by the name of another program of ours, it is
+/// that program.
 #[must_use]
 pub fn run() -> ExitCode {
     if let Some(main) = program::by_name() {
         return main();
     }
-    let done = match CommandLine::parse().command {
+    let parsed = CommandLine::from_arg_matches(&command_line::command().get_matches());
+    // What clap matched is what the types were derived from.
+    let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         Command::Model(arguments) => model::run(&arguments),
         Command::Detect(arguments) => detect::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
@@ -56,11 +63,12 @@ pub fn run() -> ExitCode {
         Command::Ack(arguments) => order::acknowledge(&arguments),
         Command::Reset(arguments) => order::reset(&arguments),
         Command::Health(arguments) => health::run(&arguments),
-        Command::Generate(arguments) => generate::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, command_line::command()),
+        Command::Generate(arguments) => generate::run(&arguments, programs()),
         Command::History(arguments) => history::run(&arguments),
         Command::Inject(arguments) => inject::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
-        Command::Repeat(arguments) => repeat::run(&arguments),
+        Command::Replicate(arguments) => replicate::run(&arguments),
         Command::Pki(arguments) => certificates::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Join(arguments) => join::run(&arguments),
@@ -70,4 +78,9 @@ pub fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }
+}
+
+/// The command lines of all three programs.
+fn programs() -> [clap::Command; 3] {
+    [command_line::command(), daemon::diagnoser::command_line(), daemon::plant::command_line()]
 }

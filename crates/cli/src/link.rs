@@ -4,20 +4,31 @@ use std::future::Future;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use daemon::config::{Mode, Network, NetworkFlags, endpoint};
-use daemon::observer::AttendanceError;
-use daemon::session;
-use truss::ids::StructureName;
+use names::StructureName;
+use observer::AttendanceError;
+use session::{Mode, Network, NetworkFlags};
 use zenoh::Session;
 
+use crate::context::Context;
 use crate::failure::Failure;
 
 /// Longest time that may be waited for anything.
 const LONGEST_S: f64 = 3600.0;
 
 const AFTER_HELP: &str = "\
-With a single endpoint to connect to, this is the client of whoever is there, a diagnoser or a router, \
-and sees what that one sees. With several, or when listening, it is a peer of each.";
+As a client (the default) this sees what the diagnoser or router that it connects to sees; of several \
+endpoints it takes the first that answers. As a peer it connects to each of them.
+
+What no flag says is taken from TRUSSWATCH_CONNECT (endpoints with commas between), TRUSSWATCH_TLS and \
+TRUSSWATCH_STRUCTURE, then from a context of ~/.config/trusswatch/client.toml or \
+/etc/trusswatch/client.toml:
+
+  default = \"site\"
+
+  [context.site]
+  connect = [\"tls/192.0.2.10:7447\"]
+  tls = \"pki/operator.ada\"
+  structure = \"tower\"";
 
 /// Where the structure is, and for how long it is waited for.
 #[derive(Debug, clap::Args)]
@@ -25,14 +36,36 @@ and sees what that one sees. With several, or when listening, it is a peer of ea
 pub(crate) struct Link {
     #[command(flatten)]
     network: NetworkFlags,
+    /// Client of one diagnoser or router, or peer of each endpoint
+    #[arg(long, value_enum, value_name = "MODE")]
+    mode: Option<LinkMode>,
     /// Zenoh's own settings (JSON5), e.g. certificates; used as they are
     #[arg(long, value_name = "FILE")]
     zenoh: Option<PathBuf>,
     /// Only this structure; otherwise every one that is seen
     #[arg(long, value_name = "NAME")]
-    pub(crate) structure: Option<StructureName>,
-    /// Longest wait for the connection, for a sign of life, and for each answer [s]
+    structure: Option<StructureName>,
+    /// The context of the client file to use
+    #[arg(long, value_name = "NAME", env = "TRUSSWATCH_CONTEXT")]
+    context: Option<String>,
+    /// Longest wait for the connection, for modules to appear, and for each answer [s]
     #[arg(long, default_value = "3", value_name = "SECONDS", value_parser = seconds)]
+    pub(crate) timeout: Duration,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum LinkMode {
+    Client,
+    Peer,
+}
+
+/// A place on the network and what is wanted of it: flags, environment and client file together.
+#[derive(Debug, Clone)]
+pub(crate) struct Target {
+    network: Network,
+    /// Only this structure; otherwise every one that is seen.
+    pub(crate) structure: Option<StructureName>,
+    /// Longest wait for the connection, for modules to appear, and for each answer.
     pub(crate) timeout: Duration,
 }
 
@@ -44,19 +77,46 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Link {
+    /// Resolves what the flags leave open.
+    pub(crate) fn target(&self) -> Result<Target, Failure> {
+        let NetworkFlags { listen, connect, tls } = self.network.clone();
+        let mode = self.mode.map(|mode| match mode {
+            LinkMode::Client => Mode::Client,
+            LinkMode::Peer => Mode::Peer,
+        });
+        let (zenoh, structure) = (self.zenoh.clone(), self.structure.clone());
+        let flags = Context { mode, listen, connect, tls, zenoh, structure };
+        let mut merged = flags.or(Context::from_environment()?);
+        if self.context.is_some() || !merged.names_a_place() {
+            merged = merged.or(Context::from_file(self.context.as_deref())?);
+        }
+        if !merged.names_a_place() {
+            return Err(Failure::usage(
+                "nowhere to look; name an endpoint of a diagnoser or a router: \
+                 `--connect tcp/HOST:PORT`, TRUSSWATCH_CONNECT, or a context of the client file",
+            ));
+        }
+        let Context { mode, listen, connect, tls, zenoh, structure } = merged;
+        let usual = if listen.is_empty() { Mode::Client } else { Mode::Peer };
+        let mode = zenoh.is_none().then_some(mode.unwrap_or(usual));
+        let network = Network { mode, listen, connect, zenoh, tls };
+        Ok(Target { network, structure, timeout: self.timeout })
+    }
+}
+
+impl Target {
     /// Opens a session.
     pub(crate) async fn open(&self) -> Result<Session, Failure> {
-        let network = self.network()?;
-        if network.mode == Some(Mode::Client) {
-            return self.open_as_client(&network).await;
+        if self.network.mode == Some(Mode::Client) {
+            return self.open_as_client().await;
         }
-        session::open(&network).await.map_err(unusable)
+        session::open(&self.network).await.map_err(unusable)
     }
 
-    /// A client waits for whom it is the client of, for ever if its settings let it: opening a session
+    /// A client waits for its router, without limit if its settings allow it: opening a session
     /// cannot be given up from outside.
-    async fn open_as_client(&self, network: &Network) -> Result<Session, Failure> {
-        let mut settings = session::settings(network).map_err(unusable)?;
+    async fn open_as_client(&self) -> Result<Session, Failure> {
+        let mut settings = session::settings(&self.network).map_err(unusable)?;
         let timeout_ms = self.timeout.as_millis().max(1).to_string();
         settings.insert_json5("connect/timeout_ms", &timeout_ms).map_err(unusable)?;
         // Zenoh's own words are about its source.
@@ -70,40 +130,18 @@ impl Link {
     pub(crate) fn places(&self) -> String {
         let endpoints: Vec<&str> =
             self.network.connect.iter().chain(&self.network.listen).map(String::as_str).collect();
-        match &self.zenoh {
+        match &self.network.zenoh {
             Some(file) if endpoints.is_empty() => format!("the endpoints of `{}`", file.display()),
             _ => endpoints.join(", "),
         }
     }
 
-    /// Nobody was there.
-    pub(crate) fn nobody(&self) -> Failure {
+    /// No module was seen.
+    pub(crate) fn no_module(&self) -> Failure {
         let (places, timeout) = (self.places(), self.timeout);
-        let whose =
+        let owner =
             self.structure.as_ref().map_or_else(String::new, |name| format!(" of `{name}`"));
-        Failure::network(format!(
-            "no module{whose} gave a sign of life at {places} within {timeout:?}"
-        ))
-    }
-
-    fn network(&self) -> Result<Network, Failure> {
-        let NetworkFlags { listen, connect, tls } = self.network.clone();
-        if let Some(error) = listen.iter().chain(&connect).find_map(|text| endpoint(text).err()) {
-            return Err(Failure::input(error.to_string()));
-        }
-        if self.zenoh.is_some() {
-            return Ok(Network { mode: None, listen, connect, zenoh: self.zenoh.clone(), tls });
-        }
-        let mode = match (&listen[..], &connect[..]) {
-            ([], []) => {
-                let right =
-                    "name an endpoint of a diagnoser or a router, `--connect tcp/HOST:PORT`";
-                return Err(Failure::usage(format!("nowhere to look; {right}")));
-            }
-            ([], [_]) => Mode::Client,
-            _ => Mode::Peer,
-        };
-        Ok(Network { mode: Some(mode), listen, connect, zenoh: None, tls })
+        Failure::network(format!("no module{owner} was seen at {places} within {timeout:?}"))
     }
 }
 

@@ -1,4 +1,4 @@
-//! `trusswatch`: what a person types.
+//! `trusswatch`: the command line.
 
 fn main() -> std::process::ExitCode {
     cli::run()

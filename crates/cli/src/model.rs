@@ -4,10 +4,11 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use names::ModuleName;
 use truss::Structure;
-use truss::ids::ModuleName;
 
 use crate::failure::Failure;
+use crate::versioned;
 
 /// Show what a description of a structure amounts to: figures, drawing, model
 ///
@@ -39,25 +40,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if let Some(svg) = &arguments.svg {
         if svg == Path::new("-") {
-            writeln!(out, "{}", structure.drawing())?;
+            writeln!(out, "{}", figure::structure::drawing(&structure))?;
             return Ok(());
         }
-        fs::write(svg, structure.drawing())
+        fs::write(svg, figure::structure::drawing(&structure))
             .map_err(|e| Failure::runtime(format!("cannot write `{}`: {e}", svg.display())))?;
     }
     let unusable = |e| Failure::input(format!("{}: {e}", arguments.file.display()));
     if arguments.toml {
         write!(out, "{}", structure.to_toml())?;
     } else if arguments.json {
-        serde_json::to_writer_pretty(&mut out, &structure.export().map_err(unusable)?)?;
-        writeln!(out)?;
+        write!(out, "{}", versioned::text(&structure.export().map_err(unusable)?)?)?;
     } else {
         write!(out, "{}", structure.summary().map_err(unusable)?)?;
     }
     Ok(out.flush()?)
 }
 
-/// Reads a description, or tells every mistake in it.
+/// Reads a description, or reports every mistake in it.
 fn read(file: &Path) -> Result<Structure, Failure> {
     let name = file.display();
     let text = fs::read_to_string(file)

@@ -1,4 +1,4 @@
-//! Colours, where there is a terminal that wants them.
+//! Colours, on terminals.
 
 /// A colour or weight of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Lines that tell the progress where there is no terminal.
+/// Lines that report the progress where there is no terminal.
 const LINES: u64 = 10;
 
 /// How far work has come that several threads do.
@@ -52,7 +52,7 @@ impl Progress {
         let tenth = |done: u64| done * LINES / self.all.max(1);
         if tenth(before + 1) > tenth(before) && !self.is_terminal {
             let (what, done, all, unit) = (self.what, before + 1, self.all, self.unit);
-            // Nobody is left to be told if standard error is closed.
+            // Standard error may be closed.
             let _ = writeln!(io::stderr(), "{what}: {done} of {all} {unit}");
         }
     }

@@ -1,14 +1,33 @@
-//! `trusswatch router`: a router that enforces who may say what.
+//! `trusswatch router`: a router that enforces access control.
+//!
+//! It is a Zenoh session in the mode of a router and nothing else, for networks without Zenoh's own
+//! `zenohd`. What access control refuses is logged. The watchdog heartbeat is sent for as long as a
+//! query without a recipient passes through the router and returns.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
-use daemon::config::NetworkFlags;
+use session::{Network, NetworkError, NetworkFlags};
+use shell::exit::{Failure, conclude};
+use shell::opening::open_unless;
+use shell::shutdown::{Shutdown, ShutdownFlags};
+use shell::supervision::{OPENING, Supervisor};
+use shell::{logging, runtime};
+use wire::keys::UNOWNED;
+use zenoh::Session;
 
-/// Pass on what modules, operators and observers say, and enforce who may say what
+/// The status while it runs.
+const FORWARDING: &str = "forwarding messages under access control";
+/// From one query without a recipient to the next.
+const EVERY: Duration = Duration::from_millis(250);
+/// How long it may take until it is certain that there is no answer.
+const TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Route messages between modules, operators and observers, and enforce access control
 ///
-/// A Zenoh router with settings like those of `trusswatch pki access`, until SIGTERM or SIGINT. What it
-/// refuses it tells on standard error.
+/// A Zenoh router with settings like those of `trusswatch pki access`, until SIGTERM or SIGINT. It logs
+/// refusals on standard error.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Zenoh's own settings (JSON5), with the mode `router`
@@ -19,5 +38,62 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: Arguments) -> ExitCode {
-    daemon::router::main(arguments.zenoh, arguments.network)
+    logging::start();
+    let NetworkFlags { listen, connect, tls } = arguments.network;
+    conclude(forward(&Network { mode: None, listen, connect, zenoh: Some(arguments.zenoh), tls }))
+}
+
+fn forward(network: &Network) -> Result<(), Failure> {
+    check(network)?;
+    runtime::until_done(ShutdownFlags::default(), |mut shutdown| async move {
+        let supervisor = Supervisor::from_environment();
+        supervisor.status(OPENING);
+        let Some(session) = open_unless(network, &mut shutdown).await? else {
+            return Ok(());
+        };
+        tracing::info!("ready");
+        supervisor.ready(FORWARDING);
+        serve(&session, &supervisor, shutdown).await;
+        supervisor.stopping();
+        session::close(&session).await;
+        tracing::info!("stopped");
+        Ok(())
+    })
+}
+
+/// The session runs by itself; a query through its tables shows that it does.
+async fn serve(session: &Session, supervisor: &Supervisor, mut shutdown: Shutdown) {
+    loop {
+        tokio::select! {
+            () = shutdown.requested() => return,
+            answered = ends_unanswered(session) => if answered { supervisor.progress() },
+        }
+        tokio::select! {
+            () = shutdown.requested() => return,
+            () = tokio::time::sleep(EVERY) => {}
+        }
+    }
+}
+
+/// Sends a query without a recipient, and waits until it is final that there is no answer.
+async fn ends_unanswered(session: &Session) -> bool {
+    let Ok(replies) = session.get(UNOWNED).timeout(TIMEOUT).await else { return false };
+    while let Ok(reply) = replies.recv_async().await {
+        if reply.result().is_err() {
+            return false;
+        }
+    }
+    true
+}
+
+fn check(network: &Network) -> Result<(), Failure> {
+    let settings = session::settings(network)?;
+    let mode = settings.get_json("mode").unwrap_or_default();
+    if mode != "\"router\"" {
+        let file =
+            network.zenoh.as_deref().map_or(String::new(), |file| file.display().to_string());
+        let reason = format!("its `mode` is {mode}; a router needs \"router\"");
+        return Err(NetworkError::File { file, reason }.into());
+    }
+    Ok(network.check_certificates()?)
 }

@@ -9,7 +9,7 @@ use wire::MAX_MESSAGE_BYTES;
 use wire::catalogue::{Entry, Travels, catalogue};
 
 use crate::failure::Failure;
-use crate::table::table;
+use crate::table::{table, terminal_width};
 
 /// Print the JSON Schema of messages, for programs of your own
 ///
@@ -25,7 +25,7 @@ pub(crate) struct Arguments {
     /// Print an example of the message instead
     #[arg(long, requires = "message", conflicts_with = "check")]
     example: bool,
-    /// Read messages from this file, one on each line (`-` for standard input), and tell which ones
+    /// Read messages from this file, one on each line (`-` for standard input), and report which ones
     /// would be refused, and why
     #[arg(long, requires = "message", value_name = "FILE")]
     check: Option<PathBuf>,
@@ -72,7 +72,8 @@ fn list() -> Result<(), Failure> {
     let mut table = table(&["message", "travels as", "on trusswatch/{structure}/…"]);
     for entry in catalogue() {
         let mut name = entry.name;
-        for travels in [Travels::Published, Travels::Asking, Travels::Replying, Travels::Refusing] {
+        for travels in [Travels::Published, Travels::Querying, Travels::Replying, Travels::Refusing]
+        {
             let keys = entry.travels.iter().filter(|(_, how)| *how == travels).map(|(key, _)| *key);
             for (index, key) in keys.enumerate() {
                 table.add_row([name, if index == 0 { travels.as_str() } else { "" }, key]);
@@ -80,10 +81,10 @@ fn list() -> Result<(), Failure> {
             }
         }
     }
-    Ok(writeln!(io::stdout(), "{table}")?)
+    Ok(writeln!(io::stdout(), "{}", table.text(terminal_width()))?)
 }
 
-/// Says of each line whether it is such a message.
+/// Checks for each line whether it is such a message.
 fn check(entry: &Entry, file: &Path) -> Result<(), Failure> {
     let mut lines = open(file)?;
     let (mut count, mut refused) = (0_u64, Vec::new());

@@ -1,10 +1,10 @@
-//! Between what the diagnosis says and what is sent.
+//! Between the results of the diagnosis and messages.
 
 use diagnosis::{Answer, Counters, Doubt, Phase, Question, Transition, Verdict};
-use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
+use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
 use wire::{FaultState, FaultTransition, ModulePhase};
 
-/// Who speaks.
+/// The publishing module.
 #[derive(Debug, Clone)]
 pub(crate) struct Speaker {
     pub(crate) structure: StructureName,

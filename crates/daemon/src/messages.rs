@@ -22,8 +22,8 @@ pub(crate) fn refuse(query: &Query, reason: String) {
     });
 }
 
-/// Encodes and hands over. A session that is closing takes nothing; there is nobody to tell but the
-/// log.
+/// Encodes and hands over. A session that is closing takes nothing; that is only
+/// logged.
 pub(crate) fn put<M: Message>(message: &M, send: impl FnOnce(Vec<u8>) -> zenoh::Result<()>) {
     match wire::encode(message) {
         Ok(bytes) => {

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use names::{Component, ModuleName};
 use serde::{Deserialize, Serialize};
-use truss::ids::{Component, ModuleName};
 
 use crate::config::DetectionSection;
 
@@ -39,7 +39,7 @@ pub struct Provenance {
     pub hours: f64,
     /// Factor on what was found.
     pub margin: f64,
-    /// By how much each run's plant differed from what is believed of it, e.g. 0.1.
+    /// By how much each run's plant differed from the nominal model, e.g. 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mismatch: Option<f64>,
     /// False alarms per hour of the whole structure that they were made for.
@@ -50,7 +50,7 @@ pub struct Provenance {
     pub note: Option<String>,
 }
 
-/// What does not fit between thresholds and the module they are used for.
+/// A mismatch between thresholds and the module they are used for.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ThresholdProblem {
     /// Another module's.
@@ -63,7 +63,7 @@ pub enum ThresholdProblem {
     },
     /// Made for another detection.
     #[error(
-        "made with `{setting}` {made_with}, but the module is configured with {used_with}; calibrate anew or configure {made_with}"
+        "made with `{setting}` {made_with}, but the module is configured with {used_with}; recalibrate or configure {made_with}"
     )]
     OtherDetection {
         /// The setting.
@@ -74,7 +74,7 @@ pub enum ThresholdProblem {
         used_with: String,
     },
     /// A channel has none.
-    #[error("no threshold for `{0}`; calibrate anew")]
+    #[error("no threshold for `{0}`; recalibrate")]
     Missing(Component),
     /// A threshold of no channel.
     #[error("`{0}` is no component of the module; remove its threshold")]
@@ -140,7 +140,7 @@ impl Thresholds {
         if problems.is_empty() { Ok(ordered) } else { Err(problems) }
     }
 
-    /// Tells one set of thresholds from another in a status message (FNV-1a over components and bits).
+    /// Distinguishes one set of thresholds from another in a status message (FNV-1a over components and bits).
     #[must_use]
     pub fn fingerprint(&self) -> String {
         let mut hash: u64 = 0xcbf2_9ce4_8422_2325;

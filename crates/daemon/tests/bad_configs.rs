@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use daemon::config::{NetworkFlags, PlantFlags, load_diagnoser, load_plant};
+use daemon::config::{PlantFlags, load_diagnoser, load_plant};
 use tempfile::TempDir;
 
 /// A copy of the shipped files that may be spoilt.
@@ -199,20 +199,6 @@ fn a_file_of_zenoh_settings_that_is_none_is_named_and_excludes_the_mode() {
     let error = copy.module_errors();
     assert!(error.contains("bad.json5` is no file of Zenoh settings"), "{error}");
     assert!(error.contains("`mode` has no effect beside `zenoh`"), "{error}");
-}
-
-#[test]
-fn flags_that_are_no_endpoints_are_named() {
-    let copy = Copy::new();
-    let config = load_diagnoser(&copy.path("module1.toml")).unwrap();
-    let flags = NetworkFlags {
-        listen: vec!["nowhere".into()],
-        connect: vec!["tpc/host:7447".into()],
-        tls: None,
-    };
-    let error = config.with_flags(&flags).unwrap_err().to_string();
-    assert!(error.contains("--listen: `nowhere` is no endpoint"), "{error}");
-    assert!(error.contains("--connect: `tpc/host:7447` is an endpoint of no known"), "{error}");
 }
 
 #[test]

@@ -9,10 +9,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
-use daemon::observer;
+use names::fault::Fault;
+use names::{RunId, Step};
 use support::{Process, Reference, Rig, Story, in_time, note, status, story_of_reference};
-use truss::fault::Fault;
-use truss::ids::{RunId, Step};
 use wire::FaultTransition;
 use wire::keys::Watched;
 use zenoh::Session;
@@ -45,8 +44,8 @@ fn expected(rig: &Rig, steps: u64) -> Story {
     let story = story_of_reference(&reference);
     let mut latched: Vec<&str> = story
         .values()
-        .filter(|told| told.state == "latched")
-        .map(|told| told.component.as_str())
+        .filter(|transition| transition.state == "latched")
+        .map(|transition| transition.component.as_str())
         .collect();
     latched.sort_unstable();
     let mut faulty: Vec<String> =
@@ -56,7 +55,7 @@ fn expected(rig: &Rig, steps: u64) -> Story {
     story
 }
 
-/// Listens until the whole story was told.
+/// Listens until every expected transition has arrived.
 async fn until_as_expected(faults: &Faults, expected: &Story) {
     let mut story = Story::new();
     let as_expected = async {
@@ -72,7 +71,7 @@ async fn until_as_expected(faults: &Faults, expected: &Story) {
 
 type Faults = AdvancedSubscriber<zenoh::handlers::FifoChannelHandler<zenoh::sample::Sample>>;
 
-/// Listens to every transition, those included that were told before a link was there.
+/// Listens to every transition, those included that were published before a link was there.
 async fn subscribe(observer: &Session) -> Faults {
     observer
         .declare_subscriber(Watched::default().faults())
@@ -90,7 +89,7 @@ async fn listen(observer: &Session, rig: &Rig) -> Faults {
     subscribe(observer).await
 }
 
-/// Asks everybody for the present states.
+/// Queries every module for the present states.
 async fn present_states(observer: &Session) -> BTreeMap<String, FaultTransition> {
     let replies = observer
         .get(Watched::default().faults())
@@ -111,7 +110,7 @@ async fn stop(diagnosers: Vec<Process>, observer: Session) {
     for diagnoser in diagnosers {
         diagnoser.stop().await;
     }
-    daemon::session::close(&observer).await;
+    session::close(&observer).await;
 }
 
 fn at_speed(speed: Speed, steps: u64) -> PlantFlags {
@@ -138,9 +137,10 @@ async fn at_full_speed_with_the_plant_last_the_verdicts_are_those_of_one_process
     }
     let states = present_states(&observer).await;
     assert_eq!(states.len(), 24, "each component has a state");
-    for told in expected.values() {
-        let latest = expected.values().rfind(|other| other.component == told.component).unwrap();
-        assert_eq!(states[&told.component].state.to_string(), latest.state);
+    for transition in expected.values() {
+        let latest =
+            expected.values().rfind(|other| other.component == transition.component).unwrap();
+        assert_eq!(states[&transition.component].state.to_string(), latest.state);
     }
     stop(diagnosers, observer).await;
 }

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use daemon::diagnoser::StateDirectory;
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 const MIB: u64 = 1 << 20;
 

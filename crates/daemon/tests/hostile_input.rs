@@ -6,17 +6,17 @@ mod support;
 use std::time::Duration;
 
 use daemon::config::{PlantFlags, Speed};
-use daemon::observer::{self, OrderError};
-use support::{Process, Rig, in_time, status};
-use truss::fault::Fault;
-use truss::ids::{RunId, Step};
+use names::fault::Fault;
+use names::{RunId, Step};
+use observer::OrderError;
+use support::{Process, Rig, first, in_time, status};
 use wire::{Injection, PlantPhase, PlantStatus, Refused, Sample, StateAnswer, StateQuestion};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
 const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
 
-/// A diagnoser of the lower module and whoever plays the rest of the world.
+/// A diagnoser of the lower module; the test plays the rest of the world.
 async fn diagnoser_alone() -> (Process, Session) {
     let mut rig = Rig::new("small/plant.toml", &SMALL, &PlantFlags::default());
     rig.diagnosers[0].publish.status_every_ms = 100;
@@ -102,7 +102,7 @@ async fn every_kind_of_bad_sample_is_counted_by_its_name_and_good_ones_are_still
     assert_eq!(diagnosis.samples_missing, 3);
     assert_eq!(diagnosis.samples, 3);
     diagnoser.stop().await;
-    daemon::session::close(&observer).await;
+    session::close(&observer).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -144,7 +144,7 @@ async fn a_question_is_answered_held_or_refused_with_its_reason() {
     assert_eq!((asked.received, asked.turned_away), (10, 0));
     assert_eq!((asked.malformed, asked.answered, asked.refused), (3, 3, 4));
     diagnoser.stop().await;
-    daemon::session::close(&observer).await;
+    session::close(&observer).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -170,11 +170,12 @@ async fn without_its_peer_a_change_is_unconfirmed_and_the_silent_one_is_named() 
     in_time("an unconfirmed change", async {
         while states.last().is_none_or(|state| state != "unconfirmed") {
             let received = faults.recv_async().await.unwrap();
-            let told: wire::FaultTransition = wire::decode(&received.payload().to_bytes()).unwrap();
-            if told.state == wire::FaultState::Unconfirmed {
-                assert_eq!(told.silent, ["upper".parse().unwrap()]);
+            let published: wire::FaultTransition =
+                wire::decode(&received.payload().to_bytes()).unwrap();
+            if published.state == wire::FaultState::Unconfirmed {
+                assert_eq!(published.silent, ["upper".parse().unwrap()]);
             }
-            states.push(told.state.to_string());
+            states.push(published.state.to_string());
         }
     })
     .await;
@@ -182,21 +183,15 @@ async fn without_its_peer_a_change_is_unconfirmed_and_the_silent_one_is_named() 
     for process in [lower, plant] {
         process.stop().await;
     }
-    daemon::session::close(&observer).await;
+    session::close(&observer).await;
 }
 
 async fn plant_status(observer: &Session, wanted: impl Fn(&PlantStatus) -> bool) -> PlantStatus {
-    let statuses = observer.declare_subscriber("trusswatch/small/plant/status").await.unwrap();
-    in_time("the plant's status wanted", async {
-        loop {
-            let received = statuses.recv_async().await.unwrap();
-            let status: PlantStatus = wire::decode(&received.payload().to_bytes()).unwrap();
-            if wanted(&status) {
-                return status;
-            }
-        }
-    })
-    .await
+    let read = |received: &zenoh::sample::Sample| {
+        let status: PlantStatus = wire::decode(&received.payload().to_bytes()).unwrap();
+        wanted(&status).then_some(status)
+    };
+    first(observer, "trusswatch/small/plant/status", "the plant's status wanted", read).await
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -259,5 +254,5 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
     send(&order("lower/sensor/g1", None, None)).await.unwrap();
     plant_status(&observer, |status| status.faults.is_empty()).await;
     plant.stop().await;
-    daemon::session::close(&observer).await;
+    session::close(&observer).await;
 }

@@ -9,10 +9,9 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
-use daemon::config::Network;
-use daemon::observer;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use session::Network;
 use support::{configs, free_endpoint, in_time};
 use tempfile::TempDir;
 
@@ -157,7 +156,7 @@ async fn sigterm_and_sigint_end_the_processes_properly_and_soon() {
     let module =
         ["run", module_file.to_str().unwrap(), "--listen", &module_at, "--connect", &plant_at];
     let diagnoser = start(DIAGNOSER, &module);
-    let session = daemon::session::open(&Network::peer_of(&[plant_at, module_at])).await.unwrap();
+    let session = session::open(&Network::peer_of(&[plant_at, module_at])).await.unwrap();
     let (structure, modules) = ("tower".parse().unwrap(), ["module1".parse().unwrap()]);
     observer::wait_for(&session, &structure, &modules, true, support::LIMIT).await.unwrap();
     let gone = session
@@ -171,11 +170,11 @@ async fn sigterm_and_sigint_end_the_processes_properly_and_soon() {
     assert_eq!(token.kind(), zenoh::sample::SampleKind::Delete);
     assert_eq!(ends(plant, Some(Signal::SIGINT)).await, 0);
     assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
-    daemon::session::close(&session).await;
+    session::close(&session).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_plant_that_waits_for_nobody_ends_after_its_steps() {
+async fn a_plant_without_waiting_ends_after_its_steps() {
     let folder = TempDir::new().unwrap();
     let file = without_network(&folder, "plant.toml");
     let arguments =
@@ -187,9 +186,9 @@ async fn a_plant_that_waits_for_nobody_ends_after_its_steps() {
 async fn a_client_that_waits_for_its_router_can_still_be_stopped() {
     let folder = TempDir::new().unwrap();
     let file = without_network(&folder, "module1.toml");
-    let nobody = free_endpoint();
+    let unused = free_endpoint();
     let text = std::fs::read_to_string(&file).unwrap();
-    let network = format!("[network]\nmode = \"client\"\nconnect = [\"{nobody}\"]\n");
+    let network = format!("[network]\nmode = \"client\"\nconnect = [\"{unused}\"]\n");
     std::fs::write(&file, text + &network).unwrap();
     let mut child = Command::new(DIAGNOSER)
         .args(["run", file.to_str().unwrap()])
@@ -198,9 +197,7 @@ async fn a_client_that_waits_for_its_router_can_still_be_stopped() {
         .spawn()
         .unwrap();
     let mut log = BufReader::new(child.stderr.take().unwrap()).lines();
+    let running = Running(child);
     assert!(log.by_ref().map_while(Result::ok).any(|line| line.contains("opening a session")));
-    kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), Signal::SIGTERM).unwrap();
-    let ended = tokio::task::spawn_blocking(move || child.wait());
-    let status = in_time("the end of the process", ended).await.unwrap().unwrap();
-    assert_eq!(status.code(), Some(0));
+    assert_eq!(ends(running, Some(Signal::SIGTERM)).await, 0);
 }

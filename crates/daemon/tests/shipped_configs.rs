@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use daemon::config::{Network, PlantFlags, load_diagnoser, load_plant};
+use daemon::config::{PlantFlags, load_diagnoser, load_plant};
+use session::Network;
 use truss::Structure;
 
 fn configs() -> PathBuf {
@@ -31,7 +32,7 @@ fn every_modules_structure_is_the_one_cut_out_of_the_whole() {
             std::fs::write(&file, &expected).unwrap();
         }
         let found = std::fs::read_to_string(&file).unwrap();
-        assert!(found == expected, "{part} is out of date; set {REWRITE}=1 to write it anew");
+        assert!(found == expected, "{part} is out of date; set {REWRITE}=1 to rewrite it");
     }
 }
 
@@ -69,6 +70,6 @@ fn every_file_of_zenoh_settings_is_taken_by_zenoh() {
         "tower-router.json5",
     ] {
         let zenoh = Some(configs().join("zenoh").join(file));
-        daemon::session::settings(&Network { zenoh, ..Network::default() }).unwrap();
+        session::settings(&Network { zenoh, ..Network::default() }).unwrap();
     }
 }

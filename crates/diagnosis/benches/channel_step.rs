@@ -22,7 +22,7 @@ fn samples(count: usize) -> Vec<f64> {
     StandardNormal.sample_iter(&mut random).take(count).collect()
 }
 
-/// The textbook way: running scatter, inverse and determinant anew at every step.
+/// The textbook way: running scatter, inverse and determinant recomputed at every step.
 struct Recompute {
     window: usize,
     mean: DVector<f64>,

@@ -12,7 +12,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::{Diagnoser, ModuleSetup, Rule};
-use fixture::Signals;
+use fixture::RestingSignals;
 use truss::Structure;
 
 fn tower_setup() -> ModuleSetup {
@@ -30,7 +30,7 @@ fn tower_setup() -> ModuleSetup {
 }
 
 fn diagnoser_step(c: &mut Criterion) {
-    let mut signals = Signals::new(4, 8);
+    let mut signals = RestingSignals::new(4, 8);
     let mut samples: Vec<_> = (0..8192).map(|_| signals.sample()).collect();
     let mut diagnoser = Diagnoser::new(tower_setup()).expect("the setup is valid");
     let mut actions = Vec::new();
@@ -39,7 +39,7 @@ fn diagnoser_step(c: &mut Criterion) {
         b.iter(|| {
             let count = samples.len() as u64;
             let sample = &mut samples[usize::try_from(next % count).unwrap_or(0)];
-            sample.step = truss::ids::Step(next);
+            sample.step = names::Step(next);
             next += 1;
             diagnoser.take_sample(black_box(sample), &mut actions);
             actions.clear();

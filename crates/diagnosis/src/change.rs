@@ -1,11 +1,11 @@
 //! Changes: a channel's divergence rose above its threshold.
 
-use truss::ids::{Component, Step};
+use names::{Component, Step};
 
 /// Longest window within which changes count as simultaneous, in steps.
 pub const MAX_TIE: usize = 31;
 
-/// A change as peers tell each other of it.
+/// A change as peers exchange it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
     /// The channel.
@@ -16,7 +16,7 @@ pub struct Change {
     pub ratio: f64,
 }
 
-/// A change of one's own, remembered with the growth of its ratio.
+/// A change of the module's own, remembered with the growth of its ratio.
 #[derive(Debug, Clone)]
 pub(crate) struct LoggedChange {
     /// Number of the channel.
@@ -64,12 +64,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ratio_is_told_as_it_stood_at_the_step_asked_for() {
+    fn a_ratio_is_reported_as_it_stood_at_the_step_asked_for() {
         let mut change = LoggedChange::new(0, Step(10), 1.5);
         change.follow(Step(11), 4.0, 3);
         change.follow(Step(13), 2.0, 3);
         change.follow(Step(14), 9.0, 3);
-        let told: Vec<f64> = (10..20).map(|k| change.ratio_as_of(Step(k))).collect();
-        assert_eq!(told, [1.5, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]);
+        let ratios: Vec<f64> = (10..20).map(|k| change.ratio_as_of(Step(k))).collect();
+        assert_eq!(ratios, [1.5, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]);
     }
 }

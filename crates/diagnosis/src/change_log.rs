@@ -1,8 +1,8 @@
-//! A module's own changes, to be told to peers.
+//! A module's own changes, to be reported to peers.
 
 use std::collections::VecDeque;
 
-use truss::ids::Step;
+use names::Step;
 
 use crate::change::LoggedChange;
 use crate::question::MAX_CHANGES_IN_ANSWER;
@@ -30,7 +30,7 @@ impl ChangeLog {
         }
         let later = self.changes.iter().rev().take_while(|c| c.step > change.step).count();
         if later > 0 {
-            // Only while old samples are given again after a restart: too old to be told as news.
+            // Only while old samples are replayed after a restart: too old to be reported as new.
             self.changes.insert(self.changes.len() - later, change);
             return;
         }
@@ -45,8 +45,14 @@ impl ChangeLog {
     }
 
     /// Was this change, or one of the same channel at most `tie` steps away, recalled? Then it was seen
-    /// before the restart, and its ratio follows what is seen now.
-    pub(crate) fn sees_again(&mut self, channel: usize, step: Step, tie: u64, ratio: f64) -> bool {
+    /// before the restart, and its ratio is raised to the present one.
+    pub(crate) fn merge_repeat(
+        &mut self,
+        channel: usize,
+        step: Step,
+        tie: u64,
+        ratio: f64,
+    ) -> bool {
         let near = |c: &&mut LoggedChange| {
             c.channel == channel && c.step <= step.plus(tie) && step <= c.step.plus(tie)
         };
@@ -54,7 +60,7 @@ impl ChangeLog {
         again.map(|change| change.raise(ratio)).is_some()
     }
 
-    /// The next change whose ratio is final at `now`; each is told once.
+    /// The next change whose ratio is final at `now`; each is returned once.
     pub(crate) fn settle(&mut self, now: Step, tie: u64) -> Option<&LoggedChange> {
         let place = self.changes.len().checked_sub(self.fresh.max(1))?;
         let settled = self.fresh > 0 && self.changes[place].step.plus(tie) <= now;

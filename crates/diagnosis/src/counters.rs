@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Counters, each of something that must not pass unseen.
+use crate::sample::SampleRejection;
+
+/// Counters of events that must not go unnoticed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Counters {
@@ -23,7 +25,7 @@ pub struct Counters {
     pub samples_non_finite: u64,
     /// Runs begun.
     pub runs: u64,
-    /// Gaussians lost and started anew.
+    /// Gaussians lost and restarted.
     pub restarts: u64,
     /// Changes of any channel.
     pub changes: u64,
@@ -37,4 +39,18 @@ pub struct Counters {
     pub answers_given: u64,
     /// Peers' questions refused.
     pub questions_refused: u64,
+}
+
+impl Counters {
+    /// Counts a sample that was not used.
+    pub(crate) fn count(&mut self, rejection: SampleRejection) {
+        let counter = match rejection {
+            SampleRejection::WrongLength => &mut self.samples_wrong_length,
+            SampleRejection::NonFinite => &mut self.samples_non_finite,
+            SampleRejection::Repeated => &mut self.samples_repeated,
+            SampleRejection::Late => &mut self.samples_late,
+            SampleRejection::FarAhead => &mut self.samples_far_ahead,
+        };
+        *counter += 1;
+    }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use truss::ids::Step;
+use names::Step;
 
 /// Most stretches remembered.
 const MAX_STRETCHES: usize = 16;

@@ -1,7 +1,7 @@
-//! What reaches a diagnoser and what it wants done. Events in, actions out: the shell around it
-//! carries samples, questions and answers; the diagnoser knows nothing of clocks or networks.
+//! Inputs and outputs of a diagnoser: events in, actions out. The shell around it carries samples,
+//! questions and answers; the diagnoser has no clock and no network.
 
-use truss::ids::{Component, ModuleName, RunId, Step};
+use names::{Component, ModuleName, RunId, Step};
 
 use crate::change::Change;
 use crate::divergence::Violation;
@@ -12,11 +12,11 @@ use crate::question::{Answer, PeerFailure, Question, Refusal};
 use crate::sample::{Sample, SampleRejection};
 use crate::verdict::Transition;
 
-/// The shell's own mark on a question it passed in, returned with the answer.
+/// The shell's token of a question it passed in, returned with the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct QuestionToken(pub u64);
 
-/// Something that reaches a diagnoser.
+/// An input of a diagnoser.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// The module's next sample.
@@ -49,12 +49,12 @@ pub enum Event {
         /// How it failed.
         failure: PeerFailure,
     },
-    /// A peer that was gone is back: it is worth asking it again at once.
+    /// A peer that was gone is back: it may be asked again at once.
     Returned {
         /// The peer.
         peer: ModuleName,
     },
-    /// An operator orders something.
+    /// An operator issues a command.
     Ordered {
         /// To be returned with the outcome.
         token: OrderToken,
@@ -63,10 +63,10 @@ pub enum Event {
     },
 }
 
-/// Something that a diagnoser wants done, in this order.
+/// An action for the shell to carry out, in this order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
-    /// Tell the world that a channel changed.
+    /// Publish that a channel changed.
     Report {
         /// The run that the step is counted in.
         run: RunId,
@@ -75,26 +75,25 @@ pub enum Action {
         /// The channel at the change.
         evidence: Evidence,
     },
-    /// Make a transition durable, then tell the world.
+    /// Make a transition durable, then publish it.
     Publish(Transition),
-    /// The ratio of a change will not grow any more: this is what peers are told of it from now on, and
-    /// worth remembering.
+    /// The ratio of a change is final: peers receive this value from now on, and it is to be stored.
     Settled {
         /// The run that the step is counted in.
         run: RunId,
         /// The change.
         change: Change,
     },
-    /// An order was obeyed; its transition stands before this.
+    /// A command was accepted; its transition precedes this.
     Obeyed {
-        /// The order's token.
+        /// The command's token.
         token: OrderToken,
         /// The sequence number of the transition.
         sequence: u64,
     },
-    /// An order was not obeyed.
+    /// A command was refused.
     OrderRefused {
-        /// The order's token.
+        /// The command's token.
         token: OrderToken,
         /// Why.
         refusal: OrderRefusal,
@@ -136,7 +135,7 @@ pub enum Action {
         /// How many.
         missing: u64,
     },
-    /// A channel's Gaussian was lost and started anew (and was counted).
+    /// A channel's Gaussian was lost and restarted (and was counted).
     Restarted {
         /// The channel.
         component: Component,

@@ -1,7 +1,7 @@
 //! What a verdict rests on: one record per residual and step.
 
+use names::Step;
 use serde::{Deserialize, Serialize};
-use truss::ids::Step;
 
 /// A channel at one step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,13 +1,13 @@
 //! The verdicts on a module's components and their numbered transitions.
 
-use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step};
+use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::evidence::Evidence;
 use crate::isolation::Case;
 use crate::order::GivenOrder;
 use crate::verdict::{Doubt, Transition, Verdict};
 
-/// What is held of one component.
+/// The verdict on one component.
 #[derive(Debug, Clone)]
 struct Entry {
     component: Component,
@@ -31,7 +31,7 @@ impl FaultySince {
             return Self { change: Step(0), found: Step(0) };
         }
         let change = latest.detection;
-        // An order that left it faulty was given later than it was found.
+        // A command that left it faulty was issued later than it was found.
         let found = if latest.order.is_some() { change } else { latest.decided };
         Self { change, found }
     }
@@ -82,7 +82,7 @@ impl Ledger {
         self.sequence.saturating_add(1)
     }
 
-    /// The actuators held for faulty, with when that began.
+    /// The actuators declared faulty, with when that began.
     pub(crate) fn latched_actuators(
         &self,
         module: &ModuleName,
@@ -134,7 +134,7 @@ impl Ledger {
         self.record(run, channel, verdict, decided, Record { onset, detection, evidence })
     }
 
-    /// Gives a component the verdict that an operator orders; `None` if it never had a transition.
+    /// Gives a component the verdict that an operator commands; `None` if it never had a transition.
     pub(crate) fn obey(
         &mut self,
         channel: usize,

@@ -1,12 +1,12 @@
-//! What a diagnoser knew before it was restarted.
+//! The state that a diagnoser had before it was restarted.
 
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 use crate::change::Change;
 use crate::verdict::Transition;
 
-/// What outlives a process. Whoever keeps it hands it to [`crate::Diagnoser::recall`] before the first
-/// event.
+/// The state that survives a restart. The shell stores it and passes it to
+/// [`crate::Diagnoser::recall`] before the first event.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Memory {
     /// The sequence number of the latest transition; 0 if there was none.
@@ -24,6 +24,6 @@ pub struct PastWatch {
     pub run: RunId,
     /// First and last step that every channel was watched at, if there was one.
     pub watched: Option<(Step, Step)>,
-    /// The changes of the run as [`crate::Action::Settled`] told them, oldest first.
+    /// The changes of the run as [`crate::Action::Settled`] reported them, oldest first.
     pub changes: Vec<Change>,
 }

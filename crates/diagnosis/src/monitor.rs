@@ -1,6 +1,6 @@
-//! One channel's watch: when does its divergence rise above the threshold, when is it quiet again?
+//! The monitor of one channel: when does its divergence rise above the threshold, when is it quiet again?
 
-use truss::ids::Step;
+use names::Step;
 
 use crate::divergence::Outcome;
 use crate::evidence::Evidence;
@@ -25,7 +25,7 @@ pub enum Observation {
     Quiet,
 }
 
-/// The watch over one channel: the very rule by which a diagnoser tells changes. It wants every outcome
+/// The monitor of one channel: the rule by which a diagnoser detects changes. It takes every outcome
 /// of the channel's divergence, in order; steps without one (a gap) are left out.
 #[derive(Debug, Clone)]
 pub struct Monitor {
@@ -43,7 +43,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// The watch over a channel with threshold γ. A change counts once the channel's Gaussian has taken
+    /// The monitor of a channel with threshold γ. A change counts once the channel's Gaussian has taken
     /// `warm_up_vectors`, and is over after `quiet_steps` steps below γ in a row.
     #[must_use]
     pub fn new(threshold: f64, warm_up_vectors: u64, quiet_steps: u64) -> Self {
@@ -68,7 +68,7 @@ impl Monitor {
         *self = Self::new(threshold, self.warm_up_vectors, self.quiet_steps);
     }
 
-    /// The channel is learnt anew; a change that was not over goes on until the channel is seen to be quiet.
+    /// The channel is relearnt; a change that was not over goes on until the channel is seen to be quiet.
     pub fn relearn(&mut self) {
         self.watched = false;
         self.rising_since = None;
@@ -165,14 +165,14 @@ mod tests {
     }
 
     #[test]
-    fn a_change_is_told_once_and_traced_back_to_its_onset() {
+    fn a_change_is_reported_once_and_traced_back_to_its_onset() {
         let mut monitor = Monitor::new(2.0, 5, 3);
-        let told = observe(&mut monitor, &[0.1, 0.6, 0.8, 2.0, 5.0, 1.0, 3.0, 0.1, 0.1, 0.1, 0.1]);
-        assert_eq!(told, [(3, Observation::Changed { onset: Step(1) }), (9, Observation::Quiet)]);
+        let seen = observe(&mut monitor, &[0.1, 0.6, 0.8, 2.0, 5.0, 1.0, 3.0, 0.1, 0.1, 0.1, 0.1]);
+        assert_eq!(seen, [(3, Observation::Changed { onset: Step(1) }), (9, Observation::Quiet)]);
     }
 
     #[test]
-    fn nothing_is_told_before_the_channel_has_warmed_up() {
+    fn nothing_is_reported_before_the_channel_has_warmed_up() {
         let mut monitor = Monitor::new(2.0, 11, 3);
         assert_eq!(observe(&mut monitor, &[9.0, 9.0]), []);
         assert!(!monitor.is_watched());

@@ -1,20 +1,20 @@
-//! What an operator orders a diagnoser to do with a fault, and why it may refuse.
+//! An operator's commands concerning a fault, and why one may be refused.
 //!
-//! The life of a fault: latched → acknowledged (a person has seen it) → reset (it is repaired). A reset
-//! believes the evidence more than the operator, unless forced.
+//! The life of a fault: latched → acknowledged (an operator has seen it) → reset (it is repaired). A
+//! reset is refused while the evidence persists, unless forced.
 
+use names::Component;
 use serde::{Deserialize, Serialize};
-use truss::ids::Component;
 
-/// The shell's own mark on an order it passed in, returned with the outcome.
+/// The shell's token of a command it passed in, returned with the outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct OrderToken(pub u64);
 
-/// What is ordered.
+/// What is commanded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderKind {
-    /// A person has seen the fault.
+    /// An operator has seen the fault.
     Acknowledge,
     /// The component is repaired: back to normal.
     Reset {
@@ -23,27 +23,27 @@ pub enum OrderKind {
     },
 }
 
-/// Who ordered what and why; stands in the transition that it led to.
+/// A command, who issued it and why; recorded in the transition that it led to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GivenOrder {
     /// What.
     pub kind: OrderKind,
-    /// Who.
+    /// Who issued it.
     pub by: String,
     /// Why.
     pub note: Option<String>,
 }
 
-/// An order concerning one component.
+/// A command concerning one component.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Order {
     /// The component.
     pub component: Component,
-    /// What, by whom, why.
+    /// The command, who issued it, why.
     pub given: GivenOrder,
 }
 
-/// Why an order was not obeyed; nothing changed.
+/// Why a command was refused; nothing changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OrderRefusal {
     /// The module has no such component.
@@ -67,10 +67,10 @@ pub enum OrderRefusal {
         /// Its state.
         state: &'static str,
     },
-    /// Nobody has seen it yet.
+    /// The fault is not acknowledged yet.
     #[error("`{0}` is not acknowledged; acknowledge it first, or force the reset")]
     NotAcknowledged(Component),
-    /// The present of the component is not known.
+    /// The present state of the component is not known.
     #[error(
         "`{0}` is not watched at present; wait until the module is in service, or force the reset"
     )]

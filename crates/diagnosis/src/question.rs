@@ -1,10 +1,10 @@
-//! What modules ask each other: "your changes from step a, as of step b?"
+//! Queries between modules: "your changes from step a, as of step b?"
 //!
 //! An answer is a statement about steps, not about the moment it is given: a peer that has not yet
 //! processed step b holds its answer until it has. The verdicts of the modules together are then those
 //! of one process, whatever the network's timing.
 
-use truss::ids::{ActuatorName, RunId, Step};
+use names::{ActuatorName, RunId, Step};
 
 use crate::change::Change;
 
@@ -22,7 +22,7 @@ pub struct Question {
     pub as_of: Step,
 }
 
-/// An actuator that the answering module holds for faulty.
+/// An actuator that the answering module has declared faulty.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ActuatorFault {
     /// The actuator.
@@ -40,7 +40,7 @@ pub struct Answer {
     pub watching_since: Option<Step>,
     /// Changes between the two steps of the question, oldest first.
     pub changes: Vec<Change>,
-    /// Actuators held for faulty as of the step asked for, whenever that was found.
+    /// Actuators declared faulty as of the step asked for, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
 }
 
@@ -53,7 +53,7 @@ pub enum PeerFailure {
     /// No answer in time.
     #[error("timed out")]
     TimedOut,
-    /// Nobody is there to answer.
+    /// No peer is there to answer.
     #[error("absent")]
     Absent,
     /// The answer does not fit the question.

@@ -1,6 +1,6 @@
 //! What a module measures at one step.
 
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 /// The signals of one module at one step, in the order of its description.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,8 +32,8 @@ pub enum SampleRejection {
     /// The step lies before the one before: the gap it belonged into is closed.
     #[error("step already passed")]
     Late,
-    /// The step lies so far ahead that a single sample is not believed: taking it would turn every
-    /// honest sample after it into a repeated one.
+    /// The step lies so far ahead that a single sample is not trusted: accepting it would turn every
+    /// valid sample after it into a repeated one.
     #[error("step implausibly far ahead")]
     FarAhead,
 }

@@ -1,12 +1,12 @@
-//! What tunes a diagnoser, and what it is told of its module.
+//! The settings of a diagnoser and the description of its module.
 
+use names::ModuleName;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
-use truss::ids::ModuleName;
 
 use crate::change::MAX_TIE;
 use crate::divergence::{DivergenceSettings, SettingsError};
-use crate::residual::{ActuatorResidual, Hydraulics, HydraulicsError};
+use crate::residual::{ActuatorResidual, HydraulicsError, NominalHydraulics};
 
 /// Which components may be the root of other components' changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -16,7 +16,7 @@ pub enum Rule {
     /// later ones.
     #[default]
     FirstChange,
-    /// Algorithm 4.3 of the paper: only actuator faults explain, and for ever.
+    /// Algorithm 4.3 of the paper: only actuator faults explain, and permanently.
     Paper,
 }
 
@@ -31,8 +31,8 @@ pub struct IsolationSettings {
     pub hold_steps: u64,
     /// Changes at most this many steps apart are simultaneous: the larger D/γ decides.
     pub tie_steps: u64,
-    /// D/γ from which on a change, if it gets there within the tie, is nobody's effect.
-    pub leap_ratio: f64,
+    /// D/γ from which on a change, if it gets there within the tie, is a root cause of its own.
+    pub root_ratio: f64,
     /// For how long a root explains other components' changes, in steps; about the interval.
     pub horizon_steps: u64,
     /// Steps below the threshold after which a channel counts as quiet again.
@@ -53,7 +53,7 @@ pub struct DetectionSettings {
     pub warm_up_vectors: u64,
 }
 
-/// Everything that a diagnoser is told.
+/// The whole configuration of a diagnoser.
 #[derive(Debug, Clone)]
 pub struct ModuleSetup {
     /// Name of the module.
@@ -61,7 +61,7 @@ pub struct ModuleSetup {
     /// The module's own part of the structure.
     pub structure: Structure,
     /// Its actuators.
-    pub hydraulics: Hydraulics,
+    pub hydraulics: NominalHydraulics,
     /// Noise of a gage as strain \[m/m\].
     pub gage_noise_strain: f64,
     /// Length of a step \[s\].
@@ -173,8 +173,8 @@ impl ModuleSetup {
         let enough = self.isolation.rule == Rule::Paper || hold >= 2 * tie;
         let twice = format!("at least twice tie_steps, {}", 2 * tie);
         require(enough, "hold_steps", hold.to_string(), &twice);
-        let leap = self.isolation.leap_ratio;
-        require(leap > 1.0, "leap_ratio", leap.to_string(), "a number above 1, inf for never");
+        let ratio = self.isolation.root_ratio;
+        require(ratio > 1.0, "root_ratio", ratio.to_string(), "a number above 1, inf for never");
         let quiet = self.isolation.quiet_steps;
         require(quiet >= 1, "quiet_steps", quiet.to_string(), "at least 1 step");
         let warm_up = self.detection.warm_up_vectors;

@@ -1,10 +1,10 @@
 //! Figures that several tests need.
 
-use crate::residual::Hydraulics;
+use crate::residual::NominalHydraulics;
 
 /// The cylinder of the shipped tower.
-pub(crate) fn hydraulics() -> Hydraulics {
-    Hydraulics {
+pub(crate) fn hydraulics() -> NominalHydraulics {
+    NominalHydraulics {
         area_a_m2: 1.3273e-2,
         area_b_m2: 9.425e-3,
         volume_a_m3: 2.323e-3,

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
+use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use serde::{Deserialize, Serialize};
-use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::evidence::Evidence;
 use crate::order::GivenOrder;
 
-/// What a module holds of one of its components.
+/// The verdict of a module on one of its components.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Verdict {
@@ -30,7 +30,7 @@ pub enum Verdict {
     },
     /// A fault of this component; stays until reset.
     Latched,
-    /// A fault of this component that a person has seen; stays until reset.
+    /// A fault of this component that an operator has seen; stays until reset.
     Acknowledged,
 }
 
@@ -40,7 +40,7 @@ pub enum Verdict {
 pub enum Doubt {
     /// These peers do not answer. They are asked again.
     Silent(Vec<ModuleName>),
-    /// These modules, perhaps this one, were not watching when it happened: nobody will ever know.
+    /// These modules, perhaps this one, were not watching when it happened: it can never be judged.
     Unknowing(Vec<ModuleName>),
     /// The run ended before the judgement.
     RunEnded,
@@ -113,6 +113,6 @@ pub struct Transition {
     pub decided: Step,
     /// The channel at the detection.
     pub evidence: Evidence,
-    /// The order that led to this, if one did.
+    /// The command that led to this, if one did.
     pub order: Option<GivenOrder>,
 }

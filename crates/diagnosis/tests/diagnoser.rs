@@ -9,12 +9,12 @@ use diagnosis::{
     QuestionToken, Refusal, Rule, SampleRejection, Verdict,
 };
 use fixture::{Bench, HOLD, HORIZON, WARM_UP, name, setup};
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
-/// Enough to change a gage's channel, too little for a leap.
+/// Enough to change a gage's channel, too little to reach the root ratio.
 const SMALL_BIAS_M: f64 = 14e-6;
-const LEAP_M: f64 = 500e-6;
+const ROOT_M: f64 = 500e-6;
 
 fn answer(question: Question, changes: Vec<Change>) -> Event {
     let answer = Answer {
@@ -83,7 +83,7 @@ fn a_sensor_fault_is_latched_once_the_peer_has_nothing_to_explain_it() {
     assert!(transition.evidence.ratio() >= 1.0);
     bench.run(1000);
     assert_eq!(bench.latched(), ["sensor/g1"]);
-    assert_eq!(bench.story("sensor/g1").len(), 2, "latched once, and for good");
+    assert_eq!(bench.story("sensor/g1").len(), 2, "latched once, permanently");
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn a_silent_peer_leaves_the_change_unconfirmed_until_it_answers() {
     let unconfirmed = &bench.transitions()[1].verdict;
     assert_eq!(*unconfirmed, Verdict::Unconfirmed { doubt: Doubt::Silent(vec![name("upper")]) });
     bench.run(150);
-    assert_eq!(bench.story("sensor/g1").len(), 2, "told once");
+    assert_eq!(bench.story("sensor/g1").len(), 2, "reported once");
     bench.run(90);
     assert_eq!(bench.questions().len(), 1, "not asked again at once");
     bench.run(20);
@@ -164,11 +164,11 @@ fn changes_of_ones_own_within_the_horizon_are_explained_by_the_first() {
 }
 
 #[test]
-fn a_second_fault_that_leaps_is_named_too_and_explains_what_follows_it() {
+fn a_second_fault_that_reaches_the_root_ratio_is_named_too_and_explains_what_follows_it() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     bench.signals.gage_offsets[0] = BIAS_M;
     run_with_a_quiet_peer(&mut bench, 20);
-    bench.signals.gage_offsets[1] = LEAP_M;
+    bench.signals.gage_offsets[1] = ROOT_M;
     run_with_a_quiet_peer(&mut bench, 20);
     assert_eq!(bench.latched(), ["sensor/g1", "sensor/g2"]);
     bench.signals.gage_offsets[2] = SMALL_BIAS_M;
@@ -191,7 +191,7 @@ fn by_the_paper_an_actuator_fault_is_found_alone_and_explains_sensors_for_ever()
     bench.run(10 * HORIZON);
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(HOLD + 1);
-    assert_eq!(bench.questions(), [], "its own actuator explains it: nobody is asked");
+    assert_eq!(bench.questions(), [], "its own actuator explains it: no peer is asked");
     assert_eq!(bench.story("sensor/g1").last(), Some(&"explained"));
     assert_eq!(bench.latched(), ["actuator/a1"]);
 }
@@ -331,7 +331,7 @@ fn bad_samples_are_rejected_by_name_and_change_nothing() {
 }
 
 #[test]
-fn one_absurd_step_does_not_blind_the_module_and_a_true_leap_is_followed() {
+fn one_absurd_step_does_not_blind_the_module_and_a_true_jump_is_followed() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let mut absurd = bench.signals.clone().sample();
     absurd.step = Step(u64::MAX);
@@ -379,7 +379,7 @@ fn a_new_run_starts_afresh_but_keeps_what_is_latched() {
 }
 
 #[test]
-fn answers_that_do_not_fit_are_counted_and_believed_by_nobody() {
+fn answers_that_do_not_fit_are_counted_and_ignored() {
     let lies = |question: Question| {
         let honest = Answer {
             question,
@@ -406,8 +406,8 @@ fn answers_that_do_not_fit_are_counted_and_believed_by_nobody() {
         assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
     }
     let (mut bench, question) = biased();
-    let stranger = Event::Answered {
-        peer: name("stranger"),
+    let impostor = Event::Answered {
+        peer: name("impostor"),
         answer: Answer {
             question,
             watching_since: Some(Step(0)),
@@ -415,7 +415,7 @@ fn answers_that_do_not_fit_are_counted_and_believed_by_nobody() {
             actuator_faults: Vec::new(),
         },
     };
-    bench.give(stranger);
+    bench.give(impostor);
     assert_eq!(bench.diagnoser.counters().answers_malformed, 1);
     assert_eq!(bench.story("sensor/g1"), ["tentative"]);
 }
@@ -456,7 +456,7 @@ fn the_same_events_lead_to_the_same_actions() {
 }
 
 #[test]
-fn everything_wrong_with_a_setup_is_told_at_once() {
+fn everything_wrong_with_a_setup_is_reported_at_once() {
     let mut bad = setup("lower", Rule::FirstChange);
     bad.detection.divergence.window = 0;
     bad.hydraulics.volume_a_m3 = -1.0;

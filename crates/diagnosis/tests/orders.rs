@@ -9,7 +9,7 @@ use diagnosis::{
     QuestionToken, Rule, Verdict,
 };
 use fixture::{Bench, HOLD, INTERVAL, WARM_UP};
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
 const RESET: OrderKind = OrderKind::Reset { force: false };
@@ -93,7 +93,7 @@ fn a_reset_wants_the_fault_acknowledged_and_its_evidence_gone() {
 }
 
 #[test]
-fn after_a_repair_a_reset_is_obeyed_and_a_new_fault_is_found_anew() {
+fn after_a_repair_a_reset_is_accepted_and_a_new_fault_is_found_again() {
     let mut bench = repaired();
     give(&mut bench, OrderKind::Acknowledge).unwrap();
     give(&mut bench, RESET).unwrap();
@@ -107,7 +107,7 @@ fn after_a_repair_a_reset_is_obeyed_and_a_new_fault_is_found_anew() {
 }
 
 #[test]
-fn a_forced_reset_begins_the_channel_anew() {
+fn a_forced_reset_restarts_the_channel() {
     let mut bench = faulty();
     give(&mut bench, FORCED).unwrap();
     assert_eq!(bench.story("sensor/g1").last(), Some(&"normal"));
@@ -139,8 +139,8 @@ fn faulty_actuator() -> (Bench, Step) {
     (bench, found)
 }
 
-/// The steps of the changes of actuators that a peer is told of as of a step.
-fn told(bench: &mut Bench, as_of: Step) -> Vec<Step> {
+/// The steps of the changes of actuators that a peer receives as of a step.
+fn reported(bench: &mut Bench, as_of: Step) -> Vec<Step> {
     let question = Question { run: bench.signals.run, from: Step(0), as_of };
     bench.give(Event::Asked { token: QuestionToken(1), question });
     let Action::Answer { answer, .. } = bench.actions.pop().unwrap() else { panic!() };
@@ -148,13 +148,13 @@ fn told(bench: &mut Bench, as_of: Step) -> Vec<Step> {
 }
 
 #[test]
-fn that_a_fault_is_acknowledged_changes_nothing_in_what_peers_are_told() {
+fn an_acknowledgement_changes_nothing_in_what_peers_receive() {
     let (mut bench, found) = faulty_actuator();
-    let before = told(&mut bench, found);
+    let before = reported(&mut bench, found);
     assert_eq!(before.len(), 1);
     bench.run(500);
     give_to(&mut bench, "actuator/a1", OrderKind::Acknowledge).unwrap();
-    assert_eq!(told(&mut bench, found), before);
+    assert_eq!(reported(&mut bench, found), before);
 }
 
 #[test]
@@ -167,6 +167,6 @@ fn a_fault_of_an_earlier_run_is_there_from_the_first_step_of_the_next_one() {
         bench.signals.run = RunId(9);
         bench.signals.step = Step(0);
         bench.run(1);
-        assert_eq!(told(&mut bench, Step(0)), [Step(0)]);
+        assert_eq!(reported(&mut bench, Step(0)), [Step(0)]);
     }
 }

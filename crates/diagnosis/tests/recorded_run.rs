@@ -1,5 +1,5 @@
 //! The verdicts on a recorded run are those that were agreed on: a change of any shows as a change of
-//! `data/recorded_run.verdicts`, which `BLESS=1` writes anew.
+//! `data/recorded_run.verdicts`, which `BLESS=1` rewrites.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
@@ -8,14 +8,14 @@ mod fixture;
 use std::collections::VecDeque;
 
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Rule, Sample, Verdict};
-use truss::ids::{ModuleName, RunId, Step};
+use names::{ModuleName, RunId, Step};
 
 const RECORDING: &str = include_str!("data/recorded_run.csv");
 const VERDICTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/recorded_run.verdicts");
 
 const THRESHOLD: f64 = 0.03;
 
-/// The modules' diagnosers, who ask each other, and what they published.
+/// The modules' diagnosers, which query each other, and what they published.
 struct Replay {
     diagnosers: Vec<Diagnoser>,
     asked: Vec<(usize, ModuleName)>,

@@ -9,7 +9,7 @@ use diagnosis::{
     Verdict,
 };
 use fixture::{Bench, HOLD, WARM_UP, name};
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
 
@@ -21,7 +21,7 @@ fn quiet(question: Question) -> Event {
 }
 
 /// A bias in gage g1 whose question is under way.
-fn asking() -> (Bench, Question) {
+fn open_question() -> (Bench, Question) {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(HOLD + 1);
@@ -31,7 +31,7 @@ fn asking() -> (Bench, Question) {
 
 #[test]
 fn latched_faults_and_the_sequence_are_those_of_before() {
-    let (mut bench, question) = asking();
+    let (mut bench, question) = open_question();
     bench.give(quiet(question));
     let restarted = bench.restarted();
     assert_eq!(restarted.latched(), ["sensor/g1"]);
@@ -40,10 +40,10 @@ fn latched_faults_and_the_sequence_are_those_of_before() {
 }
 
 #[test]
-fn with_the_missed_samples_given_again_nothing_is_told_twice_and_nothing_is_missed() {
-    let (mut bench, question) = asking();
+fn with_the_missed_samples_replayed_nothing_is_reported_twice_and_nothing_is_missed() {
+    let (mut bench, question) = open_question();
     bench.give(quiet(question));
-    let told = bench.transitions().len();
+    let published = bench.transitions().len();
     let mut again = bench.restarted();
     // the publisher still has everything from long before, and the samples of the time in between
     again.signals = bench.signals_of_the_start();
@@ -51,7 +51,7 @@ fn with_the_missed_samples_given_again_nothing_is_told_twice_and_nothing_is_miss
     again.signals.gage_offsets[0] = BIAS_M;
     again.run(600);
     assert_eq!(again.transitions().len(), 0, "{:?}", again.transitions());
-    assert!(told > 0 && again.latched() == ["sensor/g1"]);
+    assert!(published > 0 && again.latched() == ["sensor/g1"]);
     again.signals.gage_offsets[2] = 20.0 * BIAS_M;
     again.run(HOLD + 1);
     let question = again.questions().last().unwrap().1;
@@ -62,7 +62,7 @@ fn with_the_missed_samples_given_again_nothing_is_told_twice_and_nothing_is_miss
 
 #[test]
 fn a_change_that_was_not_judged_is_judged_after_the_restart() {
-    let (bench, _) = asking();
+    let (bench, _) = open_question();
     let mut again = bench.restarted();
     assert_eq!(again.verdict("sensor/g1"), Verdict::Tentative);
     again.signals = bench.signals_of_the_start();
@@ -78,7 +78,7 @@ fn a_change_that_was_not_judged_is_judged_after_the_restart() {
 }
 
 #[test]
-fn without_the_samples_in_between_it_is_never_judged_and_says_so() {
+fn without_the_samples_in_between_it_is_never_judged_but_unconfirmed() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(HOLD - 2);
@@ -93,8 +93,8 @@ fn without_the_samples_in_between_it_is_never_judged_and_says_so() {
 }
 
 #[test]
-fn peers_are_answered_from_before_the_restart_and_told_what_is_not_known() {
-    let (bench, _) = asking();
+fn peers_are_answered_from_before_the_restart_and_refused_what_is_not_known() {
+    let (bench, _) = open_question();
     let last = bench.now();
     let mut again = bench.restarted();
     let mut ask = |run, as_of| {
@@ -114,12 +114,12 @@ fn peers_are_answered_from_before_the_restart_and_told_what_is_not_known() {
     let question = Question { run: RunId(1), from: Step(0), as_of: last.plus(10) };
     again.give(Event::Asked { token: QuestionToken(1), question });
     let Action::Answer { answer, .. } = again.actions.pop().unwrap() else { panic!() };
-    assert_eq!(answer.watching_since, None, "nobody watched then");
+    assert_eq!(answer.watching_since, None, "nothing was watched then");
 }
 
 #[test]
 fn after_a_restart_into_another_run_what_was_open_stays_unconfirmed_until_reset() {
-    let (bench, _) = asking();
+    let (bench, _) = open_question();
     let mut again = bench.restarted();
     again.signals.run = RunId(9);
     again.run(WARM_UP + 1000);
@@ -130,7 +130,7 @@ fn after_a_restart_into_another_run_what_was_open_stays_unconfirmed_until_reset(
 
 #[test]
 fn a_peer_that_returns_is_asked_at_once() {
-    let (mut bench, question) = asking();
+    let (mut bench, question) = open_question();
     let failure = PeerFailure::Absent;
     bench.give(Event::Unanswered { peer: name("upper"), question, failure });
     bench.run(3);

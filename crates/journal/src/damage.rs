@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damage_tells_where_and_what_became_of_it() {
+    fn a_damage_reports_where_and_what_became_of_it() {
         assert_eq!(
             damage(10, 5, DamageKind::TornTail).to_string(),
             "`d/journal`: 5 bytes from byte 10 on belong to a record without an end; they were cut off"

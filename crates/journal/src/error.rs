@@ -3,7 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::line::MAX_RECORD_BYTES;
+/// Longer records are refused.
+pub const MAX_RECORD_BYTES: usize = 1 << 20;
 
 /// The operating system refused something.
 #[derive(Debug, thiserror::Error)]

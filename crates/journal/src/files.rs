@@ -1,4 +1,4 @@
-//! Where a journal's files are, and how they come to be there for good.
+//! Where a journal's files are, and how they are made durable.
 
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::FileError;
 
-/// For nobody but the owner.
+/// For the owner only.
 const DIRECTORY_MODE: u32 = 0o700;
 const FILE_MODE: u32 = 0o600;
 

@@ -109,8 +109,8 @@ impl Journal {
     ///
     /// # Errors
     /// The disk's. Records since the last success may then be missing after loss of power, whatever
-    /// a further sync says: the kernel tries once. [`rotate`](Self::rotate) writes the present state
-    /// anew.
+    /// a further sync returns: the kernel tries once. [`rotate`](Self::rotate) rewrites the present
+    /// state.
     pub fn sync(&mut self) -> Result<(), WriteError> {
         Ok(self.file.sync_data().map_err(FileError::of("sync", self.path()))?)
     }

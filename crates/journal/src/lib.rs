@@ -22,7 +22,7 @@
 //! - after an error, the journal contains what it contained before.
 //!
 //! Cost: an append is one write to the kernel's memory, however many records it has. A sync waits
-//! for the disk, hundreds of times as long; whoever appends often syncs once for many appends. A
+//! for the disk, hundreds of times as long; frequent appends should share a sync. A
 //! rotation waits for the disk four times. [`Journal::open`] reads both files into memory; [`read()`]
 //! keeps one record at a time. So the present file should be rotated when [`Journal::bytes`] has
 //! grown to a few megabytes.
@@ -38,7 +38,6 @@ mod records;
 mod rotation;
 
 pub use damage::{Damage, DamageKind};
-pub use error::{FileError, OpenError, ReadError, WriteError};
+pub use error::{FileError, MAX_RECORD_BYTES, OpenError, ReadError, WriteError};
 pub use journal::{Journal, Opened};
-pub use line::MAX_RECORD_BYTES;
 pub use records::{Records, read};

@@ -1,10 +1,7 @@
 //! One record as it stands in a file: the CRC-32 of its text in eight hexadecimal digits, a space,
 //! the text, a newline.
 
-use crate::error::WriteError;
-
-/// Longer records are refused.
-pub const MAX_RECORD_BYTES: usize = 1 << 20;
+use crate::error::{MAX_RECORD_BYTES, WriteError};
 
 /// Checksum, space and newline.
 const FRAME_BYTES: usize = CHECKSUM_BYTES + 2;
@@ -61,7 +58,7 @@ mod tests {
 
     #[test]
     fn the_format_is_checksum_space_text_newline() {
-        // the check value of CRC-32 by which its implementations are told apart
+        // the check value of CRC-32 by which its implementations are distinguished
         assert_eq!(encode(["123456789", ""]).unwrap(), b"cbf43926 123456789\n00000000 \n");
     }
 

@@ -38,7 +38,7 @@ impl Lines {
         Ok(Self { path: path.to_owned(), reader, offset: 0, end, line: Vec::new() })
     }
 
-    /// The next part of the file; none at its end, and for good.
+    /// The next part of the file; none at its end, and from then on.
     pub(crate) fn next_part(&mut self) -> Result<Option<Part>, FileError> {
         let offset = self.offset;
         let mut part = self.scan(offset);
@@ -97,7 +97,7 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::line::MAX_RECORD_BYTES;
+    use crate::error::MAX_RECORD_BYTES;
 
     fn parts(bytes: &[u8]) -> Vec<Result<String, (u64, u64, DamageKind)>> {
         let directory = tempfile::tempdir().unwrap();
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_line_was_replaced_with_is_read_anew() {
+    fn a_replaced_line_is_reread() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("file");
         let write = |record: &str| {

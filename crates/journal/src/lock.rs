@@ -13,7 +13,7 @@ pub(crate) struct Lock {
 }
 
 impl Lock {
-    /// Takes the lock, or says who has it.
+    /// Takes the lock, or reports who has it.
     pub(crate) fn take(files: &Files) -> Result<Self, OpenError> {
         let mut file =
             files::replacing().open(&files.lock).map_err(FileError::of("open", &files.lock))?;

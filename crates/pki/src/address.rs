@@ -1,5 +1,5 @@
-//! Where a holder can be reached: what stands in a certificate so that whoever connects can tell that
-//! it is the right computer.
+//! Where a holder can be reached: what stands in a certificate so that a client can verify that it is
+//! the right computer.
 
 use std::fmt;
 use std::net::IpAddr;
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ip_addresses_and_names_are_told_apart_from_the_rest() {
+    fn ip_addresses_and_names_are_distinguished_from_the_rest() {
         let parse = |text: &str| text.parse::<Address>();
         assert!(matches!(parse("192.0.2.7"), Ok(Address::Ip(_))));
         assert!(matches!(parse("2001:db8::1"), Ok(Address::Ip(_))));

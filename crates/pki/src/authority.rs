@@ -6,11 +6,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use names::StructureName;
 use rcgen::{
     BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa,
     Issuer, KeyPair, KeyUsagePurpose, PublicKeyData, SanType, SerialNumber, SignatureAlgorithm,
 };
-use truss::ids::StructureName;
 
 use crate::address::Address;
 use crate::certificate::{Certificate, PublicKey, ReadError};
@@ -56,7 +56,7 @@ pub enum IssueError {
     Name(#[from] HolderError),
     /// The authority's time is over.
     #[error(
-        "the authority's certificate ended on {0}; make a new authority in a new directory and issue everything anew"
+        "the authority's certificate ended on {0}; make a new authority in a new directory and reissue everything"
     )]
     AuthorityEnded(String),
     /// The library that makes certificates refuses.
@@ -128,7 +128,7 @@ impl Authority {
         Ok(Self { structure, key, certificate, pem })
     }
 
-    /// The structure that it speaks for.
+    /// The structure that it is the authority of.
     #[must_use]
     pub fn structure(&self) -> &StructureName {
         &self.structure

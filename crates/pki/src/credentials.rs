@@ -23,7 +23,7 @@ const DIAGNOSER: (&str, &str) = ("trusswatch-diagnoser@", ".service");
 const PLANT: &str = "trusswatch-plant.service";
 const ROUTER: &str = "trusswatch-router.service";
 
-/// A service that shows who it is.
+/// A service that authenticates.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Service {
     /// A module's diagnoser, by the instance of its unit.

@@ -1,17 +1,17 @@
-//! Who a certificate is for.
+//! The holder of a certificate.
 //!
 //! ```text
 //! module1          a module's computer
-//! plant            the simulated plant, or whatever publishes the samples of every module
+//! plant            the simulated plant, or another process that publishes the samples of every module
 //! router.ground    a router
-//! operator.ada     may order
+//! operator.ada     may issue commands
 //! observer.wall    may only read
 //! ```
 
 use std::fmt;
 use std::str::FromStr;
 
-use truss::ids::{ModuleName, StructureName};
+use names::{ModuleName, StructureName};
 
 /// What an authority's own directory is called; no module may be called so.
 pub const AUTHORITY: &str = "authority";
@@ -20,10 +20,10 @@ const PLANT: &str = "plant";
 /// Longest common name that X.509 allows (RFC 5280, `ub-common-name`).
 const MAX_COMMON_NAME: usize = 64;
 
-/// Somebody or something with a certificate.
+/// A person, process or computer with a certificate.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Holder {
-    /// A module's diagnoser, and whatever else runs on its computer.
+    /// A module's diagnoser, and other programs on its computer.
     Module(ModuleName),
     /// The simulated plant.
     Plant,
@@ -71,7 +71,7 @@ impl fmt::Display for BearerName {
 }
 
 impl FromStr for BearerName {
-    type Err = truss::ids::NameError;
+    type Err = names::NameError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         text.parse().map(Self)
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_else_is_a_holder() {
+    fn nothing_else_is_a_holder() {
         for text in ["", "authority", "king.ada", "operator.", "operator.a.b", "../x", "a/b", "-x"]
         {
             assert!(text.parse::<Holder>().is_err(), "{text}");

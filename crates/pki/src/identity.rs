@@ -1,4 +1,4 @@
-//! The files by which a holder shows who it is, and what may be wrong with them.
+//! The files that a holder authenticates with, and what may be wrong with them.
 
 use std::io;
 use std::os::unix::fs::PermissionsExt;
@@ -26,7 +26,7 @@ pub const CERTIFICATE: &str = "certificate.pem";
 /// The holder's key in an identity's directory.
 pub const KEY: &str = "key.pem";
 
-/// A certificate that ends within this is worth a word.
+/// A certificate that ends within this is worth a warning.
 const SOON: Duration = Duration::days(30);
 
 /// Where the files of a holder are.
@@ -67,7 +67,7 @@ pub enum Wrong {
         /// What the clock says.
         now: String,
     },
-    /// Somebody else's.
+    /// Issued to another holder.
     #[error(
         "was issued to `{found}`, but this is `{expected}`; use the certificate of `{expected}`"
     )]
@@ -77,13 +77,13 @@ pub enum Wrong {
         /// Whose it should be.
         expected: String,
     },
-    /// Signed by somebody else, or not for this use.
+    /// Signed by another authority, or not for this use.
     #[error("is not signed by the authority in `{}`; use the certificate and the authority that were issued together", .0.display())]
     OtherAuthority(PathBuf),
-    /// Whoever connects would find that it is another computer.
+    /// A client would find that it is another computer.
     #[error("does not name {0}, where this process listens; issue it with `--address {0}`")]
     OtherAddress(Address),
-    /// A key that is no secret.
+    /// A key that others can read.
     #[error(
         "can be read by everybody (mode {0:04o}); right is mode {PRIVATE:04o}, and a new key if somebody may have read it"
     )]
@@ -213,7 +213,7 @@ fn wrong_for(
     expected: Option<&CommonName>,
     listening: &[Address],
 ) -> Vec<Wrong> {
-    let found = own.common_name.clone().unwrap_or_else(|| "nobody".to_owned());
+    let found = own.common_name.clone().unwrap_or_else(|| "unnamed".to_owned());
     let expected = expected.map(ToString::to_string).filter(|expected| *expected != found);
     let name = expected.map(|expected| Wrong::OtherName { found, expected });
     let is_named = |address: &&Address| !own.addresses.contains(address);

@@ -1,9 +1,9 @@
-//! Who is who: a structure's authority and the certificates that it signs.
+//! Identities: a structure's authority and the certificates that it signs.
 //!
 //! A *holder* is a module, the plant, a router, an operator or an observer. Its *identity* is a
 //! directory of three files: its certificate, its key, and the authority's certificate. The
 //! certificate's common name is the holder's and the structure's, e.g. `module1.tower` or
-//! `operator.ada.tower`; access control goes by it.
+//! `operator.ada.tower`; access control matches it.
 //!
 //! | file | what |
 //! |---|---|
@@ -15,7 +15,7 @@
 //! | `authority` | makes the authority, issues and renews |
 //! | `library` | the directory with the authority and every identity that it has issued |
 //! | `credentials` | how services come by their identities, from systemd's credential store |
-//! | `private_files` | writing what nobody else may read, and never over something that is there |
+//! | `private_files` | writing files readable by the owner only, and never over something that is there |
 //!
 //! Certificates are made with [rcgen] and judged with [rustls], as on the network.
 

@@ -7,9 +7,9 @@ use time::{Duration, OffsetDateTime};
 /// Clocks that are behind by no more than this take a new certificate at once.
 const BACKDATED: Duration = Duration::hours(1);
 
-/// Days that an authority's certificate is valid unless told otherwise: ten years.
+/// Days that an authority's certificate is valid unless specified otherwise: ten years.
 pub const AUTHORITY_DAYS: u16 = 3653;
-/// Days that a holder's certificate is valid unless told otherwise: a year and a month.
+/// Days that a holder's certificate is valid unless specified otherwise: a year and a month.
 pub const HOLDER_DAYS: u16 = 397;
 
 /// A span of time; a certificate is valid in it and not outside.
@@ -28,7 +28,7 @@ pub fn now() -> OffsetDateTime {
 }
 
 impl Lifetime {
-    /// So many days from now, and a little before now.
+    /// This many days from now, and a little before now.
     #[must_use]
     pub fn of_days(days: u16) -> Self {
         let now = now();

@@ -1,4 +1,4 @@
-//! Writing what nobody else may read, and never over something that is there.
+//! Writing files readable by the owner only, and never over something that is there.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, Write};
@@ -43,7 +43,7 @@ pub(crate) fn make_directory(directory: &Path, files: &[New<'_>]) -> io::Result<
         written.sync_all()?;
     }
     File::open(beside.path())?.sync_all()?;
-    // Fails if somebody else has made one with something in it meanwhile.
+    // Fails if another process has made one with something in it meanwhile.
     fs::rename(beside.path(), directory)?;
     // The directory has got another name; there is nothing left to remove.
     let _ = beside.keep();

@@ -8,56 +8,20 @@
 //! 3. u = −K x, limited
 
 use nalgebra::DMatrix;
-use serde::{Deserialize, Serialize};
 use truss::{Direction, Mechanics, Modes, Structure};
 
-use crate::believed::BelievedModel;
-use crate::check::Checks;
 use crate::error::PlantError;
 use crate::loads::{heights_above_ground, level_map, loaded_levels};
+use crate::nominal::NominalModel;
 use crate::parameters::PlantParameters;
 use crate::wind::profile::{gust_deviation, mean_speed, turbulence_length};
 use crate::wind::spectrum::GustSpectrum;
 use crate::{kalman, lqr};
 
-/// The controller. Marks: \[C\] computed, \[E\] engineering estimate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ControllerParameters {
-    /// Modes in the controller's model, lowest first: 12 \[E\].
-    pub modes: usize,
-    /// Weight r of the squared demands, R = r·I \[1/N² against twice the modal energy in J\]: 5e-8 \[C\].
-    pub effort_weight: f64,
-    /// The filter takes the gages' noise for this many times its deviation: 5 \[C\].
-    pub gage_noise_factor: f64,
-    /// Base wind speed that the filter is designed for \[m/s\]: 11, the mean of U(8, 14) \[E\].
-    pub base_speed_m_per_s: f64,
-}
-
-impl Default for ControllerParameters {
-    fn default() -> Self {
-        Self { modes: 12, effort_weight: 5e-8, gage_noise_factor: 5.0, base_speed_m_per_s: 11.0 }
-    }
-}
-
-impl ControllerParameters {
-    pub(crate) fn check(&self, checks: &mut Checks) {
-        checks.require(
-            "controller.modes",
-            (1..=100).contains(&self.modes),
-            self.modes,
-            "1 to 100 modes",
-        );
-        checks.positive("controller.effort_weight", self.effort_weight);
-        checks.positive("controller.gage_noise_factor", self.gage_noise_factor);
-        checks.positive("controller.base_speed_m_per_s", self.base_speed_m_per_s);
-    }
-}
-
 /// Model and gains of the controller.
 #[derive(Debug, Clone)]
 pub(crate) struct Design {
-    pub(crate) model: BelievedModel,
+    pub(crate) model: NominalModel,
     /// K (actuators × states) \[N\].
     pub(crate) regulator: DMatrix<f64>,
     /// L (states × gages) \[1/m\].
@@ -65,7 +29,7 @@ pub(crate) struct Design {
 }
 
 impl Design {
-    /// Designs on what is believed of structure and hardware.
+    /// Designs on the nominal model of structure and hardware.
     pub(crate) fn new(
         structure: &Structure,
         parameters: &PlantParameters,
@@ -76,7 +40,7 @@ impl Design {
         let x = level_map(&mechanics, &levels, Direction::X);
         let y = level_map(&mechanics, &levels, Direction::Y);
         let disturbances = beside(&x, &y);
-        let model = BelievedModel::new(&mechanics, &modes, &disturbances, parameters.step_s);
+        let model = NominalModel::new(&mechanics, &modes, &disturbances, parameters.step_s);
         let lowest_hz = modes.frequencies_hz().iter().copied().fold(f64::INFINITY, f64::min);
         let heights = heights_above_ground(structure, &levels);
         // The wind's direction is unknown: gusts of full strength both ways.
@@ -227,7 +191,7 @@ mod tests {
 
     /// The linear closed loop over a step, applied to (structure state of all modes given to it,
     /// forces, estimate, previous forces).
-    fn closed_loop(plant: &BelievedModel, design: &Design, force_keep: f64) -> DMatrix<f64> {
+    fn closed_loop(plant: &NominalModel, design: &Design, force_keep: f64) -> DMatrix<f64> {
         let (states, estimates) = (plant.states(), design.model.states());
         let actuators = plant.force_map.ncols();
         let size = states + 2 * actuators + estimates;
@@ -259,7 +223,7 @@ mod tests {
         matrix
     }
 
-    /// Mechanics of the tower, its believed model with as many modes, and the closed loop of both.
+    /// Mechanics of the tower, its nominal model with as many modes, and the closed loop of both.
     fn tower(modes: usize) -> (Modes, DMatrix<f64>) {
         let structure = Structure::from_toml(TOWER).unwrap();
         let parameters = PlantParameters::default();
@@ -267,7 +231,7 @@ mod tests {
         let mechanics = Mechanics::assemble(&structure).unwrap();
         let modes = Modes::of(&mechanics, structure.damping, Some(modes)).unwrap();
         let no_disturbance = DMatrix::zeros(mechanics.dofs.len(), 0);
-        let plant = BelievedModel::new(&mechanics, &modes, &no_disturbance, parameters.step_s);
+        let plant = NominalModel::new(&mechanics, &modes, &no_disturbance, parameters.step_s);
         let force_keep = (-parameters.step_s / parameters.hydraulics.time_constant_s()).exp();
         (modes, closed_loop(&plant, &design, force_keep))
     }

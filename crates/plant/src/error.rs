@@ -17,7 +17,7 @@ pub enum PlantError {
     Controller(#[from] RiccatiError),
     /// The structure the controller was designed on has other actuators or gages.
     #[error(
-        "the true structure and the believed one differ in their equipment: {0}; use the same actuators and gages in the same order"
+        "the true structure and the nominal one differ in their equipment: {0}; use the same actuators and gages in the same order"
     )]
     Equipment(String),
     /// Controller and structure have no state of rest together.

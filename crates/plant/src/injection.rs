@@ -1,8 +1,8 @@
 //! Which component has which fault.
 
+use names::fault::{Fault, FaultError, FaultKind};
+use names::{ComponentPath, ModuleName};
 use truss::Structure;
-use truss::fault::{Fault, FaultError, FaultKind};
-use truss::ids::{self, ComponentPath, ModuleName};
 
 /// Why a fault cannot be injected or cleared. Nothing was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -38,7 +38,7 @@ pub enum InjectError {
 
 /// A component by its number among all of its kind in a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Component {
+pub(crate) enum Slot {
     Actuator(usize),
     Gage(usize),
 }
@@ -49,7 +49,7 @@ pub(crate) struct Place {
     /// Number of the part.
     pub(crate) part: usize,
     /// The component in it.
-    pub(crate) component: Component,
+    pub(crate) slot: Slot,
 }
 
 /// The components of the plant and the faults they have.
@@ -67,15 +67,15 @@ impl Injections {
             for module in &part.modules {
                 let mut add = |component, place| {
                     let path = ComponentPath { module: module.name.clone(), component };
-                    components.push((path, Place { part: number, component: place }));
+                    components.push((path, Place { part: number, slot: place }));
                 };
                 for actuator in &module.actuators {
                     let name = actuator.name.clone();
-                    add(ids::Component::Actuator(name), Component::Actuator(actuators));
+                    add(names::Component::Actuator(name), Slot::Actuator(actuators));
                     actuators += 1;
                 }
                 for gage in &module.gages {
-                    add(ids::Component::Sensor(gage.name.clone()), Component::Gage(gages));
+                    add(names::Component::Sensor(gage.name.clone()), Slot::Gage(gages));
                     gages += 1;
                 }
             }

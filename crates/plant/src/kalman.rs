@@ -10,7 +10,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::believed::BelievedModel;
+use crate::nominal::NominalModel;
 use crate::riccati::{self, RiccatiError};
 
 /// The gain L (states × gages) \[1/m\].
@@ -18,7 +18,7 @@ use crate::riccati::{self, RiccatiError};
 /// `disturbance_power`: two-sided power density of each disturbance \[N²/Hz\];
 /// `gage_variances`: of each gage's noise \[m²\].
 pub(crate) fn design(
-    model: &BelievedModel,
+    model: &NominalModel,
     disturbance_power: &[f64],
     gage_variances: &[f64],
     step_s: f64,

@@ -1,8 +1,7 @@
 //! The true tower: wind, loads, hydraulics, gages, controller and faults (section 3 of the paper).
 //!
 //! [`Plant`] steps the whole structure and gives out what its modules would measure. It stands in
-//! for reality and is believed by nobody: diagnosers never see it, and [`Mismatch`] makes it differ
-//! from what they are told.
+//! for reality: diagnosers never see it, and [`Mismatch`] makes it differ from their nominal model.
 //!
 //! The way of one step: [`wind`] → [`loads`](LoadParameters) → structure (`truss`) → [`gage`] and
 //! pressure sensors → Kalman filter and regulator ([`controller`]) → demands → [`hydraulics`] →
@@ -12,9 +11,9 @@
 //! same bits on the same kind of processor; only the design of the controller and the modes, made
 //! once, use matrix products that choose their instructions at run time.
 
-mod believed;
 mod check;
 pub mod controller;
+mod controller_parameters;
 mod equilibrium;
 mod equipment;
 mod error;
@@ -25,6 +24,7 @@ mod kalman;
 mod loads;
 mod lqr;
 mod mismatch;
+mod nominal;
 mod parameters;
 mod part;
 mod plant;
@@ -37,7 +37,7 @@ pub mod wind;
 mod wind_loads;
 
 pub use check::{ParameterError, ParameterErrors};
-pub use controller::ControllerParameters;
+pub use controller_parameters::ControllerParameters;
 pub use error::PlantError;
 pub use gage::GageParameters;
 pub use hydraulics::HydraulicParameters;

@@ -1,4 +1,4 @@
-//! Levels: what they offer to the wind, and live loads that nobody told the controller about.
+//! Levels: what they offer to the wind, and live loads that the controller does not know.
 //!
 //! A level is a distinct height of nodes above the lowest one. Its live load adds mass and weight.
 

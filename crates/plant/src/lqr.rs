@@ -5,12 +5,12 @@
 
 use nalgebra::DMatrix;
 
-use crate::believed::BelievedModel;
+use crate::nominal::NominalModel;
 use crate::riccati::{self, RiccatiError};
 
 /// The gain K (actuators × states) \[N\].
 pub(crate) fn design(
-    model: &BelievedModel,
+    model: &NominalModel,
     effort_weight: f64,
 ) -> Result<DMatrix<f64>, RiccatiError> {
     let (states, actuators) = (model.states(), model.force_map.ncols());

@@ -1,4 +1,4 @@
-//! A plant that differs from what is believed of it.
+//! A plant that differs from its nominal model.
 //!
 //! A diagnoser tuned on the very parameters of the simulated plant would prove nothing. Here every
 //! stiffness, mass and damping, the chamber volumes, the gain of the force control and the noise
@@ -12,7 +12,7 @@ use crate::check::{Checks, ParameterErrors};
 use crate::parameters::PlantParameters;
 use crate::streams::Stream;
 
-/// True structure and parameters, drawn around the believed ones.
+/// True structure and parameters, drawn around the nominal ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mismatch {
     /// Factors on the structure's members, nodes and damping.
@@ -27,7 +27,7 @@ impl Mismatch {
     /// # Errors
     /// An amount below 0 or above 0.9.
     pub fn draw(
-        believed: &Structure,
+        nominal: &Structure,
         parameters: &PlantParameters,
         amount: f64,
         seed: u64,
@@ -41,7 +41,7 @@ impl Mismatch {
         );
         checks.finish()?;
         let mut factors = Factors { generator: Stream::Mismatch.generator(seed), amount };
-        let mut perturbation = Perturbation::identity(believed);
+        let mut perturbation = Perturbation::identity(nominal);
         perturbation.member_stiffness.iter_mut().for_each(|factor| *factor = factors.next());
         perturbation.node_mass.iter_mut().for_each(|factor| *factor = factors.next());
         perturbation.damping = factors.next();
@@ -61,8 +61,8 @@ impl Mismatch {
 
     /// The true structure.
     #[must_use]
-    pub fn structure(&self, believed: &Structure) -> Structure {
-        believed.perturbed(&self.perturbation)
+    pub fn structure(&self, nominal: &Structure) -> Structure {
+        nominal.perturbed(&self.perturbation)
     }
 }
 

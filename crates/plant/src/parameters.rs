@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::check::{Checks, ParameterErrors};
-use crate::controller::ControllerParameters;
+use crate::controller_parameters::ControllerParameters;
 use crate::gage::GageParameters;
 use crate::hydraulics::HydraulicParameters;
 use crate::loads::LoadParameters;

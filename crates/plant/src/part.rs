@@ -7,7 +7,7 @@
 //! middle.
 
 use nalgebra::DVector;
-use truss::fault::Fault;
+use names::fault::Fault;
 use truss::{ModalStepper, Modes, Structure};
 
 use crate::controller::{Controller, Design, beside, gage_noise_m};
@@ -15,7 +15,7 @@ use crate::equilibrium::Equilibrium;
 use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
 use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics};
-use crate::injection::Component;
+use crate::injection::Slot;
 use crate::parameters::PlantParameters;
 use crate::pressure_sensor::PressureSensors;
 use crate::signals::Signals;
@@ -47,12 +47,12 @@ pub(crate) struct Part {
 pub(crate) struct Making<'a> {
     /// The structure as it is.
     pub(crate) truth: &'a Structure,
-    /// As its controller believes it to be.
-    pub(crate) believed: &'a Structure,
+    /// The nominal structure, on which its controller is designed.
+    pub(crate) nominal: &'a Structure,
     /// Parameters as they are.
     pub(crate) true_parameters: &'a PlantParameters,
-    /// As the controller believes them to be.
-    pub(crate) believed_parameters: &'a PlantParameters,
+    /// The nominal parameters, for which its controller is designed.
+    pub(crate) nominal_parameters: &'a PlantParameters,
     /// The wind that all parts stand in.
     pub(crate) wind: WindConditions,
     /// Of its gusts, loads and noise.
@@ -76,7 +76,7 @@ struct Buffers {
 
 impl Part {
     pub(crate) fn new(making: Making<'_>) -> Result<Self, PlantError> {
-        let design = Design::new(making.believed, making.believed_parameters)?;
+        let design = Design::new(making.nominal, making.nominal_parameters)?;
         let Making { truth, true_parameters, seed, .. } = making;
         let tower = Tower::new(truth, true_parameters, making.wind.clone(), seed)?;
         Self::assemble(tower, &design, making)
@@ -150,22 +150,22 @@ impl Part {
     }
 
     /// Gives a component this fault, in place of any it has. Of the component's kind it must be.
-    pub(crate) fn inject(&mut self, component: Component, fault: Fault) {
-        match component {
-            Component::Actuator(actuator) => {
+    pub(crate) fn inject(&mut self, slot: Slot, fault: Fault) {
+        match slot {
+            Slot::Actuator(actuator) => {
                 self.hydraulics.set(actuator, actuator_state(fault));
             }
-            Component::Gage(gage) => self.gages.set(gage, gage_state(fault, self.step_s)),
+            Slot::Gage(gage) => self.gages.set(gage, gage_state(fault, self.step_s)),
         }
     }
 
     /// Repairs a component.
-    pub(crate) fn clear(&mut self, component: Component) {
-        match component {
-            Component::Actuator(actuator) => {
+    pub(crate) fn clear(&mut self, slot: Slot) {
+        match slot {
+            Slot::Actuator(actuator) => {
                 self.hydraulics.set(actuator, ActuatorState::Healthy);
             }
-            Component::Gage(gage) => self.gages.set(gage, GageState::Healthy),
+            Slot::Gage(gage) => self.gages.set(gage, GageState::Healthy),
         }
     }
 

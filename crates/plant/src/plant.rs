@@ -3,8 +3,8 @@
 //! What nothing connects does not move each other, so the parts are stepped one by one. The wind blows
 //! from one direction at one mean speed for all; gusts, live loads and noise are each part's own.
 
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, ModuleName, Step};
+use names::fault::Fault;
+use names::{ComponentPath, ModuleName, Step};
 use truss::{ModelError, Structure};
 
 use crate::equipment::check_equipment;
@@ -45,42 +45,41 @@ impl Plant {
     /// in equilibrium under mean wind.
     ///
     /// # Errors
-    /// See [`Plant::with_believed`].
+    /// See [`Plant::with_nominal`].
     pub fn new(
         structure: &Structure,
         parameters: &PlantParameters,
         seed: u64,
     ) -> Result<Self, PlantError> {
-        Self::with_believed(structure, structure, parameters, parameters, seed)
+        Self::with_nominal(structure, structure, parameters, parameters, seed)
     }
 
-    /// A plant whose controller was designed on a `believed` structure and believed parameters.
+    /// A plant whose controller was designed on a `nominal` structure and nominal parameters.
     ///
     /// # Errors
     /// Parameters out of range, a structure without a model, weights without a controller, other
-    /// equipment in truth than believed, or no equilibrium within the actuators' limits.
-    pub fn with_believed(
+    /// equipment in truth than nominally, or no equilibrium within the actuators' limits.
+    pub fn with_nominal(
         truth: &Structure,
-        believed: &Structure,
+        nominal: &Structure,
         true_parameters: &PlantParameters,
-        believed_parameters: &PlantParameters,
+        nominal_parameters: &PlantParameters,
         seed: u64,
     ) -> Result<Self, PlantError> {
         true_parameters.check()?;
-        believed_parameters.check()?;
-        check_equipment(truth, believed)?;
+        nominal_parameters.check()?;
+        check_equipment(truth, nominal)?;
         let wind = WindConditions::draw(&true_parameters.wind, seed);
-        let (true_parts, believed_parts) = parts_alike(truth, believed);
+        let (true_parts, nominal_parts) = parts_alike(truth, nominal);
         let injections = Injections::new(&true_parts);
         let mut parts = Vec::with_capacity(true_parts.len());
-        for (number, (truth_part, believed_part)) in
-            (0..).zip(true_parts.iter().zip(&believed_parts))
+        for (number, (truth_part, nominal_part)) in (0..).zip(true_parts.iter().zip(&nominal_parts))
         {
             parts.push(Part::new(Making {
                 truth: truth_part,
-                believed: believed_part,
+                nominal: nominal_part,
                 true_parameters,
-                believed_parameters,
+                nominal_parameters,
                 wind: wind.clone(),
                 seed: seed.wrapping_add(SEEDS_APART.wrapping_mul(number)),
                 places: places(truth, truth_part),
@@ -118,7 +117,7 @@ impl Plant {
     pub fn inject(&mut self, path: &ComponentPath, fault: Fault) -> Result<(), InjectError> {
         let place = self.injections.inject(path, fault)?;
         if let Some(part) = self.parts.get_mut(place.part) {
-            part.inject(place.component, fault);
+            part.inject(place.slot, fault);
         }
         Ok(())
     }
@@ -131,7 +130,7 @@ impl Plant {
     pub fn clear(&mut self, path: &ComponentPath) -> Result<(), InjectError> {
         let Some(place) = self.injections.clear(path)? else { return Ok(()) };
         if let Some(part) = self.parts.get_mut(place.part) {
-            part.clear(place.component);
+            part.clear(place.slot);
         }
         Ok(())
     }
@@ -160,18 +159,19 @@ impl Plant {
     }
 }
 
-/// The parts of truth and belief, pair by pair; where the two fall apart differently, each in one piece.
-fn parts_alike(truth: &Structure, believed: &Structure) -> (Vec<Structure>, Vec<Structure>) {
-    let (true_parts, believed_parts) = (truth.parts(), believed.parts());
+/// The true and the nominal parts, pair by pair; where the two fall apart differently, each in one
+/// piece.
+fn parts_alike(truth: &Structure, nominal: &Structure) -> (Vec<Structure>, Vec<Structure>) {
+    let (true_parts, nominal_parts) = (truth.parts(), nominal.parts());
     let modules = |parts: &[Structure]| -> Vec<Vec<ModuleName>> {
         let names =
             |part: &Structure| part.modules.iter().map(|module| module.name.clone()).collect();
         parts.iter().map(names).collect()
     };
-    if modules(&true_parts) == modules(&believed_parts) {
-        (true_parts, believed_parts)
+    if modules(&true_parts) == modules(&nominal_parts) {
+        (true_parts, nominal_parts)
     } else {
-        (vec![truth.clone()], vec![believed.clone()])
+        (vec![truth.clone()], vec![nominal.clone()])
     }
 }
 

@@ -37,14 +37,14 @@ impl WindConditions {
     }
 }
 
-/// One value per signal; the signals are the forces of all levels in x, then in y \[N\].
-type Signals = Vec<f64>;
+/// The forces of all levels in x, then in y \[N\].
+type LevelForces = Vec<f64>;
 
 /// Wind forces of all levels, step by step.
 #[derive(Debug, Clone)]
 pub(crate) struct WindLoads {
     gusts: GustField,
-    gust_values: Signals,
+    gust_values: LevelForces,
     conditions: WindConditions,
     /// Mean speed of each level at the largest base speed \[m/s\].
     mean_speeds: Vec<f64>,
@@ -55,7 +55,7 @@ pub(crate) struct WindLoads {
     /// Instants evaluated so far; the first lies one interval before the start.
     instants: u64,
     /// Forces at the last four instants, the oldest first.
-    knots: [Signals; 4],
+    knots: [LevelForces; 4],
     steps_per_interval: usize,
     step_in_interval: usize,
 }

@@ -2,10 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
+use names::fault::Fault;
+use names::{ComponentPath, Step};
 use plant::{BaseSpeed, InjectError, Mismatch, Plant, PlantError, PlantParameters, Signals};
 use truss::Structure;
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
 
 const TOWER: &str = include_str!("../../../configs/tower.toml");
 
@@ -88,12 +88,12 @@ fn one_long_run_equals_two_short_ones() {
 #[test]
 fn without_gusts_nothing_drifts_from_the_start() {
     for step_s in [1e-3, 2e-3] {
-        let believed = PlantParameters { step_s, ..quiet() };
+        let nominal = PlantParameters { step_s, ..quiet() };
         // The filter is designed for the real noise, or it would have none to weigh.
-        let mut parameters = believed.clone();
+        let mut parameters = nominal.clone();
         parameters.gages.noise_strain = 1e-15;
         let tower = tower();
-        let mut plant = Plant::with_believed(&tower, &tower, &parameters, &believed, 5).unwrap();
+        let mut plant = Plant::with_nominal(&tower, &tower, &parameters, &nominal, 5).unwrap();
         let run = record(&mut plant, 5000);
         let (start, first) = (&run[0], elongations(&run[0]));
         assert!(first.iter().any(|elongation| elongation.abs() > 1e-5), "{first:?}");
@@ -268,34 +268,33 @@ fn a_minute_later_the_closed_loop_is_still_bounded_under_every_fault_of_an_actua
 
 #[test]
 fn a_mismatched_plant_runs_and_differs() {
-    let believed = tower();
+    let nominal = tower();
     let parameters = PlantParameters::default();
     for seed in 0..5 {
-        let mismatch = Mismatch::draw(&believed, &parameters, 0.1, seed).unwrap();
-        assert_eq!(mismatch, Mismatch::draw(&believed, &parameters, 0.1, seed).unwrap());
+        let mismatch = Mismatch::draw(&nominal, &parameters, 0.1, seed).unwrap();
+        assert_eq!(mismatch, Mismatch::draw(&nominal, &parameters, 0.1, seed).unwrap());
         let factors = &mismatch.perturbation.member_stiffness;
         assert!(factors.iter().all(|factor| (0.9..=1.1).contains(factor)));
         let gain = mismatch.parameters.hydraulics.force_gain_m3_per_s_per_n / 6.7e-9;
         assert!((0.9..=1.1).contains(&gain) && gain != 1.0);
-        let truth = mismatch.structure(&believed);
+        let truth = mismatch.structure(&nominal);
         let mut differing =
-            Plant::with_believed(&truth, &believed, &mismatch.parameters, &parameters, seed)
-                .unwrap();
+            Plant::with_nominal(&truth, &nominal, &mismatch.parameters, &parameters, seed).unwrap();
         let mut exact = plant(&parameters, seed);
         let (differing, exact) = (record(&mut differing, 3000), record(&mut exact, 3000));
         assert_ne!(differing[0], exact[0]);
         let largest = differing.iter().flat_map(elongations).map(f64::abs).fold(0.0, f64::max);
         assert!(largest < 1e-3, "{largest}");
     }
-    assert!(Mismatch::draw(&believed, &parameters, -0.1, 0).is_err());
+    assert!(Mismatch::draw(&nominal, &parameters, -0.1, 0).is_err());
 }
 
 #[test]
-fn other_equipment_in_truth_than_believed_is_refused_by_name() {
-    let (truth, mut believed) = (tower(), tower());
-    let lost = believed.modules[0].gages.pop().unwrap();
+fn other_equipment_in_truth_than_in_the_nominal_model_is_refused_by_name() {
+    let (truth, mut nominal) = (tower(), tower());
+    let lost = nominal.modules[0].gages.pop().unwrap();
     let parameters = PlantParameters::default();
-    let error = Plant::with_believed(&truth, &believed, &parameters, &parameters, 1).err().unwrap();
+    let error = Plant::with_nominal(&truth, &nominal, &parameters, &parameters, 1).err().unwrap();
     assert!(matches!(error, PlantError::Equipment(_)));
     assert!(error.to_string().contains(lost.name.as_str()), "{error}");
 }
@@ -379,14 +378,14 @@ fn a_fault_in_one_tower_is_none_in_another() {
     assert!(error.to_string().contains("`t01-module1`"), "{error}");
 }
 
-/// A row whose towers were measured anew, each differently.
+/// A row whose towers were measured again, each differently.
 #[test]
-fn truth_and_belief_of_a_row_are_taken_apart_alike() {
-    let (parameters, believed) = (PlantParameters::default(), tower().row(2).unwrap());
-    let drawn = Mismatch::draw(&believed, &parameters, 0.1, 5).unwrap();
-    let truth = drawn.structure(&believed);
+fn true_and_nominal_row_are_taken_apart_alike() {
+    let (parameters, nominal) = (PlantParameters::default(), tower().row(2).unwrap());
+    let drawn = Mismatch::draw(&nominal, &parameters, 0.1, 5).unwrap();
+    let truth = drawn.structure(&nominal);
     let mut plant =
-        Plant::with_believed(&truth, &believed, &drawn.parameters, &parameters, 5).unwrap();
+        Plant::with_nominal(&truth, &nominal, &drawn.parameters, &parameters, 5).unwrap();
     let run = record(&mut plant, 2000);
     let largest = run.iter().flat_map(elongations).map(f64::abs).fold(0.0, f64::max);
     assert!(largest > 1e-5 && largest < 1e-3, "{largest}");

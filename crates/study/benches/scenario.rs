@@ -1,6 +1,6 @@
 //! How fast campaigns run: scenarios of 15 s of the tower with its plant and both diagnosers.
 
-#![allow(clippy::print_stdout, reason = "benches speak to people")]
+#![allow(clippy::print_stdout, reason = "benches print results")]
 
 use std::convert::Infallible;
 use std::hint::black_box;

@@ -1,9 +1,9 @@
 //! A campaign: many runs with and without faults, all made in the same way.
 
 use diagnosis::ModuleSetup;
+use names::RunId;
 use plant::PlantParameters;
 use truss::Structure;
-use truss::ids::RunId;
 
 use crate::calibration::plant;
 use crate::closest::ClosestSoFar;
@@ -18,11 +18,11 @@ use crate::schedule::Schedule;
 pub struct Campaign {
     /// The structure as described.
     pub structure: Structure,
-    /// The plant as believed.
+    /// The nominal parameters of the plant.
     pub parameters: PlantParameters,
     /// The diagnosers, in the order of the structure's modules.
     pub setups: Vec<ModuleSetup>,
-    /// By how much each run's plant differs from what is believed of it; 0 for not at all.
+    /// By how much each run's plant differs from the nominal model; 0 for no mismatch.
     pub mismatch: f64,
     /// Seed of the campaign.
     pub seed: u64,
@@ -94,9 +94,9 @@ impl Campaign {
     ) -> Result<ScenarioRecord, StudyError> {
         let mut rig = self.rig(scenario.seed, scenario.schedule())?;
         let mut watch = Watch::new(&self.structure, scenario, self.parameters.gages.noise_strain);
-        let occurrences = go_through(&mut rig, steps, |rig, news| {
+        let occurrences = go_through(&mut rig, steps, |rig, latest| {
             watch.follow(rig);
-            each_step(rig, news)
+            each_step(rig, latest)
         })?;
         Ok(watch.finish(scenario, &rig, &occurrences, steps))
     }
@@ -121,9 +121,9 @@ impl Campaign {
         let seed = nominal_seed(self.seed, number);
         let mut rig = self.rig(seed, Schedule::default())?;
         let mut closest = ClosestSoFar::default();
-        let occurrences = go_through(&mut rig, self.nominal_steps(), |rig, news| {
+        let occurrences = go_through(&mut rig, self.nominal_steps(), |rig, latest| {
             closest.follow(rig);
-            each_step(rig, news)
+            each_step(rig, latest)
         })?;
         Ok(NominalRecord::of(number, seed, &rig, &occurrences, &closest))
     }
@@ -138,9 +138,9 @@ fn go_through(
     let mut all = Vec::new();
     for _ in 0..steps {
         rig.step()?;
-        let news = rig.take_occurrences();
-        each_step(rig, &news)?;
-        all.extend(news);
+        let latest = rig.take_occurrences();
+        each_step(rig, &latest)?;
+        all.extend(latest);
     }
     Ok(all)
 }

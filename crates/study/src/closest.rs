@@ -1,8 +1,8 @@
 //! How near a run without a fault came to a false alarm.
 
 use diagnosis::Phase;
+use names::{ComponentPath, Step};
 use serde::{Deserialize, Serialize};
-use truss::ids::{ComponentPath, Step};
 
 use crate::rig::Rig;
 

@@ -1,7 +1,7 @@
 //! What can go wrong in a study.
 
+use names::StructureName;
 use plant::{ParameterErrors, PlantError};
-use truss::ids::StructureName;
 
 use crate::rig::RigError;
 

@@ -5,16 +5,17 @@
 //! its residual (\[N\] for an actuator, \[m\] for a gage). Numbers are written so that they are read back
 //! bit by bit.
 
-use std::io::Write;
+use std::io::{self, Write};
 
-use truss::ids::{ComponentPath, Step};
+use diagnosis::Diagnoser;
+use names::{ComponentPath, Step};
 
 use crate::campaign::Campaign;
 use crate::error::StudyError;
 use crate::record::{NominalRecord, ScenarioRecord};
 use crate::rig::{Occurrence, Rig};
 
-/// A change that a diagnoser told during a recorded run.
+/// A change that a diagnoser reported during a recorded run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordedChange {
     /// The channel.
@@ -28,7 +29,7 @@ pub struct RecordedChange {
 pub struct Exported<R> {
     /// What came of it.
     pub record: R,
-    /// Every change that the diagnosers told, in order.
+    /// Every change that the diagnosers reported, in order.
     pub changes: Vec<RecordedChange>,
 }
 
@@ -43,9 +44,9 @@ pub fn export_scenario(
 ) -> Result<Exported<ScenarioRecord>, StudyError> {
     let injection = campaign.scenario(number)?.injection;
     let mut recorder = Recorder::new(out);
-    let record = campaign.follow_scenario(number, |rig, news| {
+    let record = campaign.follow_scenario(number, |rig, occurrences| {
         let faulty = |step| (step >= injection.at).then_some(&injection.component);
-        recorder.take(rig, news, faulty)
+        recorder.take(rig, occurrences, faulty)
     })?;
     Ok(Exported { record, changes: recorder.finish()? })
 }
@@ -60,56 +61,56 @@ pub fn export_nominal(
     out: &mut impl Write,
 ) -> Result<Exported<NominalRecord>, StudyError> {
     let mut recorder = Recorder::new(out);
-    let record = campaign.follow_nominal(number, |rig, news| recorder.take(rig, news, |_| None))?;
+    let record = campaign
+        .follow_nominal(number, |rig, occurrences| recorder.take(rig, occurrences, |_| None))?;
     Ok(Exported { record, changes: recorder.finish()? })
 }
 
 /// Writes a run step by step.
-struct Recorder<'a, W> {
-    out: &'a mut W,
+struct Recorder<'a, W: Write> {
+    out: csv::Writer<&'a mut W>,
     begun: bool,
     changes: Vec<RecordedChange>,
 }
 
 impl<'a, W: Write> Recorder<'a, W> {
     fn new(out: &'a mut W) -> Self {
-        Self { out, begun: false, changes: Vec::new() }
+        Self { out: csv::Writer::from_writer(out), begun: false, changes: Vec::new() }
     }
 
     /// Writes the row of the rig's latest step.
     fn take<'f>(
         &mut self,
         rig: &Rig,
-        news: &[Occurrence],
+        occurrences: &[Occurrence],
         faulty: impl Fn(Step) -> Option<&'f ComponentPath>,
     ) -> Result<(), StudyError> {
-        self.changes.extend(news.iter().filter_map(change));
+        self.changes.extend(occurrences.iter().filter_map(change));
         if !self.begun {
-            self.header(rig)?;
+            self.header(rig).map_err(io::Error::from)?;
             self.begun = true;
         }
         let Some(step) = rig.samples().first().map(|sample| sample.step) else { return Ok(()) };
-        write!(self.out, "{step},")?;
-        if let Some(component) = faulty(step) {
-            write!(self.out, "{component}")?;
-        }
-        for evidence in rig.diagnosers().iter().flat_map(|diagnoser| diagnoser.evidence()) {
-            write!(self.out, ",{:e}", evidence.residual)?;
-        }
-        Ok(writeln!(self.out)?)
+        Ok(self.row(rig, step, faulty(step)).map_err(io::Error::from)?)
     }
 
-    fn header(&mut self, rig: &Rig) -> Result<(), StudyError> {
-        write!(self.out, "step,fault")?;
-        for diagnoser in rig.diagnosers() {
-            for component in diagnoser.components() {
-                write!(self.out, ",{}/{component}", diagnoser.module())?;
-            }
-        }
-        Ok(writeln!(self.out)?)
+    fn header(&mut self, rig: &Rig) -> csv::Result<()> {
+        let paths = |diagnoser: &Diagnoser| {
+            let path = |component| format!("{}/{component}", diagnoser.module());
+            diagnoser.components().iter().map(path).collect::<Vec<_>>()
+        };
+        let names = ["step", "fault"].map(str::to_owned);
+        self.out.write_record(names.into_iter().chain(rig.diagnosers().iter().flat_map(paths)))
     }
 
-    fn finish(self) -> Result<Vec<RecordedChange>, StudyError> {
+    fn row(&mut self, rig: &Rig, step: Step, faulty: Option<&ComponentPath>) -> csv::Result<()> {
+        let begin = [step.to_string(), faulty.map(ToString::to_string).unwrap_or_default()];
+        let evidence = rig.diagnosers().iter().flat_map(|diagnoser| diagnoser.evidence());
+        let residuals = evidence.map(|evidence| format!("{:e}", evidence.residual));
+        self.out.write_record(begin.into_iter().chain(residuals))
+    }
+
+    fn finish(mut self) -> Result<Vec<RecordedChange>, StudyError> {
         self.out.flush()?;
         Ok(self.changes)
     }

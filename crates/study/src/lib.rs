@@ -11,6 +11,7 @@ pub mod figure;
 pub mod parallel;
 mod power;
 mod power_study;
+mod quantile;
 mod record;
 pub mod report;
 mod rig;

@@ -60,30 +60,30 @@ mod tests {
     }
 
     #[test]
-    fn an_error_ends_it_and_nothing_is_told_afterwards() {
+    fn an_error_ends_it_and_nothing_is_reported_afterwards() {
         let items: Vec<u64> = (0..1000).collect();
         let stop = AtomicBool::new(false);
-        let mut told = 0;
+        let mut reported = 0;
         let work = |item: &u64| if *item == 3 { Err("three") } else { Ok(()) };
         let done = |_: &u64, ()| {
-            told += 1;
+            reported += 1;
             Ok(())
         };
         assert_eq!(for_each(&items, 2, &stop, work, done), Err("three"));
-        assert!(told <= 5, "{told}");
+        assert!(reported <= 5, "{reported}");
     }
 
     #[test]
     fn nothing_new_is_begun_once_stopped() {
         let items = [(); 100];
         let stop = AtomicBool::new(false);
-        let mut told = 0;
+        let mut reported = 0;
         let done = |_: &(), ()| {
-            told += 1;
+            reported += 1;
             stop.store(true, Ordering::Relaxed);
             Ok::<_, String>(())
         };
         for_each(&items, 1, &stop, |()| Ok(()), done).unwrap();
-        assert_eq!(told, 1);
+        assert_eq!(reported, 1);
     }
 }

@@ -1,4 +1,4 @@
-//! How large a fault must be to be found: detection probability and delay against the fault's size.
+//! Minimum isolable fault: probability and delay of isolation against the fault's size.
 
 use serde::{Deserialize, Serialize};
 

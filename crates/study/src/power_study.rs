@@ -5,11 +5,11 @@
 
 use std::sync::atomic::AtomicBool;
 
+use names::Step;
+use names::fault::{Fault, FaultKind};
 use plant::PlantParameters;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use truss::fault::{Fault, FaultKind};
-use truss::ids::Step;
 
 use crate::campaign::Campaign;
 use crate::error::StudyError;
@@ -26,7 +26,7 @@ const FOUND_WITHIN_S: f64 = 1.0;
 /// The fault begins this long after every channel is watched, at the earliest and the latest \[s\].
 const ONSET_AFTER_S: [f64; 2] = [0.5, 1.0];
 
-/// The share of runs that defines the smallest fault that is found.
+/// The share of runs that defines the minimum isolable fault.
 const SURELY: f64 = 0.95;
 
 /// A kind of fault whose size is varied.
@@ -118,7 +118,7 @@ fn leak_unit_m2(parameters: &PlantParameters) -> f64 {
 }
 
 /// Measures the power against a kind of fault, with `runs` runs of each size, `jobs` at a time. `done`
-/// is told of every run. `None` if it was stopped.
+/// is called after every run. `None` if it was stopped.
 ///
 /// # Errors
 /// A plant or diagnosers that cannot be made.

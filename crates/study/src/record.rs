@@ -1,10 +1,10 @@
 //! What came of a run.
 
 use diagnosis::Verdict;
+use names::fault::{Fault, FaultKind};
+use names::{Component, ComponentPath, Step};
 use serde::{Deserialize, Serialize};
 use truss::Structure;
-use truss::fault::{Fault, FaultKind};
-use truss::ids::{Component, ComponentPath, Step};
 
 use crate::closest::{Closest, ClosestSoFar};
 use crate::rig::{Occurrence, Rig};
@@ -24,7 +24,7 @@ pub struct Diagnosed {
     pub decided: Step,
 }
 
-/// What the modules said to each other in a run.
+/// What the modules exchanged in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Conversation {
     /// Channels that rose to their thresholds.
@@ -58,7 +58,7 @@ pub struct ScenarioRecord {
     pub reading_over_noise: Option<f64>,
     /// Everything that was committed, in order.
     pub diagnosed: Vec<Diagnosed>,
-    /// What the modules said to each other.
+    /// What the modules exchanged.
     pub conversation: Conversation,
 }
 
@@ -152,7 +152,7 @@ pub struct NominalRecord {
     pub diagnosed: Vec<Diagnosed>,
     /// How near it came to a change, if any channel was watched.
     pub closest: Option<Closest>,
-    /// What the modules said to each other.
+    /// What the modules exchanged.
     pub conversation: Conversation,
 }
 
@@ -234,7 +234,7 @@ impl Watch {
     }
 }
 
-/// What the modules committed and said to each other.
+/// What the modules committed and exchanged.
 fn heard(occurrences: &[Occurrence]) -> (Vec<Diagnosed>, Conversation) {
     let mut diagnosed = Vec::new();
     let mut conversation = Conversation::default();

@@ -6,12 +6,12 @@ use diagnosis::{
     Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
     SetupError, Transition,
 };
+use names::{ModuleName, RunId, Step};
 use plant::{InjectError, Plant};
-use truss::ids::{ModuleName, RunId, Step};
 
 use crate::schedule::Schedule;
 
-/// Something that a module did and the study wants to know.
+/// An event of a module that the study records.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Occurrence {
     /// A channel changed.
@@ -23,15 +23,15 @@ pub enum Occurrence {
     },
     /// A peer answered a module's question.
     Question {
-        /// Who asked.
+        /// The module that asked.
         asker: ModuleName,
-        /// Who was asked.
+        /// The module that was asked.
         peer: ModuleName,
         /// What.
         question: Question,
         /// The changes that the answer named.
         changes: Vec<Change>,
-        /// The actuators that the peer held for faulty.
+        /// The actuators that the peer declared faulty.
         actuator_faults: Vec<ActuatorFault>,
     },
     /// A verdict changed.
@@ -77,7 +77,7 @@ pub struct Rig {
     schedule: Schedule,
     occurrences: Vec<Occurrence>,
     actions: Vec<Action>,
-    /// Every question put so far, by token: who asked whom what.
+    /// Every question put so far, by token: asker, peer and question.
     asked: Vec<(usize, ModuleName, Question)>,
 }
 
@@ -194,7 +194,7 @@ impl Rig {
         }
     }
 
-    /// What an action means for which diagnoser; records what the study wants to know.
+    /// What an action means for which diagnoser; records what the study needs.
     fn event_of(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
         let module = self.diagnosers.get(actor)?.module().clone();
         match action {

@@ -3,13 +3,13 @@
 //! A scenario follows from the campaign's seed and its own number alone: it is the same whatever was
 //! run before, with whom and in which order.
 
+use names::fault::{Fault, FaultKind};
+use names::{Component, ComponentPath, Step};
 use plant::PlantParameters;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
-use truss::fault::{Fault, FaultKind};
-use truss::ids::{Component, ComponentPath, Step};
 
 use crate::schedule::{Injection, Schedule};
 

@@ -1,8 +1,8 @@
 //! Which faults a run is given, and when.
 
+use names::fault::Fault;
+use names::{ComponentPath, Step};
 use plant::{InjectError, Plant};
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
 
 /// One fault of a run.
 #[derive(Debug, Clone, PartialEq)]

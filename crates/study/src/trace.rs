@@ -1,8 +1,8 @@
-//! A run, step by step: what the modules measured, what their diagnosers made of it and what they
-//! said. The figures of the paper are drawn from it.
+//! A run, step by step: what the modules measured, what their diagnosers computed and
+//! reported. The figures of the paper are drawn from it.
 
 use diagnosis::{Diagnoser, Evidence, Sample};
-use truss::ids::{Component, ModuleName, Step};
+use names::{Component, ModuleName, Step};
 
 use crate::rig::{Occurrence, Rig, RigError};
 

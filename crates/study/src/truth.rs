@@ -2,14 +2,16 @@
 
 use std::io::{self, Write};
 
-use truss::fault::Fault;
+use names::fault::Fault;
 
 use crate::record::{NominalRecord, ScenarioRecord};
 
+const COLUMNS: [&str; 7] = ["file", "number", "seed", "component", "kind", "parameters", "onset"];
+
 /// Writes the lines of an index of recordings.
 #[derive(Debug)]
-pub struct TruthIndex<W> {
-    out: W,
+pub struct TruthIndex<W: Write> {
+    out: csv::Writer<W>,
 }
 
 impl<W: Write> TruthIndex<W> {
@@ -20,8 +22,9 @@ impl<W: Write> TruthIndex<W> {
     ///
     /// # Errors
     /// What `out` fails with.
-    pub fn begin(mut out: W) -> io::Result<Self> {
-        writeln!(out, "file,number,seed,component,kind,parameters,onset")?;
+    pub fn begin(out: W) -> io::Result<Self> {
+        let mut out = csv::Writer::from_writer(out);
+        out.write_record(COLUMNS)?;
         Ok(Self { out })
     }
 
@@ -31,8 +34,11 @@ impl<W: Write> TruthIndex<W> {
     /// What `out` fails with.
     pub fn scenario(&mut self, file: &str, record: &ScenarioRecord) -> io::Result<()> {
         let ScenarioRecord { number, seed, component, fault, onset, .. } = record;
-        let (file, kind, parameters) = (field(file), fault.kind(), parameters(fault));
-        writeln!(self.out, "{file},{number},{seed},{component},{kind},{parameters},{onset}")
+        let [number, seed, onset] = [*number, *seed, onset.0].map(|number| number.to_string());
+        let (component, kind) = (component.to_string(), fault.kind().as_str());
+        let parameters = parameters(fault);
+        let row = [file, &number, &seed, &component, kind, &parameters, &onset];
+        Ok(self.out.write_record(row)?)
     }
 
     /// Adds a run without a fault.
@@ -40,26 +46,16 @@ impl<W: Write> TruthIndex<W> {
     /// # Errors
     /// What `out` fails with.
     pub fn nominal(&mut self, file: &str, record: &NominalRecord) -> io::Result<()> {
-        let NominalRecord { number, seed, .. } = record;
-        writeln!(self.out, "{},{number},{seed},,,,", field(file))
+        let [number, seed] = [record.number, record.seed].map(|number| number.to_string());
+        Ok(self.out.write_record([file, &number, &seed, "", "", "", ""])?)
     }
 
     /// Ends the index; returns what it was written to.
     ///
     /// # Errors
     /// What `out` fails with.
-    pub fn end(mut self) -> io::Result<W> {
-        self.out.flush()?;
-        Ok(self.out)
-    }
-}
-
-/// A text as a field of a table, in quotes if it needs them.
-fn field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
+    pub fn end(self) -> io::Result<W> {
+        self.out.into_inner().map_err(|error| error.into_error())
     }
 }
 
@@ -81,9 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_with_commas_are_quoted_and_parameters_named() {
-        assert_eq!(field("a.csv"), "a.csv");
-        assert_eq!(field("a, \"b\".csv"), "\"a, \"\"b\"\".csv\"");
+    fn parameters_are_named() {
         let walk = Fault::RandomWalk { drift_m_per_s: -2e-5, increment_m: 3e-6 };
         assert_eq!(parameters(&walk), "drift_m_per_s=-2e-5 increment_m=3e-6");
     }

@@ -5,8 +5,8 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
+use names::fault::{Fault, FaultKind};
 use study::{Campaign, ScenarioRanges, ScenarioRecord, parallel};
-use truss::fault::{Fault, FaultKind};
 
 mod tower;
 

@@ -28,31 +28,31 @@ fn has(explanation: &Explanation, kind: LineKind, said: &str) -> bool {
 }
 
 #[test]
-fn every_kind_of_fault_is_told_in_order_and_as_it_came_out() {
+fn every_kind_of_fault_is_reported_in_order_and_as_it_came_out() {
     for rule in [Rule::FirstChange, Rule::Paper] {
         let campaign = tower::campaign(rule);
         for number in 0..7 {
-            let told = explain(&campaign, number).unwrap();
-            assert_eq!(told.record, campaign.run_scenario(number).unwrap());
-            assert!(told.lines.is_sorted_by_key(|line| line.step), "{told}");
-            assert!(told.lines.iter().all(|line| !line.text.contains('\n')), "{told}");
-            let injected = texts(&told, LineKind::Injected);
+            let story = explain(&campaign, number).unwrap();
+            assert_eq!(story.record, campaign.run_scenario(number).unwrap());
+            assert!(story.lines.is_sorted_by_key(|line| line.step), "{story}");
+            assert!(story.lines.iter().all(|line| !line.text.contains('\n')), "{story}");
+            let injected = texts(&story, LineKind::Injected);
             assert_eq!(injected.len(), 1);
-            assert!(injected[0].starts_with(&format!("{}: ", told.record.component)));
-            let faults = texts(&told, LineKind::Fault);
-            assert_eq!(faults.len(), told.record.diagnosed.len(), "{told}");
-            for (text, diagnosed) in faults.iter().zip(&told.record.diagnosed) {
-                assert!(text.starts_with(&format!("{}: ", diagnosed.component)), "{told}");
+            assert!(injected[0].starts_with(&format!("{}: ", story.record.component)));
+            let faults = texts(&story, LineKind::Fault);
+            assert_eq!(faults.len(), story.record.diagnosed.len(), "{story}");
+            for (text, diagnosed) in faults.iter().zip(&story.record.diagnosed) {
+                assert!(text.starts_with(&format!("{}: ", diagnosed.component)), "{story}");
             }
-            let exact = has(&told, LineKind::Outcome, "exact: ")
-                && !has(&told, LineKind::Outcome, "not exact: ");
-            assert_eq!(exact, told.record.is_exact(), "{told}");
+            let exact = has(&story, LineKind::Outcome, "exact: ")
+                && !has(&story, LineKind::Outcome, "not exact: ");
+            assert_eq!(exact, story.record.is_exact(), "{story}");
         }
     }
 }
 
 #[test]
-fn a_verdict_rests_on_a_question_that_is_told_and_on_the_rule() {
+fn a_verdict_rests_on_a_question_that_is_shown_and_on_the_rule() {
     let first = explain(&tower::campaign(Rule::FirstChange), HARD_OVER).unwrap();
     let order: Vec<LineKind> = first.lines.iter().map(|line| line.kind).collect();
     let expected = [
@@ -75,38 +75,38 @@ fn a_verdict_rests_on_a_question_that_is_told_and_on_the_rule() {
 fn what_follows_a_fault_is_explained_once_and_then_summarised() {
     for rule in [Rule::FirstChange, Rule::Paper] {
         let campaign = with_thresholds(0.1, rule);
-        let told = explain(&campaign, HARD_OVER + 7).unwrap();
-        assert!(told.record.conversation.explained > 10, "{told}");
-        assert!(told.lines.len() < 120, "{} lines", told.lines.len());
-        assert!(has(&told, LineKind::More, "further changes from"), "{told}");
-        assert!(has(&told, LineKind::More, "named already, changed again"), "{told}");
-        let explained = texts(&told, LineKind::Explained);
+        let story = explain(&campaign, HARD_OVER + 7).unwrap();
+        assert!(story.record.conversation.explained > 10, "{story}");
+        assert!(story.lines.len() < 120, "{} lines", story.lines.len());
+        assert!(has(&story, LineKind::More, "further changes from"), "{story}");
+        assert!(has(&story, LineKind::More, "named already, changed again"), "{story}");
+        let explained = texts(&story, LineKind::Explained);
         let reason = match rule {
             Rule::FirstChange => " earlier",
             Rule::Paper => "by the paper's rule explains",
         };
-        assert!(explained.iter().any(|text| text.contains(reason)), "{told}");
+        assert!(explained.iter().any(|text| text.contains(reason)), "{story}");
     }
 }
 
 #[test]
-fn of_a_tie_the_ratios_are_told() {
+fn the_ratios_of_a_tie_are_reported() {
     let campaign = with_thresholds(0.02, Rule::FirstChange);
-    let told = explain(&campaign, HARD_OVER).unwrap();
-    assert!(has(&told, LineKind::Explained, ": a tie, and it rose to "), "{told}");
-    assert!(has(&told, LineKind::Fault, "it rose highest, to "), "{told}");
+    let story = explain(&campaign, HARD_OVER).unwrap();
+    assert!(has(&story, LineKind::Explained, ": a tie, and it rose to "), "{story}");
+    assert!(has(&story, LineKind::Fault, "it rose highest, to "), "{story}");
 }
 
 #[test]
-fn a_fault_that_was_not_seen_is_told_with_how_near_it_came() {
+fn a_missed_fault_is_reported_with_how_near_it_came() {
     for rule in [Rule::FirstChange, Rule::Paper] {
         let campaign = with_thresholds(1e6, rule);
         for number in [HARD_OVER, ZERO_OUTPUT] {
-            let told = explain(&campaign, number).unwrap();
-            assert!(has(&told, LineKind::Outcome, "missed: "), "{told}");
-            assert!(has(&told, LineKind::Because, "never reached its threshold"), "{told}");
+            let story = explain(&campaign, number).unwrap();
+            assert!(has(&story, LineKind::Outcome, "missed: "), "{story}");
+            assert!(has(&story, LineKind::Because, "never reached its threshold"), "{story}");
             let zero_output = number == ZERO_OUTPUT;
-            assert_eq!(has(&told, LineKind::Injected, "times its noise"), zero_output, "{told}");
+            assert_eq!(has(&story, LineKind::Injected, "times its noise"), zero_output, "{story}");
         }
     }
 }

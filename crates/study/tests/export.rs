@@ -4,8 +4,8 @@
 
 use diagnosis::divergence::DivergenceBank;
 use diagnosis::{ModuleSetup, Monitor, Observation, Rule};
+use names::{Component, ComponentPath, Step};
 use study::{RecordedChange, TruthIndex, export_nominal, export_scenario};
-use truss::ids::{Component, ComponentPath, Step};
 
 mod tower;
 

@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
+use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
 use roxmltree::{Document, Node};
-use study::figure::{
-    Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke, figure4, figure5, figure6,
-    power_figure,
-};
+use study::figure::{figure4, figure5, figure6, power_figure};
 use study::{Campaign, PowerCurve, PowerPoint, ScenarioRanges, StudyError};
 use truss::Structure;
 

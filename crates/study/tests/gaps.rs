@@ -1,13 +1,13 @@
-//! Samples that nobody gives again: a healthy module stays healthy whatever is lost, and a fault that
+//! Samples that are never sent again: a healthy module stays healthy whatever is lost, and a fault that
 //! begins in a gap is found after it.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 use diagnosis::{Action, Diagnoser, Phase, Sample, Verdict};
+use names::{Component, RunId};
 use plant::Plant;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
-use truss::ids::{Component, RunId};
 
 mod tower;
 
@@ -102,7 +102,7 @@ fn nothing_changes_in_a_healthy_module_under_any_pattern_of_gaps() {
 }
 
 #[test]
-fn a_module_is_in_service_soon_after_a_short_gap_and_learns_anew_after_a_long_one() {
+fn a_module_is_in_service_soon_after_a_short_gap_and_relearns_after_a_long_one() {
     for (missing, steps_until_service) in [(20, 12), (21, 62), (200, 62), (201, 2511)] {
         let mut lossy = Lossy::new(970);
         lossy.take(START);

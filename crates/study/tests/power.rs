@@ -1,4 +1,4 @@
-//! Power: what is told of a curve follows from its runs, and large faults are found.
+//! Power: what a curve reports follows from its runs, and large faults are found.
 
 #![allow(clippy::unwrap_used, reason = "test code")]
 

@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "test code")]
 
+use names::Step;
+use names::fault::{Fault, FaultKind};
 use study::summary::{Found, Interval95};
 use study::{Closest, Confusion, Conversation, Diagnosed, NominalRecord, ScenarioRecord, Summary};
-use truss::fault::{Fault, FaultKind};
-use truss::ids::Step;
 
 fn diagnosed(component: &str, detection: u64) -> Diagnosed {
     let component = component.parse().unwrap();

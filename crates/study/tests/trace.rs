@@ -1,10 +1,10 @@
-//! A trace tells what the rig does, and changes nothing in it.
+//! A trace records what the rig does, and changes nothing in it.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
+use names::Step;
 use study::trace::Trace;
 use study::{Injection, Occurrence};
-use truss::ids::Step;
 
 mod tower;
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::description::Entry;
 use crate::description_error::{DescriptionError, Problem};
-use crate::ids::NameError;
+use names::NameError;
 
 /// How many existing names are listed when one is not found.
 const NAMES_LISTED: usize = 6;
@@ -95,7 +95,7 @@ impl Check {
     }
 
     /// The entry's value; `None` if it cannot be read, which is reported. A readable name is kept
-    /// in the register all the same, so that whoever refers to it is not blamed.
+    /// in the register all the same, so that references to it are not reported too.
     pub(crate) fn entry<T>(
         &mut self,
         register: &mut Register,
@@ -186,10 +186,10 @@ impl Register {
 
     /// What to say when a name is not found.
     fn hint(&self, name: &str) -> String {
-        let near = self.places.keys().min_by_key(|known| edit_distance(known, name));
+        let near = self.places.keys().min_by_key(|known| strsim::levenshtein(known, name));
         match near {
             None => format!("there is no {} at all", self.what),
-            Some(near) if edit_distance(near, name) <= 2 => format!("did you mean `{near}`?"),
+            Some(near) if strsim::levenshtein(near, name) <= 2 => format!("did you mean `{near}`?"),
             Some(_) => self.list(),
         }
     }
@@ -203,35 +203,5 @@ impl Register {
         let tail = if more > 0 { format!(" and {more} more") } else { String::new() };
         let verb = if names.len() == 1 { "is" } else { "are" };
         format!("there {verb} {}{tail}", listed.join(", "))
-    }
-}
-
-/// Number of letters to change, add or drop.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.chars().enumerate() {
-        // `row` has one place more than `b`.
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, to) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(from != *to);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn edit_distance_counts_letters() {
-        assert_eq!(edit_distance("L03C2", "L03C2"), 0);
-        assert_eq!(edit_distance("L03C2", "L3C2"), 1);
-        assert_eq!(edit_distance("abc", "xyz"), 3);
-        assert_eq!(edit_distance("", "ab"), 2);
     }
 }

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::ids::NameError;
-use crate::quotation::quotation;
+use names::NameError;
+use names::quotation;
 
 const LONGEST_PROBLEM: usize = 1000;
 
@@ -72,7 +72,7 @@ pub enum Problem {
 /// One mistake in a description, with its line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DescriptionError {
-    /// Line in the text, counted from 1, where it can be told.
+    /// Line in the text, counted from 1, where it is known.
     pub line: Option<usize>,
     /// What is wrong and what would be right.
     pub problem: Problem,

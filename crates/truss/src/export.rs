@@ -14,7 +14,7 @@ use crate::structure::Structure;
 /// How many frequencies are exported.
 const FREQUENCIES: usize = 12;
 
-/// What the fields mean, for whoever has only the export.
+/// What the fields mean, for readers that have only the export.
 const NOTES: [&str; 6] = [
     "`rod`: axial force only, pinned at both ends. `beam`: straight Euler-Bernoulli beam with St Venant torsion, no shear deformation, rigidly joined to other beams",
     "local x runs from the first end to the second; `local_y` and `local_z` = x cross y are unit vectors in global coordinates; `iy_m4` belongs to bending about local y, `iz_m4` about local z",

@@ -17,9 +17,6 @@
 //! local models*.
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [m] is no link")]
 
-pub mod fault;
-pub mod ids;
-
 mod assembly;
 mod check;
 mod cholesky;
@@ -27,7 +24,6 @@ mod condensation;
 mod description;
 mod description_error;
 mod direction;
-mod drawing;
 mod element;
 mod export;
 mod generator;
@@ -40,7 +36,6 @@ mod model_error;
 mod oscillator;
 mod parts;
 mod perturbation;
-mod quotation;
 mod row;
 mod storeys;
 mod structure;
@@ -61,7 +56,6 @@ pub use modal::Modes;
 pub use modal_stepper::ModalStepper;
 pub use model_error::ModelError;
 pub use perturbation::Perturbation;
-pub use quotation::quotation;
 pub use row::copy_prefix;
 pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
 pub use summary::{ModeSummary, ModuleSummary, Summary};

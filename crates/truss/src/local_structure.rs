@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::direction::Support;
-use crate::ids::ModuleName;
 use crate::member::Member;
 use crate::model_error::ModelError;
 use crate::structure::{Actuator, Gage, Module, Node, Structure};
+use names::ModuleName;
 
 impl Structure {
     /// The module alone: its own nodes, members, actuators and gages, clamped at the nodes on which

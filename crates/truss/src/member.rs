@@ -1,6 +1,6 @@
 //! Rods and beams.
 
-use crate::ids::{MaterialName, MemberName, SectionName};
+use names::{MaterialName, MemberName, SectionName};
 
 /// What a member can carry.
 #[derive(Debug, Clone, Copy, PartialEq)]

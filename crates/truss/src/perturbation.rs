@@ -1,4 +1,4 @@
-//! A structure that differs a little from what is believed of it.
+//! A structure that differs a little from its nominal model.
 
 use crate::structure::{Rayleigh, Structure};
 

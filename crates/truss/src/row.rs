@@ -1,11 +1,11 @@
 //! Copies of a structure side by side.
 
-use crate::ids::{MemberName, ModuleName, NameError, NodeName, StructureName};
 use crate::member::Member;
 use crate::structure::{Actuator, Gage, Module, Node, Structure};
+use names::{MemberName, ModuleName, NameError, NodeName, StructureName};
 
 impl Structure {
-    /// So many copies of the structure in a row along x, as far apart as each is wide, each standing by
+    /// This many copies of the structure in a row along x, as far apart as each is wide, each standing by
     /// itself. Names get the number of the copy in front, `t07-module1`; the row is called after the
     /// structure and the number of copies, `tower-x25`.
     ///

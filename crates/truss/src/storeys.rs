@@ -109,7 +109,7 @@ fn check_plan(check: &mut Check, Located { line, value }: &Located<StoreysDescri
 fn stack<'a>(check: &mut Check, module: &'a Located<ModuleDescription>) -> Option<Stack<'a>> {
     let Located { line, value } = module;
     if value.lower_interface.is_some() {
-        check.form(*line, format!("module `{}` has `lower_interface`, which `[storeys]` works out by itself; leave it out", value.name));
+        check.form(*line, format!("module `{}` has `lower_interface`, which `[storeys]` determines by itself; leave it out", value.name));
     }
     let storeys = value.storeys.filter(|&storeys| storeys > 0);
     if storeys.is_none() {

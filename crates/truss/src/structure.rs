@@ -6,10 +6,8 @@
 //! [`Structure::nodes`].
 
 use crate::direction::Support;
-use crate::ids::{
-    ActuatorName, Component, GageName, MemberName, ModuleName, NodeName, StructureName,
-};
 use crate::member::Member;
+use names::{ActuatorName, Component, GageName, MemberName, ModuleName, NodeName, StructureName};
 
 /// Nodes closer than this in height stand on the same level \[m\].
 const LEVEL_TOLERANCE_M: f64 = 1e-6;
@@ -37,7 +35,7 @@ pub struct Actuator {
     pub name: ActuatorName,
     /// Indices of the two nodes.
     pub ends: [usize; 2],
-    /// The member that the cylinder sits in, where the description says so.
+    /// The member that the cylinder sits in, where the description gives one.
     pub member: Option<usize>,
 }
 
@@ -125,21 +123,6 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Reads and checks a description in TOML.
-    ///
-    /// # Errors
-    /// Every mistake in the text, with its line where that can be told.
-    pub fn from_toml(text: &str) -> Result<Structure, crate::DescriptionErrors> {
-        crate::validation::read(text)
-    }
-
-    /// The description in explicit form: every node and member written out, one a line. Reading it
-    /// gives the same structure again.
-    #[must_use]
-    pub fn to_toml(&self) -> String {
-        crate::writer::write(self)
-    }
-
     /// The modules that have actuators or gages, in order.
     pub fn equipped(&self) -> impl Iterator<Item = &Module> {
         self.modules.iter().filter(|module| module.is_equipped())

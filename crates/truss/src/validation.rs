@@ -15,12 +15,21 @@ use self::sections::sections;
 use crate::check::{Check, Located, Range, Register, line_of};
 use crate::description::{DampingDescription, Description, NodeDescription, complaint};
 use crate::description_error::{DescriptionError, DescriptionErrors, Problem};
-use crate::ids::{NodeName, StructureName};
 use crate::storeys::{Lists, write_out};
 use crate::structure::{Module, Node, Rayleigh, Structure};
+use names::{NodeName, StructureName};
 
-/// Reads a description.
-pub(crate) fn read(text: &str) -> Result<Structure, DescriptionErrors> {
+impl Structure {
+    /// Reads and checks a description in TOML.
+    ///
+    /// # Errors
+    /// Every mistake in the text, with its line where that is known.
+    pub fn from_toml(text: &str) -> Result<Structure, DescriptionErrors> {
+        read(text)
+    }
+}
+
+fn read(text: &str) -> Result<Structure, DescriptionErrors> {
     let description: Description = toml::from_str(text).map_err(|error| {
         let line = error.span().map(|span| line_of(text, span.start));
         let problem = Problem::Format(complaint(&error));

@@ -6,12 +6,16 @@ use std::fmt::{self, Write};
 use crate::member::{Member, MemberKind};
 use crate::structure::{Actuator, Module, Node, Structure};
 
-/// The text of a structure.
-pub(crate) fn write(structure: &Structure) -> String {
-    let mut text = String::new();
-    // Writing to a `String` cannot fail.
-    let _ = write_all(&mut text, structure);
-    text
+impl Structure {
+    /// The description in explicit form: every node and member written out, one a line. Reading it
+    /// gives the same structure again.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        // Writing to a `String` cannot fail.
+        let _ = write_all(&mut text, self);
+        text
+    }
 }
 
 fn write_all(out: &mut String, structure: &Structure) -> fmt::Result {

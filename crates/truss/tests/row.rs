@@ -76,7 +76,7 @@ fn a_part_keeps_the_order_of_its_modules_however_they_are_mixed() {
 }
 
 #[test]
-fn a_name_that_gets_too_long_is_told() {
+fn a_name_that_gets_too_long_is_reported() {
     let mut long = tower();
     long.modules[0].name = "m".repeat(62).parse().unwrap();
     let error = long.row(2).unwrap_err().to_string();

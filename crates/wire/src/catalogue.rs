@@ -15,7 +15,7 @@ pub enum Travels {
     /// Published.
     Published,
     /// As the payload of a query.
-    Asking,
+    Querying,
     /// As a reply to a query.
     Replying,
     /// As an error reply to a query.
@@ -28,7 +28,7 @@ impl Travels {
     pub fn as_str(self) -> &'static str {
         match self {
             Travels::Published => "publication",
-            Travels::Asking => "query",
+            Travels::Querying => "query",
             Travels::Replying => "reply",
             Travels::Refusing => "error reply",
         }
@@ -77,7 +77,7 @@ impl Entry {
         self.example
     }
 
-    /// Would whoever gets this message take it?
+    /// Would its recipient accept this message?
     ///
     /// # Errors
     /// What is wrong with it.
@@ -96,7 +96,7 @@ macro_rules! example {
     };
 }
 
-use Travels::{Asking, Published, Refusing, Replying};
+use Travels::{Published, Querying, Refusing, Replying};
 
 /// All messages, those that are published first.
 #[must_use]
@@ -155,7 +155,7 @@ pub fn catalogue() -> [Entry; 15] {
         ),
         Entry::of::<Order>(
             "order",
-            &[("{module}/command/acknowledge", Asking), ("{module}/command/reset", Asking)],
+            &[("{module}/command/acknowledge", Querying), ("{module}/command/reset", Querying)],
             example!("order"),
         ),
         Entry::of::<Obeyed>(
@@ -165,7 +165,7 @@ pub fn catalogue() -> [Entry; 15] {
         ),
         Entry::of::<Injection>(
             "injection",
-            &[("plant/command/inject", Asking)],
+            &[("plant/command/inject", Querying)],
             example!("injection"),
         ),
         Entry::of::<Injected>(

@@ -1,8 +1,8 @@
 //! A divergence crossed its threshold.
 
+use names::{ComponentPath, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{ComponentPath, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 use crate::evidence::Evidence;

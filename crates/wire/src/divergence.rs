@@ -1,8 +1,8 @@
 //! A module's divergences at one step.
 
+use names::{Component, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{Component, ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 

@@ -7,12 +7,12 @@
 //!
 //! Finite numbers come back as the very same bits. A number that is not finite is written `null`.
 
+use names::quotation;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_json::error::Category;
-use truss::quotation;
 
 /// The version that this crate reads and writes.
 pub const VERSION: u64 = 1;
@@ -149,7 +149,7 @@ fn shortened(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::Progress;
-    use truss::ids::{RunId, Step};
+    use names::{RunId, Step};
 
     fn refused(bytes: &[u8]) -> DecodeError {
         decode::<Progress>(bytes).unwrap_err()

@@ -1,8 +1,8 @@
 //! A channel at one step.
 
+use names::Step;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::Step;
 
 /// What a verdict rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,34 +1,13 @@
 //! One transition of the verdict on a component.
 
-use std::fmt;
-
+use names::{ComponentKind, ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{ComponentKind, ComponentPath, ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 use crate::evidence::Evidence;
+use crate::fault_state::FaultState;
 use crate::order::GivenOrder;
-
-/// What a module holds of one of its components.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultState {
-    /// No change, or the explained one is over.
-    Normal,
-    /// A change, not yet judged.
-    Tentative,
-    /// A change that cannot be judged because peers do not answer.
-    Unconfirmed,
-    /// A change that another component's fault explains.
-    Explained,
-    /// A fault of this component; stays until reset.
-    Latched,
-    /// A fault of this component that a person has acknowledged; stays until reset.
-    Acknowledged,
-}
 
 /// Why a verdict is unconfirmed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
@@ -40,33 +19,6 @@ pub enum Doubt {
     Unknowing,
     /// The run ended before there was a verdict.
     RunEnded,
-}
-
-impl FaultState {
-    /// A fault of the component itself: latched, acknowledged or not.
-    #[must_use]
-    pub fn is_fault(self) -> bool {
-        matches!(self, FaultState::Latched | FaultState::Acknowledged)
-    }
-
-    /// The name in messages.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            FaultState::Normal => "normal",
-            FaultState::Tentative => "tentative",
-            FaultState::Unconfirmed => "unconfirmed",
-            FaultState::Explained => "explained",
-            FaultState::Latched => "latched",
-            FaultState::Acknowledged => "acknowledged",
-        }
-    }
-}
-
-impl fmt::Display for FaultState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.as_str())
-    }
 }
 
 /// A transition, published when it happens and given to whoever asks for the present state.

@@ -2,9 +2,9 @@
 //!
 //! The question travels as the parameters of a query, `history?since=n&limit=m`; both may be left out.
 
+use names::{ModuleName, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{ModuleName, StructureName};
 
 use crate::encoding::Message;
 use crate::fault::FaultTransition;

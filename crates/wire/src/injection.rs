@@ -1,9 +1,9 @@
 //! Orders to the simulated plant.
 
+use names::fault::Fault;
+use names::{ComponentPath, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
 
 use crate::encoding::Message;
 
@@ -21,7 +21,7 @@ pub struct Injection {
     pub at_step: Option<Step>,
 }
 
-/// The plant will do as told.
+/// The plant accepted the injection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Injected {
     /// The component.

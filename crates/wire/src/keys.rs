@@ -13,7 +13,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use truss::ids::{Component, ComponentError, ModuleName, NameError, StructureName};
+use names::{Component, ComponentError, ModuleName, NameError, StructureName};
 
 use crate::order::OrderKind;
 
@@ -23,8 +23,8 @@ pub const ROOT: &str = "trusswatch";
 /// What stands in the place of a module in the plant's keys; no module may be called so.
 pub const PLANT: &str = "plant";
 
-/// A key that is nobody's: whoever asks there learns at once that nobody answers, if the network works.
-pub const NOBODY: &str = "trusswatch/nobody";
+/// A key without an owner: a query on it ends at once without an answer, if the network works.
+pub const UNOWNED: &str = "trusswatch/nobody";
 
 /// What a module's key is about.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -47,7 +47,7 @@ pub enum Topic {
     Phase,
     /// Its journal.
     History,
-    /// What operators order.
+    /// Commands of operators.
     Command(OrderKind),
     /// Its liveliness token.
     Alive,
@@ -211,7 +211,7 @@ impl FromStr for Key {
     }
 }
 
-/// Key expressions for everyone who watches: several structures, modules and components at once.
+/// Key expressions for monitoring clients: several structures, modules and components at once.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Watched<'a> {
     /// This structure only.
@@ -283,7 +283,7 @@ impl Watched<'_> {
 }
 
 fn quoted(text: &str) -> String {
-    truss::quotation(text, 64)
+    names::quotation(text, 64)
 }
 
 #[cfg(test)]
@@ -291,7 +291,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_that_are_no_keys_are_told_apart() {
+    fn texts_that_are_no_keys_are_distinguished() {
         let parse = |text: &str| text.parse::<Key>().unwrap_err();
         for text in ["", "trusswatch", "trusswatch/tower/module1", "other/tower/module1/sample"] {
             assert_eq!(parse(text), KeyError::Form, "{text}");

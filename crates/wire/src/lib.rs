@@ -17,11 +17,10 @@
 //! | `plant/status` | [`PlantStatus`] |
 //!
 //! Every message is one JSON object with the format's version in its field `v`; [`encode`] and
-//! [`decode`] say what becomes of anything else. Keys are made and read by [`Key`] alone. [`catalogue`] tells
-//! other programs all this: a schema and an example of each message.
+//! [`decode`] document what becomes of anything else. Keys are made and read by [`Key`] alone. [`catalogue`] describes
+//! all this for other programs: a schema and an example of each message.
 //!
-//! This crate names neither network nor runtime, and of the other crates only `truss`, for the
-//! identifiers.
+//! This crate names neither network nor runtime, and of the other crates only `names`.
 
 pub mod catalogue;
 mod change;
@@ -29,6 +28,7 @@ mod divergence;
 mod encoding;
 mod evidence;
 mod fault;
+mod fault_state;
 mod history;
 mod injection;
 pub mod keys;
@@ -49,7 +49,8 @@ pub use change::Change;
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;
-pub use fault::{Doubt, FaultState, FaultTransition};
+pub use fault::{Doubt, FaultTransition};
+pub use fault_state::FaultState;
 pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE};
 pub use injection::{Injected, Injection};
 pub use keys::{Key, KeyError, PlantTopic, Topic};

@@ -3,12 +3,12 @@
 //! An order is the payload of a query on `{module}/command/acknowledge` or `{module}/command/reset`. The
 //! reply is [`Obeyed`], once the transition is in the journal, or [`crate::Refused`].
 
+use names::Component;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::Component;
 
 use crate::encoding::Message;
-use crate::fault::FaultState;
+use crate::fault_state::FaultState;
 
 /// Longest name and longest note that are accepted, in bytes.
 pub const MAX_ORDER_TEXT: usize = 500;
@@ -41,7 +41,7 @@ impl OrderKind {
 pub struct Order {
     /// The component.
     pub component: Component,
-    /// Who orders it.
+    /// Who issued the command.
     pub by: String,
     /// Why.
     #[serde(default)]
@@ -55,10 +55,10 @@ impl Order {
     /// What is wrong with the texts of an order, if anything is.
     ///
     /// # Errors
-    /// Nobody is named, or a text is too long.
+    /// No name is given, or a text is too long.
     pub fn check(&self) -> Result<(), String> {
         if self.by.trim().is_empty() {
-            return Err("`by` is empty; say who orders it".to_owned());
+            return Err("`by` is empty; state who issues the command".to_owned());
         }
         let texts = [("by", Some(&self.by)), ("note", self.note.as_ref())];
         for (name, text) in texts {

@@ -1,8 +1,8 @@
 //! Whether a module's verdicts can be relied on.
 
+use names::{ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 

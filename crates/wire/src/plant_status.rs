@@ -1,9 +1,9 @@
 //! How the plant is.
 
+use names::fault::Fault;
+use names::{ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 
@@ -11,7 +11,7 @@ use crate::encoding::Message;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlantPhase {
-    /// Modules are missing that it was told to wait for.
+    /// Modules are missing that it was configured to wait for.
     Waiting,
     /// Steps are being computed.
     Running,

@@ -1,8 +1,8 @@
 //! How far a module has come.
 
+use names::{RunId, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{RunId, Step};
 
 use crate::encoding::Message;
 

@@ -1,8 +1,8 @@
 //! Questions travel as the parameters of a query, `name=value` pairs separated by `&` or `;`. Parameters
 //! that are not known are passed over: the network adds some of its own.
 
-use truss::ids::Step;
-use truss::quotation;
+use names::Step;
+use names::quotation;
 
 /// Parameters that make no question.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -1,28 +1,28 @@
-//! Key expressions that access control goes by: what belongs to whom.
+//! Key expressions that access control uses: what belongs to whom.
 //!
 //! A key that begins with `@` is not matched by `**`; the caches, heartbeats and tokens of publishers
 //! with a history have such keys, below the key they publish on, and are named besides.
 
-use truss::ids::{ModuleName, StructureName};
+use names::{ModuleName, StructureName};
 
 use crate::keys::{PLANT, ROOT, Topic};
 
 /// Below every key of a publisher with a history: its cache, its heartbeat, its token.
 const ADVANCED: &str = "**/@adv/**";
 
-/// Everything that anybody publishes.
+/// Everything that is published.
 #[must_use]
 pub fn everything() -> Vec<String> {
     below(ROOT)
 }
 
-/// What a module says, answers and is asked.
+/// What a module publishes, answers and is queried for.
 #[must_use]
 pub fn of_module(structure: &StructureName, module: &ModuleName) -> Vec<String> {
     below(&format!("{ROOT}/{structure}/{module}"))
 }
 
-/// What the plant says, answers and is asked in its own name.
+/// What the plant publishes, answers and is queried for in its own name.
 #[must_use]
 pub fn of_plant(structure: &StructureName) -> Vec<String> {
     below(&format!("{ROOT}/{structure}/{PLANT}"))
@@ -34,7 +34,7 @@ pub fn samples(structure: &StructureName, module: &ModuleName) -> String {
     format!("{ROOT}/{structure}/{module}/{}", Topic::Sample)
 }
 
-/// Questions that only tell and change nothing: present states, journals, past samples, caches.
+/// Read-only queries: present states, journals, past samples, caches.
 #[must_use]
 pub fn readable() -> Vec<String> {
     let topics = ["fault/**".to_owned(), Topic::History.to_string(), Topic::Sample.to_string()];
@@ -50,7 +50,7 @@ pub fn questions_of_peers(structure: &StructureName) -> String {
     format!("{ROOT}/{structure}/*/{}", Topic::State)
 }
 
-/// Orders to modules and to the plant.
+/// Commands to modules and to the plant.
 #[must_use]
 pub fn commands(structure: &StructureName) -> String {
     format!("{ROOT}/{structure}/*/command/*")

@@ -1,11 +1,11 @@
-//! Samples once more: whoever publishes a module's samples may keep the latest of them and give them
+//! Recorded samples: the publisher of a module's samples may keep the latest of them and give them
 //! again, so that a diagnoser that was cut off or restarted misses nothing.
 //!
 //! The question travels as the parameters of a query on the very key of the samples,
 //! `sample?run=7&from=a&to=b`. Each reply is one [`crate::Sample`] as it was published, oldest first;
 //! samples that are no longer kept are left out.
 
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 use crate::question::{QuestionError, in_order, required};
 

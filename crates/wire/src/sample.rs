@@ -1,8 +1,8 @@
-//! What a module measures at one step. Whoever acquires data publishes this, plant or real tower.
+//! What a module measures at one step. The data acquisition publishes this, simulated or real.
 
+use names::{ModuleName, RunId, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
-use truss::ids::{ModuleName, RunId, Step};
 
 use crate::encoding::Message;
 

@@ -73,8 +73,8 @@ mod tests {
     #[test]
     fn units_stand_in_the_descriptions_as_a_person_writes_them() {
         let schema = schema::<Sample>();
-        let told = &schema["properties"]["pressures_pa"]["description"];
-        assert_eq!(*told, "Pressures of chambers A and B of each actuator [Pa].");
+        let description = &schema["properties"]["pressures_pa"]["description"];
+        assert_eq!(*description, "Pressures of chambers A and B of each actuator [Pa].");
         assert!(!schema.to_string().contains("\\\\["), "{schema}");
     }
 

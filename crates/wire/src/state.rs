@@ -3,9 +3,9 @@
 //! The question travels as the parameters of a query, `state?from=a&step=b`, the answer as its reply.
 //! The reply may come late: it is held until step b has been processed.
 
+use names::{ActuatorName, Component, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{ActuatorName, Component, ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 use crate::question::{QuestionError, in_order, number, required};

@@ -1,8 +1,8 @@
 //! How a module's diagnoser is.
 
+use names::{ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use truss::ids::{ModuleName, RunId, Step, StructureName};
 
 use crate::encoding::Message;
 use crate::phase::ModulePhase;
@@ -212,7 +212,7 @@ pub struct DiagnosisCounters {
     pub samples_non_finite: u64,
     /// Runs begun.
     pub runs: u64,
-    /// Gaussians lost and started anew.
+    /// Gaussians lost and restarted.
     pub restarts: u64,
     /// Changes of any channel.
     pub changes: u64,

@@ -1,4 +1,4 @@
-//! What other programs are told of the messages is true.
+//! The documentation of the messages for other programs is true.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail loudly")]
 
 mod support;
@@ -93,14 +93,14 @@ fn is_token(key: &str) -> bool {
 
 #[test]
 fn messages_travel_on_the_keys_that_there_are_and_on_each_of_them() {
-    let told: BTreeSet<String> = catalogue()
+    let documented: BTreeSet<String> = catalogue()
         .iter()
         .flat_map(|entry| entry.travels)
         .map(|(key, _)| (*key).to_owned())
         .collect();
     let expected = topics().into_iter().filter(|key| !is_token(key)).collect();
-    assert_eq!(told, expected);
-    for key in told {
+    assert_eq!(documented, expected);
+    for key in documented {
         let key = key.replace("{module}", "module1").replace("{name}", "x1");
         let key = format!("trusswatch/tower/{key}");
         assert!(key.parse::<Key>().is_ok(), "{key}");
@@ -109,29 +109,29 @@ fn messages_travel_on_the_keys_that_there_are_and_on_each_of_them() {
 
 #[test]
 fn the_manuals_table_of_keys_has_every_key_and_no_other() {
-    let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
+    let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
     let manual = std::fs::read_to_string(manual).unwrap();
     let (_, section) = manual.split_once("\n## Keys\n").unwrap();
     let rows = section.lines().skip_while(|line| !line.starts_with('|'));
     let cells = rows.take_while(|line| line.starts_with('|')).map(|row| row.split('|').nth(1));
-    let told: BTreeSet<String> = cells
+    let documented: BTreeSet<String> = cells
         .flat_map(|cell| cell.unwrap().split('`').skip(1).step_by(2))
         .map(ToOwned::to_owned)
         .collect();
-    assert_eq!(told, topics());
+    assert_eq!(documented, topics());
 }
 
 #[test]
 fn a_query_with_a_message_has_a_reply_with_one() {
     for entry in catalogue() {
-        for (key, _) in entry.travels.iter().filter(|(_, travels)| *travels == Travels::Asking) {
+        for (key, _) in entry.travels.iter().filter(|(_, travels)| *travels == Travels::Querying) {
             let replied = catalogue().iter().any(|e| e.travels.contains(&(key, Travels::Replying)));
             assert!(replied, "{key}");
         }
     }
 }
 
-/// Others have written programs by them. `BLESS=1` writes the file anew, so that a change is meant and shows.
+/// Others have written programs by them. `BLESS=1` rewrites the file, so that a change is meant and shows.
 #[test]
 fn the_schemas_are_those_that_were_agreed_on() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/schemas.json");

@@ -3,10 +3,10 @@
 
 mod support;
 
+use names::fault::Fault;
+use names::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
 use proptest::prelude::*;
 use support::{plain_topics, plant_topics};
-use truss::fault::Fault;
-use truss::ids::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
 use wire::keys::PLANT;
 use wire::{
     ActuatorFault, Change, Channel, Divergences, Doubt, Evidence, FaultState, FaultTransition,
@@ -195,7 +195,7 @@ fn answers_orders_and_refusals_are_read_back() {
     assert_eq!(back(&answer), answer);
     let refused = Refused { reason: "no sample yet".into() };
     assert_eq!(back(&refused), refused);
-    let component: truss::ids::ComponentPath = "module1/sensor/g1".parse().unwrap();
+    let component: names::ComponentPath = "module1/sensor/g1".parse().unwrap();
     for (fault, at_step) in [
         (Some(Fault::Bias { offset_m: 1e-5 }), Some(Step(7))),
         (Some(Fault::ZeroOutput {}), None),

@@ -1,4 +1,4 @@
-//! What must hold of every decoder, whatever it is fed.
+//! Properties of every decoder, for any input.
 //!
 //! A [`Target`] takes any bytes and panics unless what it promises holds of them; never only that
 //! nothing panics. The bytes come from the corpus kept in `corpus/`, which an ordinary test replays, or
@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `target/message` | what is decoded encodes, and decodes to the same |
 //! | `target/key` | what is a key prints as it was read, and is a key to the network too |
-//! | `target/question` | what is a question is written and read back |
+//! | `target/question` | a query's parameters are written and read back |
 //! | `target/journal` | exactly the lines that fit their checksums are records; appending goes on |
 //! | `target/state` | what a restarted diagnoser remembers, it remembers after the next restart too |
 //! | `target/structure` | a description written out describes the same; its modules can be cut out |

@@ -1,8 +1,8 @@
-//! What a refusal must be like.
+//! Properties of a refusal.
 
 use std::fs;
 
-use daemon::config::ConfigErrors;
+use settings::ConfigErrors;
 
 /// Longer ones fill a log.
 const LONGEST: usize = 6000;

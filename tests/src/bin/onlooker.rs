@@ -1,13 +1,13 @@
 //! A process that subscribes to everything and stops taking it: `onlooker stall|listen ENDPOINT…`.
 //!
-//! Says so on standard output when the first message comes. `stall` then blocks the network's own thread
-//! for good, as a subscriber does whose handler is full; `listen` goes on.
+//! Reports the first message on standard output. `stall` then blocks the network's own thread permanently,
+//! as a subscriber does whose handler is full; `listen` goes on.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use daemon::config::Network;
+use session::Network;
 use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 fn take(stall: bool) {
@@ -27,7 +27,7 @@ async fn main() {
     let mut arguments = std::env::args().skip(1);
     let stall = arguments.next().as_deref() == Some("stall");
     let network = Network::peer_of(&arguments.collect::<Vec<_>>());
-    let session = daemon::session::open(&network).await.unwrap();
+    let session = session::open(&network).await.unwrap();
     let mut advanced = Vec::new();
     for key in ["trusswatch/*/*/fault/**", "trusswatch/*/*/change", "trusswatch/*/*/phase"] {
         let subscriber = session.declare_subscriber(key).callback(move |_| take(stall)).advanced();

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-use truss::ids::{ComponentPath, Step};
+use names::{ComponentPath, Step};
 use wire::{Doubt, FaultTransition};
 
 use crate::held::Held;
@@ -14,7 +14,7 @@ use crate::timeline::Timeline;
 pub(super) struct Seen {
     pub(super) component: ComponentPath,
     pub(super) held: Held,
-    /// If nothing can be said: whether it is told why, and who stands in the way.
+    /// If undecided: whether a reason is given, and which module is silent.
     pub(super) reasoned: bool,
 }
 
@@ -33,12 +33,12 @@ impl Seen {
     }
 }
 
-/// What is to be thought of a state.
+/// Judgement of a state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Judgement {
     /// As in the undisturbed run.
     Agrees,
-    /// The module says that it cannot tell, and why.
+    /// The module reports that it cannot decide, with the reason.
     Undecided,
     /// Not what the undisturbed run has by then, but what it has earlier or later, or nothing yet.
     Behind,
@@ -46,7 +46,7 @@ pub(super) enum Judgement {
     Wrong(String),
 }
 
-/// What is to be thought of a state that a module gave while it was at one of these steps. What was
+/// Judges a state that a module reported while it was at one of these steps. What was
 /// latched in an earlier run stays so.
 pub(super) fn judge(
     seen: &Seen,

@@ -3,30 +3,30 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use truss::ids::{ComponentPath, ModuleName, RunId, Step};
+use names::{ComponentPath, ModuleName, RunId, Step};
 use wire::{FaultTransition, ModulePhase, ModuleStatus, Progress};
 
 use super::judgement::{Judgement, Seen, judge};
+use crate::deployment::MODULES;
 use crate::held::Held;
 use crate::timeline::Timeline;
 
-/// What is not decided for longer must say so.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// From the sample that decides to an answer that tells so, and room for the rounds of progress \[steps\].
+/// What is undecided for longer must be reported as such.
+const UNDECIDED_LIMIT: Duration = Duration::from_secs(1);
+/// From the deciding sample to a reply that states it, with room for the rounds of progress \[steps\].
 const SLACK: u64 = 60;
 /// How far behind the plant a module may be \[steps\].
 const LAG: u64 = 300;
-const MODULES: [&str; 2] = ["module1", "module2"];
 
-/// How a module is by its own word.
+/// A module's reported status.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Standing {
     pub(super) status: Option<ModuleStatus>,
     /// The latest step of the present run that it has processed.
     pub(super) step: Step,
-    /// When it was last heard to have come further.
+    /// When it last reported progress.
     heard: Option<Instant>,
-    /// The longest time without a word of that.
+    /// The longest time without reported progress.
     pub(super) longest_standstill: Duration,
 }
 
@@ -46,11 +46,11 @@ pub(super) struct Record {
     /// Latched in an earlier run.
     carried: BTreeSet<ComponentPath>,
     pub(super) standings: BTreeMap<ModuleName, Standing>,
-    /// Verdicts that were reached, by whatever message.
+    /// Verdicts that were reached, by any message.
     reached: BTreeSet<(ComponentPath, Held)>,
-    /// Since when a component is behind without a word.
+    /// Since when a component is behind without a report.
     behind: BTreeMap<ComponentPath, Instant>,
-    /// What must never be.
+    /// Violations.
     pub(super) wrong: BTreeSet<String>,
     /// Components that were unconfirmed at some time.
     pub(super) unconfirmed: BTreeSet<ComponentPath>,
@@ -151,9 +151,9 @@ impl Record {
 
     fn note_behind(&mut self, seen: Seen) {
         let since = *self.behind.entry(seen.component.clone()).or_insert_with(Instant::now);
-        if since.elapsed() > PATIENCE {
+        if since.elapsed() > UNDECIDED_LIMIT {
             let Seen { component, held, .. } = seen;
-            self.wrong.insert(format!("{component} {held} for over {PATIENCE:?}"));
+            self.wrong.insert(format!("{component} {held} for over {UNDECIDED_LIMIT:?}"));
         }
     }
 

@@ -9,7 +9,7 @@ use super::disturbance::Disturbance;
 use super::stage::{Site, Stage};
 use crate::lab::Lab;
 
-/// From one look to the next.
+/// Polling interval.
 const GLANCE: Duration = Duration::from_millis(20);
 
 /// When a disturbance lasts.
@@ -37,8 +37,8 @@ pub enum Lasting {
 }
 
 impl Lasting {
-    /// How long it is waited for what must be.
-    fn patience(self) -> Duration {
+    /// Time limit to settle.
+    fn limit(self) -> Duration {
         match self {
             Lasting::WholeRun { within, .. } => within,
             Lasting::Steps { .. } | Lasting::Moment { .. } => SETTLING,
@@ -71,14 +71,14 @@ pub struct Outcome {
     pub settled: Option<Duration>,
     /// In numbers.
     pub seen: Vec<String>,
-    /// Whatever should not have been.
+    /// Violations.
     pub problems: Vec<String>,
     /// What the processes logged, if there are problems.
     pub logs: String,
 }
 
 impl Row {
-    /// Sets everything up, lets the disturbance happen and tells what came of it.
+    /// Sets everything up, runs the disturbance and returns the outcome.
     pub async fn perform(mut self, lab: Lab) -> Outcome {
         let site = Site::new(lab, &self.schedule);
         self.disturbance.set_up(&site).await;
@@ -86,9 +86,9 @@ impl Row {
         let mut outcome = Outcome { expected: self.expected(&stage), ..Outcome::default() };
         self.disturb(&mut stage, &mut outcome).await;
         stage.last_step().await;
-        // Whatever is wrong by now will not become right; otherwise the last verdicts need a moment.
+        // Problems found by now are final; otherwise the last verdicts need a moment.
         if outcome.problems.is_empty()
-            && let Err(differences) = settle(&stage, self.lasting.patience()).await
+            && let Err(differences) = settle(&stage, self.lasting.limit()).await
         {
             outcome.problems.extend(differences.iter().map(|what| format!("at the end {what}")));
         }
@@ -121,7 +121,7 @@ impl Row {
         if !matches!(self.lasting, Lasting::WholeRun { .. }) {
             self.disturbance.end(stage).await;
         }
-        match settle(stage, self.lasting.patience()).await {
+        match settle(stage, self.lasting.limit()).await {
             Ok(after) => outcome.settled = Some(after),
             Err(differences) => outcome.problems.extend(differences),
         }
@@ -147,16 +147,16 @@ impl Row {
     }
 }
 
-/// Waits until everything is as in an undisturbed run, and tells how long that took; if it is not in
-/// time, what is different.
-async fn settle(stage: &Stage, patience: Duration) -> Result<Duration, Vec<String>> {
+/// Waits until everything is as in an undisturbed run and returns how long that took; on timeout, the
+/// differences.
+async fn settle(stage: &Stage, limit: Duration) -> Result<Duration, Vec<String>> {
     let start = Instant::now();
     loop {
         let differences = stage.differences().await;
         if differences.is_empty() {
             return Ok(start.elapsed());
         }
-        if start.elapsed() > patience {
+        if start.elapsed() > limit {
             return Err(differences);
         }
         tokio::time::sleep(GLANCE).await;

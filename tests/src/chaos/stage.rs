@@ -4,26 +4,28 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use daemon::config::{Network, Schedule};
+use daemon::config::Schedule;
+use names::{ModuleName, RunId, Step};
 use nix::sys::signal::Signal;
-use truss::ids::{ModuleName, RunId, Step};
+use session::Network;
 use zenoh::Session;
 
 use super::record::{Record, Standing};
 use super::witness::Witness;
-use crate::deployment::{Deployment, Process};
+use crate::deployment::Deployment;
 use crate::lab::{Lab, Node};
 use crate::observer::Observer;
 use crate::plant_clock::PlantClock;
+use crate::process::Process;
 use crate::reference;
 
 /// The same wind, loads and noise in every row.
 const SEED: u64 = 100;
 
-/// A standstill that is worth a word; a module tells some fifty times a second how far it has come.
+/// A standstill that is worth reporting; a module publishes its progress some fifty times a second.
 const WORTH_TELLING: Duration = Duration::from_millis(300);
 
-/// The processes of a row in a laboratory, and who looks on.
+/// The processes of a row in a laboratory, and the monitoring client.
 pub struct Stage {
     // Before the laboratory: the processes end before their network does.
     processes: BTreeMap<Node, Process>,
@@ -53,7 +55,7 @@ impl Site {
         Self { lab, deployment }
     }
 
-    /// A session of the test that knows nobody but this node.
+    /// A session of the test connected to this node only.
     pub(super) async fn session_with(&self, node: Node) -> Session {
         session_with(&self.deployment, node).await
     }
@@ -61,7 +63,7 @@ impl Site {
 
 async fn session_with(deployment: &Deployment, node: Node) -> Session {
     let endpoint = deployment.endpoints[node.index()].clone();
-    daemon::session::open(&Network::peer_of(&[endpoint])).await.unwrap()
+    session::open(&Network::peer_of(&[endpoint])).await.unwrap()
 }
 
 impl Stage {
@@ -69,7 +71,7 @@ impl Stage {
     pub(super) async fn raise(site: Site, steps: u64) -> Self {
         let Site { lab, deployment } = site;
         let run = RunId(1);
-        // Before anything runs: it takes a while, and retries of those who wait become rare.
+        // Before anything runs: it takes a while, and retry intervals of waiting processes grow.
         let timeline =
             tokio::task::block_in_place(|| reference::timeline(&deployment, SEED, run, steps));
         let diagnosers = [Node::Module1, Node::Module2];
@@ -113,7 +115,7 @@ impl Stage {
         self.processes[&node].signal(signal);
     }
 
-    /// A session of the test that knows nobody but this node.
+    /// A session of the test connected to this node only.
     pub(super) async fn session_with(&self, node: Node) -> Session {
         session_with(&self.deployment, node).await
     }
@@ -129,7 +131,7 @@ impl Stage {
         self.reach(now + steps).await;
     }
 
-    /// How what the modules say now differs from an undisturbed run at the plant's step.
+    /// How what the modules report now differs from an undisturbed run at the plant's step.
     pub(super) async fn differences(&self) -> Vec<String> {
         let now = self.clock.step(self.run).unwrap_or(Step(0));
         let states = self.witness.states().await;
@@ -150,7 +152,7 @@ impl Stage {
         }
     }
 
-    /// Ends the diagnosers in order, and tells what was seen.
+    /// Ends the diagnosers in order, and returns what was seen.
     pub(super) async fn close(mut self) -> Closing {
         for node in [Node::Module1, Node::Module2] {
             let Some(mut process) = self.processes.remove(&node) else { continue };
@@ -161,7 +163,7 @@ impl Stage {
             }
         }
         self.witness.dismiss().await;
-        daemon::session::close(&self.observer.session).await;
+        session::close(&self.observer.session).await;
         let record = self.witness.record();
         Closing {
             wrong: record.wrong.iter().cloned().collect(),
@@ -178,7 +180,7 @@ impl Stage {
 
 /// What was seen in a row from beginning to end.
 pub(super) struct Closing {
-    /// What must never be.
+    /// Violations.
     pub(super) wrong: Vec<String>,
     /// How many components were unconfirmed at some time.
     pub(super) unconfirmed: usize,

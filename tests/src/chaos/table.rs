@@ -1,14 +1,11 @@
 //! The rows with what was expected and seen.
 
-use comfy_table::{LineStyle, Table as Grid, presets};
-
 use super::SETTLING;
 use super::row::Outcome;
+use crate::grid;
 
-/// Problems of a row that are told in the table; all of them follow below it.
-const TOLD: usize = 2;
-
-const RULE: LineStyle = LineStyle::new('─', '─', '─', '─');
+/// Problems of a row that are shown in the table; all of them follow below it.
+const SHOWN: usize = 2;
 
 /// Rows that were run.
 #[derive(Default)]
@@ -32,9 +29,8 @@ impl Table {
     /// The table, and below it everything about the rows that failed.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let mut grid = Grid::new();
-        grid.load_style(presets::NOTHING.header_separator(RULE));
-        grid.set_header(["fault", &format!("expected within {SETTLING:?}"), "seen", ""]);
+        let expected = format!("expected within {SETTLING:?}");
+        let mut grid = grid::headed(["fault", &expected, "seen", ""]);
         for (fault, outcome) in &self.rows {
             let verdict = if outcome.problems.is_empty() { "ok" } else { "FAILED" };
             grid.add_row([fault.as_str(), &outcome.expected, &seen(outcome), verdict]);
@@ -51,9 +47,9 @@ fn seen(outcome: &Outcome) -> String {
     if let Some(after) = outcome.settled {
         words.push(format!("settled in {:.2} s", after.as_secs_f64()));
     }
-    words.extend(outcome.problems.iter().take(TOLD).cloned());
-    if outcome.problems.len() > TOLD {
-        words.push(format!("{} more", outcome.problems.len() - TOLD));
+    words.extend(outcome.problems.iter().take(SHOWN).cloned());
+    if outcome.problems.len() > SHOWN {
+        words.push(format!("{} more", outcome.problems.len() - SHOWN));
     }
     words.extend(outcome.seen.iter().cloned());
     words.join("; ")

@@ -1,27 +1,31 @@
-//! Asks for all states again and again and listens to every transition.
+//! Polls all states and subscribes to every transition.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-use tokio::task::JoinHandle;
-use truss::ids::{ModuleName, Step};
+use names::{ModuleName, Step};
+use tokio::task::JoinSet;
 use wire::{FaultTransition, Key, ModuleStatus, Progress};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample;
+use zenoh_ext::AdvancedSubscriber;
 
 use super::record::Record;
-use crate::observer::{Faults, Observer};
+use crate::lock;
+use crate::noted::listen;
+use crate::observer::Observer;
 
-/// From one question to the next.
+/// Polling interval.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Who looks on during a row.
+/// The monitoring client of a row.
 pub(super) struct Witness {
     session: Session,
     record: Arc<Mutex<Record>>,
-    tasks: Vec<JoinHandle<()>>,
-    _subscribers: [Subscriber<()>; 2],
+    inquiring: JoinSet<()>,
+    listening: Option<([Subscriber<()>; 2], AdvancedSubscriber<()>)>,
 }
 
 /// A state, and the latest step that its module was known to have processed before it was asked.
@@ -31,73 +35,46 @@ impl Witness {
     pub(super) async fn of(observer: &Observer, record: Record) -> Self {
         let session = observer.session.clone();
         let record = Arc::new(Mutex::new(record));
-        let subscribers =
+        let steady =
             [follow_progress(&session, &record).await, follow_statuses(&session, &record).await];
-        let faults = observer.faults().await;
-        let tasks = vec![
-            tokio::spawn(listen(faults, Arc::clone(&record))),
-            tokio::spawn(ask_again_and_again(session.clone(), Arc::clone(&record))),
-        ];
-        Self { session, record, tasks, _subscribers: subscribers }
+        let noted = Arc::clone(&record);
+        let note = move |message: FaultTransition| lock(&noted).note_transition(&message);
+        let listening = Some((steady, observer.hear_faults(note).await));
+        let mut inquiring = JoinSet::new();
+        inquiring.spawn(ask_again_and_again(session.clone(), Arc::clone(&record)));
+        Self { session, record, inquiring, listening }
     }
 
     pub(super) fn record(&self) -> MutexGuard<'_, Record> {
         lock(&self.record)
     }
 
-    /// What every module that answers says now.
+    /// The present states of every module that replies.
     pub(super) async fn states(&self) -> Vec<State> {
         states(&self.session, &self.record).await
     }
 
     /// Nothing is noted any more when this returns.
     pub(super) async fn dismiss(&mut self) {
-        for task in self.tasks.drain(..) {
-            task.abort();
-            // Its end is that it was aborted.
-            let _ = task.await;
-        }
+        self.inquiring.shutdown().await;
+        drop(self.listening.take());
     }
-}
-
-impl Drop for Witness {
-    fn drop(&mut self) {
-        self.tasks.iter().for_each(JoinHandle::abort);
-    }
-}
-
-fn lock(record: &Mutex<Record>) -> MutexGuard<'_, Record> {
-    record.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 async fn follow_progress(session: &Session, record: &Arc<Mutex<Record>>) -> Subscriber<()> {
     let record = Arc::clone(record);
-    let callback = move |received: zenoh::sample::Sample| {
-        let key = received.key_expr().as_str().parse();
-        let progress = wire::decode::<Progress>(&received.payload().to_bytes());
-        if let (Ok(Key::Module { module, .. }), Ok(progress)) = (key, progress) {
+    let note = move |received: &Sample, progress: Progress| {
+        if let Ok(Key::Module { module, .. }) = received.key_expr().as_str().parse::<Key>() {
             lock(&record).note_progress(module, progress);
         }
     };
-    let subscriber = session.declare_subscriber("trusswatch/tower/*/progress");
-    subscriber.callback(callback).await.unwrap()
+    listen(session, "trusswatch/tower/*/progress", note).await
 }
 
 async fn follow_statuses(session: &Session, record: &Arc<Mutex<Record>>) -> Subscriber<()> {
     let record = Arc::clone(record);
-    let callback = move |received: zenoh::sample::Sample| {
-        if let Ok(status) = wire::decode::<ModuleStatus>(&received.payload().to_bytes()) {
-            lock(&record).note_status(status);
-        }
-    };
-    let subscriber = session.declare_subscriber("trusswatch/tower/*/status");
-    subscriber.callback(callback).await.unwrap()
-}
-
-async fn listen(mut faults: Faults, record: Arc<Mutex<Record>>) {
-    while let Some((_, message)) = faults.recv().await {
-        lock(&record).note_transition(&message);
-    }
+    let note = move |_: &Sample, status: ModuleStatus| lock(&record).note_status(status);
+    listen(session, "trusswatch/tower/*/status", note).await
 }
 
 async fn ask_again_and_again(session: Session, record: Arc<Mutex<Record>>) {

@@ -9,9 +9,9 @@ use zenoh::{Session, Wait};
 
 use super::samples::{Fate, HostileSample, hostile_samples, long_samples, oversized_sample};
 
-/// One in so many is long.
+/// One in this many is long.
 const LONG_EVERY: u64 = 499;
-/// One in so many is longer than a message may be.
+/// One in this many is longer than a message may be.
 const OVERSIZED_EVERY: u64 = 4_999;
 
 /// Publishes `count` hostile samples one after the other, waiting where the network is full, so that
@@ -68,7 +68,7 @@ async fn publish(
     pouring.await.unwrap()
 }
 
-/// The true sample, once more and from somebody else, is hostile too.
+/// The true sample, repeated by an unknown publisher, is hostile too.
 fn short_ones(sample: &Value) -> Vec<HostileSample> {
     let repeated = serde_json::to_vec(sample).unwrap();
     let repeated = HostileSample { bytes: repeated, fate: Fate::OtherSource };

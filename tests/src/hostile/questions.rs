@@ -1,29 +1,29 @@
-//! Questions and orders that are malformed or hostile, on every key that a diagnoser answers on.
+//! Malformed or hostile queries and commands, on every key that a diagnoser answers on.
 
 use serde_json::{Value, json};
 
 /// As long as a text gets.
 const LONG: usize = 1 << 16;
-/// One order in so many is longer than a message may be.
+/// One command in this many is longer than a message may be.
 const OVERSIZED_EVERY: u64 = 499;
 
-/// A question: its selector and its payload.
+/// A query: its selector and its payload.
 pub type Question = (String, Option<Vec<u8>>);
 
-/// The questions of one key, asked in turn.
+/// The queries of one key, sent in turn.
 pub struct Questions {
     /// The key's last part.
     pub topic: &'static str,
-    /// Those that make no sense.
+    /// Malformed ones.
     malformed: Vec<Question>,
-    /// Those that make sense, though they may be refused.
+    /// Well-formed ones, though they may be refused.
     sensible: Vec<Question>,
-    /// One that comes seldom.
+    /// A rare one.
     rare: Option<(u64, Question, bool)>,
 }
 
 impl Questions {
-    /// The question that comes at a place, and whether it is malformed.
+    /// The query at a place in the sequence, and whether it is malformed.
     #[must_use]
     pub fn at(&self, place: u64) -> (&Question, bool) {
         if let Some((every, question, malformed)) = &self.rare
@@ -80,7 +80,7 @@ fn state(key: &str, step: u64) -> Questions {
         "from=0&step=0&run=18446744073709551615".into(),
         format!("from=0&step=1&x={}", "y".repeat(LONG)),
     ];
-    // So far ahead that it is held until nobody waits any more.
+    // So far ahead that it is held until the client has timed out.
     let held = (format!("{key}?from=0&step={}", step + 50_000), None);
     Questions {
         topic: "state",
@@ -90,7 +90,7 @@ fn state(key: &str, step: u64) -> Questions {
     }
 }
 
-/// Whatever the key covers is told, so nothing is malformed here.
+/// Everything that the key covers is returned, so nothing is malformed here.
 fn faults(key: &str) -> Questions {
     let asked = [
         format!("{key}/sensor/g1"),

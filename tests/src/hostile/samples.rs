@@ -1,4 +1,4 @@
-//! Samples that none may be taken for a measurement, and what each is to be counted as.
+//! Samples that must not be accepted as measurements, and the counter of each.
 
 use serde_json::{Value, json};
 
@@ -22,7 +22,7 @@ pub enum Fate {
 pub struct HostileSample {
     /// What is published.
     pub bytes: Vec<u8>,
-    /// What it is to be counted as.
+    /// The counter it belongs to.
     pub fate: Fate,
 }
 

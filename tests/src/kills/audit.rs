@@ -1,10 +1,10 @@
-//! Holds a module's history, had over the network, against what was collected and what was obeyed.
+//! Compares a module's history, queried over the network, with collected transitions and obeyed commands.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use daemon::observer::{ModuleHistory, QueryError, history};
-use truss::ids::{ComponentPath, ModuleName};
+use ::observer::{ModuleHistory, QueryError, history};
+use names::{ComponentPath, ModuleName};
 use wire::{FaultTransition, GivenOrder};
 
 use super::collection::{Collected, same};
@@ -12,9 +12,9 @@ use super::operator::{Books, Done};
 use crate::in_time;
 use crate::observer::Observer;
 
-/// How long a page of history is waited for.
-const PATIENCE: Duration = Duration::from_secs(2);
-/// From a question without an answer to the next one.
+/// Timeout for a page of history.
+const TIMEOUT: Duration = Duration::from_secs(2);
+/// Retry interval after an unanswered query.
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// A module's history, and what is wrong with it.
@@ -22,7 +22,7 @@ const PAUSE: Duration = Duration::from_millis(20);
 pub struct Audit {
     /// The history.
     pub history: ModuleHistory,
-    /// What should not be.
+    /// Violations.
     pub problems: Vec<String>,
 }
 
@@ -63,10 +63,10 @@ impl Audit {
     }
 }
 
-/// Whoever was killed a moment ago still seems to be there, and does not answer; so it is asked again.
+/// A process that was just killed still appears connected and does not reply, so the query is retried.
 async fn read(observer: &Observer, module: &ModuleName) -> ModuleHistory {
     loop {
-        let read = history(&observer.session, &observer.structure, module, 1, PATIENCE).await;
+        let read = history(&observer.session, &observer.structure, module, 1, TIMEOUT).await;
         match read.broken_off {
             Some(QueryError::Unanswered(_)) => tokio::time::sleep(PAUSE).await,
             _ => return read,
@@ -86,7 +86,7 @@ fn check_numbers(history: &ModuleHistory, problems: &mut Vec<String>) {
     }
 }
 
-/// Is this the transition that an order led to?
+/// Is this the transition that a command caused?
 fn tells_of(transition: &FaultTransition, done: &Done) -> bool {
     let Done { kind, order, obeyed, .. } = done;
     let given = GivenOrder {

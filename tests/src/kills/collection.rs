@@ -1,58 +1,45 @@
-//! Every transition that a subscriber has ever got.
+//! Every transition that a subscriber has received.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use tokio::task::JoinHandle;
-use truss::ids::ModuleName;
+use names::ModuleName;
+use tokio::sync::watch::Sender;
 use wire::FaultTransition;
+use zenoh_ext::AdvancedSubscriber;
 
-use crate::observer::Faults;
+use crate::noted::Noted;
+use crate::observer::Observer;
 
 /// A transition by its module and its number there.
 pub type Numbered = BTreeMap<(ModuleName, u64), FaultTransition>;
 
-/// What a subscriber has got so far.
+/// What a subscriber has received so far.
 #[derive(Debug, Clone, Default)]
 pub struct Collected {
     /// Each transition once.
     pub transitions: Numbered,
-    /// How many messages that were.
+    /// Number of messages.
     pub messages: usize,
     /// Numbers that were given twice.
     pub contradictions: Vec<String>,
 }
 
 /// Collects as long as it lives.
-pub struct Collection {
-    collected: Arc<Mutex<Collected>>,
-    task: JoinHandle<()>,
-}
+pub struct Collection(Noted<Collected, AdvancedSubscriber<()>>);
 
 impl Collection {
-    /// Collects whatever comes.
-    #[must_use]
-    pub fn of(mut faults: Faults) -> Self {
-        let collected = Arc::new(Mutex::new(Collected::default()));
-        let into = Arc::clone(&collected);
-        let task = tokio::spawn(async move {
-            while let Some((_, transition)) = faults.recv().await {
-                lock(&into).take(transition);
-            }
-        });
-        Self { collected, task }
+    /// Starts collecting.
+    pub async fn of(observer: &Observer) -> Self {
+        let collected = Sender::new(Collected::default());
+        let into = collected.clone();
+        let take = move |transition| into.send_modify(|collected| collected.take(transition));
+        Self(Noted::by(collected, observer.hear_faults(take).await))
     }
 
     /// What has come so far.
     #[must_use]
     pub fn so_far(&self) -> Collected {
-        lock(&self.collected).clone()
-    }
-}
-
-impl Drop for Collection {
-    fn drop(&mut self) {
-        self.task.abort();
+        self.0.so_far().clone()
     }
 }
 
@@ -81,8 +68,4 @@ pub fn same(one: &FaultTransition, other: &FaultTransition) -> bool {
         ..transition.clone()
     };
     timeless(one) == timeless(other)
-}
-
-fn lock(collected: &Mutex<Collected>) -> MutexGuard<'_, Collected> {
-    collected.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,6 +1,6 @@
-//! What the diagnosers said about their journals.
+//! What the diagnosers logged about their journals.
 
-/// Whatever else is said about a journal, and the daemon's own errors; links break all the time.
+/// Any other log line about a journal, and the daemon's own errors; links break all the time.
 const COMPLAINTS: [&str; 4] = ["journal", "ERROR daemon", "error:", "panicked"];
 
 /// Counts and complaints from a diagnoser's log over many lives.
@@ -17,7 +17,7 @@ pub struct Lives {
 impl Lives {
     /// Reads a log.
     #[must_use]
-    pub fn told_in(log: &str) -> Self {
+    pub fn found_in(log: &str) -> Self {
         let mut lives = Self::default();
         for line in log.lines() {
             lives.read(line);
@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn torn_tails_are_counted_and_everything_else_about_a_journal_is_a_complaint() {
-        let lives = Lives::told_in(
+        let lives = Lives::found_in(
             "INFO ready structure=tower module=module1\n\
              WARN journal damaged, the rest is used: `j`: 3 bytes from byte 1 on belong to a record \
              without an end; they were cut off\n\

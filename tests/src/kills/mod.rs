@@ -1,14 +1,14 @@
-//! Diagnosers are killed again and again while faults come and go and an operator deals with them, and
-//! what must be true of their journals all the while.
+//! Diagnosers are killed repeatedly while faults come and go and an operator handles them, and what must
+//! hold of their journals throughout.
 //!
 //! | file | job |
 //! |---|---|
-//! | `plan` | which fault when, and who is killed when |
-//! | `operator` | acknowledges and resets, so that components can be faulty once more |
-//! | `collection` | every transition that a subscriber has ever got |
-//! | `audit` | holds a module's history against what was collected and what was obeyed |
-//! | `logs` | what the diagnosers said about their journals |
-//! | `summary` | what came of it, in numbers |
+//! | `plan` | which fault when, and which diagnoser is killed when |
+//! | `operator` | acknowledges and resets, so that components can become faulty again |
+//! | `collection` | every transition that a subscriber has received |
+//! | `audit` | compares a module's history with collected transitions and obeyed commands |
+//! | `logs` | what the diagnosers logged about their journals |
+//! | `summary` | the counts |
 
 pub mod audit;
 pub mod collection;

@@ -1,60 +1,61 @@
-//! Acknowledges and resets over the network as an operator would, so that components can be faulty once
-//! more.
+//! Acknowledges and resets over the network as an operator would, so that components can become faulty
+//! again.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use ::observer::{OrderError, order};
 use daemon::config::Schedule;
-use daemon::observer::{OrderError, order};
-use tokio::task::JoinHandle;
-use truss::ids::{ModuleName, RunId, Step, StructureName};
+use names::{ModuleName, RunId, Step, StructureName};
+use tokio::task::JoinSet;
 use wire::{Doubt, FaultState, FaultTransition, Obeyed, Order, OrderKind};
 use zenoh::Session;
 
+use crate::lock;
 use crate::observer::{Observer, states};
 use crate::plant_clock::PlantClock;
 
-/// From one look to the next.
+/// Polling interval.
 const EVERY: Duration = Duration::from_millis(100);
-/// How long an order's reply is waited for.
-const PATIENCE: Duration = Duration::from_millis(800);
+/// Timeout for the reply to a command.
+const TIMEOUT: Duration = Duration::from_millis(800);
 /// From the latest change of a component to its reset \[steps\]: its interval has passed by then.
 const SETTLED: u64 = 2200;
 
-/// An order that was obeyed, by its own word.
+/// A command confirmed as obeyed by its reply.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Done {
-    /// Who obeyed.
+    /// The module that obeyed.
     pub module: ModuleName,
-    /// What was ordered.
+    /// The command.
     pub kind: OrderKind,
-    /// In which words.
+    /// Its message.
     pub order: Order,
     /// The reply.
     pub obeyed: Obeyed,
 }
 
-/// What became of the orders.
+/// Outcomes of the commands.
 #[derive(Debug, Clone, Default)]
 pub struct Books {
     /// Those that were obeyed.
     pub done: Vec<Done>,
-    /// How many were refused.
+    /// Number refused.
     pub refused: usize,
-    /// How many were not answered.
+    /// Number without a reply.
     pub unanswered: usize,
-    /// Replies that make no sense.
+    /// Malformed replies.
     pub senseless: Vec<String>,
 }
 
-/// Deals with faults as long as it lives.
+/// Acknowledges and resets faults until dropped.
 pub struct Operator {
     books: Arc<Mutex<Books>>,
-    task: JoinHandle<()>,
+    _work: JoinSet<()>,
 }
 
-struct Desk {
+struct Worker {
     session: Session,
     structure: StructureName,
     clock: PlantClock,
@@ -64,10 +65,10 @@ struct Desk {
 }
 
 impl Operator {
-    /// Begins to look.
+    /// Starts polling.
     pub async fn of(observer: &Observer, run: RunId, schedule: Schedule) -> Self {
         let books = Arc::new(Mutex::new(Books::default()));
-        let desk = Desk {
+        let worker = Worker {
             session: observer.session.clone(),
             structure: observer.structure.clone(),
             clock: PlantClock::of(observer).await,
@@ -75,23 +76,19 @@ impl Operator {
             schedule,
             books: Arc::clone(&books),
         };
-        Self { books, task: tokio::spawn(desk.work()) }
+        let mut work = JoinSet::new();
+        work.spawn(worker.work());
+        Self { books, _work: work }
     }
 
-    /// What has become of the orders so far.
+    /// Outcomes of the commands so far.
     #[must_use]
     pub fn books(&self) -> Books {
         lock(&self.books).clone()
     }
 }
 
-impl Drop for Operator {
-    fn drop(&mut self) {
-        self.task.abort();
-    }
-}
-
-impl Desk {
+impl Worker {
     async fn work(self) {
         let mut ticks = tokio::time::interval(EVERY);
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -106,23 +103,23 @@ impl Desk {
                 let order = Order {
                     component: state.component.component,
                     by: "operator".into(),
-                    // Tells this order from every other one.
+                    // Makes this command unique.
                     note: Some(format!("order {number}")),
                     force: kind == OrderKind::Reset,
                 };
                 wanted.entry(state.module).or_default().push((kind, order));
             }
-            // A module that is silent holds up nobody but itself.
-            let (mut modules, desk) = (tokio::task::JoinSet::new(), &self);
+            // A silent module delays only its own commands.
+            let (mut modules, worker) = (JoinSet::new(), &self);
             for (module, orders) in wanted {
-                let give = desk.give(module, orders);
+                let give = worker.give(module, orders);
                 modules.spawn(give);
             }
             while modules.join_next().await.is_some() {}
         }
     }
 
-    /// What is to be done about a component.
+    /// The command due for a component.
     fn wants(&self, state: &FaultTransition, now: Step) -> Option<OrderKind> {
         let never = matches!(state.doubt, Some(Doubt::Unknowing | Doubt::RunEnded));
         match state.state {
@@ -144,7 +141,7 @@ impl Desk {
         latest.plus(SETTLED) <= now
     }
 
-    /// Gives a module its orders, one after the other.
+    /// Sends a module its commands, one after the other.
     fn give(
         &self,
         module: ModuleName,
@@ -154,7 +151,7 @@ impl Desk {
         let books = Arc::clone(&self.books);
         async move {
             for (kind, given) in orders {
-                let reply = order(&session, &structure, &module, kind, &given, PATIENCE).await;
+                let reply = order(&session, &structure, &module, kind, &given, TIMEOUT).await;
                 lock(&books).note(&module, kind, given, reply);
             }
         }
@@ -176,8 +173,4 @@ impl Books {
             Err(OrderError::Senseless(what)) => self.senseless.push(format!("{module}: {what}")),
         }
     }
-}
-
-fn lock(books: &Mutex<Books>) -> MutexGuard<'_, Books> {
-    books.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,12 +1,12 @@
-//! Which fault when, and who is killed when: drawn from a seed.
+//! Which fault when, and which diagnoser is killed when: drawn from a seed.
 
 use std::ops::Range;
 
 use daemon::config::{Schedule, ScheduledFault};
+use names::Step;
+use names::fault::Fault;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use truss::fault::Fault;
-use truss::ids::Step;
 
 /// The first onset: every channel is watched by then.
 const FIRST_ONSET: u64 = 3300;
@@ -16,15 +16,15 @@ const BETWEEN_ONSETS: u64 = 1000;
 const LASTING: u64 = 1500;
 /// Gages of each module.
 const GAGES: u64 = 8;
-/// Kills from one look at the histories to the next.
+/// Kills between two audits of the histories.
 const BATCH: usize = 20;
-/// Onsets without a kill while the histories are looked at.
+/// Onsets without a kill during an audit.
 const BREAK: u64 = 2;
-/// A kill is so many steps before or after its onset.
+/// A kill is at most this many steps before or after its onset.
 const AROUND: Range<i64> = -100..250;
-/// One onset in so many has a second kill soon after the first.
+/// One onset in this many has a second kill soon after the first.
 const SECOND_IN: u32 = 2;
-/// So many steps after the first kill: most often somebody is still starting.
+/// Steps after the first kill: most often a diagnoser is still starting.
 const SOON: Range<u64> = 20..400;
 
 /// A diagnoser to be killed.
@@ -48,7 +48,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Draws so many kills, and a fault every second as long as they last.
+    /// Draws this many kills, and a fault every second as long as they last.
     #[must_use]
     pub fn draw(seed: u64, kills: usize) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);

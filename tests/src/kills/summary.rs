@@ -1,4 +1,4 @@
-//! What came of all the kills, in numbers.
+//! Counts over all kills.
 
 use std::fmt;
 use std::time::Duration;
@@ -13,27 +13,27 @@ use super::operator::Books;
 /// The numbers.
 #[derive(Debug, Clone)]
 pub struct Summary {
-    /// How many processes were killed.
+    /// Number of processes killed.
     pub kills: usize,
     /// How long it took.
     pub took: Duration,
     /// Transitions in the histories.
     pub transitions: usize,
-    /// Transitions that a subscriber got as they came.
+    /// Transitions that a subscriber received live.
     pub seen: usize,
-    /// Messages that those were.
+    /// Messages received for them.
     pub messages: usize,
     /// Faults that were found.
     pub latched: usize,
     /// Changes that were explained.
     pub explained: usize,
-    /// Changes that could not be judged, for a while or for ever.
+    /// Changes that could not be judged, temporarily or permanently.
     pub unconfirmed: usize,
-    /// Orders that were obeyed.
+    /// Commands obeyed.
     pub obeyed: usize,
-    /// Orders that were refused.
+    /// Commands refused.
     pub refused: usize,
-    /// Orders that nobody answered.
+    /// Commands without a reply.
     pub unanswered: usize,
     /// How often a diagnoser was ready.
     pub ready: usize,
@@ -53,7 +53,7 @@ impl Summary {
     ) -> Self {
         let transitions: Vec<&FaultTransition> =
             audits.iter().flat_map(|audit| &audit.history.transitions).collect();
-        let count = |state| transitions.iter().filter(|told| told.state == state).count();
+        let count = |state| transitions.iter().filter(|one| one.state == state).count();
         Self {
             kills,
             took,

@@ -5,7 +5,9 @@ use std::collections::BinaryHeap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// What is under way, by the time at which it is due. Whatever is due first leaves first.
+use crate::lock;
+
+/// Pending frames by due time; the earliest leaves first.
 #[derive(Debug)]
 pub(super) struct DelayLine {
     state: Mutex<State>,
@@ -72,7 +74,7 @@ impl DelayLine {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 }
 
@@ -95,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_line_ends_whoever_waits() {
+    fn a_closed_line_ends_a_waiting_receiver() {
         let line = DelayLine::new();
         std::thread::scope(|scope| {
             let waiting = scope.spawn(|| line.next());

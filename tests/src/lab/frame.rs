@@ -1,4 +1,4 @@
-//! Who sends a frame to whom.
+//! Source and destination of a frame.
 
 /// An address of a card.
 pub(super) type Mac = [u8; 6];

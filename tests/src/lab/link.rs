@@ -1,11 +1,12 @@
 //! The seeded decision about each frame of one node to another, and the count of decisions.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::impairment::{Fate, Impairment};
+use crate::lock;
 
 /// What became of the frames of one node to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -46,7 +47,7 @@ impl Link {
         self.state().tally
     }
 
-    /// Decides about the next frame. Two numbers are drawn for each, whatever the impairment, so that
+    /// Decides about the next frame. Two numbers are drawn for each, for any impairment, so that
     /// what happens to a frame depends on how many there were before and not on when the impairment
     /// was changed.
     pub(super) fn decide(&self) -> Fate {
@@ -62,9 +63,8 @@ impl Link {
         fate
     }
 
-    /// Every change is complete in itself, so a thread that failed has left the state in order.
     fn state(&self) -> MutexGuard<'_, State> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0)
     }
 }
 

@@ -1,13 +1,13 @@
-//! Which facility of this machine lacks.
+//! Which facility this machine lacks.
 
 use std::fmt;
 use std::path::Path;
 
 use super::program;
 
-/// A facility that a laboratory needs and that is not to be had.
+/// A facility that a laboratory needs and that is not available.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("for want of {facility}: {reason}; run as root with /dev/net/tun and iproute2")]
+#[error("not available: {facility}: {reason}; run as root with /dev/net/tun and iproute2")]
 pub struct Missing {
     facility: &'static str,
     reason: String,
@@ -23,14 +23,14 @@ impl Missing {
         move |error| Self::new(facility, error)
     }
 
-    /// What lacks.
+    /// The missing facility.
     #[must_use]
     pub fn facility(&self) -> &'static str {
         self.facility
     }
 }
 
-/// What can be told before anything is tried.
+/// What can be checked before anything is tried.
 pub(super) fn check() -> Result<(), Missing> {
     program::ip(&["-V"]).map_err(|reason| Missing::new("the program `ip`", reason))?;
     if !Path::new("/dev/net/tun").exists() {

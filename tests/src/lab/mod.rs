@@ -3,20 +3,20 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `missing` | which facility of this machine lacks |
-//! | `node` | who takes part |
-//! | `names` | what a laboratory and its parts are called, and whose they are |
+//! | `missing` | which facility this machine lacks |
+//! | `node` | the nodes |
+//! | `names` | names of a laboratory and its parts, and their owner |
 //! | `namespace` | a network namespace and its end |
 //! | `tap` | a node's network card, whose other end the test process holds |
 //! | `impairment` | what happens to frames of one node to another |
 //! | `link` | the seeded decision about each frame, and the count of decisions |
-//! | `frame` | who sends a frame to whom |
+//! | `frame` | source and destination of a frame |
 //! | `delay_line` | frames that arrive later |
 //! | `switch` | frames from card to card |
 //! | `program` | the program `ip` |
 //!
-//! Needs the rights of an administrator of networks. Whoever asks for a laboratory learns which
-//! facility lacks; with the environment variable `CI` set that is a failed test.
+//! Needs network administration capabilities. If a facility is missing, setting up a laboratory names it;
+//! with the environment variable `CI` set that is a failed test.
 
 mod delay_line;
 mod frame;
@@ -54,7 +54,7 @@ impl Lab {
     /// Sets up a laboratory with a network in perfect order. The seed decides about every frame.
     ///
     /// # Errors
-    /// The facility of this machine that lacks.
+    /// The facility that this machine lacks.
     pub fn start(seed: u64) -> Result<Self, Missing> {
         missing::check()?;
         names::remove_leftovers();
@@ -72,18 +72,18 @@ impl Lab {
         Ok(Self { names, switch, namespaces })
     }
 
-    /// A laboratory; `None`, with a word on standard output, if this machine cannot have one and need
-    /// not.
+    /// A laboratory; `None`, with a line on standard output, if this machine cannot have one and `CI` is not
+    /// set.
     ///
     /// # Panics
-    /// If there can be none, but `CI` says that there must.
+    /// If there can be none, but `CI` requires one.
     #[must_use]
     pub fn if_possible(seed: u64) -> Option<Self> {
         match Self::start(seed) {
             Ok(lab) => Some(lab),
             Err(missing) if missing::is_failure() => panic!("no laboratory {missing}"),
             Err(missing) => {
-                #[expect(clippy::print_stdout, reason = "a test that skips must say so")]
+                #[expect(clippy::print_stdout, reason = "a skipped test must be reported")]
                 {
                     println!("skipped {missing}");
                 }

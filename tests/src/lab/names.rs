@@ -1,8 +1,8 @@
-//! What a laboratory and its parts are called, and whose they are.
+//! Names of a laboratory and its parts, and their owner.
 //!
 //! A laboratory has a number that no other on this machine has at the time. It is in its subnet and in the
 //! observer's card. A number is free again before its namespaces are gone, so these have another one, that
-//! is never used twice, and tell the process that made them.
+//! is never used twice, and name the process that made them.
 
 use std::net::Ipv4Addr;
 use std::path::Path;
@@ -52,7 +52,7 @@ impl Names {
     }
 }
 
-/// Removes what processes that are gone have left behind; killed ones cannot do it themselves.
+/// Removes what terminated processes have left behind; killed ones cannot do it themselves.
 pub(super) fn remove_leftovers() {
     for name in namespace::existing() {
         if maker(&name).is_some_and(|pid| !Path::new("/proc").join(pid.to_string()).exists()) {

@@ -23,17 +23,18 @@ impl Namespace {
     pub(super) fn add(name: String) -> Result<Self, Missing> {
         let refused = |reason| Missing::new("network namespaces", reason);
         ip(&["netns", "add", &name]).map_err(refused)?;
-        // From here on it is removed, whatever happens.
+        // From here on it is removed in any case.
         let namespace = Self { name };
         ip(&["-n", &namespace.name, "link", "set", "lo", "up"]).map_err(refused)?;
         Ok(namespace)
     }
 
-    /// `ip netns exec` becomes the program, so both have the same process number.
+    /// `ip netns exec` becomes the program, so both have the same process number and environment.
     pub(super) fn command(&self, program: &Command) -> Command {
         let mut command = Command::new("ip");
         command.args(["netns", "exec", &self.name]).arg(program.get_program());
         command.args(program.get_args());
+        command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
         command
     }
 
@@ -52,7 +53,7 @@ impl Namespace {
 
 impl Drop for Namespace {
     fn drop(&mut self) {
-        // Fails if somebody has removed it already, which is as well.
+        // Fails if it was removed already, which is fine.
         let _ = ip(&["netns", "del", &self.name]);
     }
 }
@@ -63,7 +64,7 @@ pub(super) fn existing() -> Vec<String> {
     entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect()
 }
 
-/// Ends the processes in a namespace that nobody owns any more, and removes it.
+/// Ends the processes in an orphaned namespace, and removes it.
 pub(super) fn remove_with_processes(name: &str) {
     let processes = ip(&["netns", "pids", name]).unwrap_or_default();
     for pid in processes.lines().filter_map(|line| line.trim().parse().ok()) {

@@ -1,4 +1,4 @@
-//! Who takes part.
+//! The nodes.
 
 /// A place in the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

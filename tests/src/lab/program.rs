@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// Runs it; what it has to say if it fails.
+/// Runs it; its error output if it fails.
 pub(super) fn ip(arguments: &[&str]) -> Result<String, String> {
     let output = Command::new("ip").args(arguments).output().map_err(|error| error.to_string())?;
     if output.status.success() {

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -15,6 +15,7 @@ use super::impairment::Fate;
 use super::link::Link;
 use super::node::Node;
 use super::tap::Card;
+use crate::lock;
 
 /// No frame is longer.
 const LONGEST_FRAME: usize = 1 << 16;
@@ -52,7 +53,7 @@ impl Switch {
             closing: AtomicBool::new(false),
             interrupts,
         });
-        // From here on the threads are ended, whatever happens.
+        // From here on the threads are ended in any case.
         let mut switch = Self { hub, threads: Vec::new() };
         for place in 0..count {
             switch.spawn(&format!("lab-card-{place}"), move |hub| hub.read(place))?;
@@ -87,7 +88,7 @@ impl Drop for Switch {
             let _ = interrupt.trigger();
         }
         for thread in self.threads.drain(..) {
-            // A thread that failed has said so on standard error.
+            // A failed thread has reported it on standard error.
             let _ = thread.join();
         }
     }
@@ -115,7 +116,7 @@ impl Hub {
     fn forward(&self, from: usize, frame: &[u8]) {
         let Some((destination, source)) = frame::addresses(frame) else { return };
         let known = {
-            let mut learned = self.learned.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut learned = lock(&self.learned);
             learned.insert(source, from);
             learned.get(&destination).copied()
         };

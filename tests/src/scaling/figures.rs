@@ -3,22 +3,23 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use truss::ids::{ComponentPath, RunId, Step};
+use names::{ComponentPath, RunId, Step};
 use wire::{FaultState, FaultTransition, ModuleStatus};
 
 use super::plan::Plan;
 use super::row::{Row, Setting};
-use crate::deployment::Process;
 use crate::footprint::{Memory, processor_time};
-use crate::observer::{Faults, Observer};
+use crate::in_time;
+use crate::observer::{Faults, Observer, Statuses};
 use crate::plant_clock::PlantClock;
+use crate::process::Process;
 use crate::publications::Publications;
 use crate::verdict::Reached;
 
 const RUN: RunId = RunId(1);
 /// Before the plant starts, nothing is published but statuses.
 const IDLE: Duration = Duration::from_secs(4);
-/// The plant is waited for in strides of so many steps, however slow it is.
+/// The plant is waited for in strides of this many steps, at any pace.
 const STRIDE: u64 = 200;
 
 /// What a process, or the mean of several, takes of the machine.
@@ -129,7 +130,7 @@ pub async fn measure(setting: Setting, plan: &Plan) -> Figures {
         plant: plant_taken,
         router: (!router.is_empty()).then_some(router_taken),
         steps: found.iter().map(|(onset, found)| steps_between(*onset, &found.1)).collect(),
-        delays_ms: found.iter().map(|(_, found)| publications.delay_ms(found)).collect(),
+        delays_ms: publications.delays_ms(found.iter().map(|(_, found)| *found)).await,
         verdicts: all.iter().filter(|(_, message)| Reached::of_message(message).is_some()).count()
             as u64,
         questions: sum(&statuses, |status| status.diagnosis.questions_asked),
@@ -168,20 +169,14 @@ async fn verdicts(faults: &mut Faults, plan: &Plan) -> Vec<(u64, FaultTransition
 }
 
 /// Statuses of all modules when all of them have got to a step.
-async fn statuses_at(observer: &Observer, setting: &Setting, step: u64) -> Vec<ModuleStatus> {
-    let (_subscriber, latest) = observer.statuses().await;
-    let count = setting.diagnosers();
-    let all = async {
-        loop {
-            let statuses = latest.lock().unwrap().clone();
-            let there = |status: &&ModuleStatus| status.step.is_some_and(|at| at >= Step(step));
-            if statuses.iter().filter(there).count() == count {
-                return statuses;
-            }
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
+async fn statuses_at(observer: &Observer, setting: &Setting, step: u64) -> Statuses {
+    let latest = observer.statuses().await;
+    let all = |statuses: &Statuses| {
+        let there = |status: &&ModuleStatus| status.step.is_some_and(|at| at >= Step(step));
+        let count = statuses.values().filter(there).count();
+        (count == setting.diagnosers()).then(|| statuses.clone())
     };
-    crate::in_time("the statuses of all modules", all).await
+    in_time("the statuses of all modules", latest.first(all)).await
 }
 
 type Arrivals<'a> = BTreeMap<ComponentPath, &'a (u64, FaultTransition)>;
@@ -198,8 +193,8 @@ fn steps_between(onset: Step, message: &FaultTransition) -> f64 {
     message.decided_step.unwrap().since(onset) as f64
 }
 
-fn sum(statuses: &[ModuleStatus], figure: impl Fn(&ModuleStatus) -> u64) -> u64 {
-    statuses.iter().map(figure).sum()
+fn sum(statuses: &Statuses, figure: impl Fn(&ModuleStatus) -> u64) -> u64 {
+    statuses.values().map(figure).sum()
 }
 
 fn wrong(plan: &Plan, latched: &Arrivals<'_>) -> Vec<String> {

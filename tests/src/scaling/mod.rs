@@ -2,7 +2,7 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `row` | processes of a row of towers, as `trusswatch repeat` lays it out |
+//! | `row` | processes of a row of towers, as `trusswatch replicate` lays it out |
 //! | `plan` | how long what is measured, and which faults are injected when |
 //! | `figures` | runs a row and measures |
 //! | `table` | the figures, row by row |

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use daemon::config::{Schedule, ScheduledFault};
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
+use names::fault::Fault;
+use names::{ComponentPath, Step};
 
 use super::row::Setting;
 
@@ -27,7 +27,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// So many faults after so long a quiet time.
+    /// This many faults after a quiet time of this length.
     ///
     /// # Panics
     /// If there is no tower.
@@ -45,7 +45,7 @@ impl Plan {
         Self { quiet: WATCHED_FROM..end, faults: (0..faults).map(fault).collect() }
     }
 
-    /// The faults as the plant is told of them: so large that each is found at its first sample.
+    /// The plant's fault schedule: faults so large that each is found at its first sample.
     #[must_use]
     pub fn schedule(&self) -> Schedule {
         let fault = |(component, onset): &(ComponentPath, Step)| ScheduledFault {

@@ -1,32 +1,26 @@
-//! The processes of a row of towers, as `trusswatch repeat` lays it out.
+//! The processes of a row of towers, as `trusswatch replicate` lays it out.
 
 use std::fmt;
 use std::path::PathBuf;
 use std::process::Command;
-use std::time::Duration;
 
-use daemon::config::{Network, Schedule};
-use daemon::loopback;
+use daemon::config::Schedule;
+use names::{ModuleName, StructureName};
+use session::Network;
 use tempfile::TempDir;
-use truss::ids::{ModuleName, StructureName};
 use truss::{Structure, copy_prefix};
 
 use crate::binaries::{configs, program};
-use crate::deployment::Process;
-use crate::in_time;
-use crate::observer::Observer;
-
-/// Equipped modules of the tower.
-const MODULES: [&str; 2] = ["module1", "module2"];
-/// How often it is looked who has found whom.
-const GLANCE: Duration = Duration::from_millis(100);
+use crate::deployment::MODULES;
+use crate::observer::{Observer, Statuses};
+use crate::process::{Process, log_of};
 
 /// Who connects to whom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topology {
-    /// Everybody to the plant and to its peers.
+    /// Every diagnoser to the plant and to its peers.
     Peers,
-    /// Everybody to a router.
+    /// All to a router.
     Star,
 }
 
@@ -46,7 +40,7 @@ pub struct Setting {
     pub copies: usize,
     /// Who connects to whom.
     pub topology: Topology,
-    /// Peers are the modules of so many towers on either side, besides those of the own one.
+    /// Peers are the modules of this many towers on either side, besides those of the own one.
     pub neighbours: usize,
     /// Pace of the plant as a factor on real time.
     pub speed: f64,
@@ -77,7 +71,7 @@ pub struct Row {
     folder: TempDir,
     setting: Setting,
     structure: StructureName,
-    /// Where everybody listens, or only the router.
+    /// Endpoints of all processes, or of the router only.
     endpoints: Vec<String>,
 }
 
@@ -97,7 +91,7 @@ impl Row {
         let first_port = ports.start;
         let endpoints: Vec<String> = ports.map(|port| format!("tcp/127.0.0.1:{port}")).collect();
         let mut command = program("trusswatch");
-        command.arg("repeat").args(MODULES.map(|name| configs().join(format!("{name}.toml"))));
+        command.arg("replicate").args(MODULES.map(|name| configs().join(format!("{name}.toml"))));
         command.arg("--plant").arg(configs().join("plant.toml"));
         command.args(["--copies", &setting.copies.to_string()]);
         command.args(["--neighbours", &setting.neighbours.to_string()]);
@@ -120,7 +114,7 @@ impl Row {
     }
 
     fn launch(&self, command: Command, name: &str) -> Process {
-        Process::start(command, &self.folder.path().join(format!("{name}.log")))
+        Process::start(command, self.folder.path(), name)
     }
 
     /// Starts the router, if there is to be one.
@@ -161,20 +155,19 @@ impl Row {
             Topology::Peers => Network::peer_of(&self.endpoints),
             Topology::Star => Network::client_of(&self.endpoints),
         };
-        let session = in_time("the observer's session", daemon::session::open(&network)).await;
-        Observer { session: session.unwrap(), structure: self.structure.clone() }
+        Observer::through(&network, self.structure.clone()).await
     }
 
     /// Waits until every diagnoser is there.
     ///
     /// # Panics
-    /// With the logs of those who are not.
+    /// With the logs of the missing ones.
     pub async fn wait_for_diagnosers(&self, observer: &Observer) {
         let modules: Vec<ModuleName> =
             self.setting.modules().iter().map(|name| name.parse().unwrap()).collect();
         let structure = &self.structure;
         let session = &observer.session;
-        let there = daemon::observer::wait_for(session, structure, &modules, false, crate::LIMIT);
+        let there = ::observer::wait_for(session, structure, &modules, false, crate::LIMIT);
         if let Err(error) = there.await {
             let silent =
                 modules.iter().filter(|module| error.to_string().contains(module.as_str()));
@@ -183,27 +176,23 @@ impl Row {
         }
     }
 
-    /// Waits until every diagnoser says that each of its peers is there.
+    /// Waits until every diagnoser reports each of its peers as present.
     ///
     /// # Panics
     /// With those that stay apart.
     pub async fn wait_for_each_other(&self, observer: &Observer) {
-        let (_subscriber, latest) = observer.statuses().await;
-        let apart = || {
-            let statuses = latest.lock().unwrap().clone();
-            let absent = statuses.iter().flat_map(|status| {
+        let statuses = observer.statuses().await;
+        let apart = |statuses: &Statuses| {
+            let absent = statuses.values().flat_map(|status| {
                 let absent = status.peers.iter().filter(|peer| !peer.present);
                 absent.map(|peer| format!("{} misses {}", status.module, peer.module))
             });
             (self.setting.diagnosers() - statuses.len(), absent.collect::<Vec<_>>())
         };
-        let together = async {
-            while apart() != (0, Vec::new()) {
-                tokio::time::sleep(GLANCE).await;
-            }
-        };
+        let together =
+            statuses.first(|statuses| (apart(statuses) == (0, Vec::new())).then_some(()));
         if tokio::time::timeout(crate::LIMIT, together).await.is_err() {
-            let (unheard, apart) = apart();
+            let (unheard, apart) = apart(&statuses.so_far());
             panic!("{unheard} diagnosers unheard, {} pairs apart: {apart:?}", apart.len());
         }
     }
@@ -211,7 +200,6 @@ impl Row {
     /// What a process has logged, by name.
     #[must_use]
     pub fn log(&self, name: &str) -> String {
-        let file = self.folder.path().join(format!("{name}.log"));
-        std::fs::read_to_string(file).unwrap_or_default()
+        log_of(self.folder.path(), name)
     }
 }

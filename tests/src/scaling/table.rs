@@ -1,11 +1,9 @@
 //! The figures, row by row.
 
-use comfy_table::{LineStyle, Table as Grid, presets};
-
 use super::figures::Figures;
 use super::row::Setting;
-
-const RULE: LineStyle = LineStyle::new('─', '─', '─', '─');
+use crate::grid;
+use crate::quantiles::quantiles;
 
 const HEADING: [&str; 13] = [
     "diagnosers",
@@ -38,9 +36,7 @@ impl Table {
     /// The table as text.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let mut grid = Grid::new();
-        grid.load_style(presets::NOTHING.header_separator(RULE));
-        grid.set_header(HEADING);
+        let mut grid = grid::headed(HEADING);
         for figures in &self.rows {
             grid.add_row(cells(figures));
         }
@@ -53,7 +49,8 @@ fn cells(figures: &Figures) -> Vec<String> {
     let Setting { topology, speed, .. } = setting;
     let peers = figures.peers_of_each();
     let process = |percent: f64, mib: f64| format!("{percent:.0} %, {mib:.0} MiB");
-    let (p50, max) = (middle(&figures.delays_ms), largest(&figures.delays_ms));
+    let [p50, max] = quantiles(figures.delays_ms.clone(), [0.5, 1.0]);
+    let [steps] = quantiles(figures.steps.clone(), [0.5]);
     vec![
         setting.diagnosers().to_string(),
         topology.to_string(),
@@ -63,7 +60,7 @@ fn cells(figures: &Figures) -> Vec<String> {
         format!("{:.2} %", diagnoser.percent),
         format!("{:.0} µs", figures.per_sample_us()),
         format!("{:.1} MiB", diagnoser.mib),
-        format!("{:.0} steps", middle(&figures.steps)),
+        format!("{steps:.0} steps"),
         format!("{p50:.1} ms, {max:.1} ms"),
         format!("{:.1}", figures.questions_per_verdict()),
         process(plant.percent, plant.mib),
@@ -91,14 +88,4 @@ impl Figures {
         let reach = (2 * self.setting.neighbours + 1).min(self.setting.copies);
         (2 * reach - 1) as f64
     }
-}
-
-fn middle(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::NAN, f64::max)
 }

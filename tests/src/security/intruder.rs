@@ -1,4 +1,4 @@
-//! Strangers: everybody who is at the router's door without the right papers.
+//! Unauthorised clients: connection attempts without valid credentials.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,34 +9,34 @@ use zenoh::Config;
 
 use super::stand::Stand;
 
-/// A stranger who has not got in by then does not.
-const PATIENCE_MS: u64 = 2500;
-/// Whoever may get in does, on a busy machine too.
+/// An unauthorised client that is not connected by then is refused.
+const TIMEOUT_MS: u64 = 2500;
+/// Longer for an authorised one, also on a busy machine.
 const RIGHT_MS: u64 = 30_000;
-/// Nor will a stranger who takes the answer for an open door: whoever got in hears of modules.
+/// An opened session alone is no access: an authorised client receives liveliness tokens of modules.
 const LISTENING: Duration = Duration::from_secs(3);
 
-/// What a stranger shows at the door.
+/// The credentials presented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Papers {
     /// Those of a module, as they should be.
     Right,
-    /// The same name, signed by somebody else.
+    /// The same name, signed by another authority.
     WrongAuthority,
     /// None.
     Missing,
     /// Those of a module whose time is over.
     Expired,
-    /// None, and does not speak TLS.
+    /// None, over plain TCP.
     PlainTcp,
 }
 
 impl Papers {
-    /// Tries to get in. Whether that worked: whether anything was heard from inside.
+    /// Tries to connect; whether anything was received.
     pub async fn knock(self, stand: &Stand) -> bool {
         let mut settings = self.settings(stand);
-        let patience = if self == Papers::Right { RIGHT_MS } else { PATIENCE_MS };
-        insert(&mut settings, "connect/timeout_ms", &patience.to_string());
+        let timeout_ms = if self == Papers::Right { RIGHT_MS } else { TIMEOUT_MS };
+        insert(&mut settings, "connect/timeout_ms", &timeout_ms.to_string());
         insert(&mut settings, "connect/exit_on_failure", "true");
         let Ok(session) = zenoh::open(settings).await else { return false };
         let tokens = session.liveliness().get("trusswatch/*/*/alive").timeout(LISTENING);
@@ -44,7 +44,7 @@ impl Papers {
             Ok(tokens) => tokens.recv_async().await.is_ok_and(|token| token.result().is_ok()),
             Err(_) => false,
         };
-        // Whoever was thrown out has nothing to close.
+        // A refused client has nothing to close.
         let _ = session.close().await;
         heard
     }
@@ -83,7 +83,7 @@ fn issue(authority: &Authority, library: &Path, lifetime: Lifetime) -> Identity 
     authority.issue(&library.join("module1"), &holder, &[], lifetime).unwrap()
 }
 
-/// Shows these papers, and goes on believing the router.
+/// Presents these credentials; the router's certificate is still trusted.
 fn show(settings: &mut Config, papers: &Identity) {
     for (key, file) in
         [("connect_certificate", &papers.certificate), ("connect_private_key", &papers.key)]

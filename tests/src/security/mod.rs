@@ -1,5 +1,5 @@
-//! Who may do what, tried: strangers at the door, members who reach for what is not theirs, and beside
-//! each of them somebody who may.
+//! Access control, tested: unauthorised clients, members that exceed their rights, and for each of them a
+//! permitted counterpart.
 
 pub mod intruder;
 pub mod letters;

@@ -4,15 +4,17 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use daemon::config::{Mode, Network, Schedule};
+use daemon::config::Schedule;
+use names::RunId;
+use session::{Mode, Network};
 use tempfile::TempDir;
-use truss::ids::RunId;
 use zenoh::{Config, Session};
 
 use crate::binaries::{configs, program};
-use crate::deployment::{Deployment, Process, free_endpoint};
+use crate::deployment::{Deployment, free_endpoint};
 use crate::in_time;
 use crate::operate::{Ended, ended};
+use crate::process::Process;
 
 /// The plant, then the modules, as a deployment counts them.
 const PARTS: [&str; 3] = ["plant", "module1", "module2"];
@@ -25,16 +27,16 @@ const FOR_LONG: u64 = 1_000_000;
 pub struct Stand {
     /// Certificates of the structure's own authority.
     pub library: PathBuf,
-    /// Where everybody connects to who is no part of the structure.
+    /// Where clients outside the structure connect.
     pub door: String,
-    /// Who enforces the rules there.
+    /// The process that enforces the rules there.
     pub guard: Process,
     deployment: Deployment,
     processes: Vec<Process>,
     _folder: TempDir,
 }
 
-/// Certificates for everybody, and the rules.
+/// All certificates, and the access rules.
 struct Papers {
     folder: TempDir,
     library: PathBuf,
@@ -83,7 +85,7 @@ impl Stand {
         Self::around(schedule, Papers::make("router").await)
     }
 
-    /// The same, and the router lets everybody do everything.
+    /// The same without access control in the router.
     pub async fn lawless_star(schedule: &Schedule) -> Self {
         let papers = Papers::make("router").await;
         let rules = std::fs::read_to_string(&papers.access).unwrap();
@@ -111,7 +113,7 @@ impl Stand {
         Self { library: papers.library, door, guard, deployment, processes, _folder: papers.folder }
     }
 
-    /// Peers: everybody connects to those before it, and whoever looks on connects to module 1.
+    /// Peers: each connects to those before it, and monitoring clients connect to module 1.
     pub async fn peers(schedule: &Schedule) -> Self {
         let papers = Papers::make("peer").await;
         let deployment = Deployment::of_tower(schedule);
@@ -123,7 +125,7 @@ impl Stand {
             deployment.set(place, "network", "tls", papers.of(holder));
             deployment.set(place, "network", "zenoh", papers.access.display().to_string());
         }
-        // A peer without anybody to connect to connects to whom its file of settings names.
+        // A peer without endpoints connects to those in its settings file.
         deployment.set(0, "network", "connect", vec![endpoints[1].clone()]);
         let guard = deployment.start_diagnoser(0);
         let second = deployment.start_diagnoser(1);
@@ -147,7 +149,7 @@ impl Stand {
             tls: Some(self.library.join(holder)),
             ..Network::default()
         };
-        daemon::session::settings(&network).unwrap()
+        session::settings(&network).unwrap()
     }
 
     /// A session of one of the holders.
@@ -159,7 +161,7 @@ impl Stand {
         .unwrap()
     }
 
-    /// What `trusswatch` with these words ends with, when one of the holders types it.
+    /// How `trusswatch` with these words ends, when run by one of the holders.
     pub async fn trusswatch(&self, holder: &str, words: &[&str]) -> Ended {
         let mut command = program("trusswatch");
         command.args(words).args(["--connect", &self.door, "--tls"]);

@@ -1,10 +1,8 @@
 //! What was tried, what should come of it, and what did.
 
-use comfy_table::{LineStyle, Table as Grid, presets};
+use crate::grid;
 
-const RULE: LineStyle = LineStyle::new('─', '─', '─', '─');
-
-/// A row: somebody tries something.
+/// A row: one attempt.
 #[derive(Debug)]
 struct Row {
     what: &'static str,
@@ -29,10 +27,10 @@ impl Table {
     /// Something that must have no effect and leave a trace in a log.
     pub fn forbidden(&mut self, what: &'static str, has_effect: bool, trace: Option<String>) {
         let effect = if has_effect { "an effect" } else { "no effect" };
-        let trace_told = trace.as_deref().map_or("no trace", message);
-        let seen = format!("{effect}; {trace_told}");
+        let logged = trace.as_deref().map_or("no trace", message);
+        let seen = format!("{effect}; {logged}");
         let ok = !has_effect && trace.is_some();
-        self.rows.push(Row { what, expected: "no effect, told in the log", seen, ok });
+        self.rows.push(Row { what, expected: "no effect, logged", seen, ok });
     }
 
     /// Rows that are not as expected.
@@ -44,9 +42,7 @@ impl Table {
     /// The table.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let mut grid = Grid::new();
-        grid.load_style(presets::NOTHING.header_separator(RULE));
-        grid.set_header(["who tries what", "expected", "seen", ""]);
+        let mut grid = grid::headed(["attempt", "expected", "seen", ""]);
         for row in &self.rows {
             let verdict = if row.ok { "ok" } else { "FAILED" };
             grid.add_row([row.what, row.expected, &row.seen, verdict]);

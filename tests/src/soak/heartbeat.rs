@@ -1,14 +1,14 @@
-//! A module's status messages: that they keep coming, and what they say.
+//! A module's status messages: their regularity and contents.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use truss::ids::{ModuleName, Step};
+use names::{ModuleName, Step};
+use tokio::sync::watch::Ref;
 use wire::ModuleStatus;
-use zenoh::pubsub::Subscriber;
 
 use super::stalls::Stalls;
+use crate::noted::Noted;
 use crate::observer::Observer;
 
 /// What the status messages of one module were like.
@@ -20,11 +20,11 @@ pub struct Heartbeat {
     pub count: u64,
     /// The longest time between two of them, less what the machine was busy otherwise.
     pub longest_gap: Duration,
-    /// The largest lag told \[ms\].
+    /// The largest lag reported \[ms\].
     pub largest_lag_ms: f64,
     /// Most samples that waited at a time.
     pub most_queued: u64,
-    /// Messages that told of no more steps than the one before.
+    /// Messages that reported no more steps than the one before.
     pub standstills: u64,
     arrived: Instant,
     stalled: Duration,
@@ -64,7 +64,7 @@ impl Heartbeat {
         self.arrived.elapsed().saturating_sub(stalls.total().saturating_sub(self.stalled))
     }
 
-    /// The latest step told.
+    /// The latest step reported.
     #[must_use]
     pub fn step(&self) -> Step {
         self.latest.step.unwrap_or_default()
@@ -74,29 +74,22 @@ impl Heartbeat {
 type ByModule = BTreeMap<ModuleName, Heartbeat>;
 
 /// The heartbeats of all modules.
-pub struct Heartbeats {
-    modules: Arc<Mutex<ByModule>>,
-    _subscriber: Subscriber<()>,
-}
+pub struct Heartbeats(Noted<ByModule>);
 
 impl Heartbeats {
     /// Listens from now on.
     pub async fn of(observer: &Observer, stalls: &Stalls) -> Self {
-        let modules = Arc::new(Mutex::new(ByModule::new()));
-        let (heard, stalls) = (Arc::clone(&modules), stalls.clone());
-        let callback = move |sample: zenoh::sample::Sample| {
-            let Ok(status) = wire::decode::<ModuleStatus>(&sample.payload().to_bytes()) else {
-                return;
-            };
-            note(&mut heard.lock().unwrap(), status, stalls.total());
+        let stalls = stalls.clone();
+        let take = move |modules: &mut ByModule, status: ModuleStatus| {
+            note(modules, status, stalls.total());
         };
-        let subscriber = observer.session.declare_subscriber("trusswatch/tower/*/status");
-        Self { modules, _subscriber: subscriber.callback(callback).await.unwrap() }
+        let keys = ["trusswatch/tower/*/status".to_owned()];
+        Self(Noted::of(&observer.session, &keys, ByModule::new(), take).await)
     }
 
-    /// What has been heard.
-    pub fn modules(&self) -> MutexGuard<'_, ByModule> {
-        self.modules.lock().unwrap()
+    /// The heartbeats so far.
+    pub fn modules(&self) -> Ref<'_, ByModule> {
+        self.0.so_far()
     }
 }
 

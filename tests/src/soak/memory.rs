@@ -1,5 +1,7 @@
 //! A process's resident memory from beginning to end.
 
+use crate::footprint::resident_kib;
+
 /// This share of the run is left out at the beginning: tables and queues are still filling.
 const WARM_UP: f64 = 0.1;
 
@@ -24,7 +26,7 @@ impl Memory {
     /// The largest sample of each quarter after the warm-up \[MiB\].
     ///
     /// # Panics
-    /// If there are too few samples to tell.
+    /// If there are too few samples.
     #[must_use]
     pub fn quarters_mib(&self) -> [f64; 4] {
         let warm_up = (WARM_UP * self.resident_kib.len() as f64) as usize;
@@ -42,18 +44,12 @@ fn mib(kib: u64) -> f64 {
     kib as f64 / 1024.0
 }
 
-fn resident_kib(pid: u32) -> Option<u64> {
-    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    line.split_whitespace().next()?.parse().ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_largest_of_each_quarter_is_told_without_the_warm_up() {
+    fn the_largest_of_each_quarter_excludes_the_warm_up() {
         let mut kib = vec![99 * 1024; 4];
         kib.extend((0..36).map(|n| (n / 9 + 1) * 1024));
         let memory = Memory { resident_kib: kib };

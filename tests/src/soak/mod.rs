@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `memory` | a process's resident memory from beginning to end |
-//! | `heartbeat` | a module's status messages: that they keep coming, and what they say |
+//! | `heartbeat` | a module's status messages: their regularity and contents |
 //! | `stalls` | how long the machine kept the test itself waiting |
 
 mod heartbeat;

@@ -1,5 +1,5 @@
-//! How long the machine kept the test itself waiting: what it withholds from the test, it withholds
-//! from the processes as well, and that is no fault of theirs.
+//! How long the machine kept the test itself waiting: the processes under test were
+//! delayed as well, which does not count against them.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ const EVERY: Duration = Duration::from_millis(50);
 pub struct Stalls(Arc<Mutex<Duration>>);
 
 impl Stalls {
-    /// Begins to look at the clock, until nobody wants to know any more.
+    /// Starts watching the clock, until dropped.
     #[must_use]
     pub fn watched() -> Self {
         let stalls = Self::default();

@@ -1,5 +1,5 @@
-//! Whatever happens to processes and network while a fault shows, the verdicts are in the end those of
-//! an undisturbed run in one process, and never wrong meanwhile.
+//! Under any disturbance of processes and network during a fault, the final verdicts are those of an
+//! undisturbed run in one process, and never wrong meanwhile.
 //!
 //! A few rows side by side in real time, each in a laboratory of its own; `TRUSSWATCH_CHAOS=loss` runs those
 //! whose fault has the word `loss` in it, and `TRUSSWATCH_CHAOS_LOGS=1` prints what the processes of failed rows logged.
@@ -8,6 +8,7 @@ use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::time::Duration;
 
+use names::fault::Fault;
 use system_tests::chaos::disturbance::{
     BadNetwork, ClockJump, Crash, Disturbance, Flood, Freeze, Lie, LyingPeer, Nothing,
 };
@@ -17,7 +18,6 @@ use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::scenarios::{self, ONSET};
 use system_tests::turn;
 use tokio::sync::Semaphore;
-use truss::fault::Fault;
 
 const MS: Duration = Duration::from_millis(1);
 /// Steps after the end of a disturbance: more than it takes to settle.
@@ -25,8 +25,8 @@ const AFTERWARDS: u64 = 2150;
 /// Rows that run side by side: two processors are not to be a disturbance of their own.
 const SIDE_BY_SIDE: u32 = 4;
 
-/// A gage of the second module reads far too much; the controller believes it, and gages of both
-/// modules change truly.
+/// A gage of the second module reads far too much; the controller trusts it, and gages of both
+/// modules really change.
 fn fault_with_effects() -> daemon::config::Schedule {
     scenarios::single("module2/sensor/g1", Fault::Bias { offset_m: -6e-4 })
 }
@@ -35,7 +35,7 @@ fn fault_with_effects() -> daemon::config::Schedule {
 fn row(fault: &str, lasting: Lasting, disturbance: impl Disturbance + 'static) -> Row {
     let steps = match lasting {
         Lasting::Steps { until, .. } => until + AFTERWARDS,
-        // Time for all verdicts, also after a plant has begun anew.
+        // Time for all verdicts, also after a restart of the plant.
         Lasting::Moment { .. } => ONSET + 600,
         // Until shortly before the onset leaves the interval, which is a change of its own.
         Lasting::WholeRun { .. } => ONSET + 1950,
@@ -50,8 +50,8 @@ fn row(fault: &str, lasting: Lasting, disturbance: impl Disturbance + 'static) -
     }
 }
 
-/// With a fifth of all packets lost a link may be down for so long: a second of silence ends it, and of the
-/// packets that set it up anew each is repeated after one second, two, four.
+/// With a fifth of all packets lost a link may be down for this long: a second of silence ends it, and each
+/// packet of the new handshake is retransmitted after one second, two, four.
 const OUTAGE: Duration = Duration::from_secs(15);
 
 const fn steps(from: u64, until: u64) -> Lasting {
@@ -144,7 +144,7 @@ fn enemies() -> Vec<Row> {
     ]
 }
 
-/// Ten scenarios whose modules talk over a bad network from beginning to end.
+/// Ten scenarios whose modules communicate over a bad network from beginning to end.
 fn scenarios_in_bad_network() -> Vec<Row> {
     let bad = Impairment { loss: 0.2, ..Impairment::delay(20 * MS, 10 * MS) };
     let lasting = Lasting::WholeRun { right_from: ONSET + 300, within: OUTAGE };

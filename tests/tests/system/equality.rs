@@ -1,17 +1,17 @@
 //! The distributed verdicts are those of the same run in one process: component, outcome, onset,
-//! detection and decision, whatever the speed and whoever starts first.
+//! detection and decision, at any speed and in any start order.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+use names::RunId;
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer};
 use system_tests::verdict::Reached;
 use system_tests::{in_time, reference, scenarios, turn};
-use truss::ids::RunId;
 
 /// Longer than any scenario takes.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 
 #[derive(Clone, Copy)]
 enum Order {
@@ -68,7 +68,7 @@ async fn collect(
     expected: &BTreeSet<Reached>,
 ) -> Result<BTreeSet<Reached>, BTreeSet<Reached>> {
     let mut reached = BTreeSet::new();
-    let deadline = tokio::time::Instant::now() + PATIENCE;
+    let deadline = tokio::time::Instant::now() + TIMEOUT;
     while !expected.is_subset(&reached) {
         match tokio::time::timeout_at(deadline, faults.next()).await {
             Ok((_, message)) => reached.extend(Reached::of_message(&message)),

@@ -1,25 +1,26 @@
 //! A million malformed or hostile messages on every key that a diagnoser listens to, at full rate: no
-//! crash, no growth, real samples diagnosed as ever, every message counted.
+//! crash, no growth, real samples diagnosed as before, every message counted.
 //!
-//! Samples are a million always. Questions come as many as fit into [`TIME`] for each key; with the
+//! Samples are always a million. Queries are as many as fit into [`TIME`] for each key; with the
 //! environment variable `TRUSSWATCH_FLOOD=million` they are a million too, however long that takes.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
+use names::RunId;
+use names::fault::Fault;
 use serde_json::Value;
-use system_tests::deployment::{Deployment, Process};
+use system_tests::deployment::{Deployment, MODULES};
+use system_tests::footprint::resident_kib;
 use system_tests::hostile::{
-    Fate, Questions, Replies, Stranger, ask_many, patient_session, pour, pour_long, questions,
+    Fate, Impostor, Questions, Replies, ask_many, blocking_session, pour, pour_long, questions,
+    true_sample,
 };
-use system_tests::in_time;
 use system_tests::observer::{Faults, Observer};
-use system_tests::resident::resident_kib;
+use system_tests::process::Process;
 use system_tests::turn;
 use system_tests::worst::WorstStatus;
-use truss::fault::Fault;
-use truss::ids::RunId;
 use wire::{
     FaultState, FaultTransition, Injection, InquiryCounters, IntakeCounters, ModulePhase,
     ModuleStatus,
@@ -29,9 +30,9 @@ use zenoh::Session;
 const MILLION: u64 = 1_000_000;
 /// Samples with very many values: as many as the diagnoser keeps of a publisher that it does not use.
 const LONG: u64 = 5000;
-/// Replies to one question, of somebody who has nothing to say.
+/// Replies to one query by an impostor.
 const JUNK: u64 = 100_000;
-/// For the questions of one key.
+/// For the queries of one key.
 const TIME: Duration = Duration::from_secs(10);
 /// Longer than any run takes.
 const STEPS: u64 = 100_000_000;
@@ -49,13 +50,13 @@ fn question_time() -> Duration {
     }
 }
 
-/// The tower in real time, somebody who looks on, and a stranger who knows the first module only.
+/// The tower in real time, a monitoring client, and an unknown client connected to the first module only.
 struct Scene {
     _deployment: Deployment,
     plant: Option<Process>,
     diagnosers: Vec<Process>,
     observer: Observer,
-    stranger: Session,
+    foreign: Session,
 }
 
 impl Scene {
@@ -64,24 +65,21 @@ impl Scene {
         deployment.set(1, "publish", "status_every_ms", 100);
         let diagnosers = deployment.start_diagnosers();
         let observer = Observer::of(&deployment).await;
-        observer.wait_for(&["module1", "module2"], false).await;
+        observer.wait_for(&MODULES, false).await;
         let plant = Some(deployment.start_plant("real", STEPS, 11, RunId(11)));
-        for module in ["module1", "module2"] {
-            let in_service = |status: &ModuleStatus| {
-                status.module.as_str() == module && status.in_service_since_step.is_some()
-            };
-            observer.status(in_service).await;
+        for module in MODULES {
+            observer.status_of(module, |status| status.in_service_since_step.is_some()).await;
         }
-        let stranger = patient_session(&deployment.endpoints[1..2]).await;
-        Self { _deployment: deployment, plant, diagnosers, observer, stranger }
+        let foreign = blocking_session(&deployment.endpoints[1..2]).await;
+        Self { _deployment: deployment, plant, diagnosers, observer, foreign }
     }
 
     async fn status(&self, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
-        self.observer.status(|status| status.module.as_str() == "module1" && wanted(status)).await
+        self.observer.status_of("module1", wanted).await
     }
 
     fn resident_kib(&self) -> u64 {
-        resident_kib(self.diagnosers[0].pid())
+        resident_kib(self.diagnosers[0].pid()).unwrap()
     }
 
     /// Waits until no more than a fifth of the memory that it had before has been kept: what the last
@@ -99,19 +97,11 @@ impl Scene {
         assert!(after <= most, "from {before} to {after} KiB");
     }
 
-    async fn true_sample(&self) -> Value {
-        let samples = self.observer.session.declare_subscriber(SAMPLES).await.unwrap();
-        let sample = in_time("a sample", samples.recv_async()).await.unwrap();
-        serde_json::from_slice(&sample.payload().to_bytes()).unwrap()
-    }
-
     async fn inject(&self, component: &str, offset_m: f64) {
         let fault = Some(Fault::Bias { offset_m });
         let order = Injection { component: component.parse().unwrap(), fault, at_step: None };
         let (session, structure) = (&self.observer.session, "tower".parse().unwrap());
-        daemon::observer::inject(session, &structure, &order, Duration::from_secs(5))
-            .await
-            .unwrap();
+        ::observer::inject(session, &structure, &order, Duration::from_secs(5)).await.unwrap();
     }
 
     /// Pours samples and waits until all have been seen; each must have been counted for what it is.
@@ -127,24 +117,24 @@ impl Scene {
         for (fate, found) in fates(&before, &after) {
             assert_eq!(found, expected(fate), "{fate:?}");
         }
-        self.tell("sample", count, seconds);
+        self.report("sample", count, seconds);
     }
 
-    /// Asks, and waits until every question has had an end; each must have been counted.
+    /// Sends queries and waits until each has ended; each must have been counted.
     async fn flood_questions(&self, questions: &Questions, count: u64, time: Duration) {
         let before = self.status(|_| true).await.inquiries;
         let start = Instant::now();
-        let replies = ask_many(&self.stranger, questions, count, time).await;
+        let replies = ask_many(&self.foreign, questions, count, time).await;
         let seconds = start.elapsed().as_secs_f64();
         let ended = |status: &ModuleStatus| ends(&status.inquiries) - ends(&before);
         let after = self.status(|status| ended(status) >= replies.asked).await;
         check_inquiries(questions.topic, &before, &after.inquiries, &replies);
         assert_eq!(after.publisher.replies_lost, 0, "{}", questions.topic);
-        self.tell(questions.topic, replies.asked, seconds);
+        self.report(questions.topic, replies.asked, seconds);
         println!("    {replies:?}");
     }
 
-    fn tell(&self, topic: &str, messages: u64, seconds: f64) {
+    fn report(&self, topic: &str, messages: u64, seconds: f64) {
         let (rate, kib) = (messages as f64 / seconds, self.resident_kib());
         println!("  {topic}: {messages} in {seconds:.1} s, {rate:.0} per second; {kib} KiB");
     }
@@ -155,7 +145,7 @@ impl Scene {
     }
 
     async fn stop(self) {
-        daemon::session::close(&self.stranger).await;
+        session::close(&self.foreign).await;
         for process in self.diagnosers {
             process.stop().await;
         }
@@ -191,8 +181,8 @@ fn check_inquiries(
 
 /// Floods every key, once more with samples alone that have very many values.
 async fn flood(scene: &Scene, sample: &Value, count: u64, time: Duration) {
-    scene.flood_samples(pour_long(&scene.stranger, SAMPLES, sample, LONG)).await;
-    scene.flood_samples(pour(&scene.stranger, SAMPLES, sample, count)).await;
+    scene.flood_samples(pour_long(&scene.foreign, SAMPLES, sample, LONG)).await;
+    scene.flood_samples(pour(&scene.foreign, SAMPLES, sample, count)).await;
     let step = scene.status(|_| true).await.step.unwrap().0;
     for questions in questions(BASE, step) {
         scene.flood_questions(&questions, count, time).await;
@@ -209,7 +199,7 @@ async fn next_of(faults: &mut Faults, state: FaultState) -> FaultTransition {
     }
 }
 
-/// Every step has been diagnosed, and whatever came besides was the flood.
+/// Every step has been diagnosed, and everything else received was the flood.
 fn check_samples(status: &ModuleStatus, hostile: u64) {
     let (intake, diagnosis) = (status.intake, status.diagnosis);
     assert_eq!(diagnosis.samples, status.step.unwrap().0 + 1);
@@ -222,7 +212,7 @@ fn check_samples(status: &ModuleStatus, hostile: u64) {
 async fn a_million_hostile_messages_on_every_key_are_counted_and_change_nothing() {
     let _turn = turn::alone().await;
     let scene = Scene::in_service().await;
-    let sample = scene.true_sample().await;
+    let sample = true_sample(&scene.observer.session, SAMPLES).await;
     let worst = WorstStatus::of(&scene.observer).await;
     println!("to get warm:");
     flood(&scene, &sample, MILLION / 10, question_time() / 10).await;
@@ -235,8 +225,8 @@ async fn a_million_hostile_messages_on_every_key_are_counted_and_change_nothing(
     assert!(worst.sample_age_ms < OLDEST_MS && worst.silence < Duration::from_secs(2), "{worst:?}");
     let mut faults = scene.observer.faults().await;
     scene.inject("module1/sensor/g2", 4e-4).await;
-    let told = next_of(&mut faults, FaultState::Latched).await;
-    assert_eq!(told.component.to_string(), "module1/sensor/g2");
+    let fault = next_of(&mut faults, FaultState::Latched).await;
+    assert_eq!(fault.component.to_string(), "module1/sensor/g2");
     let scene = scene.stop_plant().await;
     let status = scene.status(|status| status.phase == ModulePhase::Stale).await;
     check_samples(&status, LONG + MILLION / 10 + LONG + MILLION);
@@ -245,26 +235,26 @@ async fn a_million_hostile_messages_on_every_key_are_counted_and_change_nothing(
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
-async fn junk_in_place_of_answers_confirms_nothing_and_is_over_with_whoever_sends_it() {
+async fn junk_in_place_of_replies_confirms_nothing_and_ends_with_its_sender() {
     let _turn = turn::alone().await;
     let scene = Scene::in_service().await;
     let mut faults = scene.observer.faults().await;
-    let peer = Stranger::on(&scene.stranger, "trusswatch/tower/module2/state", JUNK).await;
-    let store = Stranger::on(&scene.stranger, SAMPLES, JUNK).await;
+    let peer = Impostor::on(&scene.foreign, "trusswatch/tower/module2/state", JUNK).await;
+    let store = Impostor::on(&scene.foreign, SAMPLES, JUNK).await;
     scene.inject("module1/sensor/g4", 4e-4).await;
-    let told = next_of(&mut faults, FaultState::Unconfirmed).await;
-    assert_eq!(told.component.to_string(), "module1/sensor/g4");
-    // By then the memory of several questions' junk has been asked for.
+    let fault = next_of(&mut faults, FaultState::Unconfirmed).await;
+    assert_eq!(fault.component.to_string(), "module1/sensor/g4");
+    // By then memory for the junk of several queries has been allocated.
     scene.status(|status| status.peers[0].malformed >= 3).await;
     let before = scene.resident_kib();
     scene.status(|status| status.peers[0].malformed >= 10).await;
     let status = scene.status(|_| true).await;
-    println!("{} words of junk; {:?}", peer.told(), status.peers);
+    println!("{} junk replies; {:?}", peer.sent(), status.peers);
     scene.has_memory_back(before).await;
     assert!(status.sample_age_ms.unwrap() < OLDEST_MS, "{status:?}");
     peer.leave().await;
     store.leave().await;
-    let told = next_of(&mut faults, FaultState::Latched).await;
-    assert_eq!(told.component.to_string(), "module1/sensor/g4");
+    let fault = next_of(&mut faults, FaultState::Latched).await;
+    assert_eq!(fault.component.to_string(), "module1/sensor/g4");
     scene.stop_plant().await.stop().await;
 }

@@ -1,27 +1,28 @@
 //! What each process of the shipped tower takes of the machine, in real time at 1 kHz with nothing
 //! happening: a diagnoser has to fit beside other work on a module's small computer. The bounds are those of
-//! the programs as they are shipped: `TRUSSWATCH_PROGRAMS=$PWD/target/dist`, which `.ci/alone` sees to.
+//! the programs as they are shipped: `TRUSSWATCH_PROGRAMS=$PWD/target/dist`, which `.ci/alone` sets.
 
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use system_tests::deployment::{Deployment, Process};
+use names::RunId;
+use system_tests::deployment::{Deployment, MODULES};
 use system_tests::footprint::{Memory, processor_time};
 use system_tests::observer::Observer;
 use system_tests::plant_clock::PlantClock;
+use system_tests::process::Process;
 use system_tests::turn;
-use truss::ids::RunId;
 
-const MODULES: [&str; 2] = ["module1", "module2"];
 const RUN: RunId = RunId(1);
 /// From here on every channel is watched.
 const FROM: u64 = 4_000;
 /// Steps of 1 ms in a stretch during which it is measured.
 const STEPS: u64 = 10_000;
-/// The least of at most so many stretches counts: what else the machine does adds to some of them.
+/// The least of at most this many stretches counts: other load on the machine adds to some of them.
 const STRETCHES: usize = 6;
-/// Share of one core that a diagnoser may take \[%\].
-const MOST_PERCENT: f64 = 5.0;
+/// Share of one core that a diagnoser may take \[%\]: 2.0 to 5.0 on the machines tried, by a factor of two and a half
+/// from one to the next. More than the slowest is a regression.
+const MOST_PERCENT: f64 = 7.0;
 /// Memory that a diagnoser may take \[MiB\].
 const MOST_MIB: f64 = 25.0;
 
@@ -34,7 +35,7 @@ struct Stretch {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
-async fn a_diagnoser_at_1_khz_takes_a_twentieth_of_a_core_and_25_mib() {
+async fn a_diagnoser_at_1_khz_takes_few_per_cent_of_a_core_and_25_mib() {
     let _turn = turn::alone().await;
     let deployment = Deployment::of_tower(&Schedule::default());
     let diagnosers = deployment.start_diagnosers();

@@ -5,7 +5,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use system_tests::deployment::{Deployment, Process};
+use names::{ComponentPath, ModuleName, RunId};
+use system_tests::deployment::{Deployment, MODULES};
 use system_tests::kills::audit::Audit;
 use system_tests::kills::collection::{Collection, same};
 use system_tests::kills::logs::Lives;
@@ -14,15 +15,14 @@ use system_tests::kills::plan::{Kill, Plan};
 use system_tests::kills::summary::Summary;
 use system_tests::observer::{Observer, states};
 use system_tests::plant_clock::PlantClock;
+use system_tests::process::Process;
 use system_tests::turn;
-use truss::ids::{ComponentPath, ModuleName, RunId};
 use wire::FaultTransition;
 
 const KILLS: usize = 200;
 const SEED: u64 = 20;
 const RUN: RunId = RunId(1);
-const MODULES: [&str; 2] = ["module1", "module2"];
-/// After the last fault is over, until everybody has come to rest \[steps\].
+/// After the last fault is over, until everything has settled \[steps\].
 const REST: u64 = 3000;
 
 /// Everything that is there during the kills.
@@ -40,7 +40,7 @@ impl Scene {
     async fn set(plan: &Plan) -> Self {
         let deployment = Deployment::of_watched_tower(&plan.schedule);
         let observer = Observer::of(&deployment).await;
-        let collection = Collection::of(observer.faults().await);
+        let collection = Collection::of(&observer).await;
         let diagnosers = deployment.start_diagnosers();
         observer.wait_for(&MODULES, false).await;
         let operator = Operator::of(&observer, RUN, plan.schedule.clone()).await;
@@ -59,7 +59,7 @@ impl Scene {
         *victim = self.deployment.start_diagnoser(kill.victim);
     }
 
-    /// Holds the histories against everything published and obeyed so far.
+    /// Compares the histories with everything published and obeyed so far.
     async fn audit(&mut self) -> Vec<Audit> {
         self.observer.wait_for(&MODULES, false).await;
         let (collected, books) = (self.collection.so_far(), self.operator.books());
@@ -75,11 +75,11 @@ impl Scene {
     /// The present states of all components that ever had a transition.
     async fn states(&self) -> BTreeMap<ComponentPath, FaultTransition> {
         let states = states(&self.observer.session).await.into_iter();
-        let told = states.filter(|state| state.sequence > 0);
-        told.map(|state| (state.component.clone(), state)).collect()
+        let changed = states.filter(|state| state.sequence > 0);
+        changed.map(|state| (state.component.clone(), state)).collect()
     }
 
-    /// At rest, what the histories say last is the present.
+    /// When settled, the last transitions of the histories are the present states.
     async fn compare_with_the_present(&mut self, audits: &[Audit]) {
         let last: BTreeMap<_, _> = audits.iter().flat_map(Audit::latest).collect();
         let present = self.states().await;
@@ -90,7 +90,7 @@ impl Scene {
         }
     }
 
-    /// One fault has many consequences; the first of them tell enough.
+    /// One fault has many consequences; the first ones suffice.
     fn check(&self) {
         let (first, count) = (self.problems.iter().take(10), self.problems.len());
         assert!(count == 0, "{count} problems: {:#?}", first.collect::<Vec<_>>());
@@ -99,7 +99,7 @@ impl Scene {
     fn sum_up(&mut self, audits: &[Audit], took: Duration) -> Summary {
         let (collected, books) = (self.collection.so_far(), self.operator.books());
         let logs = self.diagnosers.iter().map(Process::log);
-        let lives: Vec<Lives> = logs.map(|log| Lives::told_in(&log)).collect();
+        let lives: Vec<Lives> = logs.map(|log| Lives::found_in(&log)).collect();
         self.problems.extend(collected.contradictions.iter().chain(&books.senseless).cloned());
         self.problems.extend(lives.iter().flat_map(|lives| &lives.complaints).cloned());
         Summary::of((KILLS, took), audits, &collected, &books, &lives)
@@ -124,8 +124,8 @@ async fn two_hundred_kills_lose_no_fault() {
     }
     assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
     for module in MODULES {
-        let at_the_end = |s: &wire::ModuleStatus| s.step == Some(truss::ids::Step(steps - 1));
-        scene.observer.status(|s| s.module.as_str() == module && at_the_end(s)).await;
+        let last = Some(names::Step(steps - 1));
+        scene.observer.status_of(module, |status| status.step == last).await;
     }
     let audits = scene.audit().await;
     scene.compare_with_the_present(&audits).await;

@@ -1,9 +1,10 @@
-//! The laboratory does to a network what it says, and nothing else.
+//! The laboratory impairs a network exactly as requested.
 
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
 use system_tests::lab::{Impairment, Lab, Node};
+use system_tests::quantiles::quantile;
 use system_tests::turn;
 
 const MS: Duration = Duration::from_millis(1);
@@ -65,10 +66,6 @@ fn read(buffer: &[u8], now: Duration) -> Received {
 fn introduce(lab: &Lab, one: Node, other: Node) {
     assert_eq!(stream(lab, one, other, 1, MS).len(), 1);
     assert_eq!(stream(lab, other, one, 1, MS).len(), 1);
-}
-
-fn quantile(sorted: &[Duration], share: f64) -> Duration {
-    sorted[((sorted.len() - 1) as f64 * share).round() as usize]
 }
 
 fn delays(received: &[Received]) -> Vec<Duration> {
@@ -163,11 +160,14 @@ fn frames_are_late_by_the_delay_give_or_take_the_jitter_and_overtake_each_other(
     let received = stream(&lab, Node::Module1, Node::Module2, 2000, MS);
     assert_eq!(received.len(), 2000);
     let delays = delays(&received);
-    let (first, p50, p99) = (delays[0], quantile(&delays, 0.5), quantile(&delays, 0.99));
-    println!("20 ± 10 ms: least {first:?}, p50 {p50:?}, p99 {p99:?}");
+    let (first, p50) = (delays[0], quantile(&delays, 0.5));
+    let (p95, p99) = (quantile(&delays, 0.95), quantile(&delays, 0.99));
+    println!("20 ± 10 ms: least {first:?}, p50 {p50:?}, p95 {p95:?}, p99 {p99:?}");
     assert!(first >= 10 * MS && first < 11 * MS, "{first:?}");
     assert!(p50 >= 19 * MS && p50 < 22 * MS, "{p50:?}");
-    assert!(p99 >= 29 * MS && p99 < 33 * MS, "{p99:?}");
+    // A machine that stalls for 20 ms delays one frame in a hundred by more than the jitter.
+    assert!(p95 >= 28 * MS && p95 < 32 * MS, "{p95:?}");
+    assert!(p99 >= 29 * MS, "{p99:?}");
     assert!(overtakings(&received) > 200, "{}", overtakings(&received));
     // The other way is as it was.
     let back = round_trip_back(&lab);

@@ -3,22 +3,22 @@
 use std::time::Duration;
 
 use daemon::config::{Schedule, ScheduledFault};
+use names::fault::Fault;
+use names::{ComponentPath, RunId, Step};
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use system_tests::deployment::{Deployment, Process};
+use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::{Faults, Observer};
 use system_tests::operate::trusswatch;
 use system_tests::plant_clock::PlantClock;
+use system_tests::process::Process;
 use system_tests::publications::Publications;
 use system_tests::signs::{Sign, Signs};
-use system_tests::{in_time, scenarios, turn};
-use truss::fault::Fault;
-use truss::ids::{RunId, Step};
+use system_tests::{scenarios, turn};
 use wire::{FaultState, FaultTransition, ModulePhase};
 
 const RUN: RunId = RunId(1);
 const SEED: u64 = 11;
-const MODULES: [&str; 2] = ["module1", "module2"];
 const GAGE: &str = "module1/sensor/g2";
 const OTHER_GAGE: &str = "module1/sensor/g5";
 /// More than any test takes.
@@ -55,16 +55,12 @@ impl Works {
     }
 
     async fn transition(&mut self, component: &str, state: FaultState) -> FaultTransition {
-        let found = async {
-            loop {
-                let (_, transition) = self.faults.next().await;
-                let is_of_it = transition.component == component.parse().unwrap();
-                if is_of_it && transition.state == state {
-                    return transition;
-                }
-            }
+        let path: ComponentPath = component.parse().unwrap();
+        let wanted = |_: u64, transition: FaultTransition| {
+            let is_wanted = transition.component == path && transition.state == state;
+            is_wanted.then_some(transition)
         };
-        in_time(&format!("{component} {state}"), found).await
+        self.faults.find(&format!("{component} {state}"), wanted).await
     }
 
     /// What `trusswatch faults --json` shows.
@@ -90,7 +86,7 @@ impl Works {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_fault_is_acknowledged_and_reset_and_the_history_tells_by_whom_and_why() {
+async fn a_fault_is_acknowledged_and_reset_and_the_history_records_by_whom_and_why() {
     let _turn = turn::side_by_side().await;
     const REPAIRED: u64 = 14_000;
     let faults = vec![bias(GAGE, scenarios::ONSET, Some(REPAIRED))];
@@ -107,7 +103,7 @@ async fn a_fault_is_acknowledged_and_reset_and_the_history_tells_by_whom_and_why
     let acknowledged = trusswatch(&works.deployment, &ack).await;
     assert_eq!(acknowledged.code, Some(0), "{acknowledged:?}");
     assert_eq!(works.state(GAGE).await, "acknowledged");
-    let check = trusswatch(&works.deployment, &["faults", "--check"]).await;
+    let check = trusswatch(&works.deployment, &["faults", "--exit-code"]).await;
     assert_eq!(check.code, Some(1), "{check:?}");
 
     works.diagnosers[0].crash();
@@ -120,13 +116,13 @@ async fn a_fault_is_acknowledged_and_reset_and_the_history_tells_by_whom_and_why
     assert_eq!(refused.code, Some(1), "{refused:?}");
     let reasons = ["is still changing", "changed a moment ago", "is still displaced"];
     assert!(reasons.iter().any(|reason| refused.err.contains(reason)), "{refused:?}");
-    // Else this was asked for too late to mean anything.
+    // Otherwise the reset was requested too late to prove anything.
     assert!(works.clock.step(RUN).unwrap() < Step(REPAIRED));
 
     works.clock.reach(RUN, REPAIRED).await;
-    let mut patient = reset.to_vec();
-    patient.extend(["--note", "new plug", "--wait", "20"]);
-    let reset = trusswatch(&works.deployment, &patient).await;
+    let mut waiting = reset.to_vec();
+    waiting.extend(["--note", "new plug", "--wait", "20"]);
+    let reset = trusswatch(&works.deployment, &waiting).await;
     assert_eq!(reset.code, Some(0), "{reset:?}");
     assert_eq!(works.state(GAGE).await, Value::Null, "normal ones are not shown");
 
@@ -140,15 +136,15 @@ fn check_history(history: &Value) {
     assert_eq!(history["gaps"], Value::Array(vec![]), "{history:#}");
     assert_eq!(history["silent"], Value::Array(vec![]), "{history:#}");
     let transitions = history["transitions"].as_array().unwrap();
-    let own: Vec<&Value> = transitions.iter().filter(|told| told["component"] == GAGE).collect();
-    let states: Vec<&Value> = own.iter().map(|told| &told["state"]).collect();
+    let own: Vec<&Value> = transitions.iter().filter(|item| item["component"] == GAGE).collect();
+    let states: Vec<&Value> = own.iter().map(|item| &item["state"]).collect();
     assert_eq!(states, ["tentative", "latched", "acknowledged", "normal"], "{history:#}");
-    for (told, order, by, note) in
+    for (item, order, by, note) in
         [(own[2], "acknowledge", "ada", "looks loose"), (own[3], "reset", "ben", "new plug")]
     {
-        let given = &told["order"];
-        assert_eq!((&given["order"], &given["by"]), (&order.into(), &by.into()), "{told:#}");
-        assert_eq!(given["note"], note, "{told:#}");
+        let given = &item["order"];
+        assert_eq!((&given["order"], &given["by"]), (&order.into(), &by.into()), "{item:#}");
+        assert_eq!(given["note"], note, "{item:#}");
     }
 }
 
@@ -175,7 +171,7 @@ async fn a_second_diagnoser_is_refused_the_state_directory() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_plant_that_stands_still_is_told_and_is_no_fault() {
+async fn a_stopped_plant_is_reported_and_is_no_fault() {
     let _turn = turn::side_by_side().await;
     const STILL_AT: u64 = 3000;
     let mut works = Works::start(Deployment::of_watched_tower(&Schedule::default())).await;
@@ -187,14 +183,14 @@ async fn a_plant_that_stands_still_is_told_and_is_no_fault() {
     works.clock.reach(RUN, STILL_AT).await;
     works.plant.signal(Signal::SIGSTOP);
     let entered = |phase| {
-        move |at, sign: &Sign| match sign {
-            Sign::Phase(change) if change.phase == phase => Some((at, change.clone())),
+        move |at, sign: Sign| match sign {
+            Sign::Phase(change) if change.phase == phase => Some((at, change)),
             _ => None,
         }
     };
     for (module, signs) in MODULES.iter().zip(&mut signs) {
-        let (at, change) = signs.find(entered(ModulePhase::Stale)).await;
-        let last = publications.time_of(&change.module, change.step.unwrap());
+        let (at, change) = signs.find("staleness", entered(ModulePhase::Stale)).await;
+        let last = publications.time_of(&change.module, change.step.unwrap()).await;
         let after = Duration::from_nanos(at.saturating_sub(last));
         println!("{module}: stale {after:?} after its last sample");
         assert!(after < Duration::from_secs(1), "{module}: stale only after {after:?}");
@@ -205,28 +201,28 @@ async fn a_plant_that_stands_still_is_told_and_is_no_fault() {
         picture["modules"].as_array().unwrap().iter().map(|module| &module["phase"]).collect();
     assert_eq!(phases, ["stale", "stale"], "{picture:#}");
     assert_eq!(picture["components"], Value::Array(vec![]), "{picture:#}");
-    let check = trusswatch(&works.deployment, &["faults", "--check"]).await;
+    let check = trusswatch(&works.deployment, &["faults", "--exit-code"]).await;
     assert_eq!(check.code, Some(1), "{check:?}");
     assert!(check.out.contains("STALE"), "{check:?}");
 
     works.plant.signal(Signal::SIGCONT);
     for signs in &mut signs {
-        signs.find(entered(ModulePhase::InService)).await;
+        signs.find("service", entered(ModulePhase::InService)).await;
     }
     works.clock.reach(RUN, 2 * STILL_AT).await;
     for module in MODULES {
         let beyond = |step: Option<Step>| step.is_some_and(|step| step > Step(STILL_AT + 1000));
-        let status = works.observer.status(|s| s.module.as_str() == module && beyond(s.step)).await;
+        let status = works.observer.status_of(module, |status| beyond(status.step)).await;
         assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
         assert_eq!(status.intake.silences, 1, "{module}");
     }
-    let told = works.faults.arrived();
-    assert!(told.is_empty(), "silence was taken for a change: {told:#?}");
+    let arrived = works.faults.arrived();
+    assert!(arrived.is_empty(), "silence was taken for a change: {arrived:#?}");
     works.end().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_journal_that_cannot_be_written_is_told_and_catches_up() {
+async fn an_unwritable_journal_is_reported_and_catches_up() {
     let _turn = turn::side_by_side().await;
     const SECOND_ONSET: u64 = 9000;
     let faults = vec![bias(GAGE, scenarios::ONSET, None), bias(OTHER_GAGE, SECOND_ONSET, None)];
@@ -235,8 +231,7 @@ async fn a_journal_that_cannot_be_written_is_told_and_catches_up() {
     std::fs::remove_dir(&directory).unwrap();
     std::fs::write(&directory, "in the way").unwrap();
     let mut works = Works::start(deployment).await;
-    let of_first = |status: &wire::ModuleStatus| status.module.as_str() == "module1";
-    let status = works.observer.status(of_first).await;
+    let status = works.observer.status_of("module1", |_| true).await;
     assert!(status.journal.problem.is_some(), "{:?}", status.journal);
 
     let latched = works.transition(GAGE, FaultState::Latched).await;
@@ -249,13 +244,13 @@ async fn a_journal_that_cannot_be_written_is_told_and_catches_up() {
 
     std::fs::remove_file(&directory).unwrap();
     let caught_up = |status: &wire::ModuleStatus| {
-        of_first(status) && status.journal.problem.is_none() && status.journal.unsaved == 0
+        status.journal.problem.is_none() && status.journal.unsaved == 0
     };
-    works.observer.status(caught_up).await;
+    works.observer.status_of("module1", caught_up).await;
     let history = trusswatch(&works.deployment, &["history", "--json"]).await.json();
     assert_eq!(history["gaps"], Value::Array(vec![]), "{history:#}");
     let transitions = history["transitions"].as_array().unwrap();
-    let kept = |told: &Value| told["component"] == GAGE && told["state"] == "latched";
+    let kept = |item: &Value| item["component"] == GAGE && item["state"] == "latched";
     assert!(transitions.iter().any(kept), "{history:#}");
 
     assert!(works.clock.step(RUN).unwrap() < Step(SECOND_ONSET), "this took too long");

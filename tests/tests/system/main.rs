@@ -1,5 +1,5 @@
-//! Real processes over a real network. One program, so that tests which mostly wait do so side by side; each
-//! says at its beginning whether it wants the machine for itself (`turn`).
+//! Real processes over a real network. One program, so that tests which mostly wait run side by side; each
+//! states at its beginning whether it needs the machine for itself (`turn`).
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
 

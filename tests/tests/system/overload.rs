@@ -1,17 +1,17 @@
-//! A plant by the clock that is too fast for its diagnosers: they say so, throw away what they cannot
-//! diagnose, stay in the present and within bounds, accuse nobody of what they missed, and are in service
-//! again soon when it is over.
+//! A real-time plant that is too fast for its diagnosers: they log it, drop the samples that they cannot
+//! diagnose, keep their lag and memory within bounds, raise no alarm for missed samples, and are in
+//! service again soon when it is over.
 
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use system_tests::deployment::Deployment;
+use names::RunId;
+use system_tests::deployment::{Deployment, MODULES};
+use system_tests::footprint::resident_kib;
 use system_tests::observer::Observer;
-use system_tests::resident::resident_kib;
 use system_tests::throttle::Throttle;
 use system_tests::turn;
 use system_tests::worst::WorstStatus;
-use truss::ids::RunId;
 use wire::ModuleStatus;
 
 /// As a factor on real time.
@@ -20,7 +20,7 @@ const TOO_FAST: &str = "100";
 const SHARE: u32 = 5;
 /// Longer than the test.
 const STEPS: u64 = 1_000_000_000;
-/// How often the backlog is to be thrown away before it is over.
+/// How often the backlog is to be dropped before it is over.
 const TIMES: u64 = 10;
 /// No sample that is diagnosed is older \[ms\].
 const OLDEST_MS: f64 = 2000.0;
@@ -28,16 +28,15 @@ const OLDEST_MS: f64 = 2000.0;
 const MOST_KIB: u64 = 200_000;
 /// From the first step of a plant in real time, 2.5 s of which are the start of any run.
 const SOON: Duration = Duration::from_secs(10);
-const MODULES: [&str; 2] = ["module1", "module2"];
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
-async fn whoever_cannot_keep_up_says_so_stays_in_the_present_and_comes_back() {
+async fn an_overloaded_diagnoser_logs_it_drops_its_backlog_and_recovers() {
     let _turn = turn::alone().await;
     let deployment = Deployment::of_tower(&Schedule::default());
     for place in 1..=MODULES.len() {
         deployment.set(place, "publish", "status_every_ms", 100);
-        // Much work for each step.
+        // High load for each step.
         deployment.set(place, "publish", "divergence_every_steps", 1);
     }
     let diagnosers = deployment.start_diagnosers();
@@ -49,12 +48,10 @@ async fn whoever_cannot_keep_up_says_so_stays_in_the_present_and_comes_back() {
     let throttles = throttles.collect::<Vec<_>>();
     let worst = WorstStatus::of(&observer).await;
     let plant = deployment.start_plant(TOO_FAST, STEPS, 3, RunId(1));
-    let of = async |module: &str, wanted: &dyn Fn(&ModuleStatus) -> bool| {
-        observer.status(|status| status.module.as_str() == module && wanted(status)).await
-    };
     for (module, process) in MODULES.into_iter().zip(&diagnosers) {
-        let status = of(module, &|status| status.intake.resynchronised >= TIMES).await;
-        let (worst, kib) = (worst.of_module(module), resident_kib(process.pid()));
+        let overcome = |status: &ModuleStatus| status.intake.resynchronised >= TIMES;
+        let status = observer.status_of(module, overcome).await;
+        let (worst, kib) = (worst.of_module(module), resident_kib(process.pid()).unwrap());
         let (step, intake) = (status.step, status.intake);
         println!("{module}: step {step:?}, {kib} KiB, {worst:?}");
         println!("  {intake:?}\n  {:?}", status.diagnosis);
@@ -72,7 +69,7 @@ async fn whoever_cannot_keep_up_says_so_stays_in_the_present_and_comes_back() {
         let back = |status: &ModuleStatus| {
             status.run == Some(RunId(2)) && status.in_service_since_step.is_some()
         };
-        let status = of(module, &back).await;
+        let status = observer.status_of(module, back).await;
         println!("{module}: in service again after {:?}, {status:?}", start.elapsed());
         assert!(start.elapsed() < SOON, "{module} after {:?}", start.elapsed());
         assert_eq!((status.latched, status.unconfirmed), (0, 0), "{module} is healthy");

@@ -1,12 +1,13 @@
 //! From the start of a diagnoser that was killed to its being in service again, and how soon it
 //! processes samples.
 
-use system_tests::deployment::Deployment;
+use names::RunId;
+use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::{Observer, unix_ns};
 use system_tests::plant_clock::PlantClock;
+use system_tests::quantiles::quantiles;
 use system_tests::signs::{Sign, Signs};
 use system_tests::turn;
-use truss::ids::RunId;
 use wire::ModulePhase;
 
 const RUN: RunId = RunId(1);
@@ -31,7 +32,7 @@ struct Milestones {
 }
 
 impl Milestones {
-    /// Notes a sign; `plant` tells how far the plant is.
+    /// Notes a signal; `plant` is the plant's step.
     fn note(&mut self, at: u64, sign: &Sign, plant: u64) {
         match sign {
             Sign::Present(there) => set(&mut self.token, at, *there),
@@ -40,7 +41,7 @@ impl Milestones {
                 set(&mut self.sample, at, status.step.is_some());
             }
             Sign::Phase(change) => {
-                // Told anew to late listeners, so its own time counts; that before the start is another's.
+                // Repeated for late subscribers, so its own time counts; earlier ones are another process's.
                 let in_service = change.phase == ModulePhase::InService;
                 let own = change.time_unix_ns > self.start;
                 set(&mut self.in_service, change.time_unix_ns, in_service && own);
@@ -65,12 +66,6 @@ fn set(first: &mut Option<u64>, at: u64, seen: bool) {
     }
 }
 
-/// p50 and the largest.
-fn middle_and_largest(mut ms: Vec<f64>) -> (f64, f64) {
-    ms.sort_by(f64::total_cmp);
-    (ms[ms.len() / 2], ms[ms.len() - 1])
-}
-
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn with_the_plants_recording_it_is_in_service_within_a_second() {
     let _turn = turn::side_by_side().await;
@@ -79,13 +74,14 @@ async fn with_the_plants_recording_it_is_in_service_within_a_second() {
     let mut signs = Signs::of(&observer, "module1").await;
     let clock = PlantClock::of(&observer).await;
     let mut diagnosers = deployment.start_diagnosers();
-    observer.wait_for(&["module1", "module2"], false).await;
+    observer.wait_for(&MODULES, false).await;
     let _plant = deployment.start_plant("real", 1_000_000, 3, RUN);
     clock.reach(RUN, RECORDED).await;
     let mut restarts = Vec::new();
     for _ in 0..TIMES {
         diagnosers[0].crash();
-        signs.find(|_, sign| matches!(sign, Sign::Present(false)).then_some(())).await;
+        let gone = |_: u64, sign: Sign| matches!(sign, Sign::Present(false)).then_some(());
+        signs.find("the end of its token", gone).await;
         let mut milestones = Milestones { start: unix_ns(), ..Milestones::default() };
         diagnosers[0] = deployment.start_diagnoser(0);
         let all = loop {
@@ -99,7 +95,8 @@ async fn with_the_plants_recording_it_is_in_service_within_a_second() {
     }
     println!("{TIMES} restarts, from the start of the process [ms]:  p50   max");
     for (place, what) in ["token", "status", "sample", "present", "in service"].iter().enumerate() {
-        let (p50, max) = middle_and_largest(restarts.iter().map(|all| all[place]).collect());
+        let ms = restarts.iter().map(|all| all[place]).collect();
+        let [p50, max] = quantiles(ms, [0.5, 1.0]);
         println!("  {what:<12} {p50:7.1} {max:7.1}");
     }
     for [token, _, sample, present, in_service] in restarts {
@@ -113,7 +110,7 @@ async fn with_the_plants_recording_it_is_in_service_within_a_second() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn without_a_recording_it_says_that_it_is_initialising_until_it_has_warmed_up() {
+async fn without_a_recording_it_reports_initialising_until_it_has_warmed_up() {
     let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_watched_tower(&daemon::config::Schedule::default());
     deployment.reconfigure(0, |table| {
@@ -124,7 +121,7 @@ async fn without_a_recording_it_says_that_it_is_initialising_until_it_has_warmed
     let observer = Observer::of(&deployment).await;
     let clock = PlantClock::of(&observer).await;
     let mut diagnosers = deployment.start_diagnosers();
-    observer.wait_for(&["module1", "module2"], false).await;
+    observer.wait_for(&MODULES, false).await;
     let _plant = deployment.start_plant("real", 1_000_000, 4, RUN);
     clock.reach(RUN, RECORDED / 2).await;
     diagnosers[0].crash();
@@ -132,7 +129,8 @@ async fn without_a_recording_it_says_that_it_is_initialising_until_it_has_warmed
     let mut signs = Signs::of(&observer, "module1").await;
     let start = unix_ns();
     diagnosers[0] = deployment.start_diagnoser(0);
-    let token = signs.find(|at, sign| matches!(sign, Sign::Present(true)).then_some(at)).await;
+    let there = |at: u64, sign: Sign| matches!(sign, Sign::Present(true)).then_some(at);
+    let token = signs.find("its token", there).await;
     let at = clock.step(RUN).unwrap();
     let mut said = Vec::new();
     let in_service = loop {

@@ -12,7 +12,7 @@ const ALL: usize = usize::MAX / 4;
 /// Those of the own tower and of one on either side.
 const NEXT: usize = 1;
 
-/// Towers, who connects to whom, who asks how far, and a pace at which two cores keep up. A hundred that are
+/// Towers, topology, range of peers, and a pace at which two cores keep up. A hundred that are
 /// all connected to each other need five cores before the first sample.
 const ROWS: [(usize, Topology, usize, f64); 9] = [
     (1, Topology::Peers, ALL, 1.0),
@@ -27,7 +27,7 @@ const ROWS: [(usize, Topology, usize, f64); 9] = [
 ];
 /// Faults that are injected.
 const FAULTS: usize = 6;
-/// The same for a quick look on a machine that has other things to do.
+/// The same for a quick measurement on a machine that has other things to do.
 const QUICK: [(usize, Topology, usize, f64); 3] = [
     (1, Topology::Peers, ALL, 1.0),
     (5, Topology::Star, ALL, 0.4),
@@ -51,7 +51,7 @@ async fn measured(setting: Setting, quiet: Duration, faults: usize) -> Figures {
     figures
 }
 
-/// Nobody asks more than its peers, and nobody is judged without asking.
+/// No module queries more than its peers, and no verdict is reached without queries.
 fn check(figures: &Figures) {
     let (per_verdict, peers) = (figures.questions_per_verdict(), figures.peers_of_each());
     assert!(per_verdict > 0.5 && per_verdict < 2.0 * peers + 1.0, "{per_verdict} of {peers}");
@@ -73,7 +73,7 @@ async fn ten_diagnosers_as_peers_and_on_a_router_name_what_is_faulty() {
     println!("{}", table.to_text());
 }
 
-/// As when the power comes back. On two cores the handshakes of so many take seconds, and a link that is given
+/// As when the power comes back. On two cores the handshakes of this many take seconds, and a link that is given
 /// up halfway must not keep two peers apart.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]

@@ -1,20 +1,19 @@
-//! Strangers, members who reach for what is not theirs, and beside each of them somebody who may: one
+//! Unauthorised clients, members that exceed their rights, and for each a permitted counterpart: one
 //! table, printed at the end (`cargo test --release --workspace --test system security -- --nocapture`).
 
 use std::time::Duration;
 
 use daemon::config::Schedule;
+use names::fault::Fault;
 use serde_json::Value;
 use system_tests::in_time;
 use system_tests::observer::{Observer, unix_ns};
 use system_tests::scenarios;
 use system_tests::security::intruder::Papers;
-use system_tests::security::letters::{Letters, answers};
+use system_tests::security::letters::{Letters, answers, hold};
 use system_tests::security::stand::Stand;
 use system_tests::security::table::Table;
 use system_tests::turn;
-use truss::fault::Fault;
-use wire::ModuleStatus;
 use zenoh::Session;
 
 /// From one attempt to the next.
@@ -22,7 +21,7 @@ const GLANCE: Duration = Duration::from_millis(20);
 const GAGE: &str = "module1/sensor/g2";
 /// The key of the fault that module 1 really has.
 const TRUE_FAULT: &str = "trusswatch/tower/module1/fault/sensor/g2";
-/// A key of module 1 that others reach for.
+/// A key of module 1 that others try to use.
 const VICTIM: &str = "trusswatch/tower/module1/fault/sensor/g7";
 /// Another one.
 const SAMPLE: &str = "trusswatch/tower/module1/sample";
@@ -30,7 +29,7 @@ const SAMPLE: &str = "trusswatch/tower/module1/sample";
 const OWN: &str = "trusswatch/tower/module2/fault/sensor/g7";
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn nobody_gets_in_or_gets_through_who_may_not_and_everybody_who_may() {
+async fn the_router_admits_exactly_what_access_control_permits() {
     let _turn = turn::side_by_side().await;
     let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
     let stand = Stand::star(&schedule).await;
@@ -64,7 +63,7 @@ async fn peers_enforce_it_themselves() {
     judge(stand, &table).await;
 }
 
-/// The attempts are real: where nobody enforces anything, the same ones have an effect.
+/// The attempts are real: without access control the same ones have an effect.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_refused_would_have_had_an_effect() {
     let _turn = turn::side_by_side().await;
@@ -74,7 +73,7 @@ async fn what_is_refused_would_have_had_an_effect() {
     let second = stand.session("module2").await;
     let operator = stand.session("operator.ada").await;
     let forged = async {
-        // Until the listener's wish has got to the writers.
+        // Until the subscription has reached the writers.
         while !(letters.have(VICTIM, "by module 2") && letters.have(VICTIM, "by an operator")) {
             second.put(VICTIM, "forged by module 2").await.unwrap();
             operator.put(VICTIM, "forged by an operator").await.unwrap();
@@ -84,12 +83,12 @@ async fn what_is_refused_would_have_had_an_effect() {
     in_time("a forged fault", forged).await;
     answer(&second, VICTIM, "answered by module 2 for module 1").await;
     let impostor =
-        async { while !told(&answers(&observer, VICTIM).await, VICTIM, "answered by module 2") {} };
+        async { while !hold(&answers(&observer, VICTIM).await, VICTIM, "answered by module 2") {} };
     in_time("an impostor's answer", impostor).await;
     let watcher = Observer { session: observer, structure: "tower".parse().unwrap() };
-    let harmed = watcher.status(|status| of_victim(status) && status.intake.malformed > 0);
+    let harmed = watcher.status_of("module1", |status| status.intake.malformed > 0);
     let forging = async {
-        // Until the victim listens.
+        // Until the victim has subscribed.
         loop {
             second.put(SAMPLE, "forged").await.unwrap();
             tokio::time::sleep(GLANCE).await;
@@ -100,10 +99,6 @@ async fn what_is_refused_would_have_had_an_effect() {
         () = forging => {}
     }
     stand.clear().await;
-}
-
-fn of_victim(status: &ModuleStatus) -> bool {
-    status.module.as_str() == "module1"
 }
 
 async fn judge(stand: Stand, table: &Table) {
@@ -127,14 +122,14 @@ async fn at_the_door(stand: &Stand, table: &mut Table) {
     }
 }
 
-/// A certificate of the right authority alone opens nothing.
+/// A certificate of the right authority alone grants nothing.
 async fn unnamed(stand: &Stand, table: &mut Table) {
     let mallory = stand.session("operator.mallory").await;
     let letters = Letters::to(&mallory).await;
-    let told = answers(&mallory, TRUE_FAULT).await;
-    let heard = !told.is_empty() || letters.have_anywhere("latched");
+    let replies = answers(&mallory, TRUE_FAULT).await;
+    let heard = !replies.is_empty() || letters.have_anywhere("latched");
     let trace = stand.trace(&["WARN", "access control has no rule for"]).await;
-    table.forbidden("somebody with a good certificate whom no rule names", heard, trace);
+    table.forbidden("a valid certificate that no rule names", heard, trace);
 }
 
 async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {
@@ -173,13 +168,13 @@ async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {
     let trace = stand.trace(&["refused Put", VICTIM, "operator.ada.tower"]).await;
     let forged = letters.have_anywhere("forged by an operator");
     table.forbidden("an operator forging a fault", forged, trace);
-    table.allowed("an operator asking for a fault", !asked.is_empty());
+    table.allowed("an operator querying a fault", !asked.is_empty());
 
     second.put(SAMPLE, "forged").await.unwrap();
     let trace = stand.trace(&["refused Put", SAMPLE, "module2.tower"]).await;
     let refused = unix_ns();
     let watcher = Observer { session: operator, structure: "tower".parse().unwrap() };
-    let status = watcher.status(|status| of_victim(status) && status.time_unix_ns > refused).await;
+    let status = watcher.status_of("module1", |status| status.time_unix_ns > refused).await;
     let received = status.intake.malformed > 0;
     table.forbidden("module 2 forging a sample of module 1", received, trace);
 }
@@ -188,7 +183,7 @@ async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {
 async fn answer(session: &Session, on: &'static str, text: &'static str) {
     let key = if on == VICTIM { "trusswatch/tower/module1/fault/**" } else { OWN };
     let queryable = session.declare_queryable(key).callback(move |query| {
-        // Answers that nobody may take fail here already or at the router.
+        // Forbidden answers fail here already or at the router.
         let _ = zenoh::Wait::wait(query.reply(on, text));
     });
     queryable.background().await.unwrap();
@@ -199,15 +194,15 @@ async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
     answer(&second, VICTIM, "answered by module 2 for module 1").await;
     answer(&second, OWN, "answered by module 2").await;
     let by_second =
-        async { while !told(&answers(observer, OWN).await, OWN, "answered by module 2") {} };
+        async { while !hold(&answers(observer, OWN).await, OWN, "answered by module 2") {} };
     in_time("an answer of module 2", by_second).await;
     table.allowed("module 2 answering for itself", true);
 
     let about_first = answers(observer, VICTIM).await;
-    let forged = told(&about_first, VICTIM, "answered by module 2");
+    let forged = hold(&about_first, VICTIM, "answered by module 2");
     let trace = stand.trace(&["refused Declare Queryable", "module1/fault", "module2.tower"]).await;
     table.forbidden("module 2 answering for module 1", forged, trace);
-    table.allowed("module 1 answering for itself", told(&about_first, VICTIM, "\"module1\""));
+    table.allowed("module 1 answering for itself", hold(&about_first, VICTIM, "\"module1\""));
 
     // A question to all: module 2 is asked too, and answers in the name of module 1.
     let impostor = second.declare_queryable("trusswatch/tower/module2/fault/sensor/g8");
@@ -218,7 +213,7 @@ async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
     let trace = async {
         loop {
             let all = answers(observer, "trusswatch/tower/*/fault/**").await;
-            let forged = told(&all, VICTIM, "slipped in");
+            let forged = hold(&all, VICTIM, "slipped in");
             let words = ["refused Reply", VICTIM, "module2.tower"];
             let found =
                 stand.guard.log().lines().any(|line| words.iter().all(|w| line.contains(w)));
@@ -230,10 +225,6 @@ async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
     let forged = in_time("an answer in the name of another", trace).await;
     let trace = stand.trace(&["refused Reply", VICTIM, "module2.tower"]).await;
     table.forbidden("module 2 answering a question to all in module 1's name", forged, trace);
-}
-
-fn told(answers: &[(String, String)], key: &str, words: &str) -> bool {
-    answers.iter().any(|(on, text)| on == key && text.contains(words))
 }
 
 async fn state(stand: &Stand) -> Value {

@@ -1,18 +1,19 @@
-//! A peer is killed or frozen just before it would be asked: the asker says so within a second, goes on
-//! without missing a sample, and settles when the peer is back.
+//! A peer is killed or frozen just before it would be queried: the querying module reports it
+//! within a second, continues without missing a sample, and settles when the peer is back.
 
 use std::collections::BTreeSet;
 
+use names::fault::Fault;
+use names::{ComponentPath, RunId, Step};
 use nix::sys::signal::Signal;
-use system_tests::deployment::{Deployment, Process};
+use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer, unix_ns};
 use system_tests::plant_clock::PlantClock;
+use system_tests::process::Process;
 use system_tests::publications::Publications;
 use system_tests::signs::{Sign, Signs};
 use system_tests::verdict::Reached;
-use system_tests::{in_time, reference, scenarios, turn};
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, RunId, Step};
+use system_tests::{reference, scenarios, turn};
 use wire::{Doubt, FaultState, FaultTransition};
 
 const ASKER: &str = "module1";
@@ -21,14 +22,14 @@ const FAULTY: &str = "module1/sensor/g2";
 const RUN: RunId = RunId(1);
 const SEED: u64 = 100;
 const STEPS: u64 = 9000;
-/// The peer falls silent so many steps before the onset.
+/// The peer falls silent this many steps before the onset.
 const BEFORE: u64 = 20;
 /// How long it stays silent \[steps\].
 const SILENCE: u64 = 2000;
 const SECOND_MS: f64 = 1000.0;
-/// How soon the asker settles.
+/// How soon the querying module settles.
 const SETTLING_MS: f64 = 2000.0;
-/// The asker tells every twenty steps how far it has come; questions may hold it up a little.
+/// The querying module publishes its progress every twenty steps; queries may delay it a little.
 const STANDSTILL_MS: f64 = 400.0;
 
 #[derive(Debug, Clone, Copy)]
@@ -73,22 +74,18 @@ async fn find(
     state: FaultState,
 ) -> (u64, FaultTransition) {
     let faulty: ComponentPath = FAULTY.parse().unwrap();
-    let found = async {
-        loop {
-            let (at, message) = faults.next().await;
-            reached.extend(Reached::of_message(&message));
-            if message.component == faulty && message.state == state {
-                return (at, message);
-            }
-        }
+    let wanted = |at: u64, message: FaultTransition| {
+        reached.extend(Reached::of_message(&message));
+        let is_wanted = message.component == faulty && message.state == state;
+        is_wanted.then_some((at, message))
     };
-    in_time(&format!("{FAULTY} {state}"), found).await
+    faults.find(&format!("{FAULTY} {state}"), wanted).await
 }
 
-/// The longest time without a word of progress among these signs \[ms\].
+/// The longest time without progress among these signals \[ms\].
 fn longest_standstill(signs: Vec<(u64, Sign)>) -> f64 {
-    let told = signs.into_iter().filter(|(_, sign)| matches!(sign, Sign::Progress(_)));
-    let times: Vec<u64> = told.map(|(at, _)| at).collect();
+    let progress = signs.into_iter().filter(|(_, sign)| matches!(sign, Sign::Progress(_)));
+    let times: Vec<u64> = progress.map(|(at, _)| at).collect();
     assert!(times.len() > 2, "no progress");
     times.windows(2).map(|pair| ms(pair[0], pair[1])).fold(0.0, f64::max)
 }
@@ -121,7 +118,7 @@ async fn silence(how: Silence) -> Measured {
 
     let (at, message) = find(&mut faults, &mut reached, FaultState::Unconfirmed).await;
     let deciding = message.detection_step.unwrap().plus(hold);
-    let unconfirmed = ms(publications.time_of(&message.module, deciding), at);
+    let unconfirmed = ms(publications.time_of(&message.module, deciding).await, at);
     assert_eq!(message.doubt, Some(Doubt::Silent));
     assert_eq!(message.silent, [SILENT.parse().unwrap()]);
 
@@ -135,7 +132,7 @@ async fn silence(how: Silence) -> Measured {
     assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
     for module in [ASKER, SILENT] {
         let last = Some(Step(STEPS - 1));
-        let status = observer.status(|s| s.module.as_str() == module && s.step == last).await;
+        let status = observer.status_of(module, |status| status.step == last).await;
         assert_eq!(status.intake.dropped, 0, "{module}");
         if module == ASKER {
             assert_eq!(status.diagnosis.samples_missing, 0, "{module}");

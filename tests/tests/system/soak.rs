@@ -4,21 +4,21 @@
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use system_tests::deployment::{Deployment, Process};
+use names::{RunId, Step};
+use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::{Faults, Observer};
+use system_tests::process::Process;
 use system_tests::soak::{Heartbeat, Heartbeats, Memory, Stalls};
 use system_tests::turn;
-use truss::ids::{RunId, Step};
 
 const STEPS_PER_HOUR: f64 = 3.6e6;
 const EVERY: Duration = Duration::from_millis(200);
 const LONGEST_GAP: Duration = Duration::from_secs(2);
 const LARGEST_LAG_MS: f64 = 1000.0;
-/// The last quarter may hold so much more than the first one, as a share of it.
+/// Permitted growth from the first quarter to the last, as a share of the first.
 const GROWTH: f64 = 0.1;
 /// Nothing happens, so that nothing is to be remembered but how far the module has watched.
 const STATE_BYTES: u64 = 1 << 16;
-const MODULES: [&str; 2] = ["module1", "module2"];
 
 /// Hours of the plant's time, from the environment.
 fn steps() -> u64 {
@@ -61,7 +61,7 @@ impl Soak {
         }
     }
 
-    /// Looks on until the plant has ended.
+    /// Monitors until the plant has ended.
     async fn watch(&mut self) {
         let mut tell_at = Duration::from_secs(30);
         loop {
@@ -72,7 +72,7 @@ impl Soak {
             }
             self.look();
             if self.started.elapsed() > tell_at {
-                self.tell();
+                self.report();
                 tell_at += Duration::from_secs(30);
             }
         }
@@ -87,11 +87,11 @@ impl Soak {
             let module = &heartbeat.latest.module;
             assert!(age < LONGEST_GAP, "no status of {module} for {age:?}");
         }
-        let told = self.faults.arrived();
-        assert!(told.is_empty(), "false alarms: {told:#?}");
+        let arrived = self.faults.arrived();
+        assert!(arrived.is_empty(), "false alarms: {arrived:#?}");
     }
 
-    fn tell(&self) {
+    fn report(&self) {
         let seconds = self.started.elapsed().as_secs_f64();
         let heartbeats = self.heartbeats.modules();
         let steps = heartbeats.values().map(|h| h.step().0).min().unwrap_or(0);
@@ -109,13 +109,13 @@ impl Soak {
         );
     }
 
-    /// Waits until every module has told of the last step, and holds everything against what must be.
+    /// Waits until every module has reported the last step, and checks everything.
     async fn end(self, steps: u64) {
         for module in MODULES {
             let last = Some(Step(steps - 1));
-            self.observer.status(|s| s.module.as_str() == module && s.step == last).await;
+            self.observer.status_of(module, |status| status.step == last).await;
         }
-        self.tell();
+        self.report();
         for (name, _, memory) in &self.processes {
             let quarters = memory.quarters_mib();
             println!("{name}: {quarters:.1?} MiB at most in each quarter");
@@ -130,11 +130,11 @@ impl Soak {
         for (_, process, _) in self.processes.into_iter().skip(1) {
             process.stop().await;
         }
-        daemon::session::close(&self.observer.session).await;
+        session::close(&self.observer.session).await;
     }
 }
 
-/// What a module's statuses must have said.
+/// Checks a module's statuses.
 fn check(heartbeat: &Heartbeat, steps: u64) {
     let Heartbeat { latest, count, longest_gap, largest_lag_ms, most_queued, standstills, .. } =
         heartbeat;
@@ -146,7 +146,7 @@ fn check(heartbeat: &Heartbeat, steps: u64) {
     println!("{module}: {:?}", latest.diagnosis);
     assert!(*longest_gap < LONGEST_GAP, "{module}: {longest_gap:?} without a status");
     assert!(*largest_lag_ms < LARGEST_LAG_MS, "{module}: a lag of {largest_lag_ms} ms");
-    // the plant's end is one, and a change of phase is told at once
+    // the plant's end is one, and a change of phase is published at once
     assert!(*standstills <= 4, "{module} got no further {standstills} times");
     let expected = wire::DiagnosisCounters { samples: steps, runs: 1, ..Default::default() };
     let found = wire::DiagnosisCounters { answers_given: 0, ..latest.diagnosis };
@@ -158,7 +158,7 @@ fn check(heartbeat: &Heartbeat, steps: u64) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-#[ignore = "takes minutes: `.ci/soak` runs it for as many hours of the plant's time as it is told"]
+#[ignore = "takes minutes: `.ci/soak` runs it for the hours of plant time given to it"]
 async fn hours_in_processes() {
     let _turn = turn::alone().await;
     let steps = steps();

@@ -1,18 +1,19 @@
-//! Somebody subscribes to everything, connected to the plant and to every diagnoser, and takes nothing
-//! for a minute, while faults come and go: no diagnoser's samples get old, none is lost, and whoever
-//! does listen gets every fault message.
+//! A client subscribes to everything, connected to the plant and to every diagnoser, and receives nothing
+//! for a minute, while faults come and go: no diagnoser's samples get old, none is lost, and other
+//! subscribers receive every fault message.
 
 use std::collections::BTreeSet;
 
 use daemon::config::{Schedule, ScheduledFault};
+use names::fault::Fault;
+use names::{RunId, Step};
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer};
 use system_tests::onlooker::{Onlooker, Stall};
-use system_tests::publications::{Publications, percentiles};
+use system_tests::publications::Publications;
+use system_tests::quantiles::quantiles;
 use system_tests::turn;
 use system_tests::worst::WorstStatus;
-use truss::fault::Fault;
-use truss::ids::{RunId, Step};
 use wire::{FaultState, FaultTransition};
 
 /// In real time: how long nothing is taken, and the start before it.
@@ -40,7 +41,7 @@ fn schedule() -> Schedule {
     Schedule { faults: faults.collect() }
 }
 
-/// Everything that is told, as often as it can be, so that what is not taken piles up soon.
+/// Every publication, as often as possible, so that the unread ones accumulate soon.
 fn talkative() -> Deployment {
     let deployment = Deployment::of_tower(&schedule());
     for place in 1..=MODULES.len() {
@@ -87,9 +88,9 @@ async fn endure(stall: Stall) {
     let program = env!("CARGO_BIN_EXE_onlooker");
     let onlooker = Onlooker::stalled(program, &deployment.endpoints, stall).await;
     let messages = latched(&mut faults).await;
-    let delays: Vec<f64> = messages.iter().map(|told| publications.delay_ms(told)).collect();
+    let delays: Vec<f64> = publications.delays_ms(&messages).await;
     println!("{stall:?}: delays of the fault messages, one by one [ms]: {delays:.1?}");
-    let (p50, p99) = percentiles(delays);
+    let [p50, p99] = quantiles(delays, [0.5, 0.99]);
     println!("{stall:?}: fault messages after {p50:.2} ms (p50), {p99:.2} ms (p99)");
     for module in MODULES {
         let done = |status: &wire::ModuleStatus| {
@@ -112,14 +113,14 @@ async fn endure(stall: Stall) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
-async fn one_whose_callback_does_not_return_holds_nobody_up() {
+async fn a_callback_that_does_not_return_delays_no_other_client() {
     let _turn = turn::alone().await;
     endure(Stall::Callback).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes and a machine of its own: run it with `--ignored`"]
-async fn one_whose_process_is_stopped_holds_nobody_up() {
+async fn a_stopped_process_delays_no_other_client() {
     let _turn = turn::alone().await;
     endure(Stall::Process).await;
 }

@@ -1,19 +1,21 @@
 //! A link of TLS that carries as much as it can in both directions at once: nothing is lost, changed or
-//! torn down.
+//! torn down. And one that carries nothing any more ends, whatever is still unsent.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use daemon::config::Network;
-use daemon::session;
 use pki::{Authority, Lifetime};
+use session::Network;
 use system_tests::deployment::free_endpoint;
 use system_tests::in_time;
 use system_tests::turn;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::oneshot;
 use zenoh::Session;
 use zenoh::qos::CongestionControl;
+use zenoh::sample::SampleKind;
 
 /// Messages in each direction.
 const MESSAGES: u64 = 200_000;
@@ -22,6 +24,10 @@ const WINDOW: u64 = 500;
 /// The size of a sample \[bytes\].
 const SIZE: usize = 600;
 const GLANCE: Duration = Duration::from_millis(1);
+/// A message of which a second's worth fits into no socket \[bytes\].
+const LARGE: usize = 60_000;
+/// The lease, the last attempts to send what is unsent, and as much again for a busy machine.
+const MISSED_WITHIN: Duration = Duration::from_secs(8);
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn both_directions_of_a_link_carry_everything_in_order() {
@@ -42,6 +48,56 @@ async fn both_directions_of_a_link_carry_everything_in_order() {
     .await;
     session::close(&first).await;
     session::close(&second).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_process_that_is_cut_off_is_missed_though_much_is_unsent() {
+    let _turn = turn::side_by_side().await;
+    let folder = tempfile::tempdir().unwrap();
+    issue(folder.path(), &["module1", "module2"]);
+    let of = |holder: &str| Network { tls: Some(folder.path().join(holder)), ..Network::default() };
+    let near = free_endpoint();
+    let (cable, cut) = cable(near.trim_start_matches("tcp/").to_owned()).await;
+    let first = Network { listen: vec![near.replace("tcp/", "tls/")], ..of("module1") };
+    let second = Network { connect: vec![cable], ..of("module2") };
+    let first = session::open(&first).await.unwrap();
+    let second = session::open(&second).await.unwrap();
+    let _taken = second.declare_subscriber("large").callback(|_| {}).await.unwrap();
+    let _token = second.liveliness().declare_token("second").await.unwrap();
+    let tokens = first.liveliness().declare_subscriber("second").history(true).await.unwrap();
+    let come = in_time("the token", tokens.recv_async()).await.unwrap();
+    assert_eq!(come.kind(), SampleKind::Put);
+    let large = first.declare_publisher("large").congestion_control(CongestionControl::Drop);
+    let large = large.await.unwrap();
+    cut.send(()).unwrap();
+    let gone = tokio::time::timeout(MISSED_WITHIN, async {
+        loop {
+            tokio::select! {
+                token = tokens.recv_async() => return token.unwrap().kind(),
+                () = tokio::time::sleep(GLANCE) => large.put(vec![0; LARGE]).await.unwrap(),
+            }
+        }
+    });
+    assert_eq!(gone.await.expect("its token has gone"), SampleKind::Delete);
+    session::close(&first).await;
+    session::close(&second).await;
+}
+
+/// A cable to this address for one connection, its far end, and what cuts it: nothing passes then, and
+/// neither side learns of it.
+async fn cable(to: String) -> (String, oneshot::Sender<()>) {
+    let far = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let endpoint = format!("tls/{}", far.local_addr().unwrap());
+    let (cut, is_cut) = oneshot::channel::<()>();
+    tokio::spawn(async move {
+        let (mut far, _) = far.accept().await.unwrap();
+        let mut near = TcpStream::connect(to).await.unwrap();
+        tokio::select! {
+            _ = tokio::io::copy_bidirectional(&mut far, &mut near) => {}
+            _ = is_cut => std::future::pending().await,
+        }
+    });
+    (endpoint, cut)
 }
 
 fn issue(library: &Path, holders: &[&str]) {

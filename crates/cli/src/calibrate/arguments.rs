@@ -21,7 +21,7 @@ pub(super) enum Method {
 ///
 /// The modules' own configurations say which detection the thresholds are for and into which file they
 /// are written. The data are simulated: each run has a plant of its own, with another wind and other
-/// loads, and differs from what is believed of it by up to the mismatch. Or they are recorded: tables
+/// loads, and differs from the nominal model by up to the mismatch. Or they are recorded: tables
 /// (CSV) of residuals with a header row, a column for each component of a module, named like
 /// `module1/sensor/g5`, and possibly one named `step`; each row is one step, each file a run.
 #[derive(Debug, clap::Args)]
@@ -74,7 +74,7 @@ pub(super) struct Simulation {
     /// Seed of the first run; the others follow one by one
     #[arg(long, default_value_t = 1_000_000, value_name = "SEED")]
     pub(super) first_seed: u64,
-    /// By how much each run's plant differs from what is believed of it, e.g. 0.1
+    /// Mismatch of each run's plant against the nominal model, e.g. 0.1
     #[arg(long, default_value_t = 0.1, value_name = "SHARE")]
     pub(super) mismatch: f64,
     /// Runs at a time; by default as many as there are processors

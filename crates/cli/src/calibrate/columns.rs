@@ -1,7 +1,7 @@
 //! Which columns of a recording belong to which channels.
 
+use names::ComponentPath;
 use study::Recording;
-use truss::ids::ComponentPath;
 
 /// Name of the column that numbers the steps.
 const STEP: &str = "step";
@@ -74,7 +74,7 @@ impl Columns {
         Ok(())
     }
 
-    /// A row that is missing. Where steps are numbered, the next one tells it.
+    /// Records a missing row. Where steps are numbered, the gap follows from the next one.
     pub(super) fn skip(&self, recordings: &mut [Recording]) {
         if self.step {
             return;
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_columns_does_not_matter_and_strange_ones_are_left_out() {
+    fn the_order_of_columns_does_not_matter_and_unknown_ones_are_left_out() {
         let found = find(&["m2/sensor/g1", "note", "step", "m2/actuator/a1", ""]).unwrap();
         assert_eq!(found, ["step", "m2/actuator/a1", "m2/sensor/g1"]);
     }

@@ -25,7 +25,7 @@ pub(super) enum Origin {
 }
 
 impl Data {
-    /// What the thresholds file of a module says, `watched_steps` of whose data were judged.
+    /// The provenance for a module's thresholds file; `watched_steps` of its data were judged.
     pub(super) fn provenance(&self, wanted: Wanted, watched_steps: u64) -> Provenance {
         let (method, margin, false_alarms_per_hour) = match wanted {
             Wanted::Max { margin } => {

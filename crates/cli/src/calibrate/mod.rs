@@ -16,6 +16,7 @@ use daemon::config::{Uncalibrated, load_uncalibrated};
 use daemon::thresholds::Thresholds;
 
 use crate::failure::Failure;
+use crate::table::terminal_width;
 
 pub(crate) use arguments::Arguments;
 
@@ -38,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             thresholds: components.zip(gammas.iter().map(|gamma| gamma.threshold)).collect(),
         };
         write_file(&module.thresholds, &thresholds)?;
-        writeln!(out, "{}\n", table::of_module(peaks, gammas))?;
+        writeln!(out, "{}\n", table::of_module(peaks, gammas).text(terminal_width()))?;
         writeln!(out, "{}: {} thresholds\n", module.thresholds.display(), gammas.len())?;
     }
     Ok(())

@@ -3,10 +3,10 @@
 use study::ModulePeaks;
 
 use super::gamma::Gamma;
-use crate::table::table;
+use crate::table::{TextTable, table};
 
 /// A line for each channel: its largest divergence, what was fitted, its threshold.
-pub(super) fn of_module(module: &ModulePeaks, gammas: &[Gamma]) -> String {
+pub(super) fn of_module(module: &ModulePeaks, gammas: &[Gamma]) -> TextTable {
     let fitted = gammas.iter().any(|gamma| gamma.tail.is_some());
     let channels = module.channels.iter().map(|channel| &channel.component).zip(gammas);
     let name = |component| format!("{}/{component}", module.module);
@@ -15,7 +15,7 @@ pub(super) fn of_module(module: &ModulePeaks, gammas: &[Gamma]) -> String {
         for (component, gamma) in channels {
             lines.add_row([name(component), number(gamma.largest), number(gamma.threshold)]);
         }
-        return lines.to_string();
+        return lines;
     }
     let mut lines = table(&["channel", "largest", "shape", "scale", "known within", "threshold"]);
     for (component, gamma) in channels {
@@ -31,7 +31,7 @@ pub(super) fn of_module(module: &ModulePeaks, gammas: &[Gamma]) -> String {
             number(gamma.threshold),
         ]);
     }
-    lines.to_string()
+    lines
 }
 
 fn number(x: f64) -> String {

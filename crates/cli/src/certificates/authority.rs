@@ -2,21 +2,21 @@
 
 use std::io::{self, Write};
 
+use names::StructureName;
 use pki::lifetime::AUTHORITY_DAYS;
 use pki::{Authority, Lifetime};
-use truss::ids::StructureName;
 
 use super::{Place, day, refused};
 use crate::failure::Failure;
 
-/// Make the authority of a structure; whoever has its key can be anybody
+/// Make the authority of a structure; its key can sign a certificate for any name
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Name of the structure
     structure: StructureName,
     #[command(flatten)]
     place: Place,
-    /// Days until everything has to be made anew
+    /// Days until the authority and all certificates have to be reissued
     #[arg(long, default_value_t = AUTHORITY_DAYS, value_parser = clap::value_parser!(u16).range(1..=7305))]
     days: u16,
 }

@@ -9,7 +9,7 @@ use pki::{Certificate, Identity};
 use super::day;
 use crate::failure::Failure;
 
-/// Give the services of this computer the certificates to show who they are
+/// Install the certificates of this computer's services
 ///
 /// Puts the three files of a directory that `trusswatch pki issue` has made where the service manager takes
 /// them from when it starts the holder's service: into /etc/credstore, for root alone. An older
@@ -29,12 +29,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for directory in &arguments.directories {
         let service = credentials::install(&Identity::in_directory(directory), &arguments.store)
             .map_err(refused)?;
-        writeln!(out, "{}", told(&service, &arguments.store)?)?;
+        writeln!(out, "{}", summary(&service, &arguments.store)?)?;
     }
     Ok(())
 }
 
-fn told(service: &Service, store: &Path) -> Result<String, Failure> {
+fn summary(service: &Service, store: &Path) -> Result<String, Failure> {
     let file = service.stored(store).certificate;
     let installed = Certificate::read(&file)
         .map_err(|error| Failure::runtime(format!("{}: {error}", file.display())))?;

@@ -11,11 +11,11 @@ use crate::failure::Failure;
 /// Make keys and certificates; never over one that is there
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// For whom: MODULE, plant, router.NAME, operator.NAME or observer.NAME
+    /// Holder: MODULE, plant, router.NAME, operator.NAME or observer.NAME
     #[arg(required = true, value_name = "HOLDER")]
     holders: Vec<Holder>,
     /// IP address or DNS name that others connect to, of a single holder; may be repeated. Without any
-    /// the holder can connect to others but nobody to it
+    /// the holder can connect to others, but others cannot connect to it
     #[arg(long = "address", value_name = "ADDRESS")]
     addresses: Vec<Address>,
     #[command(flatten)]

@@ -7,19 +7,28 @@ use serde::Serialize;
 
 use super::{Place, day, refused};
 use crate::failure::Failure;
-use crate::table::table;
+use crate::table::{TextTable, WidthArguments, table};
+use crate::versioned;
 
 /// List certificates with their ends; exit code 1 if something is wrong with one
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     place: Place,
-    /// Tell machines: one JSON document
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    width: WidthArguments,
 }
 
-/// A certificate as it is told.
+/// All of them for machines.
+#[derive(Serialize)]
+struct Document<'a> {
+    certificates: &'a [Entry],
+}
+
+/// A certificate as it is listed.
 #[derive(Debug, Serialize)]
 struct Entry {
     holder: String,
@@ -39,16 +48,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         holders.iter().map(|holder| entry(&arguments.place, &authority, holder)).collect();
     let mut out = io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut out, &entries)?;
-        writeln!(out)?;
+        write!(out, "{}", versioned::text(&Document { certificates: &entries })?)?;
     } else {
         let until = day(authority.certificate().lifetime);
         writeln!(out, "authority of {}, until {until}", authority.structure())?;
-        writeln!(out, "{}", in_columns(&entries))?;
+        writeln!(out, "{}", in_columns(&entries).text(arguments.width.limit()))?;
     }
     out.flush()?;
     let sound = entries.iter().all(|entry| entry.problems.is_empty());
-    if sound { Ok(()) } else { Err(Failure::told()) }
+    if sound { Ok(()) } else { Err(Failure::reported()) }
 }
 
 fn entry(place: &Place, authority: &Authority, holder: &Holder) -> Entry {
@@ -71,7 +79,7 @@ fn entry(place: &Place, authority: &Authority, holder: &Holder) -> Entry {
     }
 }
 
-fn in_columns(entries: &[Entry]) -> String {
+fn in_columns(entries: &[Entry]) -> TextTable {
     let mut rows = table(&["holder", "addresses", "until", "days left", "problems"]);
     for entry in entries {
         let or_dash = |text: String| if text.is_empty() { "-".to_owned() } else { text };
@@ -84,5 +92,5 @@ fn in_columns(entries: &[Entry]) -> String {
             or_dash(entry.problems.join("; ")),
         ]);
     }
-    rows.to_string()
+    rows
 }

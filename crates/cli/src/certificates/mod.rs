@@ -1,4 +1,4 @@
-//! `trusswatch pki`: the structure's authority, certificates, and who may do what.
+//! `trusswatch pki`: the structure's authority, certificates and access control.
 
 mod access;
 mod authority;
@@ -16,10 +16,9 @@ use crate::failure::Failure;
 
 const AFTER_HELP: &str = "\
 HOLDER is the name of a module, `plant`, `router.NAME`, `operator.NAME` or `observer.NAME`. A holder's \
-directory goes to the holder's computer, whole and unread by anybody else; the authority's stays where \
-no network is.";
+directory goes to the holder's computer, complete and unread by others; the authority's stays offline.";
 
-/// Make certificates for modules, routers and people, and say who may do what
+/// Make certificates for modules, routers and people, and settings for access control
 #[derive(Debug, clap::Args)]
 #[command(arg_required_else_help = true, after_long_help = AFTER_HELP)]
 pub(crate) struct Arguments {

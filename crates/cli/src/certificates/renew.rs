@@ -1,4 +1,4 @@
-//! `trusswatch pki renew`: certificates that live on.
+//! `trusswatch pki renew`: certificates with a new lifetime.
 
 use std::io::{self, Write};
 
@@ -14,10 +14,10 @@ use crate::failure::Failure;
 /// even be here.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Whose certificates
+    /// Holders of the certificates
     #[arg(required_unless_present = "all")]
     holders: Vec<Holder>,
-    /// Those of everybody
+    /// The certificates of all holders
     #[arg(long, conflicts_with = "holders")]
     all: bool,
     #[command(flatten)]
@@ -30,10 +30,10 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (place, library) = (&arguments.place, arguments.place.library());
     let authority = Authority::open(&place.directory).map_err(refused)?;
-    let everybody = library.holders().map_err(|error| {
+    let all = library.holders().map_err(|error| {
         Failure::input(format!("{}: cannot be read: {error}", place.directory.display()))
     })?;
-    let holders = if arguments.all { &everybody } else { &arguments.holders };
+    let holders = if arguments.all { &all } else { &arguments.holders };
     let mut out = io::stdout().lock();
     let mut mistakes = Vec::new();
     for holder in holders {

@@ -1,13 +1,14 @@
-//! A directory by which somebody shows who it is.
+//! A directory with a holder's certificate and key.
 
 use std::path::Path;
 
-use daemon::config::{ConfigErrors, mistake};
 use pki::{Certificate, Identity};
+use session::mistake;
+use settings::ConfigErrors;
 
 use super::mistake as mistake_in;
 
-/// Whose it is, or everything that is wrong with it.
+/// Its holder, or everything that is wrong with it.
 pub(super) fn check(directory: &Path) -> Result<String, ConfigErrors> {
     let identity = Identity::in_directory(directory);
     let problems = identity.problems(None, &[]);
@@ -16,6 +17,6 @@ pub(super) fn check(directory: &Path) -> Result<String, ConfigErrors> {
     }
     let read = Certificate::read(&identity.certificate)
         .map_err(|error| mistake_in(&identity.certificate, None, error))?;
-    let name = read.common_name.unwrap_or_else(|| "nobody".to_owned());
+    let name = read.common_name.unwrap_or_else(|| "unnamed".to_owned());
     Ok(format!("certificate of `{name}`, until {}", read.lifetime.until.date()))
 }

@@ -8,10 +8,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use daemon::config::{
-    ConfigError, ConfigErrors, PlantFlags, load_diagnoser, load_plant, load_schedule,
-};
+use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_schedule};
 use daemon::thresholds::Thresholds;
+use settings::{ConfigError, ConfigErrors};
 use truss::Structure;
 
 use crate::failure::Failure;
@@ -19,7 +18,7 @@ use kind::Kind;
 
 /// Check configuration files and certificates without starting anything
 ///
-/// Tells what each file is and every mistake in it and in the files that it names. Knows structures,
+/// Reports what each file is and every mistake in it and in the files that it names. Knows structures,
 /// plants, diagnosers, thresholds, schedules and Zenoh settings; which of these a file is follows
 /// from its content. Of a directory that `trusswatch pki issue` has made, the certificate and the key are
 /// checked.

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use daemon::config::{ConfigError, ConfigErrors, mistake};
-use daemon::session;
 use serde::Deserialize;
+use session::mistake;
+use settings::{ConfigError, ConfigErrors};
 use zenoh::Config;
 
 use super::mistake as mistake_in;
 
-/// What Zenoh itself finds out about only when it starts.
+/// What Zenoh itself checks only when it starts.
 #[derive(Debug, Default, Deserialize)]
 struct AccessControl {
     enabled: bool,
@@ -43,7 +43,7 @@ pub(super) fn check(file: &Path) -> Result<String, ConfigErrors> {
     }
     let mutual = config.get_json("transport/link/tls/enable_mtls").is_ok_and(|set| set == "true");
     if access.enabled && !mutual {
-        let problem = "access control goes by the names in certificates; it needs \
+        let problem = "access control identifies clients by their certificates; it needs \
                        `transport.link.tls.enable_mtls: true`";
         errors.extend(mistake_in(file, None, problem).0);
     }
@@ -51,7 +51,7 @@ pub(super) fn check(file: &Path) -> Result<String, ConfigErrors> {
         return Err(ConfigErrors(errors));
     }
     let mode = config.get_json("mode").unwrap_or_default();
-    Ok(format!("Zenoh settings, mode {}{}", mode.trim_matches('"'), access.told()))
+    Ok(format!("Zenoh settings, mode {}{}", mode.trim_matches('"'), access.summary()))
 }
 
 fn access_control(config: &Config) -> AccessControl {
@@ -60,7 +60,7 @@ fn access_control(config: &Config) -> AccessControl {
 }
 
 impl AccessControl {
-    /// Policies that speak of rules and subjects which are not there.
+    /// Policies that name rules and subjects which are not there.
     fn problems(&self) -> Vec<String> {
         let ids = |named: &Option<Vec<Named>>| -> BTreeSet<String> {
             named.iter().flatten().map(|named| named.id.clone()).collect()
@@ -74,7 +74,7 @@ impl AccessControl {
                 for name in named.iter().filter(|name| !known.contains(*name)) {
                     problems.push(format!(
                         "a policy of `access_control` names the {what} `{name}`, which is not there; \
-                         add it or make the file anew with `trusswatch pki access`"
+                         add it or regenerate the file with `trusswatch pki access`"
                     ));
                 }
             }
@@ -82,7 +82,7 @@ impl AccessControl {
         problems
     }
 
-    fn told(&self) -> String {
+    fn summary(&self) -> String {
         if !self.enabled {
             return String::new();
         }

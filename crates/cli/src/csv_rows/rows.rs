@@ -86,7 +86,7 @@ pub(crate) struct Rows<R> {
 }
 
 impl<R: Read> Rows<R> {
-    /// Reads the header row. `name` is how the input is called in messages; `choose` is told the
+    /// Reads the header row. `name` is how the input is called in messages; `choose` gets the
     /// columns' names and returns those that are wanted, or none for all, or what is wrong.
     pub(crate) fn new(
         input: R,

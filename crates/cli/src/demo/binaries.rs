@@ -15,7 +15,7 @@ impl Binaries {
     /// Finds them beside this program.
     pub(super) fn find() -> Result<Binaries, Failure> {
         let own = std::env::current_exe().map_err(|error| {
-            Failure::runtime(format!("cannot tell where this program is: {error}"))
+            Failure::runtime(format!("cannot find out where this program is: {error}"))
         })?;
         let directory = own.parent().unwrap_or(Path::new("."));
         let plant = beside(directory, "trusswatch-plant")?;
@@ -42,7 +42,7 @@ mod tests {
     fn a_program_that_is_missing_is_named_with_the_way_to_build_it() {
         let empty = tempfile::tempdir().unwrap();
         let failure = beside(empty.path(), "trusswatch-plant").unwrap_err();
-        let said = format!("{failure:?}");
-        assert!(said.contains("trusswatch-plant") && said.contains("cargo build"), "{said}");
+        let text = format!("{failure:?}");
+        assert!(text.contains("trusswatch-plant") && text.contains("cargo build"), "{text}");
     }
 }

@@ -16,8 +16,8 @@ use super::interrupt::Interrupts;
 use crate::failure::Failure;
 
 /// How long processes may take to stop when asked to.
-const PATIENCE: Duration = Duration::from_secs(4);
-/// How often processes are looked at.
+const STOP_TIMEOUT: Duration = Duration::from_secs(4);
+/// Interval at which processes are polled.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How many of a dead process's last log lines are shown.
 const LINES_SHOWN: usize = 12;
@@ -49,6 +49,7 @@ impl Children {
         let also = output.try_clone().map_err(|e| cannot(&log, e))?;
         let child = Command::new(program)
             .args(arguments)
+            .envs(shell::environment::missing())
             .current_dir(directory)
             // It ends when this end of the pipe does, even if the demo is killed.
             .stdin(Stdio::piped())
@@ -70,12 +71,12 @@ impl Children {
         self.0.iter().map(|running| running.process.clone()).collect()
     }
 
-    /// Waits for a process to end of its own accord, and tells about it.
-    pub(super) async fn a_death(&mut self) -> Failure {
+    /// Waits for a process to end unexpectedly, and reports it.
+    pub(super) async fn unexpected_end(&mut self) -> Failure {
         loop {
             for running in &mut self.0 {
                 if let Ok(Some(status)) = running.child.try_wait() {
-                    return obituary(running, status);
+                    return report_of_end(running, status);
                 }
             }
             sleep(LOOK_EVERY).await;
@@ -89,7 +90,7 @@ impl Children {
         }
         tokio::select! {
             () = self.all_ended() => {}
-            () = sleep(PATIENCE) => {}
+            () = sleep(STOP_TIMEOUT) => {}
             () = interrupts.next() => {}
         }
         for running in &mut self.0 {
@@ -97,7 +98,7 @@ impl Children {
             let _ = running.child.start_kill();
         }
         // Killed processes end; only an unkillable one would keep us here.
-        let _ = timeout(PATIENCE, self.all_ended()).await;
+        let _ = timeout(STOP_TIMEOUT, self.all_ended()).await;
     }
 
     async fn all_ended(&mut self) {
@@ -116,7 +117,7 @@ fn ask_to_stop(child: &mut Child) {
     }
 }
 
-fn obituary(running: &Running, status: ExitStatus) -> Failure {
+fn report_of_end(running: &Running, status: ExitStatus) -> Failure {
     let log = fs::read_to_string(&running.log).unwrap_or_default();
     let mut last: Vec<&str> = log.lines().rev().take(LINES_SHOWN).collect();
     last.reverse();

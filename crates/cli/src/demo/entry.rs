@@ -1,8 +1,8 @@
-//! What the demo has to tell, one entry at a time: for people a line, for machines a JSON object.
+//! What the demo reports, one entry at a time: for people a line, for machines a JSON object.
 
+use names::fault::Fault;
+use names::{ComponentPath, ModuleName, Step};
 use serde::Serialize;
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, ModuleName, Step};
 use wire::{Doubt, FaultState};
 
 /// A process of the demo.
@@ -12,7 +12,7 @@ pub(super) struct Process {
     pub(super) pid: u32,
 }
 
-/// Something worth telling.
+/// Something to report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub(super) enum Entry {
@@ -30,7 +30,7 @@ pub(super) enum Entry {
     Repaired { step: Step, component: ComponentPath },
     /// A channel's divergence reached its threshold.
     Change { step: Step, component: ComponentPath, ratio: f64 },
-    /// A module asked its peers.
+    /// A module queried its peers.
     Asked { step: Step, module: ModuleName, questions: u64, unanswered: u64 },
     /// A module found something about a component.
     Verdict(Verdict),

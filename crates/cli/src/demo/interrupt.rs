@@ -1,10 +1,10 @@
-//! Being told to stop.
+//! Signals that request a stop.
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use crate::failure::Failure;
 
-/// The signals that ask for an end.
+/// The signals that request a stop.
 pub(super) struct Interrupts {
     interrupt: Signal,
     terminate: Signal,

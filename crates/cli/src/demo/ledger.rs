@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use truss::ids::{ComponentPath, Step};
+use names::{ComponentPath, Step};
 use wire::{FaultState, FaultTransition};
 
 use super::entry::{DiagnosedFault, InjectedFault, Summary};

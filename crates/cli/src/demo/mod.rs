@@ -1,7 +1,7 @@
 //! `trusswatch demo`: a plant and its diagnosers on this machine, faults, and what becomes of them.
 //!
 //! One stage a file: `rig` lays out the configurations, `children` runs the processes, `network`
-//! listens to them, `show` turns what is heard into entries, `voice` tells them, `ledger` compares
+//! subscribes to them, `show` turns messages into entries, `printer` prints them, `ledger` compares
 //! what was injected with what was diagnosed.
 
 mod binaries;
@@ -11,42 +11,42 @@ mod interrupt;
 mod ledger;
 mod network;
 mod news;
+mod printer;
 mod rig;
 mod show;
 mod story;
 #[cfg(test)]
 mod testing;
-mod voice;
 
 use std::io::{self, Write};
 use std::time::Duration;
 
 use daemon::config::Speed;
+use names::Step;
 use tokio::time::{Instant, sleep_until, timeout_at};
-use truss::ids::Step;
 
 use crate::failure::Failure;
 use children::Children;
 use entry::Entry;
 use interrupt::Interrupts;
 use network::Network;
+use printer::Printer;
 use rig::Rig;
 use show::Show;
-use voice::Voice;
 
 /// How long the processes may take to appear.
 const APPEAR_WITHIN: Duration = Duration::from_secs(20);
 /// How long the plant may stand still.
 const MOVE_WITHIN: Duration = Duration::from_secs(20);
-/// How long after the end news may still be on its way.
+/// How long after the end messages may still arrive.
 const STRAGGLERS: Duration = Duration::from_millis(400);
 
 /// Run a plant and its diagnosers on this machine, inject faults and watch them being diagnosed
 ///
 /// Starts `trusswatch-plant` and a `trusswatch-diagnoser` for each module, which must lie beside this
-/// program, and lets them talk over free ports of this machine. Ends with a table of injected against
+/// program, and connects them over free ports of this machine. Ends with a table of injected against
 /// diagnosed faults; the exit code is 0 only if every injected fault was named and nothing else was.
-/// Ctrl-C stops everything.
+/// Ctrl-C stops everything; the exit code is then 130.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Print one JSON object a line; the last has the event `summary`
@@ -58,7 +58,7 @@ pub(crate) struct Arguments {
     /// Seed of the plant's randomness: wind, loads, noise
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Keep the processes' configurations and logs, and say where they are
+    /// Keep the processes' configurations and logs, and print where they are
     #[arg(long)]
     keep_logs: bool,
 }
@@ -82,13 +82,13 @@ async fn stage(arguments: &Arguments) -> Result<(), Failure> {
     let shown = match started {
         Ok(()) => tokio::select! {
             shown = connect_and_show(arguments, &rig, &mut children) => shown,
-            () = interrupts.next() => Err(Failure::runtime("interrupted before the end")),
+            () = interrupts.next() => Err(Failure::interrupted("interrupted before the end")),
         },
         Err(failure) => Err(failure),
     };
     children.stop(&mut interrupts).await;
     if let Some(kept) = rig.clear_away(arguments.keep_logs) {
-        // Nobody is left to be told if standard error is closed.
+        // Standard error may be closed.
         let _ = writeln!(io::stderr(), "logs and configurations are in {}", kept.display());
     }
     shown
@@ -100,58 +100,62 @@ async fn connect_and_show(
     children: &mut Children,
 ) -> Result<(), Failure> {
     let mut network = Network::open(&rig.structure, &rig.own, &rig.endpoints).await?;
-    let mut voice = Voice::new(arguments.json, rig.pace.step_s);
+    let mut printer = Printer::new(arguments.json, rig.pace.step_s);
     let processes = children.processes();
     let pids = processes.iter().map(|process| process.pid).collect();
     let (structure, endpoint) = (rig.structure.to_string(), rig.own.clone());
-    voice.tell(&Entry::Started { structure, processes, endpoint })?;
+    printer.print(&Entry::Started { structure, processes, endpoint })?;
     let mut show = Show::new(rig.pace, rig.acts.clone(), &rig.modules);
     let shown = tokio::select! {
-        shown = listen(&mut show, &mut network, &mut voice) => shown,
-        failure = children.a_death() => Err(failure),
+        shown = listen(&mut show, &mut network, &mut printer) => shown,
+        failure = children.unexpected_end() => Err(failure),
     };
     network.close().await;
     shown?;
     let summary = show.summary(pids);
     let exact = summary.exact;
-    voice.tell(&Entry::Summary(summary))?;
-    if exact { Ok(()) } else { Err(Failure::told()) }
+    printer.print(&Entry::Summary(summary))?;
+    if exact { Ok(()) } else { Err(Failure::reported()) }
 }
 
-/// Tells what is heard until the show is over.
-async fn listen(show: &mut Show, network: &mut Network, voice: &mut Voice) -> Result<(), Failure> {
+/// Prints what is received until the show is over.
+async fn listen(
+    show: &mut Show,
+    network: &mut Network,
+    printer: &mut Printer,
+) -> Result<(), Failure> {
     let mut entries = Vec::new();
-    let mut patience = Patience::new();
+    let mut deadline = Deadline::new();
     while !show.is_over() {
         let news = tokio::select! {
             news = network.next() => news?,
-            () = sleep_until(patience.until) => return Err(patience.lost(show)),
+            () = sleep_until(deadline.until) => return Err(deadline.lost(show)),
         };
         show.take(news, &mut entries);
-        patience.look_at(show);
+        deadline.look_at(show);
         for entry in entries.drain(..) {
-            voice.tell(&entry)?;
+            printer.print(&entry)?;
         }
     }
     let end = Instant::now() + STRAGGLERS;
     while let Ok(news) = timeout_at(end, network.next()).await {
         show.take(news?, &mut entries);
         for entry in entries.drain(..) {
-            voice.tell(&entry)?;
+            printer.print(&entry)?;
         }
     }
     Ok(())
 }
 
-/// Waits for things to appear and to move, but not for ever.
-struct Patience {
+/// The time by which processes have to appear and the plant to move.
+struct Deadline {
     until: Instant,
     seen: (usize, Step),
 }
 
-impl Patience {
-    fn new() -> Patience {
-        Patience { until: Instant::now() + APPEAR_WITHIN, seen: (usize::MAX, Step(0)) }
+impl Deadline {
+    fn new() -> Deadline {
+        Deadline { until: Instant::now() + APPEAR_WITHIN, seen: (usize::MAX, Step(0)) }
     }
 
     fn look_at(&mut self, show: &Show) {

@@ -1,7 +1,7 @@
-//! The parent on the network: a third party that listens to everyone.
+//! The parent on the network: a subscriber to all processes.
 
+use names::StructureName;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
-use truss::ids::StructureName;
 use wire::keys::Watched;
 use zenoh::Session;
 use zenoh::sample::{Sample, SampleKind};
@@ -24,19 +24,18 @@ fn broken(what: &str) -> impl Fn(zenoh::Error) -> Failure + '_ {
 }
 
 impl Network {
-    /// Listens at `own` for those who watch, and connects to the endpoints as they come up.
+    /// Listens at `own` for monitoring clients, and connects to the endpoints as they come up.
     pub(super) async fn open(
         structure: &StructureName,
         own: &str,
         endpoints: &[String],
     ) -> Result<Network, Failure> {
-        let places = daemon::config::Network {
+        let places = session::Network {
             listen: vec![own.to_owned()],
-            ..daemon::config::Network::peer_of(endpoints)
+            ..session::Network::peer_of(endpoints)
         };
-        let session = daemon::session::open(&places)
-            .await
-            .map_err(|error| Failure::network(error.to_string()))?;
+        let session =
+            session::open(&places).await.map_err(|error| Failure::network(error.to_string()))?;
         // Memory is bounded all the same: a demo ends after some tens of seconds.
         let (outbox, inbox) = unbounded_channel();
         let watched = Watched { structure: Some(structure), module: None };
@@ -50,21 +49,21 @@ impl Network {
         Ok(Network { session, inbox })
     }
 
-    /// The next piece of news.
+    /// The next message.
     pub(super) async fn next(&mut self) -> Result<News, Failure> {
         self.inbox.recv().await.ok_or_else(|| Failure::network("the session was closed"))
     }
 
     /// Leaves the network.
     pub(super) async fn close(self) {
-        daemon::session::close(&self.session).await;
+        session::close(&self.session).await;
     }
 }
 
-/// Hands a sample on. A callback must not wait, and this one does not.
-fn hand_on(outbox: &UnboundedSender<News>, sample: &Sample) {
+/// Forwards a sample. A callback must not wait, and this one does not.
+fn forward(outbox: &UnboundedSender<News>, sample: &Sample) {
     if let Some(news) = news::read(sample.key_expr().as_str(), &sample.payload().to_bytes()) {
-        // Nobody listens any more when the demo is ending.
+        // The receiver is gone when the demo is ending.
         let _ = outbox.send(news);
     }
 }
@@ -76,7 +75,7 @@ async fn subscribe(
 ) -> Result<(), Failure> {
     session
         .declare_subscriber(expression)
-        .callback(move |sample| hand_on(&outbox, &sample))
+        .callback(move |sample| forward(&outbox, &sample))
         .background()
         .await
         .map_err(broken("subscribe"))
@@ -89,7 +88,7 @@ async fn subscribe_to_history(
 ) -> Result<(), Failure> {
     session
         .declare_subscriber(expression)
-        .callback(move |sample| hand_on(&outbox, &sample))
+        .callback(move |sample| forward(&outbox, &sample))
         .advanced()
         .history(HistoryConfig::default().detect_late_publishers().max_samples(HISTORY))
         .recovery(RecoveryConfig::default().heartbeat())
@@ -103,10 +102,10 @@ async fn subscribe_to_tokens(
     expression: &str,
     outbox: UnboundedSender<News>,
 ) -> Result<(), Failure> {
-    let hand_on = move |sample: Sample| {
+    let forward = move |sample: Sample| {
         let there = sample.kind() == SampleKind::Put;
         if let Some(news) = news::read_token(sample.key_expr().as_str(), there) {
-            // Nobody listens any more when the demo is ending.
+            // The receiver is gone when the demo is ending.
             let _ = outbox.send(news);
         }
     };
@@ -114,8 +113,8 @@ async fn subscribe_to_tokens(
         .liveliness()
         .declare_subscriber(expression)
         .history(true)
-        .callback(hand_on)
+        .callback(forward)
         .background()
         .await
-        .map_err(broken("watch who is there"))
+        .map_err(broken("watch liveliness tokens"))
 }

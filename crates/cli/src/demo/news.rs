@@ -1,24 +1,24 @@
-//! What the parent hears from plant and diagnosers.
+//! What the parent receives from plant and diagnosers.
 
-use truss::ids::ModuleName;
+use names::ModuleName;
 use wire::{
     Change, DecodeError, FaultTransition, Key, ModuleStatus, PlantStatus, PlantTopic, Progress,
     Topic, decode,
 };
 
-/// A piece of news.
+/// A message.
 #[derive(Debug, Clone, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "told one at a time and never kept")]
+#[expect(clippy::large_enum_variant, reason = "passed one at a time and never kept")]
 pub(super) enum News {
     /// A channel changed.
     Change(Change),
     /// A verdict changed.
     Transition(FaultTransition),
-    /// A module tells how it is.
+    /// The status of a module.
     Module(ModuleStatus),
-    /// The plant tells how it is.
+    /// The status of the plant.
     Plant(PlantStatus),
-    /// A module tells how far it is.
+    /// The progress of a module.
     Progress(ModuleName, Progress),
     /// A process appeared or vanished.
     Alive { process: String, there: bool },

@@ -1,18 +1,17 @@
-//! Everything that the processes are told: the shipped configurations, put into a directory of their
-//! own with endpoints of this machine.
+//! The processes' configurations: the shipped ones, put into a directory of their own
+//! with endpoints of this machine.
 
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use daemon::config::{
-    ConfigErrors, DiagnoserConfig, PlantFlags, Schedule, ScheduledFault, Speed, load_diagnoser,
-    load_plant,
+    DiagnoserConfig, PlantFlags, Schedule, ScheduledFault, Speed, load_diagnoser, load_plant,
 };
-use daemon::loopback;
+use names::{ModuleName, StructureName};
+use settings::ConfigErrors;
 use tempfile::TempDir;
 use toml::Table;
-use truss::ids::{ModuleName, StructureName};
 
 use super::binaries::Binaries;
 use super::children::Children;
@@ -95,7 +94,7 @@ impl Rig {
         children.start(wire::keys::PLANT, &self.binaries.plant, &arguments, place)
     }
 
-    /// Removes everything, or says where it is.
+    /// Removes everything, or returns where it is.
     pub(super) fn clear_away(self, keep: bool) -> Option<PathBuf> {
         keep.then(|| self.directory.keep())
     }

@@ -1,8 +1,8 @@
-//! From news to entries: what is told, and when the show is over. No clock: time is the plant's.
+//! From messages to entries: what is reported, and when the show is over. No clock: time is the plant's.
 
 use std::collections::BTreeMap;
 
-use truss::ids::{ModuleName, Step};
+use names::{ModuleName, Step};
 use wire::{Change, FaultState, FaultTransition, ModulePhase, ModuleStatus, PlantStatus};
 
 use super::entry::{Entry, Summary, Verdict};
@@ -24,7 +24,7 @@ struct Module {
 pub(super) struct Show {
     pace: Pace,
     acts: Vec<Act>,
-    /// Injections and repairs that have not been told.
+    /// Injections and repairs that have not been reported.
     cues: Vec<(Step, Entry)>,
     modules: BTreeMap<ModuleName, Module>,
     /// Processes that have not appeared.
@@ -67,7 +67,7 @@ impl Show {
         self.ledger.summary(&self.acts, self.pace.step_s, pids)
     }
 
-    /// Takes a piece of news; what is to be told goes to `entries`.
+    /// Takes a message; what is to be reported goes to `entries`.
     pub(super) fn take(&mut self, news: News, entries: &mut Vec<Entry>) {
         match news {
             News::Alive { process, there } => self.token(process, there, entries),
@@ -96,7 +96,7 @@ impl Show {
         self.time_is(step, entries);
     }
 
-    /// Moves the time on and tells what has come due.
+    /// Advances the time and reports what has come due.
     fn time_is(&mut self, step: Step, entries: &mut Vec<Entry>) {
         let before = self.seconds(self.now);
         self.now = self.now.max(step);
@@ -156,7 +156,7 @@ impl Show {
         let step = transition.decided_step.unwrap_or(self.now);
         self.time_is(step, entries);
         self.ledger.take(&transition);
-        // The change was told already, and that it is over is no finding.
+        // The change was reported already, and that it is over is no finding.
         if matches!(transition.state, FaultState::Tentative | FaultState::Normal) {
             return;
         }
@@ -189,7 +189,7 @@ fn cues(act: &Act) -> [(Step, Entry); 2] {
 mod tests {
     use super::*;
     use crate::demo::testing::{PACE, acts, transition};
-    use truss::ids::RunId;
+    use names::RunId;
     use wire::Progress;
 
     fn show() -> Show {
@@ -200,15 +200,15 @@ mod tests {
         News::Progress(module.parse().unwrap(), Progress { run: RunId(1), step: Step(step) })
     }
 
-    fn told(show: &mut Show, news: News) -> Vec<Entry> {
+    fn shown(show: &mut Show, news: News) -> Vec<Entry> {
         let mut entries = Vec::new();
         show.take(news, &mut entries);
         entries
     }
 
     #[test]
-    fn an_injection_is_told_before_what_follows_from_it() {
-        let entries = told(
+    fn an_injection_is_reported_before_what_follows_from_it() {
+        let entries = shown(
             &mut show(),
             News::Transition(transition("m1/sensor/g1", FaultState::Latched, 104)),
         );
@@ -221,9 +221,9 @@ mod tests {
     #[test]
     fn the_show_is_over_when_the_slowest_module_is_through() {
         let mut show = show();
-        told(&mut show, progress("m1", 99_999));
+        shown(&mut show, progress("m1", 99_999));
         assert!(!show.is_over());
-        told(&mut show, progress("m2", acts()[1].over.0));
+        shown(&mut show, progress("m2", acts()[1].over.0));
         assert!(show.is_over());
     }
 
@@ -232,10 +232,10 @@ mod tests {
         let mut show = show();
         assert_eq!(show.missing(), ["m1", "m2", "plant"]);
         for process in ["plant", "m2", "m1"] {
-            told(&mut show, News::Alive { process: process.into(), there: true });
+            shown(&mut show, News::Alive { process: process.into(), there: true });
         }
         assert!(show.missing().is_empty());
-        let gone = told(&mut show, News::Alive { process: "m1".into(), there: false });
+        let gone = shown(&mut show, News::Alive { process: "m1".into(), there: false });
         assert_eq!(gone, [Entry::Trouble { text: "m1 is gone".into() }]);
     }
 
@@ -244,7 +244,7 @@ mod tests {
         let mut show = show();
         for state in [FaultState::Tentative, FaultState::Normal] {
             assert!(
-                told(&mut show, News::Transition(transition("m1/sensor/g1", state, 5))).is_empty()
+                shown(&mut show, News::Transition(transition("m1/sensor/g1", state, 5))).is_empty()
             );
         }
     }

@@ -1,7 +1,7 @@
 //! The faults that the demo shows, one after the other, each in a component of its own.
 
-use truss::fault::Fault;
-use truss::ids::{ComponentError, ComponentPath, Step};
+use names::fault::Fault;
+use names::{ComponentError, ComponentPath, Step};
 
 /// From the injection of a fault to the repair, in seconds of the plant.
 const REPAIRED_AFTER_S: f64 = 1.2;
@@ -14,7 +14,7 @@ pub(super) struct Story {
     pub(super) fault: Fault,
 }
 
-/// The stories in the order of their telling.
+/// The stories in their order.
 const STORIES: [(&str, &str, Fault); 6] = [
     (
         "a gage reads too much; no other module knows of a cause, so the gage is faulty",

@@ -1,7 +1,7 @@
 //! Made-up acts and transitions for tests.
 
-use truss::fault::Fault;
-use truss::ids::Step;
+use names::Step;
+use names::fault::Fault;
 use wire::{FaultState, FaultTransition};
 
 use super::story::{Act, Pace, Story};

@@ -17,7 +17,7 @@ use super::plan::{Group, Tuning};
 /// statistics of the channel stay what they are, large when they change.
 ///
 /// All channels share one set of settings: channels of different units are best run one by one
-/// with --columns. With --module each column is watched as the module's diagnoser does it.
+/// with --columns. With --config each column is watched as the module's diagnoser does it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Table with a header row; `-` reads standard input
@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     /// modules. Columns are then named by the paths of components, `module1/actuator/a1`; other
     /// columns are left out. The first row counts as the first step of a run
     #[arg(
-        long = "module",
+        long = "config",
         value_name = "CONFIG.toml",
         conflicts_with_all = [
             "window", "lag", "interval", "prior_scatter", "threshold", "warm_up", "quiet_steps"
@@ -75,7 +75,7 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// How the flags say that so many channels are watched.
+    /// The settings of this many channels, from the flags.
     pub(super) fn group(&self, channels: usize) -> Group {
         let interval = match self.interval {
             0 => Interval::Growing,

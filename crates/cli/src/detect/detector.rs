@@ -2,7 +2,7 @@
 
 use diagnosis::Monitor;
 use diagnosis::divergence::{DivergenceBank, Outcome, SettingsError, Violation};
-use truss::ids::Step;
+use names::Step;
 
 use super::plan::{Group, Plan};
 use crate::failure::Failure;
@@ -14,7 +14,7 @@ pub(super) struct Reading {
     pub(super) divergence: Option<f64>,
     /// Has the divergence risen to the threshold, after the warm-up, and not become quiet since?
     pub(super) change: bool,
-    /// The channel was started anew.
+    /// The channel was restarted.
     pub(super) restarted: Option<Violation>,
 }
 

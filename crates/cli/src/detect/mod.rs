@@ -30,11 +30,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rows = Rows::new(input, name, arguments.delimiter, |_| Ok(columns))?;
     let plan = match &modules[..] {
         [] => Plan::alike(arguments.group(rows.channels().len())),
-        _ => Plan::of_modules(modules),
+        _ => module::plan(modules),
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let judged = judge(arguments, &plan, rows, &mut out);
-    // What was found up to a mistake is told before the mistake.
+    // What was found up to a mistake is printed before the mistake.
     out.flush()?;
     judged
 }
@@ -62,7 +62,7 @@ fn judge(
         }
     }
     report.end(rows.name(), &tally)?;
-    tell_on_stderr(rows.name(), &channels, &tally);
+    warn_on_stderr(rows.name(), &channels, &tally);
     Ok(())
 }
 
@@ -77,10 +77,10 @@ fn open(file: &Path) -> Result<(Box<dyn Read>, String), Failure> {
     }
 }
 
-/// What must not pass unseen, whatever the form of the output.
-fn tell_on_stderr(name: &str, channels: &[String], tally: &Tally) {
+/// Warnings, the same for every form of the output.
+fn warn_on_stderr(name: &str, channels: &[String], tally: &Tally) {
     let mut stderr = io::stderr().lock();
-    // Nobody is left to be told if standard error is closed.
+    // Standard error may be closed.
     if tally.bad_rows() > 0 {
         let (bad, all) = (tally.bad_rows(), tally.rows());
         let _ = writeln!(stderr, "{name}: {bad} of {all} rows were bad and count as gaps");
@@ -90,7 +90,7 @@ fn tell_on_stderr(name: &str, channels: &[String], tally: &Tally) {
             let times = of_channel.restarts();
             let _ = writeln!(
                 stderr,
-                "{name}: channel `{channel}` was started anew {times} times, first at row {row}: \
+                "{name}: channel `{channel}` was restarted {times} times, first at row {row}: \
                  {violation}"
             );
         }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::load_diagnoser;
 use diagnosis::ModuleSetup;
-use truss::ids::{ComponentPath, ModuleName};
+use names::{ComponentPath, ModuleName};
 
-use super::plan::{Group, Tuning};
+use super::plan::{Group, Plan, Tuning};
 use crate::failure::Failure;
 
 /// A module's channels and how they are watched.
@@ -43,6 +43,13 @@ pub(super) fn load(files: &[PathBuf], wanted: Option<&[String]>) -> Result<Vec<M
         modules.retain(|module| !module.columns.is_empty());
     }
     Ok(modules)
+}
+
+/// Each channel as in its module's configuration.
+pub(super) fn plan(modules: Vec<Module>) -> Plan {
+    let names: Vec<_> = modules.iter().map(|module| format!("`{}`", module.name)).collect();
+    let words = format!("settings and thresholds of {}", names.join(", "));
+    Plan { groups: modules.into_iter().map(|module| module.group).collect(), words }
 }
 
 fn read(file: &Path) -> Result<Module, Failure> {

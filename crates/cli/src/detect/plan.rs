@@ -1,8 +1,6 @@
-//! How the channels are watched: all alike, or each as its module's configuration says.
+//! How the channels are watched: all alike, or each as in its module's configuration.
 
 use diagnosis::divergence::{DivergenceSettings, Interval};
-
-use super::module::Module;
 
 /// How one channel is watched.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,15 +49,8 @@ impl Plan {
         Plan { groups: vec![group], words }
     }
 
-    /// Each channel as its module's configuration says.
-    pub(super) fn of_modules(modules: Vec<Module>) -> Plan {
-        let names: Vec<_> = modules.iter().map(|module| format!("`{}`", module.name)).collect();
-        let words = format!("settings and thresholds of {}", names.join(", "));
-        Plan { groups: modules.into_iter().map(|module| module.group).collect(), words }
-    }
-
     /// Can anything count as a change?
-    pub(super) fn tells_changes(&self) -> bool {
+    pub(super) fn has_threshold(&self) -> bool {
         let mut channels = self.groups.iter().flat_map(|group| &group.channels);
         channels.any(|tuning| tuning.threshold.is_finite())
     }

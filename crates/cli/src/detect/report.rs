@@ -1,15 +1,15 @@
-//! How the outcome is told: one line of JSON a row, one line of text a row, or a summary.
+//! How the outcome is printed: one line of JSON a row, one line of text a row, or a summary.
 
 use std::io::{self, Write};
 
-use comfy_table::{CellAlignment, Table};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::arguments::Arguments;
 use super::detector::Reading;
 use super::plan::Plan;
 use super::tally::{ChannelTally, Tally};
-use crate::table::table;
+use crate::table::{TextTable, table, terminal_width};
+use crate::versioned;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
@@ -41,7 +41,7 @@ impl<'a, W: Write> Report<'a, W> {
         Report { form, plan, channels, out }
     }
 
-    /// Tells one row.
+    /// Prints one row.
     pub(super) fn row(&mut self, row: u64, usable: bool, readings: &[Reading]) -> io::Result<()> {
         match self.form {
             Form::Json => self.json(row, readings),
@@ -54,19 +54,18 @@ impl<'a, W: Write> Report<'a, W> {
         self.out.flush()
     }
 
-    /// Tells what came of it all.
+    /// Prints the summary.
     pub(super) fn end(&mut self, name: &str, tally: &Tally) -> io::Result<()> {
         if self.form == Form::Summary {
             writeln!(self.out, "{}", self.heading(name, tally))?;
-            writeln!(self.out, "{}", self.table(tally))?;
+            writeln!(self.out, "{}", self.table(tally).text(terminal_width()))?;
         }
         self.out.flush()
     }
 
     fn json(&mut self, index: u64, readings: &[Reading]) -> io::Result<()> {
         let channels = Channels { names: self.channels, readings };
-        serde_json::to_writer(&mut self.out, &JsonRow { index, channels })?;
-        self.out.write_all(b"\n")
+        write!(self.out, "{}", versioned::line(&JsonRow { index, channels })?)
     }
 
     fn text(&mut self, row: u64, usable: bool, readings: &[Reading]) -> io::Result<()> {
@@ -96,15 +95,13 @@ impl<'a, W: Write> Report<'a, W> {
         format!("{name}: {rows} rows, {channels} channels; rows are counted from 0\n{words}")
     }
 
-    fn table(&self, tally: &Tally) -> Table {
+    fn table(&self, tally: &Tally) -> TextTable {
         let mut table =
             table(&["channel", "rows with D", "largest D", "at row", "changes", "at rows"]);
         for (name, channel) in self.channels.iter().zip(tally.channels()) {
             table.add_row(self.summary(name, channel));
         }
-        for column in table.column_iter_mut().skip(1).take(4) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        table.align_right(1..5);
         table
     }
 
@@ -114,13 +111,13 @@ impl<'a, W: Write> Report<'a, W> {
             || (dash(), dash()),
             |(divergence, row)| (format!("{divergence:.6}"), row.to_string()),
         );
-        let tells_changes = self.plan.tells_changes();
-        let changes = if tells_changes { channel.changes().to_string() } else { dash() };
-        [name.to_owned(), channel.defined().to_string(), largest, at, changes, rows_told(channel)]
+        let has_threshold = self.plan.has_threshold();
+        let changes = if has_threshold { channel.changes().to_string() } else { dash() };
+        [name.to_owned(), channel.defined().to_string(), largest, at, changes, rows_text(channel)]
     }
 }
 
-fn rows_told(channel: &ChannelTally) -> String {
+fn rows_text(channel: &ChannelTally) -> String {
     let mut rows: Vec<String> = channel.first_changes().iter().map(u64::to_string).collect();
     if channel.changes() > rows.len() as u64 {
         rows.push("…".to_owned());

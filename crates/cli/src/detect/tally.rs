@@ -4,8 +4,8 @@ use diagnosis::divergence::Violation;
 
 use super::detector::Reading;
 
-/// How many changes are told by their row.
-const CHANGES_TOLD: usize = 12;
+/// How many changes are listed by their row.
+const CHANGES_LISTED: usize = 12;
 
 /// What came of one channel.
 #[derive(Debug, Clone, Default)]
@@ -40,12 +40,12 @@ impl ChannelTally {
         &self.first_changes
     }
 
-    /// How often the channel was started anew.
+    /// How often the channel was restarted.
     pub(super) fn restarts(&self) -> u64 {
         self.restarts
     }
 
-    /// Why it was started anew for the first time, and at which row.
+    /// The reason and the row of the first restart.
     pub(super) fn first_restart(&self) -> Option<(Violation, u64)> {
         self.first_restart
     }
@@ -59,7 +59,7 @@ impl ChannelTally {
         }
         if reading.change && !self.changed {
             self.changes += 1;
-            if self.first_changes.len() < CHANGES_TOLD {
+            if self.first_changes.len() < CHANGES_LISTED {
                 self.first_changes.push(row);
             }
         }

@@ -1,10 +1,10 @@
 //! Whether all is well.
 
-use daemon::observer::{ModulePicture, Picture};
+use observer::{ModulePicture, Picture};
 use wire::{FaultState, ModulePhase};
 
-/// Every module answers and is in service, and no component is faulty or possibly so. Nobody at all is
-/// not well.
+/// Every module answers and is in service, and no component is faulty or possibly so. False
+/// without any module.
 pub(super) fn all_is_well(picture: &Picture) -> bool {
     !picture.modules.is_empty() && picture.modules.iter().all(is_well)
 }

@@ -2,23 +2,23 @@
 
 use std::collections::BTreeSet;
 
-use daemon::observer::{ModulePicture, Picture};
+use names::{ModuleName, RunId, Step, StructureName};
+use observer::{ModulePicture, Picture};
 use serde::Serialize;
-use truss::ids::{ModuleName, RunId, Step, StructureName};
 use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase};
 
 use super::check::all_is_well;
-use crate::telling::{now_unix_ns, utc};
+use crate::wording::{now_unix_ns, utc};
 
 /// The whole of it.
 #[derive(Debug, Serialize)]
 pub(super) struct Document<'a> {
     /// When this was seen.
     time: String,
-    /// What `--check` goes by.
+    /// The result of `--check`.
     all_is_well: bool,
     modules: Vec<Module<'a>>,
-    components: Vec<Component<'a>>,
+    components: Vec<ComponentEntry<'a>>,
     problems: &'a [String],
 }
 
@@ -41,13 +41,13 @@ struct Module<'a> {
     journal: Option<&'a JournalStatus>,
     /// When its latest status was published.
     status_time: Option<String>,
-    /// Components that it told the state of, by state.
+    /// Components whose state it reported, by state.
     normal: usize,
     not_normal: usize,
 }
 
 #[derive(Debug, Serialize)]
-struct Component<'a> {
+struct ComponentEntry<'a> {
     #[serde(flatten)]
     transition: &'a FaultTransition,
     time: String,
@@ -66,14 +66,14 @@ pub(super) fn document(picture: &Picture, all: bool) -> Document<'_> {
     }
 }
 
-fn component(transition: &FaultTransition) -> Component<'_> {
-    Component { transition, time: utc(transition.time_unix_ns) }
+fn component(transition: &FaultTransition) -> ComponentEntry<'_> {
+    ComponentEntry { transition, time: utc(transition.time_unix_ns) }
 }
 
 fn module(picture: &ModulePicture) -> Module<'_> {
     let member = &picture.member;
     let status = member.status.as_ref();
-    // A reason is told only as long as it is the reason of the present phase.
+    // A reason is given only as long as it is the reason of the present phase.
     let change = member.phase_change.as_ref().filter(|c| Some(c.phase) == member.phase());
     let normal =
         picture.components.iter().filter(|component| component.state == FaultState::Normal).count();

@@ -10,13 +10,14 @@ mod testing;
 
 use std::io::{self, IsTerminal, Write};
 
-use daemon::observer::{Picture, present};
-use daemon::session;
-use truss::ids::ModuleName;
+use names::ModuleName;
+use observer::{Picture, present};
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
 use crate::paint::Paint;
+use crate::table::WidthArguments;
+use crate::versioned;
 
 /// Show which components are faulty at present, and how the modules are
 ///
@@ -34,10 +35,12 @@ pub(crate) struct Arguments {
     /// End with exit code 1 unless all is well: every module answers and is in service, and no component
     /// is latched, acknowledged or unconfirmed
     #[arg(long)]
-    check: bool,
+    exit_code: bool,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    width: WidthArguments,
     #[command(flatten)]
     link: Link,
 }
@@ -47,29 +50,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 async fn look(arguments: &Arguments) -> Result<(), Failure> {
-    let link = &arguments.link;
+    let link = &arguments.link.target()?;
     let session = link.open().await?;
     let looked = present(&session, link.structure.as_ref(), &arguments.expect, link.timeout).await;
     session::close(&session).await;
     let picture = looked.map_err(link::refused)?;
-    tell(arguments, &picture)?;
+    print(arguments, &picture)?;
     if !picture.is_of_anybody() {
-        return Err(link.nobody());
+        return Err(link.no_module());
     }
-    if arguments.check && !check::all_is_well(&picture) {
-        return Err(Failure::told());
+    if arguments.exit_code && !check::all_is_well(&picture) {
+        return Err(Failure::reported());
     }
     Ok(())
 }
 
-fn tell(arguments: &Arguments, picture: &Picture) -> Result<(), Failure> {
+fn print(arguments: &Arguments, picture: &Picture) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut out, &document::document(picture, arguments.all))?;
-        writeln!(out)?;
+        write!(out, "{}", versioned::text(&document::document(picture, arguments.all))?)?;
     } else if !picture.modules.is_empty() {
         let paint = Paint::for_terminal(io::stdout().is_terminal());
-        write!(out, "{}", report::report(picture, arguments.all, paint))?;
+        let width = arguments.width.limit();
+        write!(out, "{}", report::report(picture, arguments.all, width, paint))?;
     }
     Ok(out.flush()?)
 }

@@ -1,23 +1,20 @@
 //! The modules as a table.
 
-use comfy_table::{CellAlignment, Table};
-use daemon::observer::{Member, ModulePicture};
-use truss::ids::ModuleName;
+use names::ModuleName;
+use observer::{Member, ModulePicture};
 use wire::JournalStatus;
 
 use crate::paint::Colour;
-use crate::table::table;
-use crate::telling::{NOTHING, or_nothing, phase_colour, phase_in_words, plain, span};
+use crate::table::{TextTable, table};
+use crate::wording::{NOTHING, or_nothing, phase_colour, phase_in_words, plain, span};
 
 /// The table, and the colour of each row.
-pub(super) fn modules(modules: &[&ModulePicture]) -> (Table, Vec<Option<Colour>>) {
+pub(super) fn modules(modules: &[&ModulePicture]) -> (TextTable, Vec<Option<Colour>>) {
     let mut table = table(&["module", "phase", "step", "lag", "sample age", "journal", "remarks"]);
     for module in modules {
         table.add_row(row(module));
     }
-    for column in table.column_iter_mut().skip(2).take(3) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    table.align_right(2..5);
     (table, modules.iter().map(|module| colour(module)).collect())
 }
 
@@ -35,7 +32,7 @@ fn row(module: &ModulePicture) -> [String; 7] {
     ]
 }
 
-/// A module that does not answer is called that, whatever it last said of itself.
+/// A module that does not answer is shown as such, whatever its last status was.
 fn phase(module: &ModulePicture) -> String {
     if !module.answers() {
         return "NOT ANSWERING".to_owned();
@@ -52,43 +49,43 @@ fn colour(module: &ModulePicture) -> Option<Colour> {
 }
 
 fn journal(journal: &JournalStatus) -> String {
-    let mut told = Vec::new();
-    told.extend(journal.problem.as_ref().map(|problem| plain(problem)));
+    let mut problems = Vec::new();
+    problems.extend(journal.problem.as_ref().map(|problem| plain(problem)));
     for (count, what) in
         [(journal.unsaved, "not saved"), (journal.lost, "lost"), (journal.damaged, "damaged")]
     {
         if count > 0 {
-            told.push(format!("{count} {what}"));
+            problems.push(format!("{count} {what}"));
         }
     }
-    match (&told[..], &journal.directory) {
+    match (&problems[..], &journal.directory) {
         ([], Some(_)) => "ok".to_owned(),
         ([], None) => "none".to_owned(),
-        (told, _) => told.join(", "),
+        (problems, _) => problems.join(", "),
     }
 }
 
 fn remarks(module: &ModulePicture) -> String {
     let member = &module.member;
-    let mut told = Vec::new();
+    let mut remarks = Vec::new();
     if module.answers() {
         if member.status.is_none() {
-            told.push("tells no status".to_owned());
+            remarks.push("publishes no status".to_owned());
         }
         if !member.present {
-            told.push("no liveliness token".to_owned());
+            remarks.push("no liveliness token".to_owned());
         }
     } else {
-        told.extend(why_missed(member));
+        remarks.extend(why_missed(member));
     }
-    if told.is_empty() { NOTHING.to_owned() } else { told.join(", ") }
+    if remarks.is_empty() { NOTHING.to_owned() } else { remarks.join(", ") }
 }
 
 /// How it is known that a module should be there.
 fn why_missed(member: &Member) -> Option<String> {
     let namers: Vec<&str> = member.peer_of.iter().map(ModuleName::as_str).collect();
     if member.present {
-        Some("is there, but does not tell its components".to_owned())
+        Some("is present, but does not report its components".to_owned())
     } else if member.expected {
         Some("expected".to_owned())
     } else if namers.is_empty() {

@@ -2,17 +2,17 @@
 
 use std::fmt::Write;
 
-use daemon::observer::{ModulePicture, Picture};
-use truss::ids::StructureName;
+use names::StructureName;
+use observer::{ModulePicture, Picture};
 use wire::{FaultState, FaultTransition};
 
 use super::component_table::components;
 use super::module_table::modules;
 use crate::paint::{Colour, Paint};
-use crate::telling::{painted, plain};
+use crate::wording::plain;
 
 /// The text: each structure with its modules, its components, and what is not known.
-pub(super) fn report(picture: &Picture, all: bool, paint: Paint) -> String {
+pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Paint) -> String {
     let mut text = String::new();
     let same = |a: &ModulePicture, b: &ModulePicture| a.member.structure == b.member.structure;
     for group in picture.modules.chunk_by(same) {
@@ -20,9 +20,10 @@ pub(super) fn report(picture: &Picture, all: bool, paint: Paint) -> String {
         let name = name.map_or("(no structure seen)", StructureName::as_str);
         let members: Vec<&ModulePicture> = group.iter().collect();
         let (table, colours) = modules(&members);
-        let table = painted(&table, &colours, paint);
+        let table = table.painted(width, &colours, paint);
+        let states = states(group, all, width, paint);
         // Writing to a string does not fail.
-        let _ = write!(text, "{}\n{table}\n\n{}\n", paint.bold(name), states(group, all, paint));
+        let _ = write!(text, "{}\n{table}\n\n{states}\n", paint.bold(name));
     }
     for problem in &picture.problems {
         let line = format!("not understood: {}", plain(problem));
@@ -31,14 +32,14 @@ pub(super) fn report(picture: &Picture, all: bool, paint: Paint) -> String {
     text
 }
 
-fn states(modules: &[ModulePicture], all: bool, paint: Paint) -> String {
+fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint) -> String {
     let every = modules.iter().flat_map(|module| &module.components);
     let shown: Vec<&FaultTransition> =
         every.clone().filter(|component| all || component.state != FaultState::Normal).collect();
     let mut lines = Vec::new();
     if !shown.is_empty() {
         let (table, colours) = components(&shown);
-        lines.push(format!("{}\n", painted(&table, &colours, paint)));
+        lines.push(format!("{}\n", table.painted(width, &colours, paint)));
     }
     let normal = every.clone().filter(|component| component.state == FaultState::Normal).count();
     lines.push(format!("{normal} of {} components are normal", every.count()));
@@ -62,7 +63,7 @@ mod tests {
             module("m2", ModulePhase::Stale, vec![state("m2/sensor/g1", FaultState::Normal)]);
         let picture = picture(vec![first, stale, silent("m3", Some("m1"))]);
         let paint = Paint::for_terminal(false);
-        report(&picture, all, paint).lines().map(|line| line.trim_end().to_owned()).collect()
+        report(&picture, all, None, paint).lines().map(|line| line.trim_end().to_owned()).collect()
     }
 
     #[test]
@@ -75,23 +76,39 @@ tower
   m2       STALE           4711   1.2 ms       3.0 ms   none      -
   m3       NOT ANSWERING      -        -            -   -         peer of m1
 
-  component      state       onset   decided   told                         residual          divergence   why
+  component      state       onset   decided   published                    residual          divergence   why
 ───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
   m1/sensor/g2   latched   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
 
 2 of 3 components are normal
 nothing is known of the components of m3";
-        let told = lines(false).join("\n");
-        assert_eq!(told, expected, "\n{told}");
+        let text = lines(false).join("\n");
+        assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn long_names_fit_the_terminal_unless_it_does_not_matter() {
+        let name = "tower-north-upper-module1";
+        let component = format!("{name}/actuator/cylinder-inner-a3");
+        let components = vec![latched(&component), latched("m1/sensor/g2")];
+        let picture = picture(vec![module(name, ModulePhase::InService, components)]);
+        let paint = Paint::for_terminal(false);
+        let folded = report(&picture, false, Some(80), paint);
+        assert!(folded.lines().all(|line| line.chars().count() <= 80), "{folded}");
+        assert!(folded.contains("m1/sensor/g2") && folded.contains("1970-01-01"), "{folded}");
+        let wide = report(&picture, false, None, paint);
+        let row =
+            [component.as_str(), "latched", "step 40", "422.6 × threshold", "NOT IN THE JOURNAL"];
+        assert!(wide.lines().any(|line| row.iter().all(|cell| line.contains(cell))), "{wide}");
     }
 
     #[test]
     fn with_all_every_component_has_its_line() {
-        let told = lines(true);
+        let text = lines(true);
         for component in
             ["m1/sensor/g1   normal", "m1/sensor/g2   latched", "m2/sensor/g1   normal"]
         {
-            assert!(told.iter().any(|line| line.trim_start().starts_with(component)), "{told:#?}");
+            assert!(text.iter().any(|line| line.trim_start().starts_with(component)), "{text:#?}");
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use daemon::observer::{Member, ModulePicture, Picture};
-use truss::ids::Step;
+use names::Step;
+use observer::{Member, ModulePicture, Picture};
 use wire::{Evidence, FaultState, FaultTransition, ModulePhase, ModuleStatus};
 
 pub(super) fn picture(modules: Vec<ModulePicture>) -> Picture {

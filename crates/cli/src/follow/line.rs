@@ -1,12 +1,12 @@
-//! A piece of news as one line.
+//! An event as one line.
 
-use daemon::observer::News;
+use names::StructureName;
+use observer::News;
 use serde::Serialize;
-use truss::ids::StructureName;
 use wire::{FaultTransition, PhaseChange};
 
 use crate::paint::{Colour, Paint};
-use crate::telling::{now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc};
+use crate::wording::{now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc};
 
 /// For machines.
 #[derive(Debug, Serialize)]
@@ -20,9 +20,9 @@ pub(super) enum Document<'a> {
 }
 
 impl Document<'_> {
-    pub(super) fn of(news: &News) -> Document<'_> {
+    pub(super) fn of(event: &News) -> Document<'_> {
         let time_unix_ns = now_unix_ns();
-        match news {
+        match event {
             News::Fault(transition) => Document::Fault(transition),
             News::Phase(change) => Document::Phase(change),
             News::Presence { structure, who, there } => {
@@ -34,9 +34,9 @@ impl Document<'_> {
     }
 }
 
-/// For people: when, who, what, why. What bears no time of its own is told at the present one.
-pub(super) fn line(news: &News, paint: Paint) -> String {
-    let (time, who, what, why, colour) = match news {
+/// For people: when, who, what, why. What has no time of its own is printed with the present one.
+pub(super) fn line(event: &News, paint: Paint) -> String {
+    let (time, who, what, why, colour) = match event {
         News::Fault(transition) => fault(transition),
         News::Phase(change) => phase(change),
         News::Presence { who, there, .. } => {
@@ -48,7 +48,7 @@ pub(super) fn line(news: &News, paint: Paint) -> String {
             (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Yellow))
         }
         News::Lost(count) => {
-            let what = format!("{count} messages lost: this output is not taken fast enough");
+            let what = format!("{count} messages lost: this output is not read fast enough");
             (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Red))
         }
     };
@@ -93,19 +93,19 @@ mod tests {
     #[test]
     fn each_kind_of_news_has_its_line() {
         let paint = Paint::for_terminal(false);
-        let told = |news: &News| line(news, paint);
-        let fault = told(&News::Fault(Box::new(transition("m1", 1, 0))));
+        let text = |event: &News| line(event, paint);
+        let fault = text(&News::Fault(Box::new(transition("m1", 1, 0))));
         assert!(fault.starts_with("1970-01-01T00:00:00.000Z  m1/sensor/g1"), "{fault}");
         assert!(fault.ends_with("  latched"), "{fault}");
-        let fault = told(&News::Fault(Box::new(acknowledged("m1", 2))));
-        assert!(fault.ends_with("acknowledged by ada@desk: looks loose"), "{fault}");
+        let fault = text(&News::Fault(Box::new(acknowledged("m1", 2))));
+        assert!(fault.ends_with("acknowledged by ada@station: looks loose"), "{fault}");
         let gone = News::Presence {
             structure: "tower".parse().unwrap(),
             who: "module2".to_owned(),
             there: false,
         };
-        assert!(told(&gone).ends_with("  module2               GONE"), "{}", told(&gone));
-        assert!(told(&News::Lost(3)).contains("3 messages lost"));
-        assert!(!told(&News::Unreadable("k: \x1b[2J".to_owned())).contains('\x1b'));
+        assert!(text(&gone).ends_with("  module2               GONE"), "{}", text(&gone));
+        assert!(text(&News::Lost(3)).contains("3 messages lost"));
+        assert!(!text(&News::Unreadable("k: \x1b[2J".to_owned())).contains('\x1b'));
     }
 }

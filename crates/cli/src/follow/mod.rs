@@ -1,24 +1,24 @@
-//! `trusswatch follow`: verdicts, phases and presence as they are told, one line each.
+//! `trusswatch follow`: verdicts, phases and presence as they are published, one line each.
 
 mod line;
 
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 
-use daemon::observer::{Feed, News};
-use daemon::shutdown::{self, ShutdownFlags};
-use daemon::{environment, session};
-use truss::ids::{ComponentPath, StructureName};
+use names::{ComponentPath, StructureName};
+use observer::{Feed, News};
+use shell::shutdown::{self, ShutdownFlags};
 use wire::FaultTransition;
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
 use crate::paint::Paint;
+use crate::versioned;
 
-/// Tell what happens, one line each, until interrupted
+/// Print events as they happen, one line each, until interrupted
 ///
 /// Every change of a verdict, every change of a module's phase, and every diagnoser that comes or goes; at
-/// the start the latest of each. Whoever is not there yet, or goes away, is waited for.
+/// the start the latest of each. Diagnosers that are absent or disappear are waited for.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Print one JSON object a line
@@ -29,27 +29,26 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    environment::provide();
     link::block_on(follow(arguments))
 }
 
 async fn follow(arguments: &Arguments) -> Result<(), Failure> {
     let mut shutdown = shutdown::on_request(ShutdownFlags::default())
         .map_err(|error| Failure::runtime(format!("signals cannot be received: {error}")))?;
-    let link = &arguments.link;
+    let link = &arguments.link.target()?;
     let session = link.open().await?;
     let mut feed = Feed::open(&session, link.structure.as_ref()).await.map_err(link::refused)?;
-    let mut told = Told::default();
+    let mut last_reported = LastReported::default();
     let outcome = loop {
-        let news = tokio::select! {
-            news = feed.next() => news,
+        let event = tokio::select! {
+            event = feed.next() => event,
             () = shutdown.requested() => break Ok(()),
         };
-        let Some(news) = news else {
+        let Some(event) = event else {
             break Err(Failure::network("the session was closed".to_owned()));
         };
-        if told.is_new(&news)
-            && let Err(failure) = tell(arguments, &news)
+        if last_reported.is_new(&event)
+            && let Err(failure) = print(arguments, &event)
         {
             break Err(failure);
         }
@@ -58,25 +57,24 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
     outcome
 }
 
-fn tell(arguments: &Arguments, news: &News) -> Result<(), Failure> {
+fn print(arguments: &Arguments, event: &News) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer(&mut out, &line::Document::of(news))?;
-        writeln!(out)?;
+        write!(out, "{}", versioned::line(&line::Document::of(event))?)?;
     } else {
         let paint = Paint::for_terminal(io::stdout().is_terminal());
-        writeln!(out, "{}", line::line(news, paint))?;
+        writeln!(out, "{}", line::line(event, paint))?;
     }
     Ok(out.flush()?)
 }
 
-/// What was told last of each component: whoever comes back tells it again.
+/// The last report of each component: a module that reconnects publishes it again.
 #[derive(Debug, Default)]
-struct Told(BTreeMap<(StructureName, ComponentPath), FaultTransition>);
+struct LastReported(BTreeMap<(StructureName, ComponentPath), FaultTransition>);
 
-impl Told {
-    fn is_new(&mut self, news: &News) -> bool {
-        let News::Fault(transition) = news else { return true };
+impl LastReported {
+    fn is_new(&mut self, event: &News) -> bool {
+        let News::Fault(transition) = event else { return true };
         let place = (transition.structure.clone(), transition.component.clone());
         self.0.insert(place, (**transition).clone()).as_ref() != Some(&**transition)
     }

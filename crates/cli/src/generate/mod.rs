@@ -1,5 +1,5 @@
 //! `trusswatch generate`: manual pages and completions of all three programs, from the very command lines
-//! that they take. For whoever makes a package, hence hidden.
+//! that they take. For packagers, therefore hidden.
 
 mod completions;
 mod man;
@@ -7,9 +7,8 @@ mod man;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::CommandFactory;
+use clap::Command;
 
-use crate::command_line::CommandLine;
 use crate::failure::Failure;
 
 /// Write manual pages and shell completions of all programs
@@ -30,17 +29,15 @@ enum What {
     Completions,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(
+    arguments: &Arguments,
+    programs: impl IntoIterator<Item = Command>,
+) -> Result<(), Failure> {
     let directory = &arguments.directory;
     match arguments.what {
-        What::Man => man::write(programs(), directory),
-        What::Completions => completions::write(programs(), directory),
+        What::Man => man::write(programs, directory),
+        What::Completions => completions::write(programs, directory),
     }
-}
-
-/// The command lines of the programs.
-fn programs() -> [clap::Command; 3] {
-    [CommandLine::command(), daemon::diagnoser::command_line(), daemon::plant::command_line()]
 }
 
 /// A directory that is there afterwards.

@@ -1,12 +1,12 @@
 //! The journals for machines.
 
-use daemon::observer::{Gap, ModuleHistory};
+use names::{ModuleName, StructureName};
+use observer::{Gap, ModuleHistory};
 use serde::Serialize;
-use truss::ids::{ModuleName, StructureName};
 use wire::FaultTransition;
 
 use super::reading::{Reading, Silent};
-use crate::telling::utc;
+use crate::wording::utc;
 
 /// The whole of it.
 #[derive(Debug, Serialize)]

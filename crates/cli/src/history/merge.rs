@@ -1,6 +1,6 @@
 //! The journals of several modules as one.
 
-use daemon::observer::ModuleHistory;
+use observer::ModuleHistory;
 use wire::FaultTransition;
 
 /// The wanted transitions by time; those of a module stay in the order of their sequence numbers, even

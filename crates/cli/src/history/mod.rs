@@ -10,18 +10,19 @@ pub(crate) mod testing;
 
 use std::io::{self, IsTerminal, Write};
 
-use daemon::session;
-use truss::ids::{ComponentPath, ModuleName};
+use names::{ComponentPath, ModuleName};
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
 use crate::paint::Paint;
+use crate::table::WidthArguments;
+use crate::versioned;
 use reading::Reading;
 
 /// Show what the modules' journals hold: every transition of every component
 ///
-/// Reads the journals over the network and merges them by time. Says so if a module does not answer, if
-/// a journal no longer reaches back to its beginning, and if transitions are missing from it.
+/// Reads the journals over the network and merges them by time. Notes modules that do not answer,
+/// journals that no longer reach back to their beginning, and transitions that are missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Only these modules
@@ -32,13 +33,15 @@ pub(crate) struct Arguments {
     components: Vec<ComponentPath>,
     /// Only from this sequence number of each module on
     #[arg(long, value_name = "SEQ", default_value_t = 1)]
-    since: u64,
+    from: u64,
     /// Only the latest N transitions of those
     #[arg(long, value_name = "N")]
     limit: Option<usize>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    width: WidthArguments,
     #[command(flatten)]
     link: Link,
 }
@@ -65,30 +68,30 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let link = &arguments.link;
+    let link = &arguments.link.target()?;
     let reading = link::block_on(async {
         let session = link.open().await?;
-        let reading = reading::read(&session, link, &arguments.named(), arguments.since).await;
+        let reading = reading::read(&session, link, &arguments.named(), arguments.from).await;
         session::close(&session).await;
         reading
     })?;
-    // For people, who is silent is told once: as what went wrong.
+    // For people, silent modules are printed once: as errors.
     if arguments.json || reading.is_of_anybody() {
-        tell(arguments, &reading)?;
+        print(arguments, &reading)?;
     }
-    if reading.is_of_anybody() { Ok(()) } else { Err(reading.nobody(link)) }
+    if reading.is_of_anybody() { Ok(()) } else { Err(reading.nothing_read(link)) }
 }
 
-fn tell(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
+fn print(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
     let transitions =
         merge::merged(&reading.histories, |t| arguments.wants(&t.component), arguments.limit);
     let mut out = io::stdout().lock();
     if arguments.json {
-        serde_json::to_writer_pretty(&mut out, &document::document(reading, &transitions))?;
-        writeln!(out)?;
+        write!(out, "{}", versioned::text(&document::document(reading, &transitions))?)?;
     } else {
         let paint = Paint::for_terminal(io::stdout().is_terminal());
-        write!(out, "{}", report::report(reading, &transitions, paint))?;
+        let width = arguments.width.limit();
+        write!(out, "{}", report::report(reading, &transitions, width, paint))?;
     }
     Ok(out.flush()?)
 }

@@ -1,9 +1,9 @@
-//! What the journals do not tell.
+//! What is missing from the journals.
 
-use daemon::observer::ModuleHistory;
+use observer::ModuleHistory;
 
 use super::reading::Reading;
-use crate::telling::plain;
+use crate::wording::plain;
 
 /// One note for each thing that is missing.
 pub(super) fn notes(reading: &Reading) -> Vec<String> {
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use crate::history::reading::Silent;
     use crate::history::testing::{history, transition};
-    use daemon::observer::QueryError;
+    use observer::QueryError;
     use std::time::Duration;
 
     #[test]

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use daemon::observer::{self, Gap, ModuleHistory, roll_call};
+use names::{ModuleName, StructureName};
+use observer::{Gap, ModuleHistory, attendance};
 use tokio::task::JoinSet;
-use truss::ids::{ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::failure::Failure;
-use crate::link::{self, Link};
-use crate::telling::plain;
+use crate::link::{self, Target};
+use crate::wording::plain;
 
 /// What was read.
 #[derive(Debug, Clone, Default)]
@@ -35,13 +35,14 @@ impl Reading {
         !self.histories.is_empty()
     }
 
-    /// Why there is nothing to tell.
-    pub(super) fn nobody(&self, link: &Link) -> Failure {
+    /// Why there is nothing to report.
+    pub(super) fn nothing_read(&self, link: &Target) -> Failure {
         if self.silent.is_empty() {
-            return link.nobody();
+            return link.no_module();
         }
-        let told = self.silent.iter().map(|silent| format!("{}: {}", silent.module, silent.reason));
-        Failure::networks(told.collect())
+        let reasons =
+            self.silent.iter().map(|silent| format!("{}: {}", silent.module, silent.reason));
+        Failure::networks(reasons.collect())
     }
 
     /// What is missing from the journals.
@@ -66,13 +67,13 @@ impl Reading {
 /// Reads the journals of these modules, or of all there are.
 pub(super) async fn read(
     session: &Session,
-    link: &Link,
+    link: &Target,
     named: &[ModuleName],
     since: u64,
 ) -> Result<Reading, Failure> {
     let mut reading = Reading { since, ..Reading::default() };
     let mut tasks = JoinSet::new();
-    for (module, structures) in whom_to_ask(session, link, named).await? {
+    for (module, structures) in modules_to_query(session, link, named).await? {
         if structures.is_empty() {
             let reason = format!("not there (looked for {:?})", link.timeout);
             reading.silent.push(Silent { structure: link.structure.clone(), module, reason });
@@ -106,9 +107,9 @@ async fn ask(
 
 /// The modules, each with the structures that it is in; none if it is not there. Modules that others
 /// name as their peers are asked too, should only their token be missing.
-async fn whom_to_ask(
+async fn modules_to_query(
     session: &Session,
-    link: &Link,
+    link: &Target,
     named: &[ModuleName],
 ) -> Result<Vec<(ModuleName, Vec<StructureName>)>, Failure> {
     let structure = link.structure.as_ref();
@@ -118,7 +119,7 @@ async fn whom_to_ask(
         let home = |module: &ModuleName| homes.get(module).into_iter().flatten().cloned().collect();
         return Ok(named.iter().map(|module| (module.clone(), home(module))).collect());
     }
-    let roll = roll_call(session, structure, &[], link.timeout).await.map_err(link::refused)?;
+    let roll = attendance(session, structure, &[], link.timeout).await.map_err(link::refused)?;
     let entry = |member: observer::Member| (member.module, member.structure.into_iter().collect());
     Ok(roll.members.into_iter().map(entry).collect())
 }

@@ -2,41 +2,47 @@
 
 use std::fmt::Write;
 
-use comfy_table::CellAlignment;
 use wire::FaultTransition;
 
 use super::notes::notes;
 use super::reading::Reading;
 use crate::paint::{Colour, Paint};
-use crate::table::table;
-use crate::telling::{NOTHING, or_nothing, painted, reason, state_colour, utc};
+use crate::table::{TextTable, table};
+use crate::wording::{NOTHING, or_nothing, reason, state_colour, utc};
 
 const HEADING: [&str; 7] = ["time", "module", "sequence", "component", "state", "step", "why"];
 
-/// The text: the transitions, and what the journals do not tell.
-pub(super) fn report(reading: &Reading, transitions: &[&FaultTransition], paint: Paint) -> String {
+/// The text: the transitions, and what is missing from the journals.
+pub(super) fn report(
+    reading: &Reading,
+    transitions: &[&FaultTransition],
+    width: Option<u16>,
+    paint: Paint,
+) -> String {
     let mut text = String::new();
     if reading.is_of_anybody() && transitions.is_empty() {
         text.push_str("no transitions\n");
     } else if !transitions.is_empty() {
-        let mut table = table(&HEADING);
-        for transition in transitions {
-            table.add_row(row(transition));
-        }
-        for column in [2, 5] {
-            if let Some(column) = table.column_mut(column) {
-                column.set_cell_alignment(CellAlignment::Right);
-            }
-        }
         let colours: Vec<_> =
             transitions.iter().map(|transition| Some(state_colour(transition.state))).collect();
         // Writing to a string does not fail.
-        let _ = writeln!(text, "{}", painted(&table, &colours, paint));
+        let _ = writeln!(text, "{}", in_columns(transitions).painted(width, &colours, paint));
     }
     for note in notes(reading) {
         let _ = writeln!(text, "{}", paint.in_colour(Colour::Yellow, &format!("note: {note}")));
     }
     text
+}
+
+fn in_columns(transitions: &[&FaultTransition]) -> TextTable {
+    let mut table = table(&HEADING);
+    for transition in transitions {
+        table.add_row(row(transition));
+    }
+    table.align_right([2, 5]);
+    table.break_times(0);
+    table.stack(&[&[0], &[1, 2], &[3], &[4, 5], &[6]]);
+    table
 }
 
 fn row(transition: &FaultTransition) -> [String; 7] {
@@ -62,21 +68,34 @@ mod tests {
         let histories = vec![history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)])];
         let reading = Reading { since: 1, histories, silent: Vec::new() };
         let transitions: Vec<&FaultTransition> = reading.histories[0].transitions.iter().collect();
-        let told = report(&reading, &transitions, Paint::for_terminal(false));
-        let told: Vec<&str> = told.lines().map(str::trim_end).collect();
+        let paint = Paint::for_terminal(false);
+        let text = report(&reading, &transitions, None, paint);
+        let text: Vec<&str> = text.lines().map(str::trim_end).collect();
         let expected = "
   time                       module   sequence   component   state          step   why
-──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+─────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
   1970-01-01T00:00:00.000Z   m1              1   sensor/g1   latched           7   -
-  1970-01-01T00:00:01.000Z   m1              2   sensor/g1   acknowledged      7   acknowledged by ada@desk: looks loose";
-        let told = format!("\n{}", told.join("\n"));
-        assert_eq!(told, expected, "{told}");
+  1970-01-01T00:00:01.000Z   m1              2   sensor/g1   acknowledged      7   acknowledged by ada@station: looks loose";
+        let text = format!("\n{}", text.join("\n"));
+        assert_eq!(text, expected, "{text}");
     }
 
     #[test]
-    fn journals_without_transitions_are_told_as_such() {
+    fn journals_without_transitions_are_reported_as_such() {
         let reading =
             Reading { since: 1, histories: vec![history("m1", vec![])], silent: Vec::new() };
-        assert_eq!(report(&reading, &[], Paint::for_terminal(false)), "no transitions\n");
+        assert_eq!(report(&reading, &[], None, Paint::for_terminal(false)), "no transitions\n");
+    }
+
+    #[test]
+    fn on_a_terminal_cells_take_several_lines_and_words_stay_whole() {
+        let histories = vec![history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)])];
+        let reading = Reading { since: 1, histories, silent: Vec::new() };
+        let transitions: Vec<&FaultTransition> = reading.histories[0].transitions.iter().collect();
+        let text = report(&reading, &transitions, Some(80), Paint::for_terminal(false));
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        for word in ["1970-01-01", "00:00:01.000Z", "sensor/g1", "acknowledged", "ada@station:"] {
+            assert!(text.contains(word), "{text}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Made-up journals for tests.
 
-use daemon::observer::ModuleHistory;
-use truss::ids::Step;
+use names::Step;
+use observer::ModuleHistory;
 use wire::{FaultState, FaultTransition, GivenOrder, OrderKind};
 
 /// A journal that holds everything up to its last transition.
@@ -26,11 +26,11 @@ pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> Faul
     }
 }
 
-/// A fault that a person has seen, a second later.
+/// An acknowledged fault, a second later.
 pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
     let order = GivenOrder {
         order: OrderKind::Acknowledge,
-        by: "ada@desk".to_owned(),
+        by: "ada@station".to_owned(),
         note: Some("looks loose".to_owned()),
         force: false,
     };

@@ -5,16 +5,15 @@ mod report;
 
 use std::time::Duration;
 
-use daemon::observer::{self, OrderError};
-use daemon::session;
-use truss::fault::FaultKind;
-use truss::ids::{ComponentPath, Step, StructureName};
+use names::fault::FaultKind;
+use names::{ComponentPath, Step, StructureName};
+use observer::OrderError;
 use wire::{Injected, Injection};
 use zenoh::Session;
 
 use crate::failure::Failure;
-use crate::link::{self, Link};
-use crate::telling::plain;
+use crate::link::{self, Link, Target};
+use crate::wording::plain;
 use parameters::Parameters;
 
 const EXAMPLES: &str = "\
@@ -65,18 +64,18 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let injection = arguments.injection()?;
-    let link = &arguments.link;
+    let link = &arguments.link.target()?;
     let (structure, injected) = link::block_on(async {
         let session = link.open().await?;
         let given = give(&session, link, &injection).await;
         session::close(&session).await;
         given
     })?;
-    report::tell(&structure, &injection, &injected, arguments.json)
+    report::print(&structure, &injection, &injected, arguments.json)
 }
 
 impl Arguments {
-    /// The order, checked before anything is sent.
+    /// The command, checked before anything is sent.
     fn injection(&self) -> Result<Injection, Failure> {
         let fault = self.parameters.fault(self.kind).map_err(Failure::usage)?;
         let (component, at_step) = (self.component.clone(), self.at_step.map(Step));
@@ -91,10 +90,10 @@ impl Arguments {
     }
 }
 
-/// Gives the order to the plant, and tells whose it is.
+/// Sends the command to the plant, and returns the plant's structure.
 async fn give(
     session: &Session,
-    link: &Link,
+    link: &Target,
     injection: &Injection,
 ) -> Result<(StructureName, Injected), Failure> {
     let structure = home(session, link).await?;
@@ -104,7 +103,7 @@ async fn give(
 }
 
 /// The structure whose plant is there. One of several is not guessed at.
-async fn home(session: &Session, link: &Link) -> Result<StructureName, Failure> {
+async fn home(session: &Session, link: &Target) -> Result<StructureName, Failure> {
     let seen = observer::plants(session, link.structure.as_ref(), link.timeout).await;
     let mut seen = seen.map_err(link::refused)?;
     if seen.len() > 1 {
@@ -117,10 +116,10 @@ async fn home(session: &Session, link: &Link) -> Result<StructureName, Failure> 
     seen.pop_first().ok_or_else(|| no_plant(link, link.timeout))
 }
 
-fn no_plant(link: &Link, within: Duration) -> Failure {
+fn no_plant(link: &Target, within: Duration) -> Failure {
     let places = link.places();
     Failure::network(format!(
-        "no plant was there at {places} within {within:?}; nothing was ordered"
+        "no plant was there at {places} within {within:?}; no command was sent"
     ))
 }
 
@@ -133,7 +132,7 @@ fn not_obeyed(injection: &Injection, error: OrderError) -> Failure {
         error => {
             let error = plain(&error.to_string());
             Failure::network(format!(
-                "{component}: {error}; the order may or may not have been carried out"
+                "{component}: {error}; the command may or may not have been carried out"
             ))
         }
     }

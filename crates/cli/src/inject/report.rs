@@ -2,12 +2,13 @@
 
 use std::io::{self, Write};
 
+use names::fault::Fault;
+use names::{ComponentPath, Step, StructureName};
 use serde::Serialize;
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step, StructureName};
 use wire::{Injected, Injection};
 
 use crate::failure::Failure;
+use crate::versioned;
 
 #[derive(Serialize)]
 struct Document<'a> {
@@ -18,8 +19,8 @@ struct Document<'a> {
     effective_step: Step,
 }
 
-/// Tells it on standard output.
-pub(super) fn tell(
+/// Prints it on standard output.
+pub(super) fn print(
     structure: &StructureName,
     injection: &Injection,
     injected: &Injected,
@@ -30,8 +31,7 @@ pub(super) fn tell(
     let fault = injection.fault;
     if json {
         let document = Document { structure, component, fault, effective_step: *effective_step };
-        serde_json::to_writer(&mut out, &document)?;
-        writeln!(out)?;
+        write!(out, "{}", versioned::line(&document)?)?;
     } else {
         let what = fault.map_or("repaired".to_owned(), |fault| fault.kind().to_string());
         writeln!(out, "{component}: {what} from step {effective_step} on")?;

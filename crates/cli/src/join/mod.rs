@@ -6,8 +6,9 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use daemon::config::{ConfigErrors, PlantFlags, load_diagnoser, load_plant};
+use daemon::config::{PlantFlags, load_diagnoser, load_plant};
 use pki::credentials::Service;
+use settings::ConfigErrors;
 
 use crate::check::kind::Kind;
 use crate::failure::Failure;
@@ -39,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Changes a configuration; says where its certificate is.
+/// Changes a configuration; returns where its certificate is.
 fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
     let text = fs::read_to_string(file)
         .map_err(|error| Failure::input(format!("{}: cannot be read: {error}", file.display())))?;
@@ -96,11 +97,11 @@ fn replace(
 
 /// Names the file as its owner knows it.
 fn as_mistakes_of(file: &Path, beside: &Path, errors: ConfigErrors) -> Failure {
-    let told = errors.0.into_iter().map(|mut error| {
+    let messages = errors.0.into_iter().map(|mut error| {
         if error.file == beside {
             error.file = file.to_owned();
         }
         error.to_string()
     });
-    Failure::inputs(told.collect())
+    Failure::inputs(messages.collect())
 }

@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn nothing_but_the_table_is_changed() {
-        let before = "# mine\na  =  1 # one\n\n# whom it speaks to\n";
+        let before = "# mine\na  =  1 # one\n\n# its peers\n";
         let old = "[network]\nzenoh = \"x\"\nlisten = [\n  \"tcp/a:1\", # here\n] # there\n";
         let text = format!("{before}{old}\n[plant]\nb = 2\n");
         let expected = format!("{before}{TABLE_OF_CLIENT}\n[plant]\nb = 2\n");
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_told() {
+    fn what_is_no_table_is_reported() {
         assert_eq!(joined("network = 1").unwrap_err(), "`network` is no table");
         for text in ["network = { listen = [] }", "network.listen = []"] {
             assert!(joined(text).unwrap_err().contains("write it as a table `[network]`"));

@@ -2,29 +2,29 @@
 
 use std::time::Duration;
 
-use truss::ids::ComponentPath;
+use names::ComponentPath;
 use wire::Order;
 
-use super::giver::{self, Giver};
+use super::issuer::{self, Issuer};
 use crate::failure::Failure;
 use crate::link::{Link, seconds};
 
-/// Say that a person has seen a fault
+/// Acknowledge a fault
 ///
-/// The component stays faulty, but no longer unseen; who acknowledged it and when is in the module's
-/// journal. Exit code 1 if a diagnoser refuses, and 4 if one does not answer: then the order may or may
-/// not have been carried out, and `trusswatch faults` tells.
+/// The component stays faulty; who acknowledged it and when is recorded in the module's
+/// journal. Exit code 1 if a diagnoser refuses, and 4 if one does not answer: then the command may or
+/// may not have been carried out; check with `trusswatch faults`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct AcknowledgeArguments {
     #[command(flatten)]
     pub(super) orders: Orders,
 }
 
-/// Say that a component is repaired, so that it is watched anew
+/// Reset a repaired component and resume monitoring
 ///
 /// A diagnoser refuses as long as the evidence of the fault is still there, unless it is forced. Exit
-/// code 1 if a diagnoser refuses, and 4 if one does not answer: then the order may or may not have been
-/// carried out, and `trusswatch faults` tells.
+/// code 1 if a diagnoser refuses, and 4 if one does not answer: then the command may or may not have been
+/// carried out; check with `trusswatch faults`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ResetArguments {
     #[command(flatten)]
@@ -32,7 +32,7 @@ pub(crate) struct ResetArguments {
     /// Reset even though the evidence is still there
     #[arg(long)]
     pub(super) force: bool,
-    /// Try again for so long while a diagnoser refuses [s]
+    /// Longest time to retry while a diagnoser refuses [s]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "force")]
     pub(super) wait: Option<Duration>,
 }
@@ -43,7 +43,7 @@ pub(super) struct Orders {
     /// Components, e.g. `module1/sensor/g2`
     #[arg(required = true, value_name = "COMPONENT")]
     pub(super) components: Vec<ComponentPath>,
-    /// Who orders it [default: the user and this machine, USER@HOST]
+    /// Who issued the command [default: the user and this machine, USER@HOST]
     #[arg(long, value_name = "WHO")]
     by: Option<String>,
     /// Why
@@ -57,15 +57,15 @@ pub(super) struct Orders {
 }
 
 impl Orders {
-    /// Who orders it and why. Checked before anything is sent.
-    pub(super) fn giver(&self) -> Result<Giver, Failure> {
-        let by = self.by.clone().or_else(giver::from_surroundings);
-        let by = by.ok_or_else(|| Failure::usage("who orders it is not known; use --by WHO"))?;
-        let giver = Giver { by, note: self.note.clone() };
+    /// Who issued the command and why. Checked before anything is sent.
+    pub(super) fn issuer(&self) -> Result<Issuer, Failure> {
+        let by = self.by.clone().or_else(issuer::from_environment);
+        let by = by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))?;
+        let issuer = Issuer { by, note: self.note.clone() };
         for component in &self.components {
-            let order: Order = giver.order(component, false);
+            let order: Order = issuer.order(component, false);
             order.check().map_err(Failure::usage)?;
         }
-        Ok(giver)
+        Ok(issuer)
     }
 }

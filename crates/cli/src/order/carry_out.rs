@@ -1,23 +1,23 @@
-//! Gives the orders, one after the other.
+//! Sends the commands, one after the other.
 
 use std::time::Duration;
 
-use daemon::observer;
+use names::{ComponentPath, StructureName};
 use tokio::time::{Instant, sleep};
-use truss::ids::{ComponentPath, StructureName};
 use wire::OrderKind;
 use zenoh::Session;
 
 use super::arguments::Orders;
-use super::giver::Giver;
 use super::homes::homes;
-use super::outcome::{Outcome, Told};
+use super::issuer::Issuer;
+use super::outcome::{CommandOutcome, Outcome};
 use crate::failure::Failure;
+use crate::link::Target;
 
 /// From a refusal to the next attempt.
 const AGAIN_AFTER: Duration = Duration::from_millis(200);
 
-/// What is ordered, and how insistently.
+/// Which command, and how it is retried.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Manner {
     pub(super) kind: OrderKind,
@@ -26,39 +26,40 @@ pub(super) struct Manner {
     pub(super) wait: Option<Duration>,
 }
 
-/// Gives every order, whatever becomes of the others.
+/// Sends every command, whatever the outcome of the others.
 pub(super) async fn carry_out(
     session: &Session,
+    target: &Target,
     orders: &Orders,
-    giver: &Giver,
+    issuer: &Issuer,
     manner: Manner,
-) -> Result<Vec<Told>, Failure> {
-    let homes = homes(session, orders).await?;
-    let timeout = orders.link.timeout;
+) -> Result<Vec<CommandOutcome>, Failure> {
+    let homes = homes(session, target, orders).await?;
+    let timeout = target.timeout;
     // One span of time for all: what the second waits for passes while the first is waited for.
     let until = manner.wait.map(|wait| Instant::now() + wait);
-    let mut told = Vec::new();
+    let mut outcomes = Vec::new();
     for component in &orders.components {
         let structure = homes.get(&component.module);
         let outcome = match structure {
             Some(structure) => {
                 let place = Place { session, structure, timeout };
-                place.give(component, giver, manner, until).await
+                place.give(component, issuer, manner, until).await
             }
             None => Outcome::not_there(timeout),
         };
-        told.push(Told {
+        outcomes.push(CommandOutcome {
             structure: structure.cloned(),
             component: component.clone(),
             order: manner.kind,
-            by: giver.by.clone(),
+            by: issuer.by.clone(),
             outcome,
         });
     }
-    Ok(told)
+    Ok(outcomes)
 }
 
-/// Where orders go.
+/// Where commands go.
 struct Place<'a> {
     session: &'a Session,
     structure: &'a StructureName,
@@ -66,16 +67,16 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// Gives an order; again and again while it is refused and there is time. An order without an
+    /// Sends a command, and retries while it is refused and there is time. A command without an
     /// answer is not repeated: it may have been carried out.
     async fn give(
         &self,
         component: &ComponentPath,
-        giver: &Giver,
+        issuer: &Issuer,
         manner: Manner,
         until: Option<Instant>,
     ) -> Outcome {
-        let order = giver.order(component, manner.force);
+        let order = issuer.order(component, manner.force);
         loop {
             let (structure, module) = (self.structure, &component.module);
             let result =

@@ -1,25 +1,25 @@
-//! Which structure an order is meant for.
+//! Which structure a command is meant for.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use daemon::observer;
-use truss::ids::{ModuleName, StructureName};
+use names::{ModuleName, StructureName};
 use zenoh::Session;
 
 use super::arguments::Orders;
 use crate::failure::Failure;
-use crate::link;
+use crate::link::{self, Target};
 
 /// The structure of each module; those that are not there are left out. A module that is there in
 /// several structures is not guessed at.
 pub(super) async fn homes(
     session: &Session,
+    target: &Target,
     orders: &Orders,
 ) -> Result<BTreeMap<ModuleName, StructureName>, Failure> {
     let modules: BTreeSet<ModuleName> =
         orders.components.iter().map(|component| component.module.clone()).collect();
     let modules: Vec<ModuleName> = modules.into_iter().collect();
-    let (structure, timeout) = (orders.link.structure.as_ref(), orders.link.timeout);
+    let (structure, timeout) = (target.structure.as_ref(), target.timeout);
     let seen = observer::homes(session, structure, &modules, timeout).await;
     let seen = seen.map_err(link::refused)?;
     seen.into_iter().filter_map(|(module, seen)| only(module, seen).transpose()).collect()

@@ -1,13 +1,12 @@
-//! `trusswatch ack` and `trusswatch reset`: what an operator orders the diagnosers to do.
+//! `trusswatch ack` and `trusswatch reset`: commands of an operator to the diagnosers.
 
 mod arguments;
 mod carry_out;
-mod giver;
 mod homes;
+mod issuer;
 mod outcome;
 mod report;
 
-use daemon::session;
 use wire::OrderKind;
 
 use crate::failure::Failure;
@@ -27,13 +26,14 @@ pub(crate) fn reset(arguments: &ResetArguments) -> Result<(), Failure> {
 }
 
 fn run(orders: &arguments::Orders, manner: Manner) -> Result<(), Failure> {
-    let giver = orders.giver()?;
-    let told = link::block_on(async {
-        let session = orders.link.open().await?;
-        let told = carry_out(&session, orders, &giver, manner).await;
+    let issuer = orders.issuer()?;
+    let target = orders.link.target()?;
+    let outcomes = link::block_on(async {
+        let session = target.open().await?;
+        let outcomes = carry_out(&session, &target, orders, &issuer, manner).await;
         session::close(&session).await;
-        told
+        outcomes
     })?;
-    report::tell(&told, orders.json)?;
-    outcome::conclude(&told)
+    report::print(&outcomes, orders.json)?;
+    outcome::conclude(&outcomes)
 }

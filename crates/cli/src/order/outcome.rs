@@ -1,16 +1,16 @@
-//! What became of orders.
+//! Outcomes of commands.
 
 use std::time::Duration;
 
-use daemon::observer::OrderError;
+use names::{ComponentPath, StructureName};
+use observer::OrderError;
 use serde::Serialize;
-use truss::ids::{ComponentPath, StructureName};
 use wire::{FaultState, Obeyed, OrderKind};
 
 use crate::failure::Failure;
-use crate::telling::plain;
+use crate::wording::plain;
 
-/// What became of an order.
+/// Outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub(super) enum Outcome {
@@ -20,13 +20,13 @@ pub(super) enum Outcome {
     Refused { reason: String },
     /// It may or may not have been carried out.
     Unanswered { reason: String },
-    /// There was nobody to give it to; it was not sent.
+    /// Its diagnoser was not there; it was not sent.
     NotSent { reason: String },
 }
 
-/// An order and what became of it.
+/// A command and its outcome.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(super) struct Told {
+pub(super) struct CommandOutcome {
     pub(super) structure: Option<StructureName>,
     pub(super) component: ComponentPath,
     pub(super) order: OrderKind,
@@ -49,7 +49,7 @@ impl Outcome {
     }
 }
 
-impl Told {
+impl CommandOutcome {
     /// What went wrong, if anything did.
     fn complaint(&self) -> Option<String> {
         let component = &self.component;
@@ -57,24 +57,25 @@ impl Told {
             Outcome::Obeyed { .. } => None,
             Outcome::Refused { reason } => Some(format!("{component}: refused: {reason}")),
             Outcome::Unanswered { reason } => Some(format!(
-                "{component}: {reason}; the order may or may not have been carried out, \
-                 `trusswatch faults` tells"
+                "{component}: {reason}; the command may or may not have been carried out; \
+                 check with `trusswatch faults`"
             )),
             Outcome::NotSent { reason } => {
-                Some(format!("{component}: {reason}; nothing was ordered"))
+                Some(format!("{component}: {reason}; no command was sent"))
             }
         }
     }
 }
 
 /// How the command ends: silence weighs more than refusal, for it leaves open what is the case.
-pub(super) fn conclude(told: &[Told]) -> Result<(), Failure> {
-    let complaints: Vec<String> = told.iter().filter_map(Told::complaint).collect();
-    let unheard =
-        |told: &Told| matches!(told.outcome, Outcome::Unanswered { .. } | Outcome::NotSent { .. });
+pub(super) fn conclude(outcomes: &[CommandOutcome]) -> Result<(), Failure> {
+    let complaints: Vec<String> = outcomes.iter().filter_map(CommandOutcome::complaint).collect();
+    let unheard = |command: &CommandOutcome| {
+        matches!(command.outcome, Outcome::Unanswered { .. } | Outcome::NotSent { .. })
+    };
     if complaints.is_empty() {
         Ok(())
-    } else if told.iter().any(unheard) {
+    } else if outcomes.iter().any(unheard) {
         Err(Failure::networks(complaints))
     } else {
         Err(Failure::runtimes(complaints))

@@ -1,7 +1,11 @@
-//! What `trusswatch study` takes.
+//! What the subcommands of `trusswatch study` take.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::table::WidthArguments;
 
 /// Which diagnosers are studied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -13,23 +17,49 @@ pub(super) enum PresetName {
     Default,
 }
 
-/// Try the diagnosers on many random scenarios, and say what comes of it
+/// Evaluate the diagnosers on many random scenarios
 ///
 /// Each scenario is a run of the simulated tower with a random fault of a random component in a random
 /// wind; each nominal run is one without a fault. A run follows from the seed and its own number alone:
-/// the result does not depend on the number of jobs, and a campaign can be interrupted, gone on with
-/// and extended (with --out).
-#[derive(Debug, clap::Args)]
+/// the result does not depend on the number of jobs.
+#[derive(Debug, Args)]
 pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    Run(RunArguments),
+    Power(PowerArguments),
+    Compare(CompareArguments),
+    Explain(ExplainArguments),
+    Export(ExportArguments),
+}
+
+/// Which campaign.
+#[derive(Debug, Args)]
+pub(super) struct CampaignArguments {
     /// Which diagnosers are studied
     #[arg(long, value_enum, default_value = "default")]
     pub(super) preset: PresetName,
     /// Other diagnosers than the preset's: their configurations, in the order of the structure
-    #[arg(long = "module", value_name = "MODULE.toml", requires = "plant")]
+    #[arg(long = "config", value_name = "MODULE.toml", requires = "plant")]
     pub(super) modules: Vec<PathBuf>,
     /// Another plant than the shipped one
     #[arg(long, value_name = "PLANT.toml", requires = "modules")]
     pub(super) plant: Option<PathBuf>,
+    /// Seed of the campaign
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Mismatch of each run's plant against the nominal model, e.g. 0.1
+    #[arg(long, default_value_t = 0.0, value_name = "X", allow_hyphen_values = true)]
+    pub(super) mismatch: f64,
+}
+
+/// How many runs, and how many at a time.
+#[derive(Debug, Args)]
+pub(super) struct RunsArguments {
     /// Runs with a fault
     #[arg(long, default_value_t = 300, value_name = "N")]
     pub(super) scenarios: u64,
@@ -39,44 +69,96 @@ pub(crate) struct Arguments {
     /// Length of a run without a fault [s]
     #[arg(long, default_value_t = 15.0, value_name = "T", allow_hyphen_values = true)]
     pub(super) nominal_seconds: f64,
-    /// Seed of the campaign
-    #[arg(long, default_value_t = 1, value_name = "S")]
-    pub(super) seed: u64,
+    #[command(flatten)]
+    pub(super) jobs: JobsArguments,
+}
+
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct JobsArguments {
     /// Runs at a time; by default as many as there are processors
     #[arg(long, value_name = "J")]
     jobs: Option<NonZeroUsize>,
-    /// By how much each run's plant differs from what is believed of it, e.g. 0.1
-    #[arg(long, default_value_t = 0.0, value_name = "X", allow_hyphen_values = true)]
-    pub(super) mismatch: f64,
-    /// Keep everything in this directory: what is done (so that the same command goes on with it),
-    /// summary, tables, figures, and a report to look at
-    #[arg(long, value_name = "DIR")]
-    pub(super) out: Option<PathBuf>,
-    /// Print one JSON object instead of tables
-    #[arg(long)]
-    pub(super) json: bool,
-    /// Measure how likely faults are found by their size, with this many runs for each size
-    #[arg(long, value_name = "RUNS", num_args = 0..=1, default_missing_value = "60")]
-    pub(super) power: Option<u64>,
-    /// Compare the four combinations of rule and actuator residual on the same scenarios
-    #[arg(long, conflicts_with_all = ["power", "out"])]
-    pub(super) compare: bool,
-    /// The scenario to explain
-    #[arg(long, value_name = "K", requires = "explain")]
-    pub(super) scenario: Option<u64>,
-    /// Replay one scenario and say in words what happened
-    #[arg(long, requires = "scenario", conflicts_with_all = ["power", "compare", "out", "export_residuals"])]
-    pub(super) explain: bool,
-    /// Write the residuals of every run with the truth beside them into this directory, one table
-    /// (CSV) a run, for other detectors
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["power", "compare", "out"])]
-    pub(super) export_residuals: Option<PathBuf>,
 }
 
-impl Arguments {
+impl JobsArguments {
     /// Runs at a time.
-    pub(super) fn jobs(&self) -> usize {
+    pub(super) fn count(self) -> usize {
         let processors = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         self.jobs.map_or(processors, NonZeroUsize::get)
     }
+}
+
+/// What the subcommands have in common that make the runs of a campaign.
+#[derive(Debug, Args)]
+pub(super) struct CommonArguments {
+    #[command(flatten)]
+    pub(super) campaign: CampaignArguments,
+    #[command(flatten)]
+    pub(super) runs: RunsArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// Make a campaign: isolation, delays, false alarms, the paper's table
+///
+/// It can be interrupted, resumed and extended (with --out).
+#[derive(Debug, Args)]
+pub(super) struct RunArguments {
+    #[command(flatten)]
+    pub(super) common: CommonArguments,
+    /// Keep everything in this directory: completed runs (from which the same command resumes),
+    /// summary, tables, figures, and a report to look at
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) width: WidthArguments,
+}
+
+/// Measure how likely faults are isolated by their size
+#[derive(Debug, Args)]
+pub(super) struct PowerArguments {
+    #[command(flatten)]
+    pub(super) campaign: CampaignArguments,
+    /// Runs for each size
+    #[arg(long, default_value = "60", value_name = "N")]
+    pub(super) runs: std::num::NonZeroU64,
+    #[command(flatten)]
+    pub(super) jobs: JobsArguments,
+    /// Write the figure into this file
+    #[arg(long, value_name = "FILE.svg")]
+    pub(super) svg: Option<PathBuf>,
+    /// Print one JSON object instead of a table
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// Compare the four combinations of rule and actuator residual on the same scenarios
+#[derive(Debug, Args)]
+pub(super) struct CompareArguments {
+    #[command(flatten)]
+    pub(super) common: CommonArguments,
+    #[command(flatten)]
+    pub(super) width: WidthArguments,
+}
+
+/// Replay one scenario and describe what happened
+#[derive(Debug, Args)]
+pub(super) struct ExplainArguments {
+    /// Number of the scenario in its campaign, from 0
+    #[arg(value_name = "K")]
+    pub(super) scenario: u64,
+    #[command(flatten)]
+    pub(super) campaign: CampaignArguments,
+}
+
+/// Write the residuals of every run with the truth beside them, one CSV table a run, for other
+/// detectors
+#[derive(Debug, Args)]
+pub(super) struct ExportArguments {
+    /// The directory to write into
+    #[arg(value_name = "DIR")]
+    pub(super) directory: PathBuf,
+    #[command(flatten)]
+    pub(super) common: CommonArguments,
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use study::summary::Summary;
 use study::{Campaign, NominalRuns};
 
-use super::arguments::Arguments;
+use super::arguments::RunsArguments;
 use super::runs;
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -28,9 +28,15 @@ pub(super) struct Combination {
     pub(super) summary: Summary,
 }
 
+/// What all four came to.
+#[derive(Debug, Serialize)]
+pub(super) struct Comparison<'a> {
+    pub(super) combinations: &'a [Combination],
+}
+
 /// Tries the four combinations on the scenarios that the arguments ask for.
 pub(super) fn combinations(
-    arguments: &Arguments,
+    arguments: &RunsArguments,
     campaign: &Campaign,
     stop: &AtomicBool,
 ) -> Result<Vec<Combination>, Failure> {
@@ -40,9 +46,9 @@ pub(super) fn combinations(
         for rule in [Rule::Paper, Rule::FirstChange] {
             let mut judged = watched.clone();
             judged.setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
-            let runs = runs::make(arguments, &judged, stop)?;
+            let runs = runs::make(arguments, &judged, None, stop)?;
             if !runs.complete {
-                return Err(Failure::runtime("interrupted"));
+                return Err(Failure::interrupted("interrupted"));
             }
             let step_s = campaign.parameters.step_s;
             let summary = Summary::of(&runs.scenarios, &runs.nominal, step_s);
@@ -55,7 +61,7 @@ pub(super) fn combinations(
 /// The campaign with its actuators watched by this residual, with thresholds made for it.
 fn watched_by(
     residual: ActuatorResidual,
-    arguments: &Arguments,
+    arguments: &RunsArguments,
     campaign: &Campaign,
 ) -> Result<Campaign, Failure> {
     let mut campaign = campaign.clone();
@@ -68,7 +74,7 @@ fn watched_by(
         runs: CALIBRATION_RUNS,
         steps: campaign.steps(),
         mismatch: CALIBRATION_MISMATCH,
-        jobs: arguments.jobs(),
+        jobs: arguments.jobs.count(),
     };
     let progress = Progress::of_runs("calibration", runs.runs);
     let done = || progress.advance();

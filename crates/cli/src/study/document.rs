@@ -4,16 +4,13 @@
 use serde::Serialize;
 use study::summary::Summary;
 
-use super::arguments::Arguments;
+use super::arguments::CampaignArguments;
 use super::preset;
-
-/// Version of the object's shape.
-const VERSION: u32 = 1;
+use crate::versioned;
 
 /// What was asked for and what came of it.
 #[derive(Debug, Serialize)]
 pub(super) struct Document<'a> {
-    v: u32,
     preset: &'a str,
     seed: u64,
     mismatch: f64,
@@ -21,24 +18,17 @@ pub(super) struct Document<'a> {
     complete: bool,
     #[serde(flatten)]
     summary: &'a Summary,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    power: Option<&'a [study::PowerCurve]>,
 }
 
 impl<'a> Document<'a> {
-    pub(super) fn new(
-        arguments: &Arguments,
-        complete: bool,
-        summary: &'a Summary,
-        power: Option<&'a [study::PowerCurve]>,
-    ) -> Self {
+    pub(super) fn new(arguments: &CampaignArguments, complete: bool, summary: &'a Summary) -> Self {
         let (seed, mismatch) = (arguments.seed, arguments.mismatch);
         let preset = preset::name(arguments);
-        Self { v: VERSION, preset, seed, mismatch, complete, summary, power }
+        Self { preset, seed, mismatch, complete, summary }
     }
 
     /// The text, with a line end.
     pub(super) fn text(&self) -> Result<String, serde_json::Error> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+        versioned::text(self)
     }
 }

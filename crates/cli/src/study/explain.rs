@@ -8,8 +8,8 @@ use super::runs::unusable;
 use crate::failure::Failure;
 use crate::paint::{Colour, Paint};
 
-/// Replays a scenario and tells it.
-pub(super) fn tell(campaign: &Campaign, number: u64) -> Result<(), Failure> {
+/// Replays a scenario and prints it.
+pub(super) fn print(campaign: &Campaign, number: u64) -> Result<(), Failure> {
     let explanation = explain(campaign, number).map_err(|error| unusable(&error))?;
     let paint = Paint::for_terminal(io::stdout().is_terminal());
     let mut out = io::stdout().lock();

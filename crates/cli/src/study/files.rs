@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use names::ComponentPath;
+use names::fault::Fault;
 use serde::Serialize;
 use study::{Diagnosed, NominalRecord, ScenarioRecord};
-use truss::fault::Fault;
-use truss::ids::ComponentPath;
 
 use super::runs::Runs;
 use crate::failure::Failure;

@@ -1,4 +1,4 @@
-//! Being told to stop: what is under way is finished, then it ends. Told twice, it ends at once.
+//! A stop on request: the first signal lets running work finish, the second one ends at once.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

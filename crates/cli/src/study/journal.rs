@@ -131,7 +131,7 @@ fn read(path: &Path, text: &str, expected: &Heading) -> Result<(Done, usize), Fa
 
 impl Heading {
     fn of(preset: &str, campaign: &Campaign) -> Heading {
-        // Debug tells every bit of every figure, which is what a fingerprint needs.
+        // Debug prints every bit of every figure, which is what a fingerprint needs.
         let Campaign { structure, parameters, setups, ranges, .. } = campaign;
         let mut hasher = FnvHasher::default();
         hasher.write(format!("{structure:?} {parameters:?} {setups:?} {ranges:?}").as_bytes());

@@ -15,102 +15,113 @@ mod runs;
 mod tables;
 
 use std::io::{self, Write};
-use std::sync::atomic::AtomicBool;
 
 use study::Campaign;
 use study::summary::Summary;
 
 pub(crate) use arguments::Arguments;
+use arguments::{
+    Command, CommonArguments, CompareArguments, ExplainArguments, ExportArguments, RunArguments,
+};
 use document::Document;
-use runs::Runs;
+use runs::{Kept, Runs};
 
 use crate::failure::Failure;
+use crate::versioned;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let campaign = preset::campaign(arguments)?;
-    if let Some(number) = arguments.scenario {
-        return explain::tell(&campaign, number);
+    match &arguments.command {
+        Command::Run(arguments) => run_campaign(arguments),
+        Command::Power(arguments) => {
+            let campaign = preset::campaign(&arguments.campaign)?;
+            let stop = interrupt::listen()?;
+            power::run(arguments, &campaign, &stop)
+        }
+        Command::Compare(arguments) => compare_rules(arguments),
+        Command::Explain(ExplainArguments { scenario, campaign }) => {
+            explain::print(&preset::campaign(campaign)?, *scenario)
+        }
+        Command::Export(arguments) => export(arguments),
     }
-    let stop = interrupt::listen()?;
-    if let Some(directory) = &arguments.export_residuals {
-        return recordings::write(arguments, &campaign, directory, &stop);
-    }
-    if arguments.compare {
-        let combinations = compare::combinations(arguments, &campaign, &stop)?;
-        return tell_comparison(arguments, &combinations);
-    }
-    study(arguments, &campaign, &stop)
 }
 
-/// Makes the campaign and tells what came of it, also of a part of it.
-fn study(arguments: &Arguments, campaign: &Campaign, stop: &AtomicBool) -> Result<(), Failure> {
-    let runs = runs::make(arguments, campaign, stop)?;
+/// Makes the campaign and prints its results, also if interrupted.
+fn run_campaign(arguments: &RunArguments) -> Result<(), Failure> {
+    let CommonArguments { campaign: asked, runs, json } = &arguments.common;
+    let campaign = preset::with_runs(&arguments.common)?;
+    let preset = preset::name(asked);
+    let kept = arguments.out.as_deref().map(|directory| Kept { directory, preset });
+    let stop = interrupt::listen()?;
+    let runs = runs::make(runs, &campaign, kept, &stop)?;
     let summary = Summary::of(&runs.scenarios, &runs.nominal, campaign.parameters.step_s);
-    let power = match arguments.power.filter(|_| runs.complete) {
-        Some(runs) => power::measure(arguments, campaign, runs, stop)?,
-        None => None,
-    };
-    let complete = runs.complete && (arguments.power.is_none() || power.is_some());
-    let document = Document::new(arguments, complete, &summary, power.as_deref()).text()?;
-    let heading = heading(arguments, campaign, &runs);
-    let tables = tables::tables(&summary, power.as_deref());
+    let document = Document::new(asked, runs.complete, &summary).text()?;
+    let heading = heading(preset, &campaign, &runs);
+    let tables = tables::tables(&summary);
     let mut out = io::stdout().lock();
-    if arguments.json {
+    if *json {
         out.write_all(document.as_bytes())?;
     } else {
         writeln!(out, "{heading}")?;
-        tables::write(&tables, &mut out)?;
-        tables::tell_not_exact(&summary, &mut out)?;
+        tables::write(&tables, arguments.width.limit(), &mut out)?;
+        tables::print_not_exact(&summary, &mut out)?;
     }
     out.flush()?;
     if let Some(directory) = &arguments.out {
         files::write_tables(directory, &runs)?;
         files::write(&directory.join("summary.json"), &document)?;
-        report::leave(directory, &heading, campaign, &tables, power.as_deref())?;
+        report::leave(directory, &heading, &campaign, &tables)?;
     }
-    if complete { Ok(()) } else { Err(interrupted(arguments, &runs)) }
+    if runs.complete { Ok(()) } else { Err(interrupted(arguments, &runs)) }
 }
 
-fn interrupted(arguments: &Arguments, runs: &Runs) -> Failure {
+fn interrupted(arguments: &RunArguments, runs: &Runs) -> Failure {
     let done = runs.scenarios.len() + runs.nominal.len();
-    let all = arguments.scenarios + arguments.nominal;
+    let asked = &arguments.common.runs;
+    let all = asked.scenarios + asked.nominal;
     let kept = match &arguments.out {
         Some(directory) => {
-            format!("the same command goes on with what is in `{}`", directory.display())
+            format!("the same command resumes what is in `{}`", directory.display())
         }
-        None => "with `--out` it could be gone on with".to_owned(),
+        None => "with `--out` it could be resumed".to_owned(),
     };
-    Failure::runtime(format!("interrupted after {done} of {all} runs; {kept}"))
+    Failure::interrupted(format!("interrupted after {done} of {all} runs; {kept}"))
 }
 
-fn heading(arguments: &Arguments, campaign: &Campaign, runs: &Runs) -> String {
+fn heading(preset: &str, campaign: &Campaign, runs: &Runs) -> String {
     let ranges = &campaign.ranges;
     let seconds = runs.scenarios.len() as f64 * ranges.length_s
         + runs.nominal.len() as f64 * ranges.nominal_s;
     let hours = seconds / 3600.0;
-    let truth = match arguments.mismatch {
-        0.0 => "plant as believed".to_owned(),
-        share => format!("plant within ±{} % of what is believed", 100.0 * share),
+    let truth = match campaign.mismatch {
+        0.0 => "nominal model, no mismatch".to_owned(),
+        share => format!("plant within ±{} % of the nominal model", 100.0 * share),
     };
     format!(
-        "preset {}, seed {}, {truth}: {} scenarios and {} nominal runs, {hours:.2} h of the tower's time",
-        preset::name(arguments),
-        arguments.seed,
+        "preset {preset}, seed {}, {truth}: {} scenarios and {} nominal runs, {hours:.2} h of the tower's time",
+        campaign.seed,
         runs.scenarios.len(),
         runs.nominal.len(),
     )
 }
 
-fn tell_comparison(
-    arguments: &Arguments,
-    combinations: &[compare::Combination],
-) -> Result<(), Failure> {
+fn compare_rules(arguments: &CompareArguments) -> Result<(), Failure> {
+    let CommonArguments { runs, json, .. } = &arguments.common;
+    let campaign = preset::with_runs(&arguments.common)?;
+    let stop = interrupt::listen()?;
+    let combinations = compare::combinations(runs, &campaign, &stop)?;
     let mut out = io::stdout().lock();
-    if arguments.json {
-        serde_json::to_writer_pretty(&mut out, combinations)?;
-        writeln!(out)?;
+    if *json {
+        let comparison = compare::Comparison { combinations: &combinations };
+        write!(out, "{}", versioned::text(&comparison)?)?;
     } else {
-        writeln!(out, "{}", tables::comparison(combinations))?;
+        let table = tables::comparison(&combinations);
+        writeln!(out, "{}", table.text(arguments.width.limit()))?;
     }
     Ok(out.flush()?)
+}
+
+fn export(arguments: &ExportArguments) -> Result<(), Failure> {
+    let campaign = preset::with_runs(&arguments.common)?;
+    let stop = interrupt::listen()?;
+    recordings::write(arguments, &campaign, &stop)
 }

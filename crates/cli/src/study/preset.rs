@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use daemon::config::{ConfigErrors, PlantFlags, load_diagnoser, load_plant};
+use daemon::config::{PlantFlags, load_diagnoser, load_plant};
+use settings::ConfigErrors;
 use study::{Campaign, ScenarioRanges};
 
-use super::arguments::{Arguments, PresetName};
+use super::arguments::{CampaignArguments, CommonArguments, PresetName};
 use crate::failure::Failure;
 use crate::shipped::{MODULES, OTHERS, PAPER_MODULES, PLANT, temporary_directory};
 
@@ -13,7 +14,7 @@ use crate::shipped::{MODULES, OTHERS, PAPER_MODULES, PLANT, temporary_directory}
 const LONGEST_S: f64 = 365.0 * 86_400.0;
 
 /// Name of the preset, for people and files.
-pub(super) fn name(arguments: &Arguments) -> &'static str {
+pub(super) fn name(arguments: &CampaignArguments) -> &'static str {
     match (&arguments.plant, arguments.preset) {
         (Some(_), _) => "own",
         (None, PresetName::Paper) => "paper",
@@ -22,18 +23,11 @@ pub(super) fn name(arguments: &Arguments) -> &'static str {
 }
 
 /// The campaign that the arguments ask for.
-pub(super) fn campaign(arguments: &Arguments) -> Result<Campaign, Failure> {
+pub(super) fn campaign(arguments: &CampaignArguments) -> Result<Campaign, Failure> {
     if !(0.0..1.0).contains(&arguments.mismatch) {
         let mismatch = arguments.mismatch;
         let message =
             format!("`--mismatch` is {mismatch}; use a share from 0 to below 1, e.g. 0.1");
-        return Err(Failure::usage(message));
-    }
-    if !(arguments.nominal_seconds > 0.0 && arguments.nominal_seconds <= LONGEST_S) {
-        let message = format!(
-            "`--nominal-seconds` is {}; use a length above 0 and up to {LONGEST_S}",
-            arguments.nominal_seconds
-        );
         return Err(Failure::usage(message));
     }
     match &arguments.plant {
@@ -42,7 +36,21 @@ pub(super) fn campaign(arguments: &Arguments) -> Result<Campaign, Failure> {
     }
 }
 
-fn shipped(arguments: &Arguments) -> Result<Campaign, Failure> {
+/// The same campaign with nominal runs of the length asked for.
+pub(super) fn with_runs(arguments: &CommonArguments) -> Result<Campaign, Failure> {
+    let nominal_s = arguments.runs.nominal_seconds;
+    if !(nominal_s > 0.0 && nominal_s <= LONGEST_S) {
+        let message = format!(
+            "`--nominal-seconds` is {nominal_s}; use a length above 0 and up to {LONGEST_S}"
+        );
+        return Err(Failure::usage(message));
+    }
+    let mut campaign = campaign(&arguments.campaign)?;
+    campaign.ranges.nominal_s = nominal_s;
+    Ok(campaign)
+}
+
+fn shipped(arguments: &CampaignArguments) -> Result<Campaign, Failure> {
     let directory = temporary_directory("trusswatch-study-")?;
     for file in OTHERS {
         file.write(directory.path())?;
@@ -56,7 +64,11 @@ fn shipped(arguments: &Arguments) -> Result<Campaign, Failure> {
     load(arguments, &PLANT.write(directory.path())?, &modules)
 }
 
-fn load(arguments: &Arguments, plant: &Path, modules: &[PathBuf]) -> Result<Campaign, Failure> {
+fn load(
+    arguments: &CampaignArguments,
+    plant: &Path,
+    modules: &[PathBuf],
+) -> Result<Campaign, Failure> {
     let plant = load_plant(plant, &PlantFlags::default()).map_err(|errors| unusable(&errors))?;
     let mut setups = Vec::new();
     for module in modules {
@@ -69,10 +81,7 @@ fn load(arguments: &Arguments, plant: &Path, modules: &[PathBuf]) -> Result<Camp
         setups,
         mismatch: arguments.mismatch,
         seed: arguments.seed,
-        ranges: ScenarioRanges {
-            nominal_s: arguments.nominal_seconds,
-            ..ScenarioRanges::default()
-        },
+        ranges: ScenarioRanges::default(),
     })
 }
 

@@ -7,17 +7,18 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use names::ComponentPath;
 use serde::Serialize;
 use study::{
     Campaign, Exported, NominalRecord, RecordedChange, ScenarioRecord, StudyError, TruthIndex,
     export_nominal, export_scenario, parallel,
 };
-use truss::ids::ComponentPath;
 
-use super::arguments::Arguments;
+use super::arguments::ExportArguments;
 use super::files;
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::versioned;
 
 /// A run, by its number. Scenarios come before nominal runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,17 +50,18 @@ struct Written<'a> {
     changes: usize,
 }
 
-/// Records every run that the arguments ask for, and tells what was left where.
+/// Records every run that the arguments ask for, and prints what was written where.
 pub(super) fn write(
-    arguments: &Arguments,
+    arguments: &ExportArguments,
     campaign: &Campaign,
-    directory: &Path,
     stop: &AtomicBool,
 ) -> Result<(), Failure> {
+    let directory = arguments.directory.as_path();
+    let asked = &arguments.common.runs;
     std::fs::create_dir_all(directory).map_err(|error| cannot_write(directory, &error))?;
-    let runs: Vec<Run> = (0..arguments.scenarios)
+    let runs: Vec<Run> = (0..asked.scenarios)
         .map(Run::Scenario)
-        .chain((0..arguments.nominal).map(Run::Nominal))
+        .chain((0..asked.nominal).map(Run::Nominal))
         .collect();
     let mut recorded = BTreeMap::new();
     let progress = Progress::of_runs("recordings", runs.len() as u64);
@@ -69,24 +71,23 @@ pub(super) fn write(
         Ok(())
     };
     let record = |run: &Run| run.record(campaign, directory);
-    parallel::for_each(&runs, arguments.jobs(), stop, record, keep)?;
+    parallel::for_each(&runs, asked.jobs.count(), stop, record, keep)?;
     progress.end();
     write_truth(directory, &recorded)?;
     write_changes(directory, &recorded)?;
     if recorded.len() < runs.len() {
         let message = format!("interrupted after {} of {} recordings", recorded.len(), runs.len());
-        return Err(Failure::runtime(message));
+        return Err(Failure::interrupted(message));
     }
     let changes = recorded.values().map(|recorded| recorded.changes().len()).sum();
-    let Arguments { scenarios, nominal, .. } = *arguments;
-    tell(&Written { directory, scenarios, nominal_runs: nominal, changes }, arguments.json)
+    let (scenarios, nominal_runs) = (asked.scenarios, asked.nominal);
+    print(&Written { directory, scenarios, nominal_runs, changes }, arguments.common.json)
 }
 
-fn tell(written: &Written, json: bool) -> Result<(), Failure> {
+fn print(written: &Written, json: bool) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if json {
-        serde_json::to_writer(&mut out, written)?;
-        writeln!(out)?;
+        write!(out, "{}", versioned::line(written)?)?;
     } else {
         let Written { directory, scenarios, nominal_runs, changes } = written;
         writeln!(

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use study::figure::{figure4, figure5, figure6, power_figure};
+use study::Campaign;
+use study::figure::{figure4, figure5, figure6};
 use study::report::{Report, ReportFigure, ReportTable, html};
-use study::{Campaign, PowerCurve};
 
 use super::files::write;
 use super::runs::unusable;
@@ -17,10 +17,8 @@ pub(super) fn leave(
     heading: &str,
     campaign: &Campaign,
     tables: &[Titled],
-    power: Option<&[PowerCurve]>,
 ) -> Result<(), Failure> {
-    let mut figures = paper_figures(campaign)?;
-    figures.extend(power.map(power_of));
+    let figures = paper_figures(campaign)?;
     for figure in &figures {
         write(&directory.join(format!("{}.svg", figure.name)), &figure.svg)?;
     }
@@ -68,14 +66,6 @@ fn paper_figures(campaign: &Campaign) -> Result<Vec<Named>, Failure> {
             figure6(campaign, seed),
         )?,
     ])
-}
-
-fn power_of(curves: &[PowerCurve]) -> Named {
-    Named {
-        name: "power",
-        caption: "How likely a fault is named within 1 s, and how soon, by its size".to_owned(),
-        svg: power_figure(curves),
-    }
 }
 
 fn report_table(titled: &Titled) -> ReportTable {

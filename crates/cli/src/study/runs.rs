@@ -1,13 +1,12 @@
-//! Making the runs of a campaign: those that are not done yet, several at a time, until told to stop.
+//! Making the runs of a campaign: those that are not done yet, several at a time, until stopped.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use study::{Campaign, NominalRecord, Occurrence, Rig, ScenarioRecord, StudyError, parallel};
 
-use super::arguments::Arguments;
+use super::arguments::RunsArguments;
 use super::journal::{Done, Journal};
-use super::preset;
 use crate::failure::Failure;
 use crate::progress::Progress;
 
@@ -32,14 +31,22 @@ pub(super) struct Runs {
     pub(super) complete: bool,
 }
 
+/// Where completed runs are kept, and the preset that they are of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept<'a> {
+    pub(super) directory: &'a Path,
+    pub(super) preset: &'static str,
+}
+
 /// Makes what the arguments ask for and is not done yet.
 pub(super) fn make(
-    arguments: &Arguments,
+    arguments: &RunsArguments,
     campaign: &Campaign,
+    kept: Option<Kept>,
     stop: &AtomicBool,
 ) -> Result<Runs, Failure> {
-    let (mut journal, mut done) = match &arguments.out {
-        Some(directory) => open(directory, arguments, campaign)?,
+    let (mut journal, mut done) = match kept {
+        Some(kept) => open(&kept, campaign)?,
         None => (None, Done::default()),
     };
     // A journal may hold more than is asked for.
@@ -52,7 +59,7 @@ pub(super) fn make(
     let progress = Progress::of_time("runs", seconds_left(campaign, &runs));
     let keep = |_: &Run, record: Record| done.keep(record, journal.as_mut());
     let make = |run: &Run| make_one(campaign, *run, &progress);
-    parallel::for_each(&runs, arguments.jobs(), stop, make, keep)?;
+    parallel::for_each(&runs, arguments.jobs.count(), stop, make, keep)?;
     progress.end();
     let complete = (done.scenarios.len() + done.nominal.len()) as u64 == all;
     debug_assert!(complete || stop.load(Ordering::Relaxed));
@@ -63,15 +70,12 @@ pub(super) fn make(
     })
 }
 
-fn open(
-    directory: &Path,
-    arguments: &Arguments,
-    campaign: &Campaign,
-) -> Result<(Option<Journal>, Done), Failure> {
+fn open(kept: &Kept, campaign: &Campaign) -> Result<(Option<Journal>, Done), Failure> {
+    let Kept { directory, preset } = kept;
     std::fs::create_dir_all(directory).map_err(|error| {
         Failure::runtime(format!("cannot make the directory `{}`: {error}", directory.display()))
     })?;
-    let (journal, done) = Journal::open(directory, preset::name(arguments), campaign)?;
+    let (journal, done) = Journal::open(directory, preset, campaign)?;
     Ok((Some(journal), done))
 }
 
@@ -88,7 +92,7 @@ fn seconds_left(campaign: &Campaign, runs: &[Run]) -> u64 {
 fn make_one(campaign: &Campaign, run: Run, progress: &Progress) -> Result<Record, Failure> {
     let steps_per_second = (1.0 / campaign.parameters.step_s).round().max(1.0) as u64;
     let mut step = 0;
-    let tell = |_: &Rig, _: &[Occurrence]| {
+    let count = |_: &Rig, _: &[Occurrence]| {
         step += 1;
         if step % steps_per_second == 0 {
             progress.advance();
@@ -96,8 +100,8 @@ fn make_one(campaign: &Campaign, run: Run, progress: &Progress) -> Result<Record
         Ok(())
     };
     let record = match run {
-        Run::Scenario(number) => campaign.follow_scenario(number, tell).map(Record::Scenario),
-        Run::Nominal(number) => campaign.follow_nominal(number, tell).map(Record::Nominal),
+        Run::Scenario(number) => campaign.follow_scenario(number, count).map(Record::Scenario),
+        Run::Nominal(number) => campaign.follow_nominal(number, count).map(Record::Nominal),
     };
     record.map_err(|error| unusable(&error))
 }

@@ -2,18 +2,17 @@
 
 use std::io::{self, Write};
 
-use comfy_table::{CellAlignment, Table};
 use diagnosis::Rule;
 use diagnosis::residual::ActuatorResidual;
+use names::fault::FaultKind;
 use study::summary::{Delays, Interval95, KindSummary, PAPER_TABLE, PaperTable, Summary};
 use study::{Closest, PowerCurve};
-use truss::fault::FaultKind;
 
 use super::compare::Combination;
-use crate::table::table;
+use crate::table::{TextTable, table};
 
-/// Not-exact scenarios that are told one by one.
-const TOLD: usize = 10;
+/// Not-exact scenarios that are listed one by one.
+const SHOWN: usize = 10;
 
 /// A table with its title, for the terminal and for the report.
 pub(super) struct Titled {
@@ -24,17 +23,20 @@ pub(super) struct Titled {
 }
 
 /// All tables of a summary.
-pub(super) fn tables(summary: &Summary, power: Option<&[PowerCurve]>) -> Vec<Titled> {
-    let mut tables = vec![paper_table(summary), kinds(summary), delays(summary), alarms(summary)];
-    tables.extend(power.map(smallest_found));
-    tables
+pub(super) fn tables(summary: &Summary) -> Vec<Titled> {
+    vec![paper_table(summary), kinds(summary), delays(summary), alarms(summary)]
 }
 
-/// Writes tables.
-pub(super) fn write(tables: &[Titled], out: &mut impl Write) -> io::Result<()> {
+/// The table of a power study.
+pub(super) fn power(curves: &[PowerCurve]) -> Vec<Titled> {
+    vec![minimum_isolable(curves)]
+}
+
+/// Writes tables no wider than `width`.
+pub(super) fn write(tables: &[Titled], width: Option<u16>, out: &mut impl Write) -> io::Result<()> {
     for titled in tables {
         writeln!(out, "\n{}", titled.title)?;
-        writeln!(out, "{}", titled.text())?;
+        writeln!(out, "{}", titled.in_columns().text(width))?;
         if !titled.note.is_empty() {
             writeln!(out, "{}", titled.note)?;
         }
@@ -43,23 +45,21 @@ pub(super) fn write(tables: &[Titled], out: &mut impl Write) -> io::Result<()> {
 }
 
 /// Names the scenarios that deserve a look.
-pub(super) fn tell_not_exact(summary: &Summary, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn print_not_exact(summary: &Summary, out: &mut impl Write) -> io::Result<()> {
     let Some(first) = summary.not_exact.first() else { return Ok(()) };
-    let told: Vec<String> = summary.not_exact.iter().take(TOLD).map(ToString::to_string).collect();
-    let more = if summary.not_exact.len() > TOLD { ", …" } else { "" };
-    writeln!(out, "\nNot exact: {}{more}. Why: --scenario {first} --explain", told.join(", "))
+    let list: Vec<String> = summary.not_exact.iter().take(SHOWN).map(ToString::to_string).collect();
+    let more = if summary.not_exact.len() > SHOWN { ", …" } else { "" };
+    writeln!(out, "\nNot exact: {}{more}. Why: `trusswatch study explain {first}`", list.join(", "))
 }
 
 impl Titled {
-    fn text(&self) -> Table {
-        let mut text = table(&self.heading);
+    fn in_columns(&self) -> TextTable {
+        let mut table = table(&self.heading);
         for row in &self.rows {
-            text.add_row(row);
+            table.add_row(row);
         }
-        for column in text.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-        text
+        table.align_right(1..self.heading.len());
+        table
     }
 }
 
@@ -188,20 +188,20 @@ fn alarms(summary: &Summary) -> Titled {
     row("changes explained by another component", talk.explained.to_string());
     row("of these, by one of another module", talk.explained_by_peer.to_string());
     Titled {
-        title: "False alarms, and what the modules said to each other",
+        title: "False alarms, and communication between the modules",
         note: String::new(),
         heading: vec!["", ""],
         rows,
     }
 }
 
-fn smallest_found(curves: &[PowerCurve]) -> Titled {
+fn minimum_isolable(curves: &[PowerCurve]) -> Titled {
     let row = |curve: &PowerCurve| {
         let size = curve.smallest_95.map_or_else(|| "none tried".to_owned(), |s| format!("{s:.1}"));
         vec![curve.title.clone(), size, curve.unit.clone()]
     };
     Titled {
-        title: "Smallest fault that is named in 95 of 100 runs within 1 s",
+        title: "Minimum isolable fault: named in 95 of 100 runs within 1 s",
         note: String::new(),
         heading: vec!["fault", "size", "times"],
         rows: curves.iter().map(row).collect(),
@@ -221,7 +221,7 @@ fn milliseconds(delay: Option<f64>) -> String {
 }
 
 /// The four combinations side by side.
-pub(super) fn comparison(combinations: &[Combination]) -> Table {
+pub(super) fn comparison(combinations: &[Combination]) -> TextTable {
     let heading = [
         "rule",
         "actuator residual",

@@ -29,8 +29,14 @@ impl Outcome {
     }
 }
 
+/// The binary, without what the user's own environment and client file say of the network.
 pub(crate) fn trusswatch() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_trusswatch"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trusswatch"));
+    command.env("XDG_CONFIG_HOME", "/nonexistent");
+    for variable in ["CLIENT", "CONNECT", "CONTEXT", "STRUCTURE", "TLS"] {
+        command.env_remove(format!("TRUSSWATCH_{variable}"));
+    }
+    command
 }
 
 /// Runs the binary with nothing on standard input.
@@ -55,7 +61,7 @@ pub(crate) fn run_with(input: &str, arguments: &[&str]) -> Outcome {
     read(output)
 }
 
-fn outcome(command: &mut Command) -> Outcome {
+pub(crate) fn outcome(command: &mut Command) -> Outcome {
     read(command.output().unwrap())
 }
 

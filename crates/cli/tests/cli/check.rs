@@ -47,7 +47,7 @@ fn every_shipped_file_is_valid_and_called_what_it_is() {
 }
 
 #[test]
-fn every_mistake_in_every_file_is_told_with_file_and_line() {
+fn every_mistake_in_every_file_is_reported_with_file_and_line() {
     let copy = copy_of_configs();
     let place = |name: &str| copy.path().join(name);
     spoil(&place("module1.toml"), "window = 12", "window = 0");
@@ -67,12 +67,12 @@ fn every_mistake_in_every_file_is_told_with_file_and_line() {
         "no.toml: cannot be read",
     ];
     outcome.fails(3, &said);
-    assert!(outcome.stdout.contains("tower.toml: valid"), "the valid one is still told");
+    assert!(outcome.stdout.contains("tower.toml: valid"), "the valid one is still reported");
     assert!(outcome.stderr.lines().all(|line| !line.is_empty()));
 }
 
 #[test]
-fn a_file_of_no_kind_is_told_what_there_is() {
+fn a_file_of_no_kind_is_answered_with_the_kinds() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.toml");
     fs::write(&file, "colour = 1\n").unwrap();

@@ -34,7 +34,7 @@ impl Demo {
         let events = child.stdout.take().map(BufReader::new);
         let mut demo = Demo { child, events, pids: Vec::new() };
         let started = demo.next().unwrap();
-        assert_eq!(started["event"], "started");
+        assert_eq!((&started["event"], &started["v"]), (&"started".into(), &1.into()));
         let processes = started["processes"].as_array().unwrap();
         demo.pids = processes.iter().map(|p| p["pid"].as_i64().unwrap() as i32).collect();
         demo
@@ -104,9 +104,9 @@ fn every_injected_fault_is_named_and_nothing_else() {
     let summary = events.last().unwrap();
     assert_eq!(summary["event"], "summary");
     assert_eq!(summary["exact"], true);
-    let told: Vec<_> =
+    let listed: Vec<_> =
         summary["pids"].as_array().unwrap().iter().map(|p| p.as_i64().unwrap() as i32).collect();
-    assert_eq!(told, pids);
+    assert_eq!(listed, pids);
     let components = |list: &str| -> Vec<String> {
         let faults = summary[list].as_array().unwrap().iter();
         faults.map(|fault| fault["component"].as_str().unwrap().to_owned()).collect()
@@ -116,12 +116,12 @@ fn every_injected_fault_is_named_and_nothing_else() {
     // Not "in_service": it is read off a status message, which may be dropped, and at this speed the
     // whole show is over before the next one.
     for event in ["ready", "injected", "repaired", "change"] {
-        assert!(events.iter().any(|told| told["event"] == event), "no {event}");
+        assert!(events.iter().any(|entry| entry["event"] == event), "no {event}");
     }
-    let explained_elsewhere = events.iter().any(|told| {
-        told["state"] == "explained"
-            && told["explained_by"] == "module1/actuator/a1"
-            && told["component"].as_str().unwrap().starts_with("module2/")
+    let explained_elsewhere = events.iter().any(|entry| {
+        entry["state"] == "explained"
+            && entry["explained_by"] == "module1/actuator/a1"
+            && entry["component"].as_str().unwrap().starts_with("module2/")
     });
     assert!(explained_elsewhere, "no gage of module2 was explained by the actuator of module1");
 }
@@ -132,11 +132,14 @@ fn an_interrupt_leaves_no_process_behind() {
         let mut demo = Demo::start(&[]);
         demo.wait_for("warming_up");
         demo.signal(signal);
+        let events = demo.events.take().unwrap();
         let (status, said) = demo.end(SOON);
         assert_eq!(
             (status.code(), said.as_str()),
-            (Some(1), "error: interrupted before the end\n")
+            (Some(130), "error: interrupted before the end\n")
         );
+        let mut later = events.lines().map(Result::unwrap);
+        assert!(!later.any(|line| line.contains("\"summary\"")), "it was not seen through");
     }
 }
 
@@ -162,7 +165,8 @@ fn a_second_interrupt_kills_what_does_not_stop() {
     std::thread::sleep(Duration::from_millis(300));
     assert!(is_running(demo.pids[1]), "a frozen process does not stop when asked");
     demo.signal(Signal::SIGINT);
-    demo.end(Duration::from_secs(2));
+    let (status, _) = demo.end(Duration::from_secs(2));
+    assert_eq!(status.code(), Some(130));
 }
 
 #[test]
@@ -185,7 +189,7 @@ fn a_closed_pipe_ends_the_demo_quietly() {
 }
 
 #[test]
-fn logs_are_kept_where_it_says() {
+fn logs_are_kept_where_it_reports() {
     let mut demo = Demo::start(&["--keep-logs"]);
     demo.wait_for("ready");
     demo.signal(Signal::SIGINT);

@@ -83,7 +83,7 @@ fn a_line_of_json_has_the_documented_form() {
     let lines: Vec<&str> = outcome.stdout.lines().collect();
     assert_eq!(
         lines[0],
-        r#"{"index":0,"channels":{"x":{"divergence":null,"change":false},"the y":{"divergence":null,"change":false}}}"#
+        r#"{"v":1,"index":0,"channels":{"x":{"divergence":null,"change":false},"the y":{"divergence":null,"change":false}}}"#
     );
     let last: Value = serde_json::from_str(lines[2]).unwrap();
     assert_eq!(last["index"], 2);
@@ -141,7 +141,7 @@ fn bad_rows_are_refused_by_line_and_column() {
         let outcome = small(table, &["--json"]);
         outcome.fails(3, &[said, "--skip-bad"]);
         assert!(said.contains("one too many") || outcome.stderr.contains(finite));
-        assert_eq!(rows(&outcome).len(), 1, "the row before the mistake is told");
+        assert_eq!(rows(&outcome).len(), 1, "the row before the mistake is printed");
     }
 }
 
@@ -172,10 +172,10 @@ fn no_window_is_formed_across_a_gap() {
 }
 
 #[test]
-fn numbers_too_large_to_square_are_told_and_do_no_harm() {
+fn numbers_too_large_to_square_are_reported_and_do_no_harm() {
     let outcome = small("x\n1\n-1e300\n1e300\n1\n2\n3\n4\n", &["--json"]);
     assert_eq!(outcome.code, Some(0));
-    assert!(outcome.stderr.contains("channel `x` was started anew"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("channel `x` was restarted"), "{}", outcome.stderr);
     assert!(divergences(&outcome)[6].is_some());
 }
 
@@ -235,7 +235,7 @@ fn columns_that_are_not_chosen_may_hold_anything() {
 }
 
 #[test]
-fn the_summary_tells_where_the_largest_divergence_and_the_changes_are() {
+fn the_summary_shows_where_the_largest_divergence_and_the_changes_are() {
     let table = "quiet,x\n0,0\n0,0\n0,0\n0,9\n0,0\n0,0\n0,0\n";
     let outcome = small(table, &["--threshold", "0.5"]);
     outcome.succeeds();
@@ -266,7 +266,7 @@ fn a_closed_pipe_ends_the_run_quietly() {
     stdin.write_all(b"x\n1\n").unwrap();
     let mut line = String::new();
     stdout.read_line(&mut line).unwrap();
-    assert!(line.starts_with(r#"{"index":0"#), "a row is told before the next one comes: {line}");
+    assert!(line.starts_with(r#"{"v":1,"index":0"#), "each row is printed at once: {line}");
     drop(stdout);
     let rows = "2\n".repeat(100_000);
     // The run may end before it has read everything.

@@ -1,4 +1,4 @@
-//! `trusswatch detect --module`: a recording of a run gives the very changes of the run.
+//! `trusswatch detect --config`: a recording of a run gives the very changes of the run.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -27,7 +27,7 @@ fn campaign() -> Campaign {
 }
 
 fn modules(names: &[&str]) -> Vec<String> {
-    names.iter().flat_map(|name| ["--module".to_owned(), shipped(name)]).collect()
+    names.iter().flat_map(|name| ["--config".to_owned(), shipped(name)]).collect()
 }
 
 fn detect(input: &str, modules: &[String], more: &[&str]) -> Outcome {
@@ -119,10 +119,10 @@ fn modules_leave_no_room_for_settings_of_one_s_own() {
         "--quiet-steps",
     ] {
         let module = shipped("module1.toml");
-        run(&["detect", "-", "--module", &module, flag, "2"]).fails(2, &[flag, "--module"]);
+        run(&["detect", "-", "--config", &module, flag, "2"]).fails(2, &[flag, "--config"]);
     }
     let twice = modules(&["module1.toml", "module1.toml"]);
     detect("x\n1\n", &twice, &[]).fails(2, &["`module1` was given before"]);
-    let none = ["detect", "-", "--module", "no-such-file.toml"];
+    let none = ["detect", "-", "--config", "no-such-file.toml"];
     run(&none).fails(3, &["no-such-file.toml"]);
 }

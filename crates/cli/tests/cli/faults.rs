@@ -1,10 +1,10 @@
 //! `trusswatch faults` against a stand-in for the diagnosers.
 
+use names::Step;
 use serde_json::Value;
-use truss::ids::Step;
 use wire::{Doubt, FaultState, FaultTransition, GivenOrder, ModulePhase, OrderKind, Topic};
 
-use crate::binary::{Outcome, run};
+use crate::binary::{Outcome, outcome, run, trusswatch};
 use crate::stand_in::{StandIn, nowhere};
 
 fn json(outcome: &Outcome) -> Value {
@@ -22,14 +22,14 @@ fn line(outcome: &Outcome, start: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Two modules with a component in every state, and a third that is only spoken of.
+/// Two modules with a component in every state, and a third that is only named as a peer.
 async fn troubled() -> StandIn {
     let mut tower = StandIn::open("tower").await;
     let state = |component: &str, state, sequence| tower.transition(component, state, sequence);
     let acknowledged = FaultTransition {
         order: Some(GivenOrder {
             order: OrderKind::Acknowledge,
-            by: "ada@desk".to_owned(),
+            by: "ada@station".to_owned(),
             note: Some("looks loose".to_owned()),
             force: false,
         }),
@@ -64,7 +64,7 @@ async fn every_module_and_every_component_that_is_not_normal_is_shown() {
     assert_eq!(line(&outcome, "module3 "), "module3 NOT ANSWERING - - - - peer of module1");
     for (component, why) in [
         ("module1/actuator/a3", "× threshold NOT IN THE JOURNAL"),
-        ("module1/sensor/g2", "acknowledged by ada@desk: looks loose"),
+        ("module1/sensor/g2", "acknowledged by ada@station: looks loose"),
         ("module2/sensor/g5", "explained by module1/actuator/a3, which changed at step 3100"),
         ("module2/sensor/g6", "module3 was not watching when it happened"),
     ] {
@@ -78,11 +78,12 @@ async fn every_module_and_every_component_that_is_not_normal_is_shown() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn machines_are_told_the_same() {
+async fn json_contains_the_same() {
     let tower = troubled().await;
     let outcome = tower.run(&["faults", "--json", "--expect", "module9"]);
     outcome.succeeds();
     let document = json(&outcome);
+    assert!(outcome.stdout.starts_with("{\n  \"v\": 1,\n"), "{}", outcome.stdout);
     assert_eq!(document["all_is_well"], false);
     let modules: Vec<_> = list(&document, "modules")
         .iter()
@@ -105,12 +106,13 @@ async fn a_check_fails_unless_all_is_well() {
     let mut tower = StandIn::open("tower").await;
     let normal = vec![tower.transition("module1/sensor/g1", FaultState::Normal, 0)];
     tower.module("module1", ModulePhase::InService, &[], normal).await;
-    let check = |arguments: &[&str]| tower.run(&[&["faults", "--check"], arguments].concat()).code;
+    let check =
+        |arguments: &[&str]| tower.run(&[&["faults", "--exit-code"], arguments].concat()).code;
     assert_eq!(check(&[]), Some(0));
     assert_eq!(check(&["--expect", "module2"]), Some(1), "a silent module");
     let latched = vec![tower.transition("module3/sensor/g1", FaultState::Latched, 1)];
     tower.module("module3", ModulePhase::InService, &[], latched).await;
-    assert_eq!(tower.run(&["faults", "--check"]).code, Some(1), "a fault");
+    assert_eq!(tower.run(&["faults", "--exit-code"]).code, Some(1), "a fault");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -123,7 +125,7 @@ async fn a_module_that_is_there_and_does_not_answer_is_shown_as_not_answering() 
     outcome.succeeds();
     let line = line(&outcome, "module4 ");
     assert!(line.starts_with("module4 NOT ANSWERING 4711"), "{line}");
-    assert!(line.ends_with("is there, but does not tell its components"), "{line}");
+    assert!(line.ends_with("is present, but does not report its components"), "{line}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -135,7 +137,7 @@ async fn one_endpoint_shows_what_the_process_there_sees_and_several_show_all() {
     first.module("module1", ModulePhase::InService, &["module2"], states).await;
     let states = vec![state(&second, "module2/sensor/g1")];
     second.module("module2", ModulePhase::InService, &["module1"], states).await;
-    let both = ["faults", "--connect", &second.endpoint];
+    let both = ["faults", "--mode", "peer", "--connect", &second.endpoint];
     for arguments in [&both[..1], &both] {
         let outcome = first.run(arguments);
         outcome.succeeds();
@@ -159,13 +161,35 @@ async fn another_structure_is_shown_unless_one_is_asked_for() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn nobody_is_not_health() {
+async fn without_any_module_it_is_not_healthy() {
     let tower = StandIn::open("tower").await;
-    let nobody = tower.run(&["faults", "--timeout", "0.5"]);
-    nobody.fails(4, &["no module gave a sign of life", &tower.endpoint]);
-    let expected = tower.run(&["faults", "--check", "--timeout", "0.5", "--expect", "module1"]);
-    expected.fails(4, &["no module gave a sign of life"]);
+    let none = tower.run(&["faults", "--timeout", "0.5"]);
+    none.fails(4, &["no module was seen", &tower.endpoint]);
+    let expected = tower.run(&["faults", "--exit-code", "--timeout", "0.5", "--expect", "module1"]);
+    expected.fails(4, &["no module was seen"]);
     assert!(line(&expected, "module1 ").contains("NOT ANSWERING"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn environment_and_client_file_say_where_to_look() {
+    let mut tower = StandIn::open("tower").await;
+    tower.module("module1", ModulePhase::InService, &[], vec![]).await;
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("client.toml");
+    let text = format!("[context.site]\nconnect = [{:?}]\nstructure = \"tower\"\n", tower.endpoint);
+    std::fs::write(&file, text).unwrap();
+    let with = |variable: &str, value: &std::ffi::OsStr| {
+        let mut command = trusswatch();
+        command.args(["faults", "--json"]).env(variable, value);
+        tokio::task::block_in_place(|| outcome(&mut command))
+    };
+    for (variable, value) in
+        [("TRUSSWATCH_CONNECT", tower.endpoint.as_ref()), ("TRUSSWATCH_CLIENT", file.as_os_str())]
+    {
+        let found = with(variable, value);
+        assert_eq!(found.code, Some(0), "{variable}: {}", found.stderr);
+        assert!(found.stdout.contains("\"module1\""), "{variable}: {}", found.stdout);
+    }
 }
 
 #[test]
@@ -174,8 +198,8 @@ fn without_a_connection_it_says_where_it_looked() {
     let outcome = run(&["faults", "--timeout", "0.5", "--connect", &nowhere]);
     outcome.fails(4, &[&nowhere, "within 500ms"]);
     run(&["faults"]).fails(2, &["--connect tcp/HOST:PORT"]);
-    run(&["faults", "--connect", "here"]).fails(3, &["`here` is no endpoint", "tcp/127.0.0.1"]);
+    run(&["faults", "--connect", "here"]).fails(2, &["`here` is no endpoint", "tcp/127.0.0.1"]);
     run(&["faults", "--connect", "tpc/127.0.0.1:7447"])
-        .fails(3, &["no known protocol; use tcp, tls"]);
+        .fails(2, &["no known protocol; use tcp, tls"]);
     run(&["faults", "--timeout", "0", "--connect", &nowhere]).fails(2, &["more than 0"]);
 }

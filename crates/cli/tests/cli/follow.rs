@@ -12,8 +12,8 @@ use wire::FaultState;
 use crate::binary::trusswatch;
 use crate::stand_in::StandIn;
 
-/// Nothing of this takes so long, whatever else the machine does.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Far longer than any of this takes on a loaded machine.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 struct Follower {
     child: Child,
@@ -32,7 +32,7 @@ impl Follower {
         Follower { child, lines }
     }
 
-    /// The next line that says all of these.
+    /// The next line that contains all of these.
     fn line(&mut self, said: &[&str]) -> String {
         let is_it = |line: &String| said.iter().all(|text| line.contains(text));
         self.lines.by_ref().map(Result::unwrap).find(is_it).unwrap()
@@ -46,7 +46,7 @@ impl Follower {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn verdicts_and_presence_are_told_as_they_come_until_it_is_ended() {
+async fn verdicts_and_presence_are_printed_as_they_come_until_it_is_ended() {
     let mut tower = StandIn::open("tower").await;
     let mut people = Follower::of(&tower, &[]);
     let mut machines = Follower::of(&tower, &["--json"]);
@@ -54,15 +54,15 @@ async fn verdicts_and_presence_are_told_as_they_come_until_it_is_ended() {
     tower.token("module1").await;
     let latched = tower.transition("module1/sensor/g2", FaultState::Latched, 7);
     let (shown, document, codes) = tokio::time::timeout(
-        PATIENCE,
+        TIMEOUT,
         tokio::task::spawn_blocking(move || {
             people.line(&["module1", "there"]);
             machines.line(&["presence", "module1"]);
             tokio::runtime::Handle::current().block_on(async {
-                tower.tell(&latched).await;
-                tower.tell(&latched).await;
+                tower.publish(&latched).await;
+                tower.publish(&latched).await;
                 let later = tower.transition("module1/sensor/g2", FaultState::Acknowledged, 8);
-                tower.tell(&later).await;
+                tower.publish(&later).await;
             });
             let shown = [people.line(&["module1/sensor/g2"]), people.line(&["module1/sensor/g2"])];
             let document = machines.line(&["fault", "module1/sensor/g2"]);
@@ -73,9 +73,9 @@ async fn verdicts_and_presence_are_told_as_they_come_until_it_is_ended() {
     .unwrap()
     .unwrap();
     assert!(shown[0].contains("latched") && shown[0].contains("step 3112"), "{shown:?}");
-    assert!(shown[1].contains("acknowledged"), "the same is told once: {shown:?}");
+    assert!(shown[1].contains("acknowledged"), "the same is printed once: {shown:?}");
     let document: Value = serde_json::from_str(&document).unwrap();
     assert_eq!((&document["news"], &document["state"]), (&"fault".into(), &"latched".into()));
-    assert_eq!(document["sequence"], 7);
+    assert_eq!((&document["sequence"], &document["v"]), (&7.into(), &1.into()));
     assert_eq!(codes, [Some(0), Some(0)]);
 }

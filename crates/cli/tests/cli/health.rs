@@ -1,4 +1,4 @@
-//! `trusswatch health` at the end of a line on which something else speaks.
+//! `trusswatch health` against made-up servers.
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
@@ -42,7 +42,7 @@ fn the_words_are_printed_and_the_exit_code_is_the_condition() {
 }
 
 #[test]
-fn whoever_is_no_process_of_ours_is_a_failure_of_the_network() {
+fn another_server_is_a_failure_of_the_network() {
     for (answer, said) in [
         ("HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", "answers 404 on /readyz"),
         ("220 smtp.example.org\r\n\r\n", "127.0.0.1"),
@@ -58,7 +58,7 @@ fn whoever_is_no_process_of_ours_is_a_failure_of_the_network() {
 fn an_answer_without_end_is_not_waited_for() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
-    // The system takes the connection; nobody ever reads from it.
+    // The system takes the connection; nothing ever reads from it.
     run(&["health", &address, "--timeout", "0.2"]).fails(4, &[&address, "no answer within 200ms"]);
     drop(listener);
     run(&["health", &address]).fails(4, &[&address, "refused"]);

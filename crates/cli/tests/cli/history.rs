@@ -49,7 +49,7 @@ async fn three_pages_become_one_table_and_what_is_missing_is_noted() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn machines_are_told_the_same() {
+async fn json_contains_the_same() {
     let outcome = tower().await.run(&["history", "--json", "--timeout", "2", "--limit", "3"]);
     outcome.succeeds();
     let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
@@ -57,6 +57,7 @@ async fn machines_are_told_the_same() {
         let list = document[list].as_array().unwrap().iter();
         list.map(|entry| entry[field].as_u64().unwrap()).collect()
     };
+    assert_eq!(document["v"], 1);
     assert_eq!(sequences("transitions", "sequence"), [5, 8, 9]);
     assert_eq!(sequences("modules", "first_sequence"), [3, 1]);
     assert_eq!(sequences("modules", "next_sequence"), [10, 3]);
@@ -81,7 +82,7 @@ async fn modules_components_and_a_beginning_can_be_chosen() {
     assert_eq!(chosen, ["1 \"module2/actuator/a1\"", "2 \"module2/sensor/g6\""]);
     let chosen = components(&["--component", "module2/sensor/g6"]);
     assert_eq!(chosen, ["2 \"module2/sensor/g6\""]);
-    let chosen = components(&["--module", "module1", "--since", "8"]);
+    let chosen = components(&["--module", "module1", "--from", "8"]);
     assert_eq!(chosen, ["8 \"module1/sensor/g2\"", "9 \"module1/sensor/g2\""]);
 }
 

@@ -1,8 +1,8 @@
 //! `trusswatch inject` against a stand-in for the plant.
 
+use names::Step;
+use names::fault::Fault;
 use serde_json::Value;
-use truss::fault::Fault;
-use truss::ids::Step;
 use wire::Injection;
 
 use crate::binary::run;
@@ -23,7 +23,7 @@ async fn a_fault_arrives_as_it_was_given_and_so_does_a_repair() {
         tower.run(&["inject", "module1/sensor/g2", "--repair", "--at-step", "9000", "--json"]);
     outcome.succeeds();
     let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
-    assert_eq!(document["effective_step"], 9000);
+    assert_eq!((&document["effective_step"], &document["v"]), (&9000.into(), &1.into()));
     assert_eq!((&document["fault"], &document["structure"]), (&Value::Null, &"tower".into()));
     let expected = [
         injection("module1/sensor/g2", Some(Fault::Bias { offset_m: -6e-4 }), None),
@@ -33,11 +33,11 @@ async fn a_fault_arrives_as_it_was_given_and_so_does_a_repair() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_refusal_and_a_plant_that_is_not_there_are_told_apart() {
+async fn a_refusal_and_a_plant_that_is_not_there_are_distinguished() {
     let mut tower = StandIn::open("tower").await;
     tower.token("module1").await;
     let inject = ["inject", "module1/sensor/g9", "zero_output", "--timeout", "1"];
-    tower.run(&inject).fails(4, &["no plant was there", "nothing was ordered"]);
+    tower.run(&inject).fails(4, &["no plant was there", "no command was sent"]);
     tower.plant().await;
     tower.run(&inject).fails(1, &["module1/sensor/g9: refused: there is no"]);
 }

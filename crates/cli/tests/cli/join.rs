@@ -79,7 +79,7 @@ fn what_would_not_be_valid_is_left_as_it_is() {
 
 /// Without `--tls` the certificate is that of the service, which is not installed here.
 #[test]
-fn a_service_without_a_certificate_is_told_where_it_has_to_be() {
+fn a_service_without_a_certificate_is_refused_with_its_place() {
     let folder = computer();
     let file = folder.path().join("no-such-module.toml");
     fs::copy(folder.path().join("module1.toml"), &file).unwrap();

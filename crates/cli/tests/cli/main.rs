@@ -22,7 +22,7 @@ mod model;
 mod orders;
 mod pki;
 mod program;
-mod repeat;
+mod replicate;
 mod schema;
 mod stand_in;
 mod study;

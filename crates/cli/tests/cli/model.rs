@@ -17,7 +17,7 @@ fn the_summary_shows_the_tower() {
 }
 
 #[test]
-fn a_module_goes_by_name_and_by_number() {
+fn a_module_is_chosen_by_name_or_by_number() {
     let named = run(&["model", &tower(), "--module", "module2"]);
     named.succeeds();
     assert_eq!(named.stdout, run(&["model", &tower(), "--module", "2"]).stdout);
@@ -52,6 +52,7 @@ fn json_carries_the_model() {
     let outcome = run(&["model", &tower(), "--json", "--module", "1"]);
     outcome.succeeds();
     let model: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(model["v"], 1);
     assert_eq!(model["gages"].as_array().unwrap().len(), 8);
     assert_eq!(model["actuators"][0]["path"], "module1/actuator/a1");
 }
@@ -71,7 +72,7 @@ fn a_drawing_goes_to_a_file_or_to_standard_output() {
 }
 
 #[test]
-fn every_mistake_in_a_description_is_told_with_its_line() {
+fn every_mistake_in_a_description_is_reported_with_its_line() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("bad.toml");
     let text = std::fs::read_to_string(tower()).unwrap();

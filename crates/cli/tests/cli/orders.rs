@@ -22,7 +22,7 @@ fn reasonable(kind: OrderKind, order: &Order) -> Result<Obeyed, String> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn an_order_arrives_as_it_was_given_and_what_became_of_it_is_told() {
+async fn a_command_arrives_as_it_was_given_and_its_outcome_is_printed() {
     let mut tower = StandIn::open("tower").await;
     let orders = tower.orders("module1", Arc::new(reasonable)).await;
     tower.token("module1").await;
@@ -30,8 +30,8 @@ async fn an_order_arrives_as_it_was_given_and_what_became_of_it_is_told() {
     let given = [&["ack", "module1/sensor/g2"][..], &by, &note].concat();
     let outcome = tower.run(&given);
     outcome.succeeds();
-    let told = "acknowledged module1/sensor/g2 by ada: now acknowledged, transition 7\n";
-    assert_eq!(outcome.stdout, told);
+    let printed = "acknowledged module1/sensor/g2 by ada: now acknowledged, transition 7\n";
+    assert_eq!(outcome.stdout, printed);
     tower.run(&["reset", "module1/sensor/g2", "--by", "ada", "--force"]).succeeds();
     let order = |note: Option<&str>, force| Order {
         component: "sensor/g2".parse().unwrap(),
@@ -43,7 +43,7 @@ async fn an_order_arrives_as_it_was_given_and_what_became_of_it_is_told() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_refusal_is_told_with_its_reason_and_does_not_stop_the_others() {
+async fn a_refusal_is_printed_with_its_reason_and_does_not_stop_the_others() {
     let mut tower = StandIn::open("tower").await;
     tower.orders("module1", Arc::new(reasonable)).await;
     tower.token("module1").await;
@@ -51,6 +51,7 @@ async fn a_refusal_is_told_with_its_reason_and_does_not_stop_the_others() {
     let outcome = tower.run(&["ack", components[0], components[1], "--by", "ada", "--json"]);
     outcome.fails(1, &["module1/sensor/g9: refused: `sensor/g9` is normal"]);
     let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(document["v"], 1);
     assert_eq!(document["orders"][0]["outcome"], "refused");
     assert!(document["orders"][0]["reason"].as_str().unwrap().contains("is normal"));
     assert_eq!(document["orders"][1]["outcome"], "obeyed");
@@ -58,12 +59,12 @@ async fn a_refusal_is_told_with_its_reason_and_does_not_stop_the_others() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn nobody_there_and_nobody_answering_are_told_apart() {
+async fn an_absent_module_and_a_silent_one_are_distinguished() {
     let mut tower = StandIn::open("tower").await;
     let ack = |tower: &StandIn, timeout| {
         tower.run(&["ack", "module1/sensor/g2", "--by", "ada", "--timeout", timeout])
     };
-    ack(&tower, "0.5").fails(4, &["module1/sensor/g2", "not there", "nothing was ordered"]);
+    ack(&tower, "0.5").fails(4, &["module1/sensor/g2", "not there", "no command was sent"]);
     tower.silence("module1", Topic::Command(OrderKind::Acknowledge)).await;
     tower.token("module1").await;
     ack(&tower, "2").fails(4, &["module1/sensor/g2", "may or may not have been carried out"]);
@@ -116,12 +117,12 @@ fn orders_that_cannot_be_meant_are_not_sent() {
     let order = |arguments: &[&str]| run(&[arguments, &connect].concat());
     order(&["ack"]).fails(2, &["COMPONENT"]);
     order(&["ack", "module1/valve/x"]).fails(2, &["actuator/NAME"]);
-    order(&["ack", "m/sensor/g", "--by", " "]).fails(2, &["say who orders it"]);
+    order(&["ack", "m/sensor/g", "--by", " "]).fails(2, &["state who issues the command"]);
     order(&["reset", "m/sensor/g", "--force", "--wait", "3"]).fails(2, &["--wait"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_orders_it_is_taken_from_the_surroundings() {
+async fn the_issuer_is_taken_from_the_environment() {
     let mut tower = StandIn::open("tower").await;
     let orders = tower.orders("module1", Arc::new(reasonable)).await;
     tower.token("module1").await;

@@ -49,7 +49,8 @@ fn certificates_are_made_listed_and_renewed() {
     let listed = pki(folder.path(), &["list", "--json"]);
     listed.succeeds();
     let listed: serde_json::Value = serde_json::from_str(&listed.stdout).unwrap();
-    assert_eq!(listed[0]["days_left"], 29, "{listed:#}");
+    assert_eq!(listed["v"], 1);
+    assert_eq!(listed["certificates"][0]["days_left"], 29, "{listed:#}");
     let identity = check(&folder.path().join("module1"));
     identity.succeeds();
     assert!(identity.stdout.contains("certificate of `module1.tower`"), "{}", identity.stdout);
@@ -99,8 +100,8 @@ fn services_get_certificates_that_are_good_and_of_their_own_authority() {
     ] {
         let installed = install(folder.path(), holder);
         installed.succeeds();
-        let told = format!("{holder}.tower for {unit}, until ");
-        assert!(installed.stdout.contains(&told), "{}", installed.stdout);
+        let line = format!("{holder}.tower for {unit}, until ");
+        assert!(installed.stdout.contains(&line), "{}", installed.stdout);
     }
     assert_eq!(store.metadata().unwrap().permissions().mode() & 0o777, 0o700);
     let modes = fs::read_dir(&store).unwrap().map(|entry| entry.unwrap().metadata().unwrap());
@@ -159,10 +160,7 @@ fn the_shipped_access_control_is_the_one_that_is_generated() {
         }
         let shipped = fs::read_to_string(&file).unwrap();
         let name = file.display();
-        assert!(
-            shipped == printed.stdout,
-            "{name} is out of date; set {REWRITE}=1 to write it anew"
-        );
+        assert!(shipped == printed.stdout, "{name} is out of date; set {REWRITE}=1 to rewrite it");
         let checked = check(&file);
         checked.succeeds();
         let named = "access control for module1.tower, module2.tower, plant.tower, \
@@ -173,14 +171,14 @@ fn the_shipped_access_control_is_the_one_that_is_generated() {
 
 #[test]
 fn the_people_of_a_library_are_named_in_its_access_control() {
-    let folder = library(&["operator.ben", "observer.desk", "router.ground"]);
+    let folder = library(&["operator.ben", "observer.station", "router.ground"]);
     let structure = repository("configs/tower.toml").display().to_string();
     let printed = pki(folder.path(), &["access", &structure]);
     printed.succeeds();
-    for name in ["operator.ben.tower", "observer.desk.tower", "module2.tower"] {
+    for name in ["operator.ben.tower", "observer.station.tower", "module2.tower"] {
         assert!(printed.stdout.contains(name), "{name}");
     }
-    assert!(!printed.stdout.contains("operator.ada"), "nobody else is");
+    assert!(!printed.stdout.contains("operator.ada"), "no other holder is");
 }
 
 /// A copy of module 1's configuration that shows itself by the certificates in this directory.

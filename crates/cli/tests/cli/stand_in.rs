@@ -3,9 +3,9 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use daemon::config::Network;
+use names::{ModuleName, Step, StructureName};
+use session::Network;
 use tokio::task::JoinHandle;
-use truss::ids::{ModuleName, Step, StructureName};
 use wire::{
     Evidence, FaultState, FaultTransition, HistoryPage, HistoryQuestion, Injected, Injection, Key,
     Message, ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerStatus, PlantTopic, Refused,
@@ -44,7 +44,7 @@ impl StandIn {
         let connect = others.iter().map(|other| other.endpoint.clone()).collect();
         let listen = vec![endpoint.clone()];
         let network = Network { listen, connect, ..Network::default() };
-        let session = daemon::session::open(&network).await.unwrap();
+        let session = session::open(&network).await.unwrap();
         StandIn {
             session,
             endpoint,
@@ -71,7 +71,7 @@ impl StandIn {
         self.tokens.push(self.session.liveliness().declare_token(key).await.unwrap());
     }
 
-    /// Answers whoever asks for the state of components.
+    /// Answers queries for the state of components.
     pub(crate) async fn states(&self, module: &str, states: Vec<FaultTransition>) {
         let watched = wire::keys::Watched {
             structure: Some(&self.structure),
@@ -89,7 +89,7 @@ impl StandIn {
         .await;
     }
 
-    /// Says how the module is, again and again.
+    /// Publishes the module's status periodically.
     pub(crate) async fn statuses(&mut self, module: &str, phase: ModulePhase, peers: &[&str]) {
         let status = self.status(module, phase, peers);
         let publisher =
@@ -167,8 +167,8 @@ impl StandIn {
         injections
     }
 
-    /// Tells a verdict.
-    pub(crate) async fn tell(&self, transition: &FaultTransition) {
+    /// Publishes a verdict.
+    pub(crate) async fn publish(&self, transition: &FaultTransition) {
         let topic = Topic::Fault(transition.component.component.clone());
         let key = self.key(transition.module.as_str(), topic);
         self.session.put(key, wire::encode(transition).unwrap()).await.unwrap();
@@ -181,7 +181,7 @@ impl StandIn {
         self.serve(key, move |query| kept.lock().unwrap().push(query)).await;
     }
 
-    /// A module that is there, tells its status and its states.
+    /// A module that is present, and publishes its status and its states.
     pub(crate) async fn module(
         &mut self,
         module: &str,
@@ -304,7 +304,7 @@ fn refuse(query: &Query, reason: String) {
     zenoh::Wait::wait(query.reply_err(wire::encode(&Refused { reason }).unwrap())).unwrap();
 }
 
-/// An endpoint at which nobody listens.
+/// An endpoint without a listener.
 pub(crate) fn nowhere() -> String {
-    daemon::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
+    loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }

@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::binary::{Outcome, repository, run, trusswatch};
 
 fn study(arguments: &[&str]) -> Outcome {
-    run(&[&["study", "--seed", "11"], arguments].concat())
+    run(&[&["study", "run", "--seed", "11"], arguments].concat())
 }
 
 fn object(outcome: &Outcome) -> Value {
@@ -21,11 +21,12 @@ fn object(outcome: &Outcome) -> Value {
 }
 
 #[test]
-fn one_object_tells_what_came_of_it_whatever_the_number_of_jobs() {
+fn one_object_holds_the_results_whatever_the_number_of_jobs() {
     let with = |jobs| study(&["--scenarios", "7", "--nominal", "2", "--json", "--jobs", jobs]);
     let (one, three) = (with("1"), with("3"));
     assert_eq!(one.stdout, three.stdout);
     let object = object(&one);
+    assert!(one.stdout.starts_with("{\n  \"v\": 1,\n"), "{}", one.stdout);
     assert_eq!((object["scenarios"].as_u64(), object["nominal_runs"].as_u64()), (Some(7), Some(2)));
     assert!(object["false_alarm_runs"].is_u64());
     let shares: f64 = ["tp", "fn", "fp", "tn"]
@@ -45,7 +46,7 @@ fn one_object_tells_what_came_of_it_whatever_the_number_of_jobs() {
 }
 
 #[test]
-fn a_campaign_is_gone_on_with_and_extended() {
+fn a_campaign_is_resumed_and_extended() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().to_str().unwrap();
     let first = study(&["--scenarios", "2", "--out", out]);
@@ -72,17 +73,18 @@ fn another_campaign_s_directory_is_refused() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().to_str().unwrap();
     study(&["--scenarios", "1", "--out", out]);
-    let with = |arguments: &[&str]| run(&[&["study", "--out", out], arguments].concat());
+    let with = |arguments: &[&str]| run(&[&["study", "run", "--out", out], arguments].concat());
     with(&["--seed", "12"]).fails(3, &["runs.jsonl:1", "seed 11", "12 is asked for", "--out"]);
     with(&["--seed", "11", "--mismatch", "0.1"]).fails(3, &["mismatch 0"]);
     with(&["--seed", "11", "--preset", "paper"]).fails(3, &["preset default"]);
 }
 
 #[test]
-fn an_interrupted_campaign_tells_and_keeps_what_is_done() {
+fn an_interrupted_campaign_prints_and_keeps_what_is_done() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().to_str().unwrap();
-    let arguments = ["study", "--scenarios", "100000", "--jobs", "1", "--json", "--out", out];
+    let arguments =
+        ["study", "run", "--scenarios", "100000", "--jobs", "1", "--json", "--out", out];
     let mut child = trusswatch();
     let child = child.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = child.spawn().unwrap();
@@ -92,8 +94,8 @@ fn an_interrupted_campaign_tells_and_keeps_what_is_done() {
     child.stdout.take().unwrap().read_to_string(&mut stdout).unwrap();
     let stderr = BufReader::new(child.stderr.take().unwrap()).lines();
     let stderr: Vec<String> = stderr.map(Result::unwrap).collect();
-    assert_eq!(child.wait().unwrap().code(), Some(1));
-    assert!(stderr.iter().any(|line| line.contains("the same command goes on")), "{stderr:?}");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(stderr.iter().any(|line| line.contains("the same command resumes")), "{stderr:?}");
     let object: Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!(object["complete"], false);
     let done = object["scenarios"].as_u64().unwrap();
@@ -115,14 +117,14 @@ fn what_cannot_be_meant_is_refused() {
     let config = |name: &str| repository("configs").join(name).display().to_string();
     let (plant, module) = (config("plant.toml"), config("module2.toml"));
     let swapped =
-        study(&["--plant", &plant, "--module", &module, "--module", &config("module1.toml")]);
+        study(&["--plant", &plant, "--config", &module, "--config", &config("module1.toml")]);
     swapped.fails(3, &["module2, module1", "give them in this order"]);
 }
 
 #[test]
-fn the_four_combinations_are_told_side_by_side() {
+fn the_four_combinations_are_printed_side_by_side() {
     // own modules that need no calibration for the tracking residual, and few scenarios
-    let outcome = study(&["--compare", "--scenarios", "7"]);
+    let outcome = run(&["study", "compare", "--seed", "11", "--scenarios", "7"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     for text in ["only actuators explain", "first change names the fault", "demand", "tracking"] {
         assert!(outcome.stdout.contains(text), "{}", outcome.stdout);
@@ -133,13 +135,14 @@ fn the_four_combinations_are_told_side_by_side() {
 fn recordings_are_left_with_the_truth_beside_them() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().to_str().unwrap();
-    let told = study(&["--scenarios", "1", "--nominal", "1", "--export-residuals", out, "--json"]);
-    assert_eq!(told.code, Some(0), "{}", told.stderr);
-    let told: Value = serde_json::from_str(&told.stdout).unwrap();
-    assert_eq!((&told["scenarios"], &told["nominal_runs"]), (&1.into(), &1.into()));
+    let amount = ["--scenarios", "1", "--nominal", "1"];
+    let done = run(&[&["study", "export", out, "--seed", "11", "--json"], &amount[..]].concat());
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let written: Value = serde_json::from_str(&done.stdout).unwrap();
+    assert_eq!((&written["scenarios"], &written["nominal_runs"]), (&1.into(), &1.into()));
     let lines =
         |name: &str| fs::read_to_string(directory.path().join(name)).unwrap().lines().count();
     assert_eq!(lines("truth.csv"), 3);
-    assert_eq!(lines("changes.csv") as u64, 1 + told["changes"].as_u64().unwrap());
+    assert_eq!(lines("changes.csv") as u64, 1 + written["changes"].as_u64().unwrap());
     assert_eq!(lines("scenario-00000.csv"), lines("nominal-00000.csv"));
 }

@@ -4,19 +4,18 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use diagnosis::residual::Hydraulics;
+use diagnosis::residual::NominalHydraulics;
 use diagnosis::{Diagnoser, ModuleSetup, SetupError};
+use names::{Component, ModuleName, StructureName};
 use pki::Holder;
 use serde::{Deserialize, Serialize};
+use session::Network;
+use session::NetworkFlags;
+use settings::{ConfigErrors, Document};
+use shell::health::{HealthFlags, HealthSettings};
 use truss::Structure;
-use truss::ids::{Component, ModuleName, StructureName};
 
-use super::document::Document;
-use super::error::ConfigErrors;
-use super::flags::NetworkFlags;
-use super::health::{HealthFlags, HealthSettings};
 use super::method::{DetectionSection, IsolationSection};
-use super::network::Network;
 use crate::thresholds::Thresholds;
 
 /// The file as it is written.
@@ -31,7 +30,7 @@ struct DiagnoserFile {
     #[serde(default = "one_millisecond")]
     step_s: f64,
     gage_noise_strain: f64,
-    hydraulics: Hydraulics,
+    hydraulics: NominalHydraulics,
     #[serde(default)]
     detection: DetectionSection,
     #[serde(default)]
@@ -54,7 +53,7 @@ fn one_millisecond() -> f64 {
     1e-3
 }
 
-/// The table `[publish]`: how often what is published.
+/// The table `[publish]`: how often each message is published.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PublishSettings {
@@ -64,7 +63,7 @@ pub struct PublishSettings {
     pub progress_every_steps: u64,
     /// Time between two status messages \[ms\]: 1000.
     pub status_every_ms: u64,
-    /// Transitions of each component that late listeners are given: 64.
+    /// Transitions of each component that late subscribers are given: 64.
     pub history: usize,
     /// Samples that may wait to be processed: 4096. More are dropped and counted.
     pub sample_queue: usize,
@@ -82,13 +81,13 @@ impl Default for PublishSettings {
     }
 }
 
-/// The table `[queries]`: how long who waits for whom.
+/// The table `[queries]`: the time limits of queries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct QuerySettings {
     /// How long a peer's answer is waited for \[ms\]: 300.
     pub timeout_ms: u64,
-    /// How long a peer's question is held until its step comes \[ms\]: 1000.
+    /// How long a peer's query is held until its step arrives \[ms\]: 1000.
     pub hold_ms: u64,
     /// How long the next sample waits for a peer's answer \[ms\]: 50. While the answers come within
     /// this, every transition is that of a single process, not only every verdict.
@@ -115,17 +114,17 @@ impl QuerySettings {
     }
 }
 
-/// The table `[input]`: what is done about samples that do not come as they should.
+/// The table `[input]`: how missing, late and foreign samples are handled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct InputSettings {
-    /// Without a sample for so long the module is stale \[ms\]: 500.
+    /// Without a sample for this long the module is stale \[ms\]: 500.
     pub stale_after_ms: u64,
-    /// Samples that have waited for so long are thrown away, to get back to the present \[ms\]: 1000.
+    /// Samples that have waited for this long are dropped, to catch up with the present \[ms\]: 1000.
     pub resync_after_ms: u64,
     /// How many missed samples the publisher is asked for: 8192; 0 for none.
     pub recover_steps: u64,
-    /// A publisher that is silent for so long may be replaced by another one \[ms\]: 200.
+    /// A publisher that is silent for this long may be replaced by another one \[ms\]: 200.
     pub incumbent_ms: u64,
 }
 
@@ -172,7 +171,7 @@ impl StateSettings {
         self.rotate_mib << 20
     }
 
-    /// Says which directory it is, seen from the file that names it.
+    /// Resolves the directory relative to the file that names it.
     fn resolve(mut self, document: &Document) -> Self {
         let given = std::env::var_os(STATE_VARIABLE).filter(|text| !text.is_empty());
         let named = self.directory.map(|directory| document.beside(&directory));
@@ -184,18 +183,18 @@ impl StateSettings {
 /// The environment variable that names the state directory; service managers set it.
 const STATE_VARIABLE: &str = "STATE_DIRECTORY";
 
-/// Everything that a diagnoser process is told, checked.
+/// The checked configuration of a diagnoser process.
 #[derive(Debug, Clone)]
 pub struct DiagnoserConfig {
     /// Name of the structure, from its description.
     pub structure_name: StructureName,
     /// Where to listen and connect.
     pub network: Network,
-    /// How often what is published.
+    /// How often each message is published.
     pub publish: PublishSettings,
-    /// How long who waits for whom.
+    /// The time limits of queries.
     pub queries: QuerySettings,
-    /// What is done about samples that do not come as they should.
+    /// How missing, late and foreign samples are handled.
     pub input: InputSettings,
     /// What outlives the process.
     pub state: StateSettings,
@@ -219,7 +218,7 @@ impl DiagnoserConfig {
         &self.setup.module
     }
 
-    /// The other modules that are asked.
+    /// The other modules that are queried.
     #[must_use]
     pub fn peers(&self) -> &[ModuleName] {
         &self.setup.peers
@@ -238,7 +237,6 @@ impl DiagnoserConfig {
     /// An endpoint that is none.
     pub fn with_flags(mut self, flags: &NetworkFlags) -> Result<Self, ConfigErrors> {
         self.network.add(flags);
-        super::flags::check(flags)?;
         let mut errors = ConfigErrors(Vec::new());
         self.network.check_identity(&self.holder(), &self.structure_name, &mut errors);
         errors.or(self)

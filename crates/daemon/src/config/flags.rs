@@ -1,30 +1,14 @@
-//! Flags that override or add to a file.
+//! Flags that override a plant's file.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use truss::ids::RunId;
+use names::RunId;
+use session::NetworkFlags;
+use shell::health::HealthFlags;
 
-use super::endpoint::endpoint;
-use super::error::ConfigErrors;
-use super::health::HealthFlags;
 use super::speed::Speed;
 
-/// Endpoints from the command line.
-#[derive(Debug, Clone, Default, clap::Args)]
-pub struct NetworkFlags {
-    /// Listen on this endpoint too, e.g. `tcp/127.0.0.1:7447`; may be repeated
-    #[arg(long, value_name = "ENDPOINT")]
-    pub listen: Vec<String>,
-    /// Connect to this endpoint too; may be repeated
-    #[arg(long, value_name = "ENDPOINT")]
-    pub connect: Vec<String>,
-    /// Show who this is by the certificate in this directory, made by `trusswatch pki issue`, and
-    /// accept nothing but mutually authenticated TLS
-    #[arg(long, value_name = "DIRECTORY")]
-    pub tls: Option<PathBuf>,
-}
-
-/// What may be said of a plant on the command line.
+/// What a command line may set of a plant.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct PlantFlags {
     /// Seed of all randomness
@@ -55,15 +39,4 @@ pub struct PlantFlags {
 
 fn run_id(text: &str) -> Result<RunId, std::num::ParseIntError> {
     text.parse().map(RunId)
-}
-
-/// Checks endpoints from the command line.
-pub(super) fn check(flags: &NetworkFlags) -> Result<(), ConfigErrors> {
-    let mut errors = ConfigErrors(Vec::new());
-    for (flag, endpoints) in [("--listen", &flags.listen), ("--connect", &flags.connect)] {
-        for error in endpoints.iter().filter_map(|text| endpoint(text).err()) {
-            errors.add(Path::new(flag), None, error);
-        }
-    }
-    errors.or(())
 }

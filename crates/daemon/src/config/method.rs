@@ -90,8 +90,8 @@ pub struct IsolationSection {
     pub hold_steps: u64,
     /// Changes at most this many steps apart are simultaneous: 3.
     pub tie_steps: u64,
-    /// Many times its threshold: a change that gets there within the tie is nobody's effect: 30.
-    pub leap_ratio: f64,
+    /// A change whose ratio to its threshold reaches this within the tie is a root cause of its own: 30.
+    pub root_ratio: f64,
     /// For how many steps a root explains other components' changes: 2500.
     pub horizon_steps: u64,
     /// Steps below the threshold after which a channel is quiet again: 40.
@@ -104,7 +104,7 @@ impl Default for IsolationSection {
             rule: Rule::FirstChange,
             hold_steps: 6,
             tie_steps: 3,
-            leap_ratio: 30.0,
+            root_ratio: 30.0,
             horizon_steps: 2500,
             quiet_steps: 40,
         }
@@ -117,10 +117,10 @@ impl From<IsolationSection> for IsolationSettings {
             rule,
             hold_steps,
             tie_steps,
-            leap_ratio,
+            root_ratio,
             horizon_steps,
             quiet_steps,
         } = section;
-        Self { rule, hold_steps, tie_steps, leap_ratio, horizon_steps, quiet_steps }
+        Self { rule, hold_steps, tie_steps, root_ratio, horizon_steps, quiet_steps }
     }
 }

@@ -4,18 +4,17 @@ use std::net::SocketAddr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use names::{ModuleName, RunId};
 use pki::Holder;
 use plant::{Mismatch, Plant, PlantError, PlantParameters};
 use serde::{Deserialize, Serialize};
+use session::Network;
+use settings::{ConfigErrors, Document};
+use shell::health::HealthSettings;
 use truss::Structure;
-use truss::ids::{ModuleName, RunId};
 
 use super::diagnoser::load_structure;
-use super::document::Document;
-use super::error::ConfigErrors;
 use super::flags::PlantFlags;
-use super::health::HealthSettings;
-use super::network::Network;
 use super::schedule::{Schedule, load_schedule};
 use super::speed::Speed;
 
@@ -77,30 +76,30 @@ pub struct MismatchSection {
 pub struct LockStep {
     /// Most steps ahead of the slowest diagnoser: 200.
     pub window_steps: u64,
-    /// A diagnoser that makes no progress for this long is no longer waited for \[ms\]: 10000.
-    pub patience_ms: u64,
+    /// A diagnoser without progress for this long is no longer waited for \[ms\]: 10000.
+    pub timeout_ms: u64,
 }
 
 impl Default for LockStep {
     fn default() -> Self {
-        Self { window_steps: 200, patience_ms: 10_000 }
+        Self { window_steps: 200, timeout_ms: 10_000 }
     }
 }
 
-/// Everything that a plant process is told, checked.
+/// The checked configuration of a plant process.
 #[derive(Debug, Clone)]
 pub struct PlantConfig {
-    /// The structure as described, which the controller and the diagnosers believe in.
+    /// The structure as described: the nominal model of the controller and the diagnosers.
     pub structure: Structure,
-    /// Its parameters, as believed too.
+    /// Its nominal parameters.
     pub parameters: PlantParameters,
-    /// How the truth differs.
+    /// How the true plant differs from the nominal model.
     pub mismatch: Option<MismatchSection>,
     /// Seed of all randomness.
     pub seed: u64,
     /// How fast simulated time passes.
     pub speed: Speed,
-    /// By the clock, samples are published in bursts of so many steps.
+    /// By the clock, samples are published in bursts of this many steps.
     pub burst_steps: u64,
     /// End after this many steps.
     pub steps: Option<u64>,
@@ -128,7 +127,7 @@ impl PlantConfig {
             return Plant::new(&self.structure, &self.parameters, self.seed);
         };
         let truth = Mismatch::draw(&self.structure, &self.parameters, relative, seed)?;
-        Plant::with_believed(
+        Plant::with_nominal(
             &truth.structure(&self.structure),
             &self.structure,
             &truth.parameters,
@@ -147,7 +146,6 @@ pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, Config
     let mut written: PlantFile = document.parse()?;
     let mut errors = ConfigErrors(Vec::new());
     written.network.check(&document, &mut errors);
-    errors.collect(super::flags::check(&flags.network));
     written.network.add(&flags.network);
     let health = written.health.address(&document, &mut errors);
     let health = flags.health.address_or(health, &mut errors);
@@ -211,11 +209,11 @@ fn waited_for(
 }
 
 fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigErrors) {
-    let LockStep { window_steps, patience_ms } = written.lock_step;
+    let LockStep { window_steps, timeout_ms } = written.lock_step;
     let figures: [(&[&str], u64, RangeInclusive<u64>); 3] = [
         (&["burst_steps"], written.burst_steps, 1..=100),
         (&["lock_step", "window_steps"], window_steps, 1..=2000),
-        (&["lock_step", "patience_ms"], patience_ms, 100..=3_600_000),
+        (&["lock_step", "timeout_ms"], timeout_ms, 100..=3_600_000),
     ];
     for (place, value, allowed) in figures {
         if !allowed.contains(&value) {

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
+use names::fault::Fault;
+use names::{ComponentPath, Step};
 use serde::{Deserialize, Serialize};
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
 
-use super::document::Document;
-use super::error::ConfigErrors;
+use settings::{ConfigErrors, Document};
 
 /// A schedule, e.g.
 ///

@@ -5,11 +5,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use session::NetworkFlags;
+use settings::ConfigErrors;
+use shell::exit::{EXIT_CODES, Failure, conclude};
+use shell::health::HealthFlags;
+use shell::shutdown::ShutdownFlags;
+use shell::{logging, runtime};
 
-use crate::config::{ConfigErrors, HealthFlags, NetworkFlags, load_diagnoser};
-use crate::exit::{EXIT_CODES, Failure, conclude};
-use crate::shutdown::ShutdownFlags;
-use crate::{logging, runtime};
+use crate::config::load_diagnoser;
 
 /// Fault diagnosis of one module: isolates actuator faults alone, sensor faults with its peers.
 ///

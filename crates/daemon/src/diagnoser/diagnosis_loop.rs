@@ -4,39 +4,39 @@
 //! While a peer is being asked, the next sample stays in the queue for a moment. If the answer comes
 //! by then, as it does in microseconds, the diagnoser gets it at the step at which it asked, just as
 //! in a single process, and every transition is the same. Peers cannot wait for each other in a
-//! circle: whoever asks has processed the step that it asks about, and questions are answered
+//! circle: the querying module has processed the step in question, and queries are answered
 //! meanwhile.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::{Action, Diagnoser, Event, Question};
+use names::Step;
+use shell::clock;
+use shell::occurrences::worth_a_line;
+use shell::shutdown::Shutdown;
+use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
-use truss::ids::Step;
 use wire::{ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress};
 
-use super::event_lane::Event as Outgoing;
+use super::health::ModuleBoard;
 use super::inquiry::{InquiryQueues, OrderInquiry, StateInquiry};
-use super::intake::{Arrival, Counters, Fetched, Flow, Receiver, Sequencer, Store};
-use super::patience::Patience;
-use super::peer_book::PeerBook;
+use super::intake::{Arrival, Fetched, Flow, IntakeTally, Receiver, Sequencer, Store};
+use super::outgoing::{Outgoing, Routine};
+use super::peers::{Backoff, PeerBook};
 use super::performer::Performer;
-use super::routine_lane::Routine;
+use super::staleness::Staleness;
 use super::state::{Board, Watch, WatchFile};
 use super::status::{self, Surroundings};
-use super::vigil::Vigil;
-use crate::clock;
 use crate::config::{DiagnoserConfig, PublishSettings};
 use crate::convert::{Speaker, from_wire_order, to_phase};
-use crate::health::{ModuleBoard, ModuleReport};
-use crate::occurrences::worth_a_line;
-use crate::shutdown::Shutdown;
-use crate::supervision::{Supervisor, words};
+use crate::metrics::ModuleReport;
+use crate::status_line;
 
-/// How often held questions, silence and the last step's progress are looked after.
+/// How often held queries, staleness and the last step's progress are checked.
 const TICK: Duration = Duration::from_millis(50);
-/// A backlog this old for so long is thrown away.
+/// A backlog that stays this old for this long is dropped.
 const BEHIND_FOR: Duration = Duration::from_millis(250);
 
 /// What the loop takes from.
@@ -45,7 +45,7 @@ pub(crate) struct Queues {
     pub(crate) samples: mpsc::Receiver<Arrival>,
     pub(crate) fetched: mpsc::Receiver<Fetched>,
     pub(crate) inquiries: InquiryQueues,
-    /// Peers' answers, and word of their return.
+    /// Peers' answers, and notice of their return.
     pub(crate) answers: mpsc::Receiver<Event>,
 }
 
@@ -55,17 +55,17 @@ pub(crate) struct Intake {
     pub(crate) receiver: Receiver,
     pub(crate) sequencer: Sequencer,
     pub(crate) store: Store,
-    pub(crate) counters: Arc<Counters>,
+    pub(crate) counters: Arc<IntakeTally>,
     pub(crate) resync_after: Duration,
 }
 
-/// What is told in the status besides.
+/// What the status reports besides.
 #[derive(Debug)]
 pub(crate) struct Boards {
     pub(crate) journal: Board,
     pub(crate) watch_file: Option<(WatchFile, Option<Watch>)>,
     pub(crate) peers: PeerBook,
-    /// For whoever asks over HTTP.
+    /// For the HTTP endpoints.
     pub(crate) health: Arc<ModuleBoard>,
 }
 
@@ -78,8 +78,8 @@ pub(crate) struct DiagnosisLoop {
     intake: Intake,
     boards: Boards,
     supervisor: Supervisor,
-    vigil: Vigil,
-    patience: Patience,
+    staleness: Staleness,
+    backoff: Backoff,
     publish: PublishSettings,
     thresholds: String,
     tie_steps: u64,
@@ -108,8 +108,8 @@ impl DiagnosisLoop {
             intake,
             boards,
             supervisor,
-            vigil: Vigil::new(config.input.stale_after()),
-            patience: Patience::default(),
+            staleness: Staleness::new(config.input.stale_after()),
+            backoff: Backoff::default(),
             publish: config.publish,
             thresholds: config.thresholds.clone(),
             tie_steps: config.tie_steps(),
@@ -126,11 +126,11 @@ impl DiagnosisLoop {
     pub(crate) async fn run(mut self, mut queues: Queues, mut shutdown: Shutdown) {
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        self.supervisor.ready(&words::of_module(&self.status(0)));
+        self.supervisor.ready(&status_line::of_module(&self.status(0)));
         loop {
             self.supervisor.progress();
-            let pause = self.performer.asking.until;
-            // Whoever sends into a queue lives as long as the loop, so none of them ever closes.
+            let pause = self.performer.query_pause.until;
+            // The senders of the queues live as long as the loop, so no queue ever closes.
             tokio::select! {
                 () = shutdown.requested() => break,
                 Some(inquiry) = queues.inquiries.state.recv() => self.inquire(inquiry),
@@ -141,7 +141,7 @@ impl DiagnosisLoop {
                     self.intake.sequencer.push(arrival);
                 }
                 () = sleep_until(pause.unwrap_or_else(Instant::now)), if pause.is_some() => {
-                    self.performer.asking.until = None;
+                    self.performer.query_pause.until = None;
                 }
                 now = ticks.tick() => self.tick(now, &mut queues.samples),
             }
@@ -153,7 +153,7 @@ impl DiagnosisLoop {
 
     /// Diagnoses what is there to be diagnosed.
     fn advance(&mut self) {
-        while self.performer.asking.until.is_none() {
+        while self.performer.query_pause.until.is_none() {
             let last = self.diagnoser.run().zip(self.diagnoser.last_step());
             match self.intake.sequencer.next(last, std::time::Instant::now()) {
                 Some(Flow::Process(arrival)) => self.take_sample(arrival),
@@ -177,14 +177,14 @@ impl DiagnosisLoop {
         if self.diagnoser.counters().samples == used_before {
             return;
         }
-        self.vigil.sample(std::time::Instant::now());
+        self.staleness.sample(std::time::Instant::now());
         self.note_time(time_unix_ns);
         let changed = self.diagnoser.counters().changes != changes_before;
         self.publish_routinely(changed);
         self.tell_phase();
     }
 
-    /// The clock of the publisher decides nothing, so whatever it does is only told.
+    /// No decision depends on the publisher's clock, so its irregularities are only reported.
     fn note_time(&mut self, time_unix_ns: u64) {
         if self.latest_sample_unix_ns.is_some_and(|before| time_unix_ns <= before) {
             self.intake.counters.note_standing_clock();
@@ -198,7 +198,7 @@ impl DiagnosisLoop {
         self.behind_since = behind.then(|| self.behind_since.unwrap_or_else(Instant::now));
     }
 
-    /// Throws the backlog away when samples had to be dropped, or have been diagnosed too late for a
+    /// Drops the backlog when samples had to be dropped, or have been diagnosed too late for a
     /// while: what is diagnosed must be the present. A process that was frozen finds an old sample and a
     /// gap behind it: what the publisher still has is waited for.
     fn resynchronise(&mut self, now: Instant, samples: &mut mpsc::Receiver<Arrival>) {
@@ -214,12 +214,12 @@ impl DiagnosisLoop {
         self.behind_since = None;
         let times = self.intake.counters.resynchronise(thrown);
         if worth_a_line(times) {
-            let problem = "samples come faster than they are diagnosed: back to the present";
+            let problem = "samples arrive faster than they are diagnosed: back to the present";
             tracing::warn!(thrown, times, "{problem}");
         }
     }
 
-    /// Divergences and progress, when they are due and somebody listens.
+    /// Divergences and progress, when they are due and have subscribers.
     fn publish_routinely(&mut self, changed: bool) {
         let (Some(run), Some(step)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
@@ -243,25 +243,25 @@ impl DiagnosisLoop {
             self.performer.refuse(query, reason);
             return;
         };
-        if self.vigil.is_stale() && Some(question.step) > self.diagnoser.last_step() {
-            let reason = self.vigil.reason(ModulePhase::Stale);
+        if self.staleness.is_stale() && Some(question.step) > self.diagnoser.last_step() {
+            let reason = self.staleness.reason(ModulePhase::Stale);
             self.performer.refuse(query, reason);
             return;
         }
-        let token = self.performer.desk.put_question(query);
+        let token = self.performer.pending.put_question(query);
         let question = Question { run, from: question.from, as_of: question.step };
         self.handle(Event::Asked { token, question });
     }
 
     fn order(&mut self, inquiry: OrderInquiry) {
         let OrderInquiry { kind, order, query } = inquiry;
-        if kind == OrderKind::Reset && !order.force && self.vigil.is_stale() {
-            let why = self.vigil.reason(ModulePhase::Stale);
+        if kind == OrderKind::Reset && !order.force && self.staleness.is_stale() {
+            let why = self.staleness.reason(ModulePhase::Stale);
             let reason = format!("{why}: nothing is known of `{}` now", order.component);
             self.performer.refuse_order(query, reason);
             return;
         }
-        let token = self.performer.desk.put_order(query);
+        let token = self.performer.pending.put_order(query);
         self.handle(Event::Ordered { token, order: from_wire_order(kind, order) });
         self.tell_phase();
     }
@@ -274,14 +274,14 @@ impl DiagnosisLoop {
         };
         self.handle(event);
         if let Some((peer, answered)) = ended {
-            self.performer.asking.end();
-            self.patience.note(&peer, answered, std::time::Instant::now());
+            self.performer.query_pause.end();
+            self.backoff.note(&peer, answered, std::time::Instant::now());
         }
     }
 
-    /// Whoever did not answer is asked again by and by, whether samples come or not.
+    /// Peers that did not answer are queried again, whether samples come or not.
     fn ask_again(&mut self, now: Instant) {
-        for peer in self.patience.over(now.into_std()) {
+        for peer in self.backoff.over(now.into_std()) {
             self.handle(Event::Returned { peer });
         }
     }
@@ -298,7 +298,7 @@ impl DiagnosisLoop {
     fn tick(&mut self, now: Instant, samples: &mut mpsc::Receiver<Arrival>) {
         self.intake.receiver.tick(now.into_std());
         self.resynchronise(now, samples);
-        if self.vigil.look(now.into_std()) {
+        if self.staleness.look(now.into_std()) {
             self.intake.counters.note_silence();
         }
         self.tell_phase();
@@ -314,12 +314,12 @@ impl DiagnosisLoop {
         }
     }
 
-    /// Tells the phase when it changes.
+    /// Publishes the phase when it changes.
     fn tell_phase(&mut self) {
         let (diagnosed, _) = to_phase(self.diagnoser.phase());
-        let phase = self.vigil.phase(diagnosed);
-        let Some(before) = self.vigil.tell(phase) else { return };
-        let reason = self.vigil.reason(phase);
+        let phase = self.staleness.phase(diagnosed);
+        let Some(before) = self.staleness.change_to(phase) else { return };
+        let reason = self.staleness.reason(phase);
         let step = self.diagnoser.last_step();
         tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
         let Speaker { structure, module } = self.performer.speaker.clone();
@@ -331,24 +331,24 @@ impl DiagnosisLoop {
         self.performer.status_is_due = true;
     }
 
-    /// The askers of old questions no longer wait; and if no samples come, nobody need wait.
+    /// Expired queries are refused; all of them if samples have stopped.
     fn give_up_questions(&mut self, now: Instant) {
-        let stale = self.vigil.is_stale();
-        let hold = self.performer.desk.patience();
-        for token in self.performer.desk.expired(now.into_std(), stale) {
+        let stale = self.staleness.is_stale();
+        let hold = self.performer.pending.hold();
+        for token in self.performer.pending.expired(now.into_std(), stale) {
             self.diagnoser.handle(Event::Withdrawn { token }, &mut self.actions);
             let reason = if stale {
-                self.vigil.reason(ModulePhase::Stale)
+                self.staleness.reason(ModulePhase::Stale)
             } else {
                 format!("step not reached within {} ms", hold.as_millis())
             };
-            if let Some(query) = self.performer.desk.take_question(token) {
+            if let Some(query) = self.performer.pending.take_question(token) {
                 self.performer.refuse(query, reason);
             }
         }
     }
 
-    /// A plant that waits must hear of the last step even if it is no round one, or if the message
+    /// A waiting plant must receive the last step even if it is no round one, or if the message
     /// was dropped.
     fn repeat_progress(&mut self, now: Instant) {
         let stale = match (&self.last_progress, self.diagnoser.last_step()) {
@@ -400,7 +400,7 @@ impl DiagnosisLoop {
         let around = Surroundings {
             speaker: &self.performer.speaker,
             thresholds: &self.thresholds,
-            phase: self.vigil.phase(to_phase(self.diagnoser.phase()).0),
+            phase: self.staleness.phase(to_phase(self.diagnoser.phase()).0),
             lag_ms: self.lag_ms,
             sample_age_ms: self.latest_sample_unix_ns.map(ms_since),
             queued_samples: queued_samples + self.intake.sequencer.len(),
@@ -415,9 +415,9 @@ impl DiagnosisLoop {
 
     fn send_status(&self, queued_samples: usize) {
         let status = self.status(queued_samples);
-        self.supervisor.status(&words::of_module(&status));
+        self.supervisor.status(&status_line::of_module(&status));
         self.boards.health.write(ModuleReport {
-            reason: self.vigil.reason(status.phase),
+            reason: self.staleness.reason(status.phase),
             components: status::of_components(&self.diagnoser),
             status: status.clone(),
         });

@@ -3,36 +3,28 @@
 //! | file | job |
 //! |---|---|
 //! | `intake` | samples from the network, in order and without a gap where that can be had |
-//! | `inquiry` | what others ask: peers, operators, whoever wants to know |
+//! | `inquiry` | queries and commands: of peers, operators, monitoring clients |
 //! | `diagnosis_loop` | owns the diagnoser; takes from the queues |
 //! | `performer` | carries out the diagnoser's actions |
-//! | `peer_query`, `peer_book`, `presence`, `patience` | asks peers; what became of it; who is there; when to ask again |
-//! | `desk` | questions and orders whose replies are still to come |
-//! | `vigil` | whether samples come at all |
+//! | `peers` | whether they are there, what they answer, when they are queried again |
+//! | `pending_replies` | queries and commands that have not been replied to yet |
+//! | `staleness` | whether samples arrive |
 //! | `state` | what outlives the process |
-//! | `outbox`, `event_lane`, `routine_lane`, `publishers` | everything that goes out, on two threads |
-//! | `fault_book` | the present state of each component, for whoever asks |
-//! | `status` | how it all is |
+//! | `outgoing` | everything that goes out, on two threads |
+//! | `status`, `health` | the status of it all; the same over HTTP |
 
 mod args;
-mod asking;
-mod desk;
 mod diagnosis_loop;
-mod event_lane;
-mod fault_book;
+mod health;
 mod inquiry;
 mod intake;
-mod outbox;
-mod patience;
-mod peer_book;
-mod peer_query;
+mod outgoing;
+mod peers;
+mod pending_replies;
 mod performer;
-mod presence;
-mod publishers;
-mod routine_lane;
+mod staleness;
 mod state;
 mod status;
-mod vigil;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -40,29 +32,29 @@ use std::time::Duration;
 use diagnosis::Diagnoser;
 use tokio::sync::mpsc;
 use zenoh::Session;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
 
 pub use args::{command_line, main};
 pub use state::StateDirectory;
 
+use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
+use health::{ModuleBoard, ModuleHealth};
+use inquiry::Queryables;
+use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
+use outgoing::{Drained, EventLane, Outbox, RoutineLane};
+use peers::{PeerBook, PeerQueries, QueryPause};
+use pending_replies::PendingReplies;
+use performer::Performer;
+use shell::exit::Failure;
+use shell::health::Listening;
+use shell::opening::open_unless;
+use shell::shutdown::Shutdown;
+use shell::supervision::{OPENING, Supervisor};
+use state::{Keeper, Recollection};
+
 use crate::config::DiagnoserConfig;
 use crate::convert::Speaker;
-use crate::exit::Failure;
-use crate::health::{Listening, ModuleBoard, ModuleHealth};
-use crate::session;
-use crate::shutdown::Shutdown;
-use crate::supervision::{Supervisor, words};
-use asking::Asking;
-use desk::Desk;
-use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
-use event_lane::EventLane;
-use inquiry::Queryables;
-use intake::{Receiver, Sequencer, Size, Store};
-use outbox::Outbox;
-use peer_book::PeerBook;
-use peer_query::PeerQueries;
-use performer::Performer;
-use routine_lane::RoutineLane;
-use state::{Keeper, Recollection};
 
 /// Answers of peers that may wait to be looked at.
 const ANSWER_QUEUE: usize = 256;
@@ -80,18 +72,17 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
         Failure::running("no diagnoser can be made", listed.join("; "))
     })?;
     let memory = Remembered::open(&config)?;
-    let health = Listening::on(config.health)?;
+    let listening = Listening::on(config.health)?;
     let supervisor = Supervisor::from_environment();
     let board = Arc::new(ModuleBoard::default());
     let speaker =
         Speaker { structure: config.structure_name.clone(), module: config.module().clone() };
-    let serving = health.serve(ModuleHealth {
-        speaker,
-        pulse: supervisor.pulse(),
-        board: Arc::clone(&board),
-    })?;
-    supervisor.status(words::OPENING);
-    let Some(session) = session::open_unless(&config.network, &mut shutdown).await? else {
+    let subject = ModuleHealth { speaker, pulse: supervisor.pulse(), board: Arc::clone(&board) };
+    let serving = listening
+        .serve(subject)
+        .map_err(|error| Failure::running("health cannot be served", error))?;
+    supervisor.status(OPENING);
+    let Some(session) = open_unless(&config.network, &mut shutdown).await? else {
         return Ok(());
     };
     let result = serve(&session, config, diagnoser, memory, (supervisor, board), shutdown).await;
@@ -155,33 +146,23 @@ async fn serve(
         .map_err(|error| Failure::running("no thread can be started", error))?;
 
     let (answers, answers_out) = mpsc::channel(ANSWER_QUEUE);
-    let (samples, samples_out) = mpsc::channel(config.publish.sample_queue);
-    let (fetched, fetched_out) = mpsc::channel(1);
-    let presence =
-        presence::watch(session, &speaker, config.peers(), &boards.peers, &answers).await;
+    let presence = peers::watch(session, &speaker, config.peers(), &boards.peers, &answers).await;
     let presence = presence.map_err(refused)?;
     let peers = PeerQueries::declare(session, &speaker, &config, boards.peers.clone(), answers)
         .await
         .map_err(refused)?;
-    let inquiries = Arc::new(inquiry::Counters::default());
+    let inquiries = Arc::new(inquiry::InquiryTally::default());
     let (queryables, inquiries_out) =
         Queryables::declare(session, &speaker, &outbox, config.state.directory.clone(), &inquiries)
             .await
             .map_err(refused)?;
-    let (actuators, gages) = config.size();
-    let size = Size { actuators, gages };
-    let receiver = Receiver::new(
-        speaker.module.clone(),
-        size,
-        samples,
-        config.input.incumbent(),
-        config.publish.sample_queue,
-    );
-    let counters = receiver.counters();
-    let subscriber = receiver.subscribe(session, &speaker).await.map_err(refused)?;
-    // Last of all: whoever sees the token can rely on everything above.
+    let (intake, samples, fetched) = open_intake(session, &speaker, &config);
+    let subscriber = intake.receiver.subscribe(session, &speaker).await.map_err(refused)?;
+    // Last of all: the token shows that everything above is in place.
     let token = session.liveliness().declare_token(speaker.key(wire::Topic::Alive));
     let token = token.await.map_err(refused)?;
+    let declared = Declared { token, subscriber, presence, queryables };
+    let (actuators, gages) = config.size();
     tracing::info!(
         structure = %speaker.structure,
         module = %speaker.module,
@@ -191,44 +172,73 @@ async fn serve(
         "ready"
     );
 
-    let queues = Queues {
-        samples: samples_out,
-        fetched: fetched_out,
-        inquiries: inquiries_out,
-        answers: answers_out,
-    };
-    let intake = Intake {
-        sequencer: Sequencer::new(config.input.recover_steps, config.publish.sample_queue),
-        store: Store::new(session, &speaker, size, Arc::clone(&counters), fetched),
-        counters,
-        receiver,
-        resync_after: config.input.resync_after(),
-    };
+    let queues = Queues { samples, fetched, inquiries: inquiries_out, answers: answers_out };
     let performer = Performer::new(
         speaker,
         outbox,
         peers,
-        Desk::new(config.queries.hold()),
-        Asking::new(config.queries.pause()),
+        PendingReplies::new(config.queries.hold()),
+        QueryPause::new(config.queries.pause()),
         inquiries,
     );
     DiagnosisLoop::new(diagnoser, &config, performer, intake, boards, supervisor)
         .run(queues, shutdown)
         .await;
 
-    for undeclared in [token.undeclare().await, subscriber.undeclare().await] {
-        undeclared.map_err(refused)?;
+    declared.withdraw().await.map_err(refused)?;
+    drain(drained).await;
+    tracing::info!("stopped");
+    Ok(())
+}
+
+/// The way of the samples, and the queues at its end: those that come, those that were fetched.
+fn open_intake(
+    session: &Session,
+    speaker: &Speaker,
+    config: &DiagnoserConfig,
+) -> (Intake, mpsc::Receiver<Arrival>, mpsc::Receiver<Fetched>) {
+    let room = config.publish.sample_queue;
+    let (samples_in, samples) = mpsc::channel(room);
+    let (fetched_in, fetched) = mpsc::channel(1);
+    let (actuators, gages) = config.size();
+    let size = Size { actuators, gages };
+    let module = speaker.module.clone();
+    let receiver = Receiver::new(module, size, samples_in, config.input.incumbent(), room);
+    let counters = receiver.counters();
+    let intake = Intake {
+        sequencer: Sequencer::new(config.input.recover_steps, room),
+        store: Store::new(session, speaker, size, Arc::clone(&counters), fetched_in),
+        counters,
+        receiver,
+        resync_after: config.input.resync_after(),
+    };
+    (intake, samples, fetched)
+}
+
+/// What is on the network, in the order in which it is withdrawn.
+struct Declared {
+    token: LivelinessToken,
+    subscriber: Subscriber<()>,
+    presence: Vec<Subscriber<()>>,
+    queryables: Queryables,
+}
+
+impl Declared {
+    async fn withdraw(self) -> zenoh::Result<()> {
+        self.token.undeclare().await?;
+        self.subscriber.undeclare().await?;
+        for subscriber in self.presence {
+            subscriber.undeclare().await?;
+        }
+        self.queryables.undeclare().await
     }
-    for subscriber in presence {
-        subscriber.undeclare().await.map_err(refused)?;
-    }
-    queryables.undeclare().await.map_err(refused)?;
-    // The threads end when the last of those who hold the outbox is gone; that was just now.
+}
+
+/// The threads end when the last of those who hold the outbox is gone, and everything in it is out.
+async fn drain(drained: Drained) {
     for drained in drained {
         if tokio::time::timeout(DRAINING, drained).await.is_err() {
             tracing::warn!("the last messages did not get out within {DRAINING:?}");
         }
     }
-    tracing::info!("stopped");
-    Ok(())
 }

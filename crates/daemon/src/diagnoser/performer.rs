@@ -1,22 +1,19 @@
-//! Carries out what the diagnoser wants done. Nothing here waits for the network or the disk.
+//! Carries out the actions of the diagnoser. Nothing here waits for the network or the disk.
 
 use std::sync::Arc;
 
 use diagnosis::{Action, Diagnoser, SampleRejection, Transition};
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
+use shell::clock;
+use shell::occurrences::Occurrences;
 use wire::Obeyed;
 use zenoh::query::Query;
 
-use super::asking::Asking;
-use super::desk::Desk;
-use super::event_lane::Event as Outgoing;
 use super::inquiry;
-use super::outbox::Outbox;
-use super::peer_query::PeerQueries;
-use super::routine_lane::Routine;
-use crate::clock;
+use super::outgoing::{Outbox, Outgoing, Routine};
+use super::peers::{PeerQueries, QueryPause};
+use super::pending_replies::PendingReplies;
 use crate::convert::Speaker;
-use crate::occurrences::Occurrences;
 
 /// Everything that actions reach.
 #[derive(Debug)]
@@ -24,9 +21,9 @@ pub(crate) struct Performer {
     pub(crate) speaker: Speaker,
     pub(crate) outbox: Outbox,
     pub(crate) peers: PeerQueries,
-    pub(crate) desk: Desk,
-    pub(crate) asking: Asking,
-    pub(crate) inquiries: Arc<inquiry::Counters>,
+    pub(crate) pending: PendingReplies,
+    pub(crate) query_pause: QueryPause,
+    pub(crate) inquiries: Arc<inquiry::InquiryTally>,
     /// The phase changed: a status is due.
     pub(crate) status_is_due: bool,
     rejections: [Occurrences; 3],
@@ -38,16 +35,16 @@ impl Performer {
         speaker: Speaker,
         outbox: Outbox,
         peers: PeerQueries,
-        desk: Desk,
-        asking: Asking,
-        inquiries: Arc<inquiry::Counters>,
+        pending: PendingReplies,
+        query_pause: QueryPause,
+        inquiries: Arc<inquiry::InquiryTally>,
     ) -> Self {
         Self {
             speaker,
             outbox,
             peers,
-            desk,
-            asking,
+            pending,
+            query_pause,
             inquiries,
             status_is_due: true,
             rejections: Default::default(),
@@ -65,24 +62,24 @@ impl Performer {
             Action::Settled { run, change } => self.remember(run, change),
             Action::Publish(transition) => self.publish(transition),
             Action::Ask { peer, question } => {
-                self.asking.begin();
+                self.query_pause.begin();
                 self.peers.ask(peer, question);
             }
             Action::Answer { token, answer } => {
-                if let Some(query) = self.desk.take_question(token) {
+                if let Some(query) = self.pending.take_question(token) {
                     self.inquiries.answered();
                     let answer = self.speaker.answer(answer);
                     self.outbox.routine(Routine::Answer { query, answer });
                 }
             }
             Action::Refuse { token, refusal } => {
-                if let Some(query) = self.desk.take_question(token) {
+                if let Some(query) = self.pending.take_question(token) {
                     self.refuse(query, refusal.to_string());
                 }
             }
             Action::Obeyed { token, sequence } => self.obeyed(token, sequence, diagnoser),
             Action::OrderRefused { token, refusal } => {
-                if let Some(query) = self.desk.take_order(token) {
+                if let Some(query) = self.pending.take_order(token) {
                     self.refuse_order(query, refusal.to_string());
                 }
             }
@@ -95,7 +92,7 @@ impl Performer {
             }
             Action::Restarted { component, violation } => {
                 let step = diagnoser.last_step().unwrap_or_default();
-                tracing::warn!(%component, %step, "channel started anew: {violation}");
+                tracing::warn!(%component, %step, "channel restarted: {violation}");
             }
             Action::RunStarted(run) => tracing::info!(%run, "new run"),
         }
@@ -135,9 +132,9 @@ impl Performer {
     /// The reply goes the way of the transition, so that it comes after the journal has it.
     fn obeyed(&mut self, token: diagnosis::OrderToken, sequence: u64, diagnoser: &Diagnoser) {
         self.inquiries.order_obeyed();
-        let Some(query) = self.desk.take_order(token) else { return };
+        let Some(query) = self.pending.take_order(token) else { return };
         let mut components = diagnoser.components().iter();
-        let of = |component: &&truss::ids::Component| {
+        let of = |component: &&names::Component| {
             diagnoser.last_transition(component).is_some_and(|t| t.sequence == sequence)
         };
         let Some(component) = components.find(of) else { return };

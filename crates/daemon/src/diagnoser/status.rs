@@ -1,15 +1,15 @@
 //! How the diagnoser is.
 
 use diagnosis::{Diagnoser, Evidence, Verdict};
-use truss::ids::Component;
+use names::Component;
+use shell::clock;
 use wire::{
     InquiryCounters, IntakeCounters, JournalStatus, ModulePhase, ModuleStatus, PeerStatus,
     PublisherCounters,
 };
 
-use crate::clock;
 use crate::convert::{Speaker, to_counters, to_phase, to_state};
-use crate::health::ComponentReport;
+use crate::metrics::ComponentReport;
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]

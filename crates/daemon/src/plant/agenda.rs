@@ -1,7 +1,7 @@
 //! What is to happen to which component at which step.
 
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, Step};
+use names::fault::Fault;
+use names::{ComponentPath, Step};
 
 use crate::config::Schedule;
 
@@ -33,7 +33,7 @@ impl Agenda {
         agenda
     }
 
-    /// Notes something. Of what happens at one step, repairs come first, and then whatever was noted
+    /// Notes something. Of what happens at one step, repairs come first, and then what was noted
     /// first.
     pub(crate) fn add(&mut self, item: Item) {
         let order = |item: &Item| (item.step, item.fault.is_some());

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use settings::ConfigErrors;
+use shell::exit::{EXIT_CODES, Failure, conclude};
+use shell::shutdown::ShutdownFlags;
+use shell::{logging, runtime};
 
-use crate::config::{ConfigErrors, PlantFlags, load_plant};
-use crate::exit::{EXIT_CODES, Failure, conclude};
-use crate::shutdown::ShutdownFlags;
-use crate::{logging, runtime};
+use crate::config::{PlantFlags, load_plant};
 
 /// The simulated tower: wind, hydraulics, gages and controller, with faults on demand.
 ///

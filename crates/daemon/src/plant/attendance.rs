@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use truss::ids::{ModuleName, RunId, Step, StructureName};
+use names::{ModuleName, RunId, Step, StructureName};
 use wire::keys::Watched;
 use wire::{Key, Progress, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
-/// How long a wait lasts at most before it is looked whether the end was asked for.
+/// How long a wait lasts at most before it is checked whether the end was requested.
 const GLANCE: Duration = Duration::from_millis(50);
 
 /// The diagnosers of the equipped modules.
@@ -78,7 +78,7 @@ impl Attendance {
         let next_step = book.next_step;
         let Some(entry) = book.modules.get_mut(module) else { return };
         tracing::info!(%module, step = %next_step, "diagnoser {}", if present { "is there" } else { "has gone" });
-        // Whoever comes back in the middle has not seen the steps before and never will.
+        // A diagnoser that returns in the middle has not seen the steps before and never will.
         *entry = Entry { present, done: entry.done.max(next_step), excused: false };
         drop(book);
         self.changed.notify_all();
@@ -109,9 +109,9 @@ impl Attendance {
         self.book().next_step = step;
     }
 
-    /// Waits until everyone who is there has done the steps before `step`. Whoever makes no progress
-    /// for as long as `patience` is no longer waited for. Returns at once when `stop` says so.
-    pub(crate) fn wait_until_done(&self, step: Step, patience: Duration, stop: impl Fn() -> bool) {
+    /// Waits until every present diagnoser has done the steps before `step`. One without progress for
+    /// `timeout` is no longer waited for. Returns at once when `stop` does.
+    pub(crate) fn wait_until_done(&self, step: Step, timeout: Duration, stop: impl Fn() -> bool) {
         let mut book = self.book();
         let mut last_sum = None;
         let mut since = Instant::now();
@@ -123,14 +123,14 @@ impl Attendance {
             let sum: u128 = book.modules.values().map(|entry| u128::from(entry.done.0)).sum();
             if last_sum != Some(sum) {
                 (last_sum, since) = (Some(sum), Instant::now());
-            } else if since.elapsed() >= patience {
+            } else if since.elapsed() >= timeout {
                 for (module, entry) in book.modules.iter_mut().filter(|(_, entry)| behind(entry)) {
-                    tracing::warn!(%module, done = %entry.done, "no progress for {patience:?}: no longer waited for");
+                    tracing::warn!(%module, done = %entry.done, "no progress for {timeout:?}: no longer waited for");
                     entry.excused = true;
                 }
                 return;
             }
-            let waited = self.changed.wait_timeout(book, GLANCE.min(patience));
+            let waited = self.changed.wait_timeout(book, GLANCE.min(timeout));
             book = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
@@ -145,7 +145,7 @@ impl Attendance {
 mod tests {
     use super::*;
 
-    const PATIENCE: Duration = Duration::from_millis(30);
+    const TIMEOUT: Duration = Duration::from_millis(30);
 
     fn module(name: &str) -> ModuleName {
         name.parse().unwrap()
@@ -161,7 +161,7 @@ mod tests {
             asked.set(asked.get() + 1);
             true
         };
-        attendance.wait_until_done(Step(step), PATIENCE, stop);
+        attendance.wait_until_done(Step(step), TIMEOUT, stop);
         asked.get() > 0
     }
 
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_comes_late_owes_nothing_of_what_was_before() {
+    fn a_late_diagnoser_owes_nothing_of_what_was_before() {
         let attendance = attendance();
         attendance.advance_to(Step(1000));
         attendance.note_presence(&module("a"), true);
@@ -207,10 +207,10 @@ mod tests {
     }
 
     #[test]
-    fn patience_ends_and_progress_restores_it() {
+    fn the_wait_times_out_and_progress_restores_it() {
         let attendance = attendance();
         attendance.note_presence(&module("a"), true);
-        attendance.wait_until_done(Step(5), PATIENCE, || false);
+        attendance.wait_until_done(Step(5), TIMEOUT, || false);
         assert!(!waits(&attendance, 5));
         attendance.note_progress(&module("a"), Progress { run: RunId(1), step: Step(2) });
         assert!(waits(&attendance, 5));

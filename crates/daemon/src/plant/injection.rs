@@ -3,9 +3,9 @@
 use std::sync::mpsc as std_mpsc;
 use std::sync::mpsc::TrySendError;
 
+use names::{Step, StructureName};
 use plant::Plant;
 use tokio::sync::mpsc;
-use truss::ids::{Step, StructureName};
 use wire::{Injected, Injection, Key, PlantTopic, Refused};
 use zenoh::Session;
 use zenoh::bytes::Encoding;
@@ -98,7 +98,7 @@ pub(crate) fn obey(
     Ok(Injected { component, effective_step: step })
 }
 
-/// Does to a component what is to be done.
+/// Applies an item to its component.
 pub(crate) fn apply(item: &Item, plant: &mut Plant) -> Result<(), String> {
     let done = match item.fault {
         Some(fault) => plant.inject(&item.component, fault),

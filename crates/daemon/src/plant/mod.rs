@@ -5,16 +5,17 @@
 //! | `simulation` | a thread: orders and agenda, one step, its samples out, and again |
 //! | `pacing` | when the next step may come: by the clock, or as fast as the diagnosers |
 //! | `attendance` | which diagnosers are there and how far they have come |
-//! | `progress` | hears the latter, when it matters |
+//! | `progress` | receives the latter, when it matters |
 //! | `injection` | orders from the network |
 //! | `agenda` | what is to happen to which component at which step |
 //! | `sample_publisher` | one module's samples |
-//! | `recording` | the latest of them, for whoever missed some |
-//! | `status` | how it all is |
+//! | `recording` | the latest of them, for diagnosers that missed some |
+//! | `status`, `health` | the status of it all; the same over HTTP |
 
 mod agenda;
 mod args;
 mod attendance;
+mod health;
 mod injection;
 mod pacing;
 mod progress;
@@ -25,28 +26,31 @@ mod status;
 
 use std::sync::Arc;
 
+use names::RunId;
 use tokio::sync::oneshot;
-use truss::ids::RunId;
 use wire::PlantTopic;
 use zenoh::Session;
 
 pub use args::{command_line, main};
 
-use crate::clock;
-use crate::config::PlantConfig;
-use crate::exit::Failure;
-use crate::health::{Listening, PlantHealth};
-use crate::session;
-use crate::shutdown::Shutdown;
-use crate::supervision::{Supervisor, words};
 use agenda::Agenda;
 use attendance::Attendance;
+use health::PlantHealth;
 use pacing::Pacing;
 use progress::ProgressEar;
 use recording::Recording;
 use sample_publisher::SamplePublisher;
+use shell::clock;
+use shell::exit::Failure;
+use shell::health::Listening;
+use shell::opening::open_unless;
+use shell::shutdown::Shutdown;
+use shell::supervision::{OPENING, Supervisor};
 use simulation::Simulation;
-pub(crate) use status::Board;
+use status::Board;
+
+use crate::config::PlantConfig;
+use crate::status_line;
 
 /// Runs a plant until its last step is done or it is asked to end.
 ///
@@ -55,14 +59,16 @@ pub(crate) use status::Board;
 pub async fn run(config: PlantConfig, mut shutdown: Shutdown) -> Result<(), Failure> {
     let plant =
         config.make_plant().map_err(|error| Failure::running("no plant can be made", error))?;
-    let health = Listening::on(config.health)?;
+    let listening = Listening::on(config.health)?;
     let supervisor = Arc::new(Supervisor::from_environment());
-    supervisor.status(words::OPENING);
+    supervisor.status(OPENING);
     let run = config.run.unwrap_or(RunId(clock::unix_ns() / 1000));
     let board = Arc::new(Board::new(config.structure.name.clone(), run, config.speed));
-    let serving =
-        health.serve(PlantHealth { pulse: supervisor.pulse(), board: Arc::clone(&board) })?;
-    let Some(session) = session::open_unless(&config.network, &mut shutdown).await? else {
+    let subject = PlantHealth { pulse: supervisor.pulse(), board: Arc::clone(&board) };
+    let serving = listening
+        .serve(subject)
+        .map_err(|error| Failure::running("health cannot be served", error))?;
+    let Some(session) = open_unless(&config.network, &mut shutdown).await? else {
         return Ok(());
     };
     let result = serve(&session, &config, plant, (supervisor, board), shutdown).await;
@@ -110,7 +116,7 @@ async fn serve(
     let token_key = wire::Key::of_plant(structure, PlantTopic::Alive).to_string();
     let token = session.liveliness().declare_token(token_key).await.map_err(refused)?;
     tracing::info!(%structure, %run, seed = config.seed, speed = %config.speed, "ready");
-    supervisor.ready(&words::of_plant(&board.read()));
+    supervisor.ready(&status_line::of_plant(&board.read()));
 
     let simulation = Simulation {
         plant,
@@ -132,11 +138,11 @@ async fn serve(
         .name("plant".to_owned())
         .spawn(move || {
             simulation.run();
-            // Fails only if nobody waits for the end.
+            // Fails only if the receiver is gone.
             let _ = ending.send(());
         })
         .map_err(|error| Failure::running("the plant's thread cannot be started", error))?;
-    // An error means that the thread has gone without a word.
+    // An error means that the thread has failed.
     let ended = ended.await;
     reporting.abort();
     supervisor.stopping();

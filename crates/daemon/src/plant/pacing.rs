@@ -2,19 +2,19 @@
 //!
 //! By the clock: step k is due k step lengths after step 0, whatever became of the steps between, so
 //! the pace does not drift. Steps come in bursts, as data acquisition delivers them: all of a burst when
-//! its last one is due, so that whoever listens wakes up once for several. Steps that come late are counted
-//! and caught up at no more than twice the pace, lest the catching up overruns those who listen. As fast as possible: never more than a window
+//! its last one is due, so that subscribers wake up once for several. Steps that come late are counted
+//! and caught up at no more than twice the pace, so that catching up does not overrun subscribers. As fast as possible: never more than a window
 //! ahead of the slowest diagnoser, so that nothing is dropped.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use truss::ids::Step;
+use names::Step;
 
 use super::attendance::Attendance;
 use crate::config::{LockStep, PlantConfig, Speed};
 
-/// Longest sleep before it is looked whether the end was asked for.
+/// Longest sleep before it is checked whether the end was requested.
 const GLANCE: Duration = Duration::from_millis(50);
 
 /// How steps are paced.
@@ -70,8 +70,8 @@ impl Pacing {
             Pacing::LockStep { attendance, settings } => {
                 // All steps before this one must be done but for a window's length.
                 let must_be_done = step.plus(1).minus(settings.window_steps);
-                let patience = Duration::from_millis(settings.patience_ms);
-                attendance.wait_until_done(must_be_done, patience, stop);
+                let timeout = Duration::from_millis(settings.timeout_ms);
+                attendance.wait_until_done(must_be_done, timeout, stop);
             }
         }
     }
@@ -108,7 +108,7 @@ impl Metronome {
         start.checked_add(self.length(last.since(first)))
     }
 
-    /// The length of so many steps.
+    /// The length of this many steps.
     fn length(&self, steps: u64) -> Duration {
         // Exact for as many steps as a run of years has.
         #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2^53")]

@@ -1,9 +1,9 @@
-//! Hears how far the diagnosers have come, from when somebody wants to know it: what nobody listens to they
-//! do not tell.
+//! Receives the diagnosers' progress once it is needed: they publish it only while there is a
+//! subscriber.
 
 use std::sync::Arc;
 
-use truss::ids::StructureName;
+use names::StructureName;
 use wire::keys::Watched;
 use wire::{Key, Progress, Topic};
 use zenoh::pubsub::Subscriber;
@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 
 use super::attendance::Attendance;
 
-/// Tells the attendance what it hears.
+/// Passes progress on to the attendance.
 #[derive(Debug)]
 pub(crate) struct ProgressEar {
     session: Session,
@@ -21,7 +21,7 @@ pub(crate) struct ProgressEar {
 }
 
 impl ProgressEar {
-    /// One that does not listen yet.
+    /// One that does not subscribe yet.
     pub(crate) fn new(
         session: &Session,
         structure: &StructureName,
@@ -31,13 +31,12 @@ impl ProgressEar {
         Self { session, structure, attendance: Arc::clone(attendance), subscriber: None }
     }
 
-    /// Listens from now on. Without the network's leave the diagnosers are waited for in vain, but not for
-    /// ever.
+    /// Subscribes. If the network refuses, diagnosers are waited for until the timeout.
     pub(crate) fn listen(&mut self) {
         if self.subscriber.is_none() {
             match self.subscribe() {
                 Ok(subscriber) => self.subscriber = Some(subscriber),
-                Err(error) => tracing::warn!("the diagnosers' progress cannot be heard: {error}"),
+                Err(error) => tracing::warn!("the diagnosers' progress is not received: {error}"),
             }
         }
     }

@@ -1,10 +1,10 @@
-//! The latest samples of a module, for diagnosers that were cut off or started anew.
+//! The latest samples of a module, for diagnosers that were cut off or restarted.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use truss::ids::{ModuleName, RunId, Step, StructureName};
+use names::{ModuleName, RunId, Step, StructureName};
 use wire::{Key, SampleQuestion, Topic};
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::query::{Query, Queryable};

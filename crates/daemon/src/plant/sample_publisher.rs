@@ -1,7 +1,8 @@
 //! One module's samples onto the network.
 
+use names::{ModuleName, RunId, Step, StructureName};
 use plant::ModuleSignals;
-use truss::ids::{ModuleName, RunId, Step, StructureName};
+use shell::clock;
 use wire::{Key, Sample, Topic};
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
@@ -11,13 +12,12 @@ use zenoh::{Session, Wait};
 
 use super::pacing::Pacing;
 use super::recording::Recording;
-use crate::clock;
 
 /// Publishes a module's samples.
 #[derive(Debug)]
 pub(crate) struct SamplePublisher {
     publisher: Publisher<'static>,
-    /// Counts what this publisher has sent, so that listeners can tell it from others.
+    /// Counts what this publisher has sent, so that subscribers can distinguish it from others.
     sent: u32,
     recording: Recording,
     /// Used again for each step.

@@ -4,9 +4,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
+use names::{ModuleName, Step};
 use plant::Plant;
+use shell::occurrences::Occurrences;
+use shell::shutdown::Shutdown;
+use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
-use truss::ids::{ModuleName, Step};
 use wire::PlantPhase;
 
 use super::agenda::Agenda;
@@ -16,12 +19,9 @@ use super::pacing::Pacing;
 use super::progress::ProgressEar;
 use super::sample_publisher::SamplePublisher;
 use super::status::Board;
-use crate::occurrences::Occurrences;
-use crate::shutdown::Shutdown;
-use crate::supervision::Supervisor;
 
-/// How often it is looked who is there while the plant waits for diagnosers.
-const ROLL_CALL: Duration = Duration::from_millis(10);
+/// How often presence is checked while the plant waits for diagnosers.
+const PRESENCE_EVERY: Duration = Duration::from_millis(10);
 /// How long the diagnosers may take over the last samples.
 const LAST_SAMPLES: Duration = Duration::from_secs(5);
 
@@ -91,11 +91,11 @@ impl Simulation {
                 self.board.waiting(missing.clone());
                 announced = Some(missing);
             }
-            match self.orders.recv_timeout(ROLL_CALL) {
+            match self.orders.recv_timeout(PRESENCE_EVERY) {
                 Ok(order) => self.obey(order),
                 Err(RecvTimeoutError::Timeout) => {}
-                // Without the queryable there are no more orders; the roll call goes on.
-                Err(RecvTimeoutError::Disconnected) => std::thread::sleep(ROLL_CALL),
+                // Without the queryable there are no more orders; the wait goes on.
+                Err(RecvTimeoutError::Disconnected) => std::thread::sleep(PRESENCE_EVERY),
             }
         }
     }
@@ -143,7 +143,7 @@ impl Simulation {
     }
 }
 
-/// Was the end asked for? Every loop of the thread asks, so that whoever comes here makes progress.
+/// Was the end requested? Every loop of the thread checks this, which shows its progress.
 fn comes_round(supervisor: &Supervisor, shutdown: &Shutdown) -> bool {
     supervisor.progress();
     shutdown.is_requested()

@@ -1,10 +1,12 @@
-//! How the plant is.
+//! The status of the plant.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use names::{ModuleName, RunId, Step, StructureName};
+use shell::clock;
+use shell::supervision::Supervisor;
 use tokio::time::{MissedTickBehavior, interval};
-use truss::ids::{ModuleName, RunId, Step, StructureName};
 use wire::{Key, PlantPhase, PlantStatus, PlantTopic, PresentFault};
 use zenoh::Session;
 use zenoh::bytes::Encoding;
@@ -12,9 +14,8 @@ use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
 
 use super::pacing::Lateness;
-use crate::clock;
 use crate::config::Speed;
-use crate::supervision::{Supervisor, words};
+use crate::status_line;
 
 const EVERY: Duration = Duration::from_secs(1);
 
@@ -93,7 +94,7 @@ pub(crate) async fn declare(
         .await
 }
 
-/// Publishes the status once a second, and tells the service manager.
+/// Publishes the status once a second, and notifies the service manager.
 pub(crate) async fn report(
     publisher: Publisher<'static>,
     board: Arc<Board>,
@@ -104,7 +105,7 @@ pub(crate) async fn report(
     loop {
         ticks.tick().await;
         let status = board.read();
-        supervisor.status(&words::of_plant(&status));
+        supervisor.status(&status_line::of_plant(&status));
         match wire::encode(&status) {
             Ok(bytes) => {
                 if let Err(error) = publisher.put(bytes).await {

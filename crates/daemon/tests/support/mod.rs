@@ -11,14 +11,13 @@ use std::future::Future;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use daemon::config::{
-    DiagnoserConfig, Network, PlantConfig, PlantFlags, load_diagnoser, load_plant,
-};
-use daemon::exit::Failure;
-use daemon::shutdown::{self, Trigger};
+use daemon::config::{DiagnoserConfig, PlantConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Sample, Transition};
+use names::{ModuleName, RunId};
+use session::Network;
+use shell::exit::Failure;
+use shell::shutdown::{self, Trigger};
 use tokio::task::JoinHandle;
-use truss::ids::{ModuleName, RunId};
 use wire::ModuleStatus;
 use zenoh::Session;
 
@@ -36,9 +35,9 @@ pub fn configs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs")
 }
 
-/// An endpoint at which nobody listens.
+/// A free endpoint.
 pub fn free_endpoint() -> String {
-    daemon::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
+    loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }
 
 /// A plant and its diagnosers, each with an endpoint of its own.
@@ -86,20 +85,31 @@ impl Rig {
     /// A session that is connected to everybody.
     pub async fn observer(&self) -> Session {
         let network = Network::peer_of(&self.endpoints);
-        in_time("the observer's session", daemon::session::open(&network)).await.unwrap()
+        in_time("the observer's session", session::open(&network)).await.unwrap()
     }
 }
 
 /// The first status of any module that is wanted.
 pub async fn status(observer: &Session, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
-    let statuses = observer.declare_subscriber("trusswatch/*/*/status").await.unwrap();
-    in_time("the status wanted", async {
+    let read = |received: &zenoh::sample::Sample| {
+        wire::decode::<ModuleStatus>(&received.payload().to_bytes()).ok().filter(&wanted)
+    };
+    first(observer, "trusswatch/*/*/status", "the status wanted", read).await
+}
+
+/// What `read` makes of the first message on these keys of which it makes anything.
+pub async fn first<T>(
+    observer: &Session,
+    keys: &str,
+    what: &str,
+    read: impl Fn(&zenoh::sample::Sample) -> Option<T>,
+) -> T {
+    let messages = observer.declare_subscriber(keys).await.unwrap();
+    in_time(what, async {
         loop {
-            let received = statuses.recv_async().await.unwrap();
-            if let Ok(status) = wire::decode(&received.payload().to_bytes())
-                && wanted(&status)
-            {
-                return status;
+            let received = messages.recv_async().await.unwrap();
+            if let Some(found) = read(&received) {
+                return found;
             }
         }
     })
@@ -229,7 +239,7 @@ impl Reference {
 
 /// One transition, without what differs from run to run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Told {
+pub struct Outcome {
     pub component: String,
     pub state: String,
     pub onset: u64,
@@ -239,15 +249,15 @@ pub struct Told {
 }
 
 /// All transitions, by module and sequence number.
-pub type Story = BTreeMap<(String, u64), Told>;
+pub type Story = BTreeMap<(String, u64), Outcome>;
 
 pub fn story_of_reference(reference: &Reference) -> Story {
-    let told = |(module, transition): &(ModuleName, Transition)| {
+    let outcome_of = |(module, transition): &(ModuleName, Transition)| {
         let explained_by = match &transition.verdict {
             diagnosis::Verdict::Explained { by, .. } => Some(by.to_string()),
             _ => None,
         };
-        let told = Told {
+        let outcome = Outcome {
             component: format!("{module}/{}", transition.component),
             state: transition.verdict.as_str().to_owned(),
             onset: transition.onset.0,
@@ -255,15 +265,15 @@ pub fn story_of_reference(reference: &Reference) -> Story {
             decided: transition.decided.0,
             explained_by,
         };
-        ((module.to_string(), transition.sequence), told)
+        ((module.to_string(), transition.sequence), outcome)
     };
-    reference.transitions.iter().map(told).collect()
+    reference.transitions.iter().map(outcome_of).collect()
 }
 
 /// Takes a transition into the story.
 pub fn note(story: &mut Story, transition: &wire::FaultTransition) {
-    let step = |step: Option<truss::ids::Step>| step.unwrap().0;
-    let told = Told {
+    let step = |step: Option<names::Step>| step.unwrap().0;
+    let outcome = Outcome {
         component: transition.component.to_string(),
         state: transition.state.to_string(),
         onset: step(transition.onset_step),
@@ -271,5 +281,5 @@ pub fn note(story: &mut Story, transition: &wire::FaultTransition) {
         decided: step(transition.decided_step),
         explained_by: transition.explained_by.as_ref().map(ToString::to_string),
     };
-    story.insert((transition.module.to_string(), transition.sequence), told);
+    story.insert((transition.module.to_string(), transition.sequence), outcome);
 }

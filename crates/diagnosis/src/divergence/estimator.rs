@@ -103,7 +103,7 @@ impl EstimatorGroup {
         outcomes
     }
 
-    /// Forgets one channel's data; it begins anew with the next vector.
+    /// Forgets one channel's data; it restarts with the next vector.
     pub(super) fn restart_lane(&mut self, lane: usize) {
         self.taken[lane] = 0.0;
         self.recent.clear(lane);

@@ -1,6 +1,6 @@
 //! What one sample of one channel led to.
 
-/// Why the Gaussian of a channel could not be kept and was started anew.
+/// Why the Gaussian of a channel could not be kept and was restarted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Violation {
     /// The scatter lost positive definiteness, or a number overflowed.

@@ -14,7 +14,7 @@
 //!
 //! with the gain gₘ = cₘ·C_m⁻¹uₘ. Every term is of second order: nothing is lost to cancellation, and
 //! a term lives for l steps only: nothing drifts. The shift of the mean is summed from the same
-//! changes, δ = Σ (share of uᵢ): carried along, and summed anew once an interval. Cost: O(l·w) a step.
+//! changes, δ = Σ (share of uᵢ): carried along, and recomputed once an interval. Cost: O(l·w) a step.
 
 use super::accumulator::RankOne;
 use super::lanes::{Instructions, LANES, Lane, splat};
@@ -167,7 +167,7 @@ impl RecentChanges {
         &self.shift
     }
 
-    /// Sums δ of one channel anew, so that the rounding of many steps does not pile up. Returns how
+    /// Recomputes δ of one channel, so that the rounding of many steps does not pile up. Returns how
     /// many operations that took.
     pub(super) fn refresh_mean_shift(&mut self, lane: usize) -> usize {
         self.shift.iter_mut().for_each(|s| s[lane] = 0.0);

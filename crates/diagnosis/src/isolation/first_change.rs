@@ -5,49 +5,91 @@
 //! tie of it are simultaneous, and of those the largest D/γ wins. Every other change of the group is
 //! explained by the root.
 //!
-//! A leap ends a group and begins another: a fault moves its own residual at once, but its effects come
-//! by way of cylinders and masses and creep. A change that rises within the tie to many times its
-//! threshold is nobody's effect. The root's own later leaps (its repair, its fault leaving the interval)
-//! begin nothing: they would only make it explain for longer.
+//! A root by its ratio ends a group and begins another: a fault moves its own residual at once, but
+//! its effects arrive by way of cylinders and masses and creep. A change whose D/γ reaches the root
+//! ratio within the tie is a root cause of its own. Later changes of the root itself that reach it
+//! (its repair, its fault leaving the interval) begin nothing: they would only make it explain for
+//! longer.
 //!
 //! The verdict on a change at step a depends on nothing after step a + 2·tie: changes up to
-//! a + tie may be its rivals, and their ratios are final a tie later. Whoever knows all changes up to
-//! there comes to the same verdict.
+//! a + tie may be its rivals, and their ratios are final a tie later. Every module that knows all
+//! changes up to there reaches the same verdict.
 
-use truss::ids::{ComponentPath, Step};
+use names::{ComponentPath, Step};
 
-use super::{Judgement, KnownChange};
+use super::judgement::Judgement;
+use super::knowledge::KnownChange;
+use crate::settings::IsolationSettings;
 
-/// How changes are grouped.
+/// How changes are grouped: a group begins with a change that no earlier group covers and lasts for the
+/// explanation horizon, or until a root by its ratio begins another (an extension of section 4.3 of the
+/// paper).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Groups {
+pub struct Groups {
     /// Steps that a group lasts after its first change.
-    pub(crate) horizon: u64,
+    horizon: u64,
     /// Steps within which changes are simultaneous.
-    pub(crate) tie: u64,
-    /// D/γ from which on a change is a leap.
-    pub(crate) leap: f64,
+    tie: u64,
+    /// D/γ from which on a change is a root by its ratio.
+    root_ratio: f64,
+}
+
+/// The group that a change belongs to: the reason for the verdict on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Group<'a> {
+    /// The change that explains all others of the group.
+    pub root: &'a KnownChange,
+    /// The step of its first change.
+    pub first: Step,
+    /// The changes that are simultaneous with the first, that one included; the root is among them.
+    pub rivals: &'a [KnownChange],
+    /// The last step that the group before it covers.
+    pub before: Option<Step>,
 }
 
 impl Groups {
-    /// Judges the change of `component` at `step`. `changes` must hold it, be sorted by step, and
-    /// begin outside any group.
+    /// Groups as a module's settings make them.
+    #[must_use]
+    pub fn new(settings: &IsolationSettings) -> Self {
+        let IsolationSettings { horizon_steps, tie_steps, root_ratio, .. } = *settings;
+        Self { horizon: horizon_steps, tie: tie_steps, root_ratio }
+    }
+
+    /// The group of the change of `component` at `step`. `changes` must be sorted by step and begin
+    /// outside any group; `None` if the change is not among them.
+    #[must_use]
+    pub fn find<'a>(
+        &self,
+        changes: &'a [KnownChange],
+        component: &ComponentPath,
+        step: Step,
+    ) -> Option<Group<'a>> {
+        let (mut rest, mut before) = (changes, None);
+        while let Some(first) = rest.first() {
+            let end = self.end(rest, first);
+            let (group, later) = rest.split_at(rest.partition_point(|c| c.step <= end));
+            if group.iter().any(|c| c.step == step && c.path == *component) {
+                let (root, rivals) = (self.root(group, first), self.rivals(group, first));
+                return Some(Group { root, first: first.step, rivals, before });
+            }
+            (rest, before) = (later, Some(end));
+        }
+        None
+    }
+
+    /// Judges the change of `component` at `step`, which must be among `changes`; see [`Self::find`].
     pub(crate) fn judge(
         &self,
         changes: &[KnownChange],
         component: &ComponentPath,
         step: Step,
     ) -> Judgement {
-        let mut rest = changes;
-        while let Some(first) = rest.first() {
-            let end = self.end(rest, first);
-            let (group, later) = rest.split_at(rest.partition_point(|c| c.step <= end));
-            if group.iter().any(|c| c.step == step && c.path == *component) {
-                return self.judge_within(group, first, component);
+        match self.find(changes, component, step) {
+            Some(Group { root, .. }) if root.path != *component => {
+                Judgement::Explained { by: root.path.clone(), since: root.step }
             }
-            rest = later;
+            Some(_) | None => Judgement::Root,
         }
-        Judgement::Root
     }
 
     /// Drops the groups that are over by `known_until` from the front of `changes`; returns the last
@@ -73,30 +115,22 @@ impl Groups {
     fn end(&self, changes: &[KnownChange], first: &KnownChange) -> Step {
         let root = self.root(changes, first);
         let tie = first.step.plus(self.tie);
-        let mut leaps = changes.iter().filter(|c| c.step > tie && c.ratio >= self.leap);
-        let leap = leaps.find(|c| c.path != root.path);
+        let mut roots = changes.iter().filter(|c| c.step > tie && c.ratio >= self.root_ratio);
+        let next = roots.find(|c| c.path != root.path);
         let horizon = first.step.plus(self.horizon);
-        leap.map_or(horizon, |leap| horizon.min(leap.step.minus(1)))
+        next.map_or(horizon, |next| horizon.min(next.step.minus(1)))
     }
 
     /// The root of the group beginning with `first`, the first of `changes`.
     fn root<'a>(&self, changes: &'a [KnownChange], first: &'a KnownChange) -> &'a KnownChange {
-        let rivals = changes.iter().take_while(|c| c.step <= first.step.plus(self.tie));
-        rivals.fold(first, |best, c| if c.outdoes(best) { c } else { best })
+        let rivals = self.rivals(changes, first).iter();
+        rivals.fold(first, |best, c| if c.outranks(best) { c } else { best })
     }
 
-    fn judge_within(
-        &self,
-        group: &[KnownChange],
-        first: &KnownChange,
-        component: &ComponentPath,
-    ) -> Judgement {
-        let root = self.root(group, first);
-        if root.path == *component {
-            Judgement::Root
-        } else {
-            Judgement::Explained { by: root.path.clone(), since: root.step }
-        }
+    /// Those of `changes` that are simultaneous with `first`, the first of them.
+    fn rivals<'a>(&self, changes: &'a [KnownChange], first: &KnownChange) -> &'a [KnownChange] {
+        let tie = first.step.plus(self.tie);
+        &changes[..changes.partition_point(|c| c.step <= tie)]
     }
 }
 
@@ -104,7 +138,7 @@ impl Groups {
 mod tests {
     use super::*;
 
-    const GROUPS: Groups = Groups { horizon: 100, tie: 3, leap: 30.0 };
+    const GROUPS: Groups = Groups { horizon: 100, tie: 3, root_ratio: 30.0 };
 
     fn change(path: &str, step: u64, ratio: f64) -> KnownChange {
         KnownChange { path: path.parse().unwrap(), step: Step(step), ratio }
@@ -150,7 +184,24 @@ mod tests {
     }
 
     #[test]
-    fn a_leap_is_nobody_s_effect_and_explains_what_follows_it() {
+    fn the_reason_for_a_verdict_is_the_group_of_the_change() {
+        let changes = [
+            change("m1/sensor/g1", 50, 2.0),
+            change("m1/sensor/g2", 151, 2.0),
+            change("m1/sensor/g3", 154, 9.0),
+            change("m1/sensor/g4", 200, 2.0),
+        ];
+        let reason =
+            |at: usize| GROUPS.find(&changes, &changes[at].path, changes[at].step).unwrap();
+        let (first, rivals) = (Step(50), &changes[..1]);
+        assert_eq!(reason(0), Group { root: &changes[0], first, rivals, before: None });
+        let (first, rivals, before) = (Step(151), &changes[1..3], Some(Step(150)));
+        assert_eq!(reason(3), Group { root: &changes[2], first, rivals, before });
+        assert_eq!(GROUPS.find(&changes, &changes[0].path, Step(51)), None);
+    }
+
+    #[test]
+    fn a_root_by_its_ratio_is_no_effect_and_explains_what_follows_it() {
         let changes = [
             change("m1/sensor/g1", 50, 1.1),
             change("m1/sensor/g2", 60, 2.0),
@@ -161,7 +212,7 @@ mod tests {
             change("m1/sensor/g2", 171, 2.0),
         ];
         assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
-        // in the very step of the leap, and beyond the horizon of the first group
+        // in the same step as the root by its ratio, and beyond the horizon of the first group
         for index in [2, 4, 5] {
             assert_eq!(judge(&changes, index).as_deref(), Some("m2/sensor/g1"));
         }
@@ -172,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leap_of_the_root_itself_begins_nothing() {
+    fn the_root_itself_reaching_the_root_ratio_again_begins_nothing() {
         let changes = [
             change("m1/sensor/g1", 50, 500.0),
             change("m1/sensor/g1", 90, 500.0),

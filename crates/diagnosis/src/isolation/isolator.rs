@@ -1,8 +1,11 @@
-//! From changes to judgements: what is pending, whom to ask, when enough is known.
+//! From changes to judgements: what is pending, which peers to ask, when enough is known.
 
-use truss::ids::{Component, ComponentPath, ModuleName, RunId, Step};
+use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
-use super::{Groups, Judgement, KnownChange, PeerKnowledge, judge_by_the_paper};
+use super::first_change::Groups;
+use super::judgement::Judgement;
+use super::knowledge::{KnownChange, PeerKnowledge};
+use super::paper::judge as judge_by_the_paper;
 use crate::change::LoggedChange;
 use crate::change_log::ChangeLog;
 use crate::coverage::Coverage;
@@ -78,7 +81,7 @@ impl Isolator {
         }
     }
 
-    /// Forgets everything; steps start anew.
+    /// Forgets everything; steps restart.
     pub(crate) fn restart(&mut self) {
         self.log.clear();
         self.cases.clear();
@@ -143,9 +146,9 @@ impl Isolator {
         self.log.recall(changes);
     }
 
-    /// Was this change seen before the restart?
-    pub(crate) fn sees_again(&mut self, channel: usize, step: Step, ratio: f64) -> bool {
-        self.log.sees_again(channel, step, self.settings.tie_steps, ratio)
+    /// Was this change seen before the restart? Its ratio is then raised to this one.
+    pub(crate) fn merge_repeat(&mut self, channel: usize, step: Step, ratio: f64) -> bool {
+        self.log.merge_repeat(channel, step, self.settings.tie_steps, ratio)
     }
 
     /// The next change whose ratio has become final.
@@ -178,8 +181,8 @@ impl Isolator {
     }
 
     /// Judges every case that can be judged at step `now`. Returns the findings in the order of the
-    /// changes. `latched` tells the module's own actuators that are held for faulty, `coverage` what the
-    /// module itself has watched.
+    /// changes. `latched` lists the module's own actuators that are declared faulty, `coverage` what
+    /// the module itself has watched.
     pub(crate) fn findings(
         &mut self,
         now: Step,
@@ -314,7 +317,7 @@ impl Isolator {
     /// A peer is back: what it failed to answer may be asked at once.
     pub(crate) fn returned(&mut self, peer: &ModuleName, now: Step) {
         if let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) {
-            peer.hasten(now);
+            peer.retry_now(now);
         }
     }
 
@@ -339,8 +342,7 @@ impl Isolator {
     }
 
     fn groups(&self) -> Groups {
-        let IsolationSettings { horizon_steps, tie_steps, leap_ratio, .. } = self.settings;
-        Groups { horizon: horizon_steps, tie: tie_steps, leap: leap_ratio }
+        Groups::new(&self.settings)
     }
 
     /// Every known change outside the closed groups up to `until`, sorted by step.
@@ -363,9 +365,9 @@ impl Isolator {
         if self.settings.rule == Rule::Paper {
             return;
         }
-        let told = self.peers.iter().map(|peer| peer.answered_until.unwrap_or(Step(0)));
+        let answered = self.peers.iter().map(|peer| peer.answered_until.unwrap_or(Step(0)));
         let pending = self.cases.iter().map(|case| case.change);
-        let known = told.chain(pending).chain([now]).min().unwrap_or(now);
+        let known = answered.chain(pending).chain([now]).min().unwrap_or(now);
         let known_until = known.minus(self.settings.hold_steps + self.settings.tie_steps);
         let mut changes = self.changes_until(known_until);
         if let Some(covered) = self.groups().drop_closed(&mut changes, known_until) {

@@ -1,6 +1,6 @@
 //! What a module knows of its peers, and as of which step.
 
-use truss::ids::{Component, ComponentPath, ModuleName, Step};
+use names::{Component, ComponentPath, ModuleName, Step};
 
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
 
@@ -10,16 +10,19 @@ const LONGEST_RETRY_STEPS: u64 = 1000;
 
 /// A change somewhere in the structure.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct KnownChange {
-    pub(crate) path: ComponentPath,
-    pub(crate) step: Step,
-    pub(crate) ratio: f64,
+pub struct KnownChange {
+    /// The channel.
+    pub path: ComponentPath,
+    /// The step at which D rose to γ or above.
+    pub step: Step,
+    /// Largest D/γ from that step until the tie window was over (or until the step judged as of).
+    pub ratio: f64,
 }
 
 impl KnownChange {
     /// Is this the likelier root of two simultaneous changes? The larger ratio is; an exact draw
     /// falls to the earlier change, then to the smaller name, so that every module agrees.
-    pub(crate) fn outdoes(&self, other: &KnownChange) -> bool {
+    pub(crate) fn outranks(&self, other: &KnownChange) -> bool {
         (self.ratio.total_cmp(&other.ratio))
             .then_with(|| other.step.cmp(&self.step))
             .then_with(|| other.path.cmp(&self.path))
@@ -27,11 +30,11 @@ impl KnownChange {
     }
 }
 
-/// One peer: what it has told and what it has been asked.
+/// One peer: what it has reported and what it has been asked.
 #[derive(Debug, Clone)]
 pub(crate) struct PeerKnowledge {
     pub(crate) name: ModuleName,
-    /// Changes told, sorted by step.
+    /// Changes reported, sorted by step.
     pub(crate) changes: Vec<KnownChange>,
     pub(crate) actuator_faults: Vec<(ComponentPath, Step)>,
     /// All is known up to this step.
@@ -83,7 +86,7 @@ impl PeerKnowledge {
         self.outstanding.is_none() && self.retry.is_none_or(|retry| retry.at <= now)
     }
 
-    /// The first step that is not known for good: a ratio is final a tie after its change.
+    /// The first step that is not finally known: a ratio is final a tie after its change.
     pub(crate) fn unknown_from(&self, tie: u64) -> Step {
         self.answered_until.map_or(Step(0), |until| until.minus(tie))
     }
@@ -96,8 +99,8 @@ impl PeerKnowledge {
         self.outstanding = None;
     }
 
-    /// The peer is back after a failure: it may be asked at once, and no longer so patiently.
-    pub(crate) fn hasten(&mut self, now: Step) {
+    /// The peer is back after a failure: it may be asked at once, and the backoff restarts.
+    pub(crate) fn retry_now(&mut self, now: Step) {
         if let Some(retry) = &mut self.retry {
             *retry = Retry { at: now, after: FIRST_RETRY_STEPS };
         }

@@ -1,8 +1,8 @@
-//! Algorithm 4.3 of the paper: only actuator faults explain, and for ever.
+//! Algorithm 4.3 of the paper: only actuator faults explain, and permanently.
 
-use truss::ids::{Component, ComponentPath, Step};
+use names::{Component, ComponentPath, Step};
 
-use super::Judgement;
+use super::judgement::Judgement;
 
 /// Judges a change: an actuator's is always its own fault; a sensor's is explained by the earliest
 /// actuator fault anywhere, if there is one. `actuator_faults` are those known as of the judgement.

@@ -6,12 +6,12 @@
 //! rate a = β·K_P·(A_A/V_A + A_B/V_B), so that an unlimited step is exact: the flow's mean over the
 //! step is K_P·(u − F)·(1 − e^{−aT})/(aT).
 
-use super::hydraulics::Hydraulics;
+use super::nominal_hydraulics::NominalHydraulics;
 
 /// One actuator's nominal chamber pressures and force.
 #[derive(Debug, Clone)]
 pub struct ForceLoop {
-    hydraulics: Hydraulics,
+    hydraulics: NominalHydraulics,
     step_s: f64,
     /// Share of K_P·(u − F) that flows on average over a step.
     mean_share: f64,
@@ -21,7 +21,7 @@ pub struct ForceLoop {
 impl ForceLoop {
     /// A loop at rest with the given chamber pressures \[Pa\]; `step_s` is the step's length \[s\].
     #[must_use]
-    pub fn new(hydraulics: Hydraulics, step_s: f64, pressures: [f64; 2]) -> Self {
+    pub fn new(hydraulics: NominalHydraulics, step_s: f64, pressures: [f64; 2]) -> Self {
         let stiffness = hydraulics.area_a_m2 / hydraulics.volume_a_m3
             + hydraulics.area_b_m2 / hydraulics.volume_b_m3;
         let rate = hydraulics.bulk_modulus_pa * hydraulics.force_gain_m3_per_s_n * stiffness;
@@ -29,7 +29,7 @@ impl ForceLoop {
         Self { hydraulics, step_s, mean_share, pressures }
     }
 
-    /// Starts anew from measured chamber pressures \[Pa\].
+    /// Restarts from measured chamber pressures \[Pa\].
     pub fn settle(&mut self, pressures: [f64; 2]) {
         self.pressures = pressures;
     }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use truss::{LocalModel, ModelError, Structure};
 
 use super::force_loop::ForceLoop;
-use super::hydraulics::Hydraulics;
+use super::nominal_hydraulics::NominalHydraulics;
 use crate::sample::Sample;
 
 /// Longest gap, in steps, that the force loops are stepped through under a held demand. Their time
@@ -40,7 +40,7 @@ pub enum ActuatorResidual {
 #[derive(Debug, Clone)]
 pub struct ResidualGenerator {
     kind: ActuatorResidual,
-    hydraulics: Hydraulics,
+    hydraulics: NominalHydraulics,
     local: LocalModel,
     loops: Vec<ForceLoop>,
     forces: Vec<f64>,
@@ -59,7 +59,7 @@ impl ResidualGenerator {
     /// A structure of which no model can be made.
     pub fn new(
         local: &Structure,
-        hydraulics: Hydraulics,
+        hydraulics: NominalHydraulics,
         kind: ActuatorResidual,
         step_s: f64,
     ) -> Result<Self, ModelError> {
@@ -93,7 +93,7 @@ impl ResidualGenerator {
     }
 
     /// Steps the models through `missing` lost samples, holding the last signals. Returns whether the
-    /// residuals after the gap can be compared with those before it; otherwise the models begin anew.
+    /// residuals after the gap can be compared with those before it; otherwise the models restart.
     #[must_use]
     pub fn bridge(&mut self, missing: u64) -> bool {
         if missing > LONGEST_GAP_OF_STRUCTURE {

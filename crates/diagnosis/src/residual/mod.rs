@@ -2,8 +2,8 @@
 
 mod force_loop;
 mod generator;
-mod hydraulics;
+mod nominal_hydraulics;
 
 pub use force_loop::ForceLoop;
 pub use generator::{ActuatorResidual, ResidualGenerator};
-pub use hydraulics::{Hydraulics, HydraulicsError};
+pub use nominal_hydraulics::{HydraulicsError, NominalHydraulics};

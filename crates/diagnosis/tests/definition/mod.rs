@@ -1,6 +1,6 @@
 //! The divergence straight from its definition (eq. 15, 18, 19), in 256 bits.
 //!
-//! Nothing is shared with the estimator: every Gaussian is formed anew from its vectors, and the
+//! Nothing is shared with the estimator: every Gaussian is formed from its vectors alone, and the
 //! inverse is taken through a factorisation of the whole covariance.
 
 #![allow(dead_code, reason = "each test uses its own part of this")]

@@ -6,7 +6,7 @@ use diagnosis::{
     Action, Event, GivenOrder, ModuleSetup, Order, OrderKind, OrderToken, PeerFailure, Question,
     Rule, Sample, Transition, Verdict,
 };
-use truss::ids::{Component, RunId, Step};
+use names::{Component, RunId, Step};
 
 use super::happening::{Happening, Said};
 use super::inquiries::Inquiries;
@@ -91,7 +91,7 @@ impl Driver {
             Happening::Stale(said) => self.answer(said, |peer| peer.past),
             Happening::Unanswered { peer } => self.fall_silent(*peer),
             Happening::Returned { peer } => {
-                let peer = self.peers.get(*peer).map_or(name("stranger"), |p| p.name.clone());
+                let peer = self.peers.get(*peer).map_or(name("impostor"), |p| p.name.clone());
                 self.give(Event::Returned { peer });
             }
             Happening::Ordered { component, kind } => self.order(COMPONENTS[*component], *kind),
@@ -164,7 +164,7 @@ impl Driver {
                 assert_eq!((&transition.component, &transition.order), (&component, &Some(given)));
                 self.recalled.remove(&component);
             }
-            other => panic!("an order has one outcome: {other:?}"),
+            other => panic!("a command has one outcome: {other:?}"),
         }
     }
 
@@ -245,7 +245,7 @@ impl Driver {
         self.lives.latest().for_each(|latest| self.check_doubt(latest));
     }
 
-    /// What is due and cannot be judged because a peer is silent says so.
+    /// What is due and cannot be judged because a peer is silent is marked as in doubt.
     fn check_doubt(&self, latest: &Transition) {
         let due = latest.detection.plus(HOLD);
         let alone = self.rule == Rule::Paper;
@@ -255,7 +255,7 @@ impl Driver {
         if alone || recalled || !is_due || latest.verdict != Verdict::Tentative {
             return;
         }
-        let silent = self.peers.iter().find(|peer| peer.silent && !peer.told(due));
+        let silent = self.peers.iter().find(|peer| peer.silent && !peer.has_answered(due));
         assert!(silent.is_none(), "{latest:?} is in doubt because of {silent:?}");
     }
 }

@@ -3,7 +3,7 @@
 use diagnosis::OrderKind;
 use proptest::prelude::*;
 
-/// What a peer says; steps are shares of the stretch that it was asked about.
+/// What a peer answers; steps are shares of the stretch that it was asked about.
 #[derive(Debug, Clone)]
 pub struct Said {
     /// Which peer.
@@ -52,8 +52,8 @@ pub enum Happening {
         component: usize,
         kind: OrderKind,
     },
-    /// The process ends and begins anew; so many samples are missed meanwhile, and then so many of the
-    /// latest are given again.
+    /// The process restarts; `missed` samples are lost meanwhile, then the latest `again` of them are
+    /// replayed.
     Restart {
         missed: u16,
         again: u16,

@@ -1,4 +1,4 @@
-//! Questions and orders, and whether each had its one reply.
+//! Questions and commands, and whether each had its one reply.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ impl Inquiries {
         token
     }
 
-    /// The process ends; nobody waits for it any more.
+    /// The process ends; no asker waits for it any more.
     pub fn forget(&mut self) {
         self.waiting.clear();
     }
@@ -53,7 +53,7 @@ impl Inquiries {
     }
 }
 
-/// What this module tells, a peer can use.
+/// What this module answers, a peer can use.
 fn check(answer: &Answer) {
     let Question { from, as_of, .. } = answer.question;
     let changes = &answer.changes;

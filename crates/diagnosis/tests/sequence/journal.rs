@@ -1,7 +1,7 @@
-//! What outlives the diagnoser's process: its journal, and the file that says how far it had watched.
+//! What outlives the diagnoser's process: its journal, and the file that records how far it had watched.
 
 use diagnosis::{Action, Change, Diagnoser, Memory, PastWatch, Phase};
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 /// The latest steps count as watched only when their changes are in the journal.
 const TIE: u64 = 3;
@@ -41,7 +41,7 @@ impl Journal {
         self.memory.watch = Some(PastWatch { run, watched, changes: Vec::new() });
     }
 
-    /// What a new process is told.
+    /// What a new process recalls.
     pub fn recollection(&self) -> Memory {
         let mut memory = self.memory.clone();
         if let Some(watch) = &mut memory.watch {

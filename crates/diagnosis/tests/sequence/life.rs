@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::{OrderKind, Transition, Verdict};
-use truss::ids::{Component, ComponentPath};
+use names::{Component, ComponentPath};
 
 use crate::fixture::name;
 
@@ -52,7 +52,7 @@ fn check_explanation(transition: &Transition) {
     }
 }
 
-/// Orders and nothing else lead to what only orders may lead to.
+/// Commands and nothing else lead to what only commands may lead to.
 fn check_order(transition: &Transition) {
     let kind = transition.order.as_ref().map(|order| order.kind);
     match kind {

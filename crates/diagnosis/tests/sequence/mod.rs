@@ -5,8 +5,8 @@
 //! | `happening` | something that may happen |
 //! | `driver` | makes it happen to a diagnoser |
 //! | `journal` | what outlives the diagnoser's process |
-//! | `peer` | what one peer has told truly, and what it was asked |
-//! | `inquiries` | questions and orders, and whether each had its one reply |
+//! | `peer` | what one peer has answered validly, and what it was asked |
+//! | `inquiries` | questions and commands, and whether each had its one reply |
 //! | `life` | what may become of the verdict on a component |
 
 mod driver;

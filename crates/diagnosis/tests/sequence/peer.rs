@@ -1,7 +1,7 @@
-//! What one peer has told truly, and what it was asked.
+//! What one peer has answered validly, and what it was asked.
 
 use diagnosis::{ActuatorFault, Answer, Change, Question};
-use truss::ids::{ModuleName, Step};
+use names::{ModuleName, Step};
 
 use super::happening::Said;
 
@@ -15,8 +15,8 @@ pub struct Peer {
     pub past: Option<Question>,
     /// The latest question failed.
     pub silent: bool,
-    /// As of which step it has told everything.
-    told_until: Option<Step>,
+    /// As of which step it has answered in full.
+    answered_until: Option<Step>,
     watching_since: Option<Step>,
 }
 
@@ -27,12 +27,12 @@ impl Peer {
             asked: None,
             past: None,
             silent: false,
-            told_until: None,
+            answered_until: None,
             watching_since: None,
         }
     }
 
-    /// The diagnoser forgets what it was told: a new run, or a new process.
+    /// The diagnoser forgets what it received: a new run, or a new process.
     pub fn forget(&mut self) {
         let past = self.asked.or(self.past);
         *self = Self { past, ..Self::new(self.name.clone()) };
@@ -47,7 +47,7 @@ impl Peer {
     pub fn answered(&mut self, answer: &Answer) {
         self.past = self.asked.take();
         self.silent = false;
-        self.told_until = Some(answer.question.as_of);
+        self.answered_until = Some(answer.question.as_of);
         self.watching_since = answer.watching_since;
     }
 
@@ -56,14 +56,14 @@ impl Peer {
         self.silent = true;
     }
 
-    /// Has it told everything as of this step?
-    pub fn told(&self, as_of: Step) -> bool {
-        self.told_until.is_some_and(|until| until >= as_of)
+    /// Has it answered in full as of this step?
+    pub fn has_answered(&self, as_of: Step) -> bool {
+        self.answered_until.is_some_and(|until| until >= as_of)
     }
 
-    /// Has it told everything as of this step, having watched since the other one?
+    /// Has it answered in full as of this step, having watched since the other one?
     pub fn knows(&self, change: Step, as_of: Step) -> bool {
-        self.told(as_of) && self.watching_since.is_some_and(|since| since <= change)
+        self.has_answered(as_of) && self.watching_since.is_some_and(|since| since <= change)
     }
 
     /// An answer to a question; one that fits it, if so wanted.

@@ -10,7 +10,7 @@ const DIRECTORY: &str = "JOURNAL_TEST_DIRECTORY";
 /// A child process. It talks on standard error, which the test harness does not use.
 pub(crate) struct Process {
     pub(crate) child: Child,
-    pub(crate) told: Lines<BufReader<ChildStderr>>,
+    pub(crate) reported: Lines<BufReader<ChildStderr>>,
 }
 
 impl Process {
@@ -23,13 +23,13 @@ impl Process {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let told = BufReader::new(child.stderr.take().unwrap()).lines();
-        Self { child, told }
+        let reported = BufReader::new(child.stderr.take().unwrap()).lines();
+        Self { child, reported }
     }
 
-    /// Waits for the next line that the process tells.
+    /// Waits for the next line that the process reports.
     pub(crate) fn hear(&mut self) -> String {
-        self.told.next().expect("the child tells something").unwrap()
+        self.reported.next().expect("the child reports something").unwrap()
     }
 
     /// SIGKILL.
@@ -51,7 +51,7 @@ pub(crate) fn directory() -> Option<PathBuf> {
     env::var_os(DIRECTORY).map(PathBuf::from)
 }
 
-/// In the child: tells the parent a line, whole or not at all.
+/// In the child: reports a line to the parent, whole or not at all.
 pub(crate) fn tell(line: &str) {
     std::io::stderr().write_all(format!("{line}\n").as_bytes()).unwrap();
 }

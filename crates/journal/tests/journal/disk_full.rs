@@ -16,9 +16,9 @@ fn a_full_disk_refuses_records_and_harms_none() {
     let directory = tempfile::tempdir().unwrap();
     // The limit is the whole process's, so it is not this one's.
     let mut writer = Process::start("disk_full::writes_to_the_limit", directory.path());
-    let told: Vec<String> = writer.told.by_ref().map(Result::unwrap).collect();
-    assert!(writer.child.wait().unwrap().success(), "{}", told.join("\n"));
-    assert_eq!(told, ["done"]);
+    let reported: Vec<String> = writer.reported.by_ref().map(Result::unwrap).collect();
+    assert!(writer.child.wait().unwrap().success(), "{}", reported.join("\n"));
+    assert_eq!(reported, ["done"]);
     let opened = open(directory.path());
     assert_eq!(opened.damage, []);
     assert_eq!(opened.records.last().unwrap(), "after the limit");
@@ -28,7 +28,7 @@ fn a_full_disk_refuses_records_and_harms_none() {
 #[ignore = "the child of another test"]
 fn writes_to_the_limit() {
     let Some(directory) = child::directory() else { return };
-    // Whoever goes beyond the limit is killed by a signal, unless it is blocked.
+    // A process that exceeds the limit is killed by a signal, unless it is blocked.
     let mut blocked = SigSet::empty();
     blocked.add(Signal::SIGXFSZ);
     blocked.thread_block().unwrap();

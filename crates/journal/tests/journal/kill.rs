@@ -1,4 +1,4 @@
-//! Processes killed while they write: what they were told to be on the disk is there.
+//! Processes killed while they write: what was reported as synced is on the disk.
 
 use std::path::Path;
 use std::thread;
@@ -13,14 +13,14 @@ use crate::support::{open, read};
 
 const KILLS: u64 = 50;
 
-/// Lets `test` write and kills it some time after its first word. Returns the last number it told.
+/// Lets `test` write and kills it some time after its first word. Returns the last number it reported.
 fn write_and_kill(test: &str, directory: &Path, random: &mut ChaCha8Rng) -> u64 {
     let mut writer = Process::start(test, directory);
     let mut last = writer.hear();
     thread::sleep(Duration::from_micros(random.random_range(0..30_000)));
     writer.kill();
     // Each line came in a single small write, so the last one is whole.
-    for line in writer.told.by_ref() {
+    for line in writer.reported.by_ref() {
         last = line.unwrap();
     }
     last.parse().unwrap()

@@ -47,7 +47,7 @@ fn another_process_is_refused_until_the_holder_is_killed() {
 }
 
 #[test]
-fn a_lock_that_names_nobody_is_in_use_all_the_same() {
+fn a_lock_without_a_holder_name_is_in_use_all_the_same() {
     let directory = tempfile::tempdir().unwrap();
     let opened = open(directory.path());
     for text in ["", "nonsense", "99999999999"] {

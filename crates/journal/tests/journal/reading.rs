@@ -75,7 +75,7 @@ fn followed(rotate_every: u64) {
 }
 
 #[test]
-fn whoever_reads_meanwhile_gets_whole_records_without_gap() {
+fn a_concurrent_reader_gets_whole_records_without_gap() {
     followed(1000);
 }
 

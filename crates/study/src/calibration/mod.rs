@@ -5,7 +5,7 @@ mod collector;
 mod nominal_runs;
 mod recording;
 
-use truss::ids::{Component, ComponentPath, ModuleName};
+use names::{Component, ComponentPath, ModuleName};
 
 use crate::tail::{ChannelTail, LargestPeaks, TailError, TailThreshold};
 

@@ -3,9 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use diagnosis::{ModuleSetup, Phase};
+use names::RunId;
 use plant::{Mismatch, Plant, PlantParameters};
 use truss::Structure;
-use truss::ids::RunId;
 
 use super::Calibration;
 use super::collector::Collector;
@@ -26,21 +26,21 @@ pub struct NominalRuns {
     pub runs: u64,
     /// Length of a run, warm-up included \[steps\].
     pub steps: u64,
-    /// By how much each run's plant differs from what is believed of it; 0 for not at all.
+    /// By how much each run's plant differs from the nominal model; 0 for no mismatch.
     pub mismatch: f64,
     /// How many run at a time.
     pub jobs: usize,
 }
 
 impl NominalRuns {
-    /// Makes the runs, several at a time, and returns the largest peaks of all divergences. `done` is told of every
-    /// run that is over. The result does not depend on the number of jobs.
+    /// Makes the runs, several at a time, and returns the largest peaks of all divergences. `done` is
+    /// called after every run. The result does not depend on the number of jobs.
     ///
     /// # Errors
     /// A plant or a diagnoser that cannot be made.
     pub fn calibrate(
         &self,
-        believed: &Structure,
+        nominal: &Structure,
         parameters: &PlantParameters,
         setups: &[ModuleSetup],
         done: &(dyn Fn() + Sync),
@@ -52,7 +52,7 @@ impl NominalRuns {
             &seeds,
             self.jobs,
             &AtomicBool::new(false),
-            |&seed| self.one_run(believed, parameters, setups, seed),
+            |&seed| self.one_run(nominal, parameters, setups, seed),
             |_, run| {
                 all.merge(&run);
                 done();
@@ -64,12 +64,12 @@ impl NominalRuns {
 
     fn one_run(
         &self,
-        believed: &Structure,
+        nominal: &Structure,
         parameters: &PlantParameters,
         setups: &[ModuleSetup],
         seed: u64,
     ) -> Result<Calibration, StudyError> {
-        let plant = plant(believed, parameters, self.mismatch, seed)?;
+        let plant = plant(nominal, parameters, self.mismatch, seed)?;
         let mut setups = setups.to_vec();
         setups.iter_mut().for_each(|setup| setup.thresholds.fill(OUT_OF_REACH));
         let mut rig = Rig::new(plant, setups.clone(), Schedule::default(), RunId(seed))?;
@@ -77,22 +77,22 @@ impl NominalRuns {
     }
 }
 
-/// The plant of a run: as believed, or differing from it by up to `mismatch`.
+/// The plant of a run: nominal, or differing from the nominal model by up to `mismatch`.
 ///
 /// # Errors
 /// A mismatch or parameters out of range, or a structure without a model.
 pub fn plant(
-    believed: &Structure,
+    nominal: &Structure,
     parameters: &PlantParameters,
     mismatch: f64,
     seed: u64,
 ) -> Result<Plant, StudyError> {
     if mismatch == 0.0 {
-        return Ok(Plant::new(believed, parameters, seed)?);
+        return Ok(Plant::new(nominal, parameters, seed)?);
     }
-    let drawn = Mismatch::draw(believed, parameters, mismatch, seed)?;
-    let truth = drawn.structure(believed);
-    Ok(Plant::with_believed(&truth, believed, &drawn.parameters, parameters, seed)?)
+    let drawn = Mismatch::draw(nominal, parameters, mismatch, seed)?;
+    let truth = drawn.structure(nominal);
+    Ok(Plant::with_nominal(&truth, nominal, &drawn.parameters, parameters, seed)?)
 }
 
 /// The divergences of one run from the moment that every channel of a module is watched.

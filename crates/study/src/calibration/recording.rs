@@ -2,7 +2,7 @@
 
 use diagnosis::divergence::{DivergenceBank, Outcome};
 use diagnosis::{ModuleSetup, SetupError};
-use truss::ids::Component;
+use names::Component;
 
 use super::ModulePeaks;
 use super::collector::Collector;
@@ -107,7 +107,7 @@ impl Recording {
         }
     }
 
-    /// What follows is another recording: it warms up anew.
+    /// What follows is another recording: the warm-up restarts.
     pub fn end_run(&mut self) {
         self.bank.restart();
         self.watched.fill(false);

@@ -1,7 +1,7 @@
 //! What happened in a run, sorted out: every change with its verdict.
 
-use diagnosis::{IsolationSettings, Transition, Verdict};
-use truss::ids::{ComponentPath, ModuleName, Step};
+use diagnosis::{Group, Groups, IsolationSettings, KnownChange, Transition, Verdict};
+use names::{ComponentPath, ModuleName, Step};
 
 use super::words::Clock;
 use crate::campaign::Campaign;
@@ -51,6 +51,10 @@ impl Changed {
             Fate::Known { .. } | Fate::Open => None,
         }
     }
+
+    fn known(&self) -> KnownChange {
+        KnownChange { path: self.component.clone(), step: self.step, ratio: self.peak }
+    }
 }
 
 /// A run, sorted out.
@@ -61,6 +65,8 @@ pub(super) struct Account<'a> {
     pub(super) moments: Vec<(Step, Occurrence)>,
     /// All changes, in the order of their steps.
     pub(super) changes: Vec<Changed>,
+    /// The same, as a module judges them.
+    known: Vec<KnownChange>,
     /// From when on every channel was watched.
     pub(super) watching_since: Option<Step>,
     /// When the faulty channel's D/γ was largest since the fault began, and how large.
@@ -72,13 +78,14 @@ impl<'a> Account<'a> {
     pub(super) fn take(campaign: &'a Campaign, number: u64) -> Result<Self, StudyError> {
         let mut observer = Observer::new(campaign, campaign.scenario(number)?.injection.component);
         let onset = campaign.scenario(number)?.injection.at;
-        let record = campaign.follow_scenario(number, |rig, news| {
-            observer.look(rig, news, onset);
+        let record = campaign.follow_scenario(number, |rig, occurrences| {
+            observer.look(rig, occurrences, onset);
             Ok(())
         })?;
         let Observer { moments, mut changes, watching_since, faulty_peak, .. } = observer;
         judge(&mut changes, &moments);
-        Ok(Account { campaign, record, moments, changes, watching_since, faulty_peak })
+        let known = changes.iter().map(Changed::known).collect();
+        Ok(Account { campaign, record, moments, changes, known, watching_since, faulty_peak })
     }
 
     pub(super) fn clock(&self) -> Clock {
@@ -89,6 +96,13 @@ impl<'a> Account<'a> {
     pub(super) fn isolation(&self, module: &ModuleName) -> Option<&IsolationSettings> {
         let mut setups = self.campaign.setups.iter();
         setups.find(|setup| setup.module == *module).map(|setup| &setup.isolation)
+    }
+
+    /// The group that the rule of the first change puts a change into, by its module's settings.
+    pub(super) fn group(&self, changed: &Changed) -> Option<(&IsolationSettings, Group<'_>)> {
+        let settings = self.isolation(&changed.component.module)?;
+        let group = Groups::new(settings).find(&self.known, &changed.component, changed.step)?;
+        Some((settings, group))
     }
 
     /// The change of a component at a step.
@@ -120,10 +134,10 @@ impl Observer {
         }
     }
 
-    fn look(&mut self, rig: &Rig, news: &[Occurrence], onset: Step) {
+    fn look(&mut self, rig: &Rig, occurrences: &[Occurrence], onset: Step) {
         let Some(step) = rig.samples().first().map(|sample| sample.step) else { return };
-        self.changes.extend(news.iter().filter_map(changed));
-        self.moments.extend(news.iter().map(|occurrence| (step, occurrence.clone())));
+        self.changes.extend(occurrences.iter().filter_map(changed));
+        self.moments.extend(occurrences.iter().map(|occurrence| (step, occurrence.clone())));
         if self.watching_since.is_none() && is_watching(rig) {
             self.watching_since = Some(step);
         }

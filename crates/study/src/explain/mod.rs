@@ -1,4 +1,5 @@
-//! A scenario told step by step, in words: what changed, who asked whom, why the verdict is what it is.
+//! A scenario step by step, in words: what changed, which module asked which peer, and the reason
+//! for each verdict.
 
 mod account;
 mod outcome;
@@ -8,7 +9,7 @@ mod words;
 
 use std::fmt;
 
-use truss::ids::Step;
+use names::Step;
 
 use crate::campaign::Campaign;
 use crate::error::StudyError;
@@ -17,7 +18,7 @@ use crate::record::ScenarioRecord;
 use account::Account;
 use story::Story;
 
-/// What a line tells of.
+/// What a line reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LineKind {
     /// What the run is.
@@ -42,7 +43,7 @@ pub enum LineKind {
     More,
     /// What came of the run.
     Outcome,
-    /// Why something was not as it should be.
+    /// Why the outcome is not exact.
     Because,
 }
 
@@ -74,7 +75,7 @@ pub struct Line {
     pub time_s: f64,
     /// At which step it happened.
     pub step: Step,
-    /// What it tells of.
+    /// What it reports.
     pub kind: LineKind,
     /// The words, without a line break.
     pub text: String,
@@ -104,12 +105,12 @@ impl fmt::Display for Explanation {
     }
 }
 
-/// Runs a scenario once more and tells what happens.
+/// Runs a scenario once more and reports what happens.
 ///
 /// # Errors
 /// A plant or diagnosers that cannot be made.
 pub fn explain(campaign: &Campaign, number: u64) -> Result<Explanation, StudyError> {
     let account = Account::take(campaign, number)?;
-    let lines = Story::new(&account).tell();
+    let lines = Story::new(&account).render();
     Ok(Explanation { lines, record: account.record })
 }

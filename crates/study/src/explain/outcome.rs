@@ -1,4 +1,4 @@
-//! What came of a scenario, and if it is not as it should be, why.
+//! The outcome of a scenario and, if it is not exact, the reasons.
 
 use super::account::{Account, Changed, Fate};
 use super::words::times;
@@ -8,7 +8,7 @@ use super::{Line, LineKind};
 const CLEAR_READING: f64 = 10.0;
 
 /// The last lines of a story.
-pub(super) fn tell(account: &Account) -> Vec<Line> {
+pub(super) fn render(account: &Account) -> Vec<Line> {
     let mut lines = Lines { account, lines: Vec::new() };
     lines.verdict();
     if account.record.named().is_none() {
@@ -26,7 +26,7 @@ struct Lines<'a> {
 
 impl Lines<'_> {
     fn add(&mut self, kind: LineKind, text: String) {
-        let step = truss::ids::Step(self.account.record.steps);
+        let step = names::Step(self.account.record.steps);
         self.lines.push(Line { time_s: self.account.clock().seconds(step), step, kind, text });
     }
 
@@ -126,7 +126,7 @@ impl Lines<'_> {
     fn faint_reading(&self) -> Option<String> {
         let record = &self.account.record;
         let reading = record.reading_over_noise?;
-        let silent = record.kind() == truss::fault::FaultKind::ZeroOutput;
+        let silent = record.kind() == names::fault::FaultKind::ZeroOutput;
         (silent && reading < CLEAR_READING).then(|| {
             format!(
                 "right before the fault the gage read only {} its noise: to read nothing instead \

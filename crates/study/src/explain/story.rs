@@ -1,35 +1,35 @@
-//! From what happened to lines. The changes that decide something are told one by one; those that only
-//! repeat what is known are told in one line for each cause.
+//! From what happened to lines. The changes that decide something are shown one by one; those
+//! that only repeat what is known are summarised in one line for each cause.
 
 use std::collections::BTreeMap;
 
 use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
-use truss::ids::{ComponentPath, ModuleName, Step};
+use names::{ComponentPath, ModuleName, Step};
 
 use super::account::{Account, Changed, Fate, Root};
-use super::words::{Clock, counted, describe, list, often, times};
+use super::words::{Clock, counted, list, often, times};
 use super::{Line, LineKind, outcome, reason};
 use crate::rig::Occurrence;
 
 /// Most changes of an answer, or channels of a summary, that are named.
 const SHOWN: usize = 4;
 
-/// Tells an account.
+/// Turns an account into lines.
 pub(super) struct Story<'a> {
     account: &'a Account<'a>,
     clock: Clock,
-    /// Which of the account's changes are told one by one.
-    told: Vec<bool>,
+    /// Which of the account's changes are shown one by one.
+    shown: Vec<bool>,
     lines: Vec<Line>,
 }
 
 impl<'a> Story<'a> {
     pub(super) fn new(account: &'a Account<'a>) -> Self {
-        Self { account, clock: account.clock(), told: choose(account), lines: Vec::new() }
+        Self { account, clock: account.clock(), shown: choose(account), lines: Vec::new() }
     }
 
     /// All lines, in the order of their steps.
-    pub(super) fn tell(mut self) -> Vec<Line> {
+    pub(super) fn render(mut self) -> Vec<Line> {
         self.setting();
         self.injection();
         for (step, occurrence) in &self.account.moments {
@@ -49,7 +49,7 @@ impl<'a> Story<'a> {
         }
         // What lies in the same step stays in the order in which it happened.
         self.lines.sort_by_key(|line| line.step);
-        self.lines.extend(outcome::tell(self.account));
+        self.lines.extend(outcome::render(self.account));
         self.lines
     }
 
@@ -81,7 +81,7 @@ impl<'a> Story<'a> {
         let reading = record.reading_over_noise.map_or_else(String::new, |reading| {
             format!("; right before, it read {} its noise", times(reading))
         });
-        let text = format!("{}: {}{reading}", record.component, describe(&record.fault));
+        let text = format!("{}: {}{reading}", record.component, record.fault);
         if record.onset.0 < record.steps {
             self.add(record.onset, LineKind::Injected, text);
         }
@@ -95,7 +95,7 @@ impl<'a> Story<'a> {
         else {
             return;
         };
-        if self.told.get(place) == Some(&true) {
+        if self.shown.get(place) == Some(&true) {
             let text = self.change_text(changed);
             self.add(step, LineKind::Change, text);
         } else if let Some(text) = self.summary(place) {
@@ -112,7 +112,7 @@ impl<'a> Story<'a> {
         };
         let faulty = if component == &record.component && *step >= record.onset {
             match step.since(record.onset) {
-                0 => ", in the very step of the fault".to_owned(),
+                0 => ", in the same step as the fault".to_owned(),
                 steps => format!(", {} after the fault began", self.clock.span(steps)),
             }
         } else {
@@ -121,10 +121,10 @@ impl<'a> Story<'a> {
         format!("{component} rose {rising} to {} its threshold{faulty}", times(*ratio))
     }
 
-    /// The untold changes with the same cause as this one, if it is the last of them.
+    /// The summarised changes with the same cause as this one, if it is the last of them.
     fn summary(&self, place: usize) -> Option<String> {
         let cause = cause(&self.account.changes[place])?;
-        let alike = |p: &usize| !self.told[*p] && cause_is(&self.account.changes[*p], &cause);
+        let alike = |p: &usize| !self.shown[*p] && cause_is(&self.account.changes[*p], &cause);
         let places: Vec<usize> = (0..self.account.changes.len()).filter(alike).collect();
         if places.last() != Some(&place) {
             return None;
@@ -167,7 +167,7 @@ impl<'a> Story<'a> {
         list(&named.collect::<Vec<_>>(), SHOWN)
     }
 
-    /// How many untold questions these changes gave rise to.
+    /// How many questions that are not shown these changes gave rise to.
     fn questions_for(&self, places: &[usize]) -> usize {
         let about = |asker: &ModuleName, question: &Question| {
             places.iter().any(|&place| {
@@ -175,18 +175,18 @@ impl<'a> Story<'a> {
                 changed.component.module == *asker && changed.decided() == Some(question.as_of)
             })
         };
-        let untold = self.account.moments.iter().filter(|(_, occurrence)| match occurrence {
+        let hidden = self.account.moments.iter().filter(|(_, occurrence)| match occurrence {
             Occurrence::Question { asker, question, .. } => {
                 about(asker, question) && !self.is_needed(asker, question)
             }
             _ => false,
         });
-        untold.count()
+        hidden.count()
     }
 
-    /// Does a verdict that is told rest on this question?
+    /// Does a verdict that is shown rest on this question?
     fn is_needed(&self, asker: &ModuleName, question: &Question) -> bool {
-        self.account.changes.iter().zip(&self.told).any(|(changed, told)| {
+        self.account.changes.iter().zip(&self.shown).any(|(changed, shown)| {
             let waits = match &changed.fate {
                 Fate::Fault { decided } | Fate::Explained { decided, .. } => {
                     *decided == question.as_of
@@ -194,7 +194,7 @@ impl<'a> Story<'a> {
                 Fate::Open => changed.step <= question.as_of,
                 Fate::Known { .. } => false,
             };
-            *told && waits && changed.component.module == *asker
+            *shown && waits && changed.component.module == *asker
         })
     }
 
@@ -211,40 +211,40 @@ impl<'a> Story<'a> {
         let Occurrence::Question { asker, peer, changes, actuator_faults, .. } = occurrence else {
             return;
         };
-        let changed = self.changes_told(peer, changes);
-        let held = self.faults_told(peer, actuator_faults);
+        let changed = self.changes_text(peer, changes);
+        let held = self.faults_text(peer, actuator_faults);
         // What the asker judges by comes first.
         let text = match (self.rule(asker), held) {
             (Rule::FirstChange, None) => changed,
             (Rule::FirstChange, Some(held)) => format!("{changed}; {held}"),
-            (Rule::Paper, None) => format!("no actuator is held for faulty; {changed}"),
+            (Rule::Paper, None) => format!("no actuator is declared faulty; {changed}"),
             (Rule::Paper, Some(held)) => format!("{held}; {changed}"),
         };
         self.add(step, LineKind::Answered, format!("{peer}: {text}"));
     }
 
-    fn changes_told(&self, peer: &ModuleName, changes: &[Change]) -> String {
-        let told = changes.iter().map(|change| {
+    fn changes_text(&self, peer: &ModuleName, changes: &[Change]) -> String {
+        let texts = changes.iter().map(|change| {
             let (at, ratio) = (self.clock.time(change.step), times(change.ratio));
             format!("{peer}/{} changed at {at} ({ratio})", change.component)
         });
         match changes {
             [] => "no change in that time".to_owned(),
-            _ => list(&told.collect::<Vec<_>>(), SHOWN),
+            _ => list(&texts.collect::<Vec<_>>(), SHOWN),
         }
     }
 
-    fn faults_told(&self, peer: &ModuleName, faults: &[ActuatorFault]) -> Option<String> {
-        let told = faults.iter().map(|fault| {
+    fn faults_text(&self, peer: &ModuleName, faults: &[ActuatorFault]) -> Option<String> {
+        let texts = faults.iter().map(|fault| {
             format!("{peer}/actuator/{} since {}", fault.actuator, self.clock.time(fault.step))
         });
-        let told: Vec<String> = told.collect();
-        (!told.is_empty()).then(|| format!("held for faulty: {}", list(&told, SHOWN)))
+        let texts: Vec<String> = texts.collect();
+        (!texts.is_empty()).then(|| format!("declared faulty: {}", list(&texts, SHOWN)))
     }
 
     fn verdict(&mut self, step: Step, component: &ComponentPath, at: Step, verdict: &Verdict) {
-        let mut changes = self.account.changes.iter().zip(&self.told);
-        let found = changes.find(|(c, told)| **told && c.step == at && c.component == *component);
+        let mut changes = self.account.changes.iter().zip(&self.shown);
+        let found = changes.find(|(c, shown)| **shown && c.step == at && c.component == *component);
         let Some((changed, _)) = found else { return };
         match verdict {
             Verdict::Latched => {
@@ -268,7 +268,7 @@ impl<'a> Story<'a> {
     }
 }
 
-/// Why changes need not be told one by one.
+/// Why changes need not be shown one by one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Cause {
     /// The component was named as faulty before.
@@ -293,18 +293,18 @@ fn cause_is(changed: &Changed, cause: &Cause) -> bool {
     }
 }
 
-/// Which changes are told one by one: faults, what was not judged, the first change of the faulty
+/// Which changes are shown one by one: faults, what was not judged, the first change of the faulty
 /// component, and of the explained ones the first of each module for each root and the root's ties.
 fn choose(account: &Account) -> Vec<bool> {
     let record = &account.record;
     let mut seen: Vec<(&ModuleName, &Root)> = Vec::new();
-    let mut faulty_told = false;
-    let mut told = Vec::with_capacity(account.changes.len());
+    let mut faulty_shown = false;
+    let mut shown = Vec::with_capacity(account.changes.len());
     for changed in &account.changes {
         let faulty = changed.component == record.component && changed.step >= record.onset;
-        let first_faulty = faulty && !faulty_told;
-        faulty_told |= faulty;
-        told.push(match &changed.fate {
+        let first_faulty = faulty && !faulty_shown;
+        faulty_shown |= faulty;
+        shown.push(match &changed.fate {
             Fate::Fault { .. } | Fate::Open => true,
             Fate::Known { .. } => first_faulty,
             Fate::Explained { root, .. } => {
@@ -319,9 +319,9 @@ fn choose(account: &Account) -> Vec<bool> {
             }
         });
     }
-    told
+    shown
 }
 
-fn path(module: &ModuleName, component: &truss::ids::Component) -> ComponentPath {
+fn path(module: &ModuleName, component: &names::Component) -> ComponentPath {
     ComponentPath { module: module.clone(), component: component.clone() }
 }

@@ -1,7 +1,6 @@
-//! Numbers, times and faults as people read them.
+//! Numbers and times as people read them.
 
-use truss::fault::Fault;
-use truss::ids::Step;
+use names::Step;
 
 /// Writes steps as times.
 #[derive(Debug, Clone, Copy)]
@@ -64,30 +63,6 @@ pub(super) fn list(items: &[String], shown: usize) -> String {
         return items.join(", ");
     }
     format!("{} and {} more", items[..shown].join(", "), items.len() - shown)
-}
-
-/// A fault with its size.
-pub(super) fn describe(fault: &Fault) -> String {
-    let micrometres = |metres: f64| metres * 1e6;
-    match *fault {
-        Fault::InternalLeakage { area_m2 } => {
-            format!("oil leaks from chamber A into chamber B, coefficient {area_m2:.2e} m²")
-        }
-        Fault::ExternalLeakageA { area_m2 } => {
-            format!("chamber A leaks to the outside, coefficient {area_m2:.2e} m²")
-        }
-        Fault::ExternalLeakageB { area_m2 } => {
-            format!("chamber B leaks to the outside, coefficient {area_m2:.2e} m²")
-        }
-        Fault::HardOver {} => "hard-over, the inlet valve of chamber A is fully open".to_owned(),
-        Fault::Bias { offset_m } => format!("bias of {:+.1} µm", micrometres(offset_m)),
-        Fault::RandomWalk { drift_m_per_s, increment_m } => format!(
-            "random walk, {:+.1} µm/s on average with steps of {:.2} µm",
-            micrometres(drift_m_per_s),
-            micrometres(increment_m)
-        ),
-        Fault::ZeroOutput {} => "zero output, the gage reads nothing but noise".to_owned(),
-    }
 }
 
 #[cfg(test)]

@@ -1,23 +1,21 @@
-//! Power curves: how likely a fault of some size is found, and how soon.
+//! Power curves: probability and delay of isolation against the size of a fault.
 
-use super::page::{Figure, Row};
-use super::panel::{Mark, MarkKind, Panel};
-use super::series::{Series, Shape, Stroke};
-use super::{Axis, ticks};
+use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke, ticks};
+
 use crate::power::PowerCurve;
 
-/// Most curves side by side, and most if a title is longer than so many letters.
+/// Most curves side by side, and most if a title is longer than this many letters.
 const COLUMNS: usize = 3;
 const WIDE_COLUMNS: usize = 2;
 const LONG_TITLE: usize = 32;
-/// The probability that counts as found.
+/// The probability of isolation that defines the minimum isolable fault.
 const RELIABLE: f64 = 0.95;
 /// The axis of probabilities \[%\], with some room for markers at either end.
 const PERCENT: [f64; 2] = [-4.0, 104.0];
 /// Room above the largest delay, as a share of it.
 const ROOM: f64 = 1.15;
 
-/// Power curves as SVG: for each, detection probability with its confidence band and, below, the
+/// Power curves as SVG: for each, isolation probability with its confidence band and, below, the
 /// median delay, both against the fault's size on a logarithmic axis.
 #[must_use]
 pub fn power_figure(curves: &[PowerCurve]) -> String {
@@ -28,8 +26,8 @@ pub fn power_figure(curves: &[PowerCurve]) -> String {
         [Row::new(150.0, probabilities), Row::new(100.0, delays)].map(|row| row.columns(columns))
     });
     let figure = Figure {
-        title: "How large a fault must be to be found".to_owned(),
-        subtitle: "Share of runs in which the fault is found (band: confidence interval) and median delay; \
+        title: "Minimum isolable fault".to_owned(),
+        subtitle: "Share of runs in which the fault is isolated (band: confidence interval) and median delay; \
                    dashed: 95\u{a0}%"
             .to_owned(),
         description: curves.iter().map(sentence).collect::<Vec<_>>().join(" "),
@@ -50,7 +48,7 @@ fn probability(curve: &PowerCurve) -> Panel {
     let points = curve.points.iter().map(|point| [point.size, 100.0 * point.probability]);
     let spread = curve.points.iter().map(|point| [100.0 * point.low, 100.0 * point.high]);
     let series = Series::new("", Shape::MarkedLine, stroke(), points.collect());
-    let y = Axis::linear("found [%]").over(PERCENT);
+    let y = Axis::linear("isolated [%]").over(PERCENT);
     let found = curve.smallest_95.map(|size| {
         let label = format!("{} {}", ticks::short(size), curve.unit);
         Mark::new(MarkKind::Verdict, size, label)
@@ -87,11 +85,11 @@ fn size_axis(curve: &PowerCurve) -> Axis {
 fn sentence(curve: &PowerCurve) -> String {
     match curve.smallest_95 {
         Some(size) => format!(
-            "{}: found in 95 % of the runs from {} {} on.",
+            "{}: isolated in 95 % of the runs from {} {} on.",
             curve.title,
             ticks::short(size),
             curve.unit
         ),
-        None => format!("{}: no size tried is found in 95 % of the runs.", curve.title),
+        None => format!("{}: no size tried is isolated in 95 % of the runs.", curve.title),
     }
 }

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use names::fault::FaultKind;
 use serde::Serialize;
-use truss::fault::FaultKind;
 
+use crate::quantile::nearest_rank;
 use crate::record::ScenarioRecord;
 
 /// Delays of those that were named \[ms\]; `None` if none was. Quantiles are the nearest rank.
@@ -25,8 +26,7 @@ impl Delays {
         let mut sorted: Vec<u64> = delays.collect();
         sorted.sort_unstable();
         let at = |share: f64| {
-            let rank = (share * sorted.len() as f64).ceil() as usize;
-            let steps = *sorted.get(rank.saturating_sub(1))?;
+            let steps = nearest_rank(&sorted, share)?;
             Some(round(steps as f64 * step_s * 1e3))
         };
         Self { median: at(0.5), p95: at(0.95), max: at(1.0) }

@@ -6,8 +6,8 @@ mod paper_table;
 
 use std::collections::BTreeMap;
 
+use names::fault::FaultKind;
 use serde::Serialize;
-use truss::fault::FaultKind;
 
 use crate::closest::Closest;
 use crate::record::{Conversation, NominalRecord, ScenarioRecord};
@@ -35,7 +35,7 @@ pub struct Summary {
     pub closest: Option<Closest>,
     /// Shares of samples, any flag counting (Table 1 of the paper).
     pub paper_table: PaperTable,
-    /// Their intervals, scenarios drawn anew with replacement.
+    /// Their intervals, scenarios resampled with replacement.
     pub paper_table_95: PaperTableIntervals,
     /// Share of samples that are flagged rightly.
     pub accuracy: f64,
@@ -57,7 +57,7 @@ pub struct Summary {
     pub kinds: BTreeMap<FaultKind, KindSummary>,
     /// Zero outputs of gages whose healthy reading exceeded its noise ten times.
     pub readable_zero_outputs: Found,
-    /// What the modules said to each other, summed over the scenarios.
+    /// What the modules exchanged, summed over the scenarios.
     pub conversation: Conversation,
     /// Scenarios in which a peer was asked.
     pub scenarios_with_questions: u64,

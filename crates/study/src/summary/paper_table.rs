@@ -5,9 +5,10 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::interval::Interval95;
+use crate::quantile::on_the_way;
 use crate::record::{Confusion, ScenarioRecord};
 
-/// How often the scenarios are drawn anew for the intervals.
+/// How often the scenarios are resampled for the intervals.
 const RESAMPLES: usize = 2000;
 
 /// Shares of all samples; they sum to 1.
@@ -81,7 +82,7 @@ impl PaperTable {
     }
 }
 
-/// The shares of these scenarios, and their intervals: percentiles over scenarios drawn anew with
+/// The shares of these scenarios, and their intervals: percentiles over scenarios resampled with
 /// replacement (Efron's bootstrap; the samples of one scenario are no independent observations).
 pub(super) fn of(scenarios: &[&ScenarioRecord]) -> (PaperTable, PaperTableIntervals) {
     let confusions: Vec<Confusion> = scenarios.iter().map(|record| record.confusion()).collect();
@@ -109,9 +110,6 @@ pub(super) fn of(scenarios: &[&ScenarioRecord]) -> (PaperTable, PaperTableInterv
 
 fn percentiles(mut values: Vec<f64>) -> Interval95 {
     values.sort_by(f64::total_cmp);
-    let at = |share: f64| {
-        let rank = (share * (values.len() - 1) as f64).round() as usize;
-        values.get(rank).copied().unwrap_or(f64::NAN)
-    };
+    let at = |share: f64| on_the_way(&values, share).unwrap_or(f64::NAN);
     Interval95(at(0.025), at(0.975))
 }

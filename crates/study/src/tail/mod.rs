@@ -1,9 +1,9 @@
 //! Thresholds from the tail of nominal divergences: peaks over threshold.
 //!
-//! A maximum over some runs is exceeded again by further runs, nobody knows how often. Extreme value
-//! theory does: the excess of a channel's highest peaks over a high level follows a generalised Pareto
-//! distribution (Pickands 1975), whatever the divergence's own distribution. Its tail is followed
-//! beyond the data up to the threshold that is reached as often as is tolerated.
+//! A maximum over some runs is exceeded again by further runs, how often is unknown. Extreme
+//! value theory gives it: the excess of a channel's highest peaks over a high level follows a
+//! generalised Pareto distribution (Pickands 1975), whatever the divergence's own distribution. Its
+//! tail is followed beyond the data up to the threshold that is reached as often as is tolerated.
 //!
 //! How far it can be trusted was measured on the simulated tower (runs of 15 s, plants that differ by
 //! up to 10 %, 24 channels): fitted to some runs and counted in 6.9 h of others, the peaks above the

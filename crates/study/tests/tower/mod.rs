@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used, reason = "test code")]
 
 use diagnosis::divergence::{DivergenceSettings, Interval};
-use diagnosis::residual::{ActuatorResidual, Hydraulics};
+use diagnosis::residual::{ActuatorResidual, NominalHydraulics};
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, Verdict};
+use names::fault::Fault;
+use names::{ComponentPath, RunId, Step};
 use plant::PlantParameters;
 use study::{Campaign, Injection, Occurrence, Rig, ScenarioRanges, Schedule};
 use truss::Structure;
-use truss::fault::Fault;
-use truss::ids::{ComponentPath, RunId, Step};
 
 pub fn bias(offset_m: f64) -> Fault {
     Fault::Bias { offset_m }
@@ -36,7 +36,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
     let setups = names.iter().map(|name| ModuleSetup {
         module: name.clone(),
         structure: structure.local(name).unwrap(),
-        hydraulics: Hydraulics {
+        hydraulics: NominalHydraulics {
             area_a_m2: h.area_a_m2,
             area_b_m2: h.area_b_m2,
             volume_a_m3: h.volume_a_m3,
@@ -63,7 +63,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
             rule: Rule::FirstChange,
             hold_steps: 6,
             tie_steps: 3,
-            leap_ratio: 30.0,
+            root_ratio: 30.0,
             horizon_steps: 2500,
             quiet_steps: 40,
         },

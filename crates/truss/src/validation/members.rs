@@ -5,9 +5,9 @@ use crate::check::{Check, Located, Range, Register};
 use crate::description::{MemberDescription, SectionKind};
 use crate::description_error::Problem;
 use crate::element::cross;
-use crate::ids::MemberName;
 use crate::member::{Member, MemberKind};
 use crate::structure::Node;
+use names::MemberName;
 
 /// Ends closer than this are at the same place \[m\].
 const SHORTEST_M: f64 = 1e-6;

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::members::{Placed, length_and_axis, report_zero_length};
 use crate::check::{Check, Located, Register};
 use crate::description::{ActuatorDescription, Entry, GageDescription, ModuleDescription};
-use crate::ids::{ActuatorName, GageName, ModuleName};
 use crate::structure::{Actuator, Gage, Module, Node};
+use names::{ActuatorName, GageName, ModuleName};
 
 pub(super) struct ModuleContext<'a> {
     pub(super) nodes: &'a [Option<Node>],

@@ -1,12 +1,13 @@
 //! Configuration files, each with the shipped small mast's other files beside it.
 
 use daemon::config::{
-    ConfigErrors, DetectionSection, PlantFlags, Schedule, load_diagnoser, load_plant,
-    load_schedule, load_uncalibrated,
+    DetectionSection, PlantFlags, Schedule, load_diagnoser, load_plant, load_schedule,
+    load_uncalibrated,
 };
 use daemon::thresholds::Thresholds;
 use diagnosis::{Action, Diagnoser, ModuleSetup};
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
+use settings::ConfigErrors;
 
 use super::module::samples_of;
 use crate::refusal::names_places;

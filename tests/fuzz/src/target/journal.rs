@@ -15,7 +15,7 @@ use crate::workbench::with_directory;
 const NEXT_FILE: u8 = 0x1c;
 
 /// Exactly the lines that fit their checksums are records, with the lock and without; everything else is
-/// told as damage; a journal is appended to and rotated whatever it held.
+/// reported as damage; any journal can be appended to and rotated.
 pub(super) fn check(bytes: &[u8]) {
     let files = Files::of(bytes);
     let expected = files.records();

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use daemon::config::Speed;
-use truss::ids::{Component, ComponentPath, ModuleName};
+use names::{Component, ComponentPath, ModuleName};
 use wire::Key;
 use zenoh::key_expr::keyexpr;
 

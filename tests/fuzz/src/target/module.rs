@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use diagnosis::{ModuleSetup, Sample};
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 
 use crate::workbench::shipped_module;
 
@@ -18,7 +18,7 @@ pub(super) fn samples(run: RunId, from: Step, count: u64) -> impl Iterator<Item 
     samples_of((2, 3), run, from, count)
 }
 
-/// Samples of a module of so many actuators and gages, in which one gage jumps.
+/// Samples of a module with these numbers of actuators and gages, in which one gage jumps.
 pub(super) fn samples_of(
     (actuators, gages): (usize, usize),
     run: RunId,

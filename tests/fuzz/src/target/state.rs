@@ -10,7 +10,7 @@ use std::path::Path;
 use daemon::diagnoser::StateDirectory;
 use diagnosis::{Diagnoser, Memory};
 use journal::Journal;
-use truss::ids::{ModuleName, RunId, Step};
+use names::{ModuleName, RunId, Step};
 use wire::StateChange;
 
 use crate::workbench::with_directory;
@@ -24,8 +24,8 @@ const ENTRY_BYTES: usize = 256;
 /// A run that nothing else is said of.
 const OTHER_RUN: RunId = RunId(0xdead_beef);
 
-/// What is remembered makes sense, a diagnoser goes on from it, and the next restart remembers the same,
-/// though by then the journal was begun anew.
+/// What is remembered is consistent, a diagnoser continues from it, and the next restart remembers the same,
+/// though by then a new journal was started.
 pub(super) fn check(bytes: &[u8]) {
     let (records, watch) = match bytes.iter().position(|byte| *byte == WATCH_FILE) {
         Some(at) => (&bytes[..at], &bytes[at + 1..]),

@@ -6,7 +6,7 @@ use super::{Deed, Disturbance};
 use crate::chaos::stage::{Site, Stage};
 use crate::lab::{Impairment, Lab, Node};
 
-/// What one node sends to another suffers.
+/// Impaired links between nodes.
 pub struct BadNetwork {
     impairment: Impairment,
     links: Vec<(Node, Node)>,
@@ -14,21 +14,21 @@ pub struct BadNetwork {
 }
 
 impl BadNetwork {
-    /// Everything between the plant and the modules, and among the modules.
+    /// All links between the plant and the modules, and among the modules.
     #[must_use]
     pub fn everywhere(impairment: Impairment) -> Self {
         let deployed = |(from, to): &(Node, Node)| ![*from, *to].contains(&Node::Observer);
         Self { impairment, links: Node::pairs().filter(deployed).collect(), lab: None }
     }
 
-    /// What the modules say to each other.
+    /// Traffic among the modules.
     #[must_use]
     pub fn between_modules(impairment: Impairment) -> Self {
         let links = vec![(Node::Module1, Node::Module2), (Node::Module2, Node::Module1)];
         Self { impairment, links, lab: None }
     }
 
-    /// What one node says to another.
+    /// Traffic from one node to another.
     #[must_use]
     pub fn one_way(from: Node, to: Node, impairment: Impairment) -> Self {
         Self { impairment, links: vec![(from, to)], lab: None }

@@ -1,4 +1,4 @@
-//! The clock of whoever publishes a module's samples jumps an hour to and fro.
+//! The clock of a module's sample publisher jumps an hour to and fro.
 //!
 //! The plant's own clock is this machine's and is left alone: the plant and the first module are cut
 //! off from each other, and the test passes the samples on, with another time in them while it lasts.
@@ -28,7 +28,7 @@ pub struct ClockJump {
     relay: Option<Relay>,
 }
 
-/// Both sides of the relay; each is to the other side what is missing there.
+/// Both sides of the relay; each stands in for the node missing on the other side.
 struct Relay {
     sessions: [Session; 2],
     _tokens: [LivelinessToken; 2],
@@ -54,7 +54,7 @@ impl ClockJump {
                 sample.time_unix_ns = shift(sample.time_unix_ns, sample.step.0);
                 shifted.fetch_add(1, Ordering::Relaxed);
             }
-            // Fails if the module is gone, which the row will tell.
+            // Fails if the module is gone, which the row reports.
             let _ = publisher.put(wire::encode(&sample).unwrap()).wait();
         };
         let samples = plant.declare_subscriber(KEY).callback(pass_on).await.unwrap();
@@ -89,7 +89,7 @@ impl Disturbance for ClockJump {
         Box::pin(async {
             let Some(relay) = self.relay.take() else { return };
             for session in &relay.sessions {
-                daemon::session::close(session).await;
+                session::close(session).await;
             }
         })
     }

@@ -1,4 +1,4 @@
-//! Processes are killed, without a chance to say a word, and started again.
+//! Processes are killed with SIGKILL and restarted.
 
 use super::{Deed, Disturbance};
 use crate::chaos::stage::Stage;

@@ -1,21 +1,19 @@
-//! Somebody else publishes samples of the first module as fast as he can.
+//! An unauthorised publisher floods the first module's sample key at full rate.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use serde_json::Value;
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use super::{Deed, Disturbance};
 use crate::chaos::stage::Stage;
-use crate::hostile::hostile_samples;
-use crate::in_time;
+use crate::hostile::{hostile_samples, true_sample};
 use crate::lab::Node;
 
 /// The first module's samples.
 const KEY: &str = "trusswatch/tower/module1/sample";
-/// Samples between two looks whether it is over.
+/// Samples between two checks for the end.
 const BATCH: usize = 64;
 
 /// Samples that are malformed, and well-formed ones that are not of this run or no step of it, until
@@ -28,14 +26,14 @@ pub struct Flood {
 
 impl Flood {
     async fn pour(&mut self, stage: &mut Stage) {
-        let samples = hostile_samples(&true_sample(stage).await);
+        let samples = hostile_samples(&true_sample(&stage.observer.session, KEY).await);
         let session = stage.session_with(Node::Module1).await;
         let (mouth, published) = (session.clone(), Arc::clone(&self.published));
         let task = tokio::spawn(async move {
             let mut samples = samples.iter().cycle();
             loop {
                 for sample in samples.by_ref().take(BATCH) {
-                    // Fails if the module is gone, which the row will tell.
+                    // Fails if the module is gone, which the row reports.
                     let _ = mouth.put(KEY, sample.bytes.clone()).await;
                     published.fetch_add(1, Ordering::Relaxed);
                 }
@@ -55,9 +53,9 @@ impl Disturbance for Flood {
         Box::pin(async {
             if let Some((session, task)) = self.source.take() {
                 task.abort();
-                // Its end is that it was aborted.
+                // It ends by being aborted.
                 let _ = task.await;
-                daemon::session::close(&session).await;
+                session::close(&session).await;
             }
         })
     }
@@ -68,11 +66,4 @@ impl Disturbance for Flood {
             published => Ok(format!("{published} hostile samples")),
         }
     }
-}
-
-/// A sample as the plant publishes it.
-async fn true_sample(stage: &Stage) -> Value {
-    let samples = stage.observer.session.declare_subscriber(KEY).await.unwrap();
-    let sample = in_time("a sample", samples.recv_async()).await.unwrap();
-    serde_json::from_slice(&sample.payload().to_bytes()).unwrap()
 }

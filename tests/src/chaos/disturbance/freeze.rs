@@ -1,4 +1,4 @@
-//! A process stands still: it holds its connections and answers nothing.
+//! A process is suspended: it keeps its connections and replies to nothing.
 
 use nix::sys::signal::Signal;
 
@@ -6,7 +6,7 @@ use super::{Deed, Disturbance};
 use crate::chaos::stage::Stage;
 use crate::lab::Node;
 
-/// Stops a process and lets it go on.
+/// Suspends a process (SIGSTOP) and resumes it.
 pub struct Freeze(pub Node);
 
 impl Disturbance for Freeze {

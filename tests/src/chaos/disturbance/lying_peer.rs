@@ -1,4 +1,4 @@
-//! Somebody else answers a module's questions in the name of its peer.
+//! An impostor answers a module's queries in the name of its peer.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,54 +12,54 @@ use super::{Deed, Disturbance};
 use crate::chaos::stage::Stage;
 use crate::lab::{Impairment, Node};
 
-/// Where the second module is asked.
+/// Key on which the second module is queried.
 const KEY: &str = "trusswatch/tower/module2/state";
 
 /// What is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lie {
-    /// "No changes", but to another question.
+    /// "No changes", but to another query.
     AnotherQuestion,
     /// No JSON.
     Malformed,
-    /// A change after the step that was asked about.
+    /// A change after the queried step.
     ChangeOutside,
-    /// "No changes", while the true peer, who is there too, knows better.
+    /// "No changes", while the true peer is connected as well and replies otherwise.
     Contradiction,
 }
 
-/// Steps after which the first module has given up a true peer that is cut off.
+/// Steps after which the first module has given up a disconnected true peer.
 const GIVEN_UP_AFTER: u64 = 1200;
 
-/// A second voice for the second module, which the first one hears. The true one is cut off from the
-/// first; for a contradiction it comes back soon, so that there are two, of whom the liar was first.
+/// A second queryable for the second module, reachable by the first one. The true one is disconnected from
+/// the first; for a contradiction it reconnects soon, so that both reply, the impostor first.
 pub struct LyingPeer {
     lie: Lie,
-    told: Arc<AtomicU64>,
-    voice: Option<(Session, Queryable<()>)>,
+    replies: Arc<AtomicU64>,
+    queryable: Option<(Session, Queryable<()>)>,
 }
 
 impl LyingPeer {
-    /// Nobody has lied yet.
+    /// No reply yet.
     #[must_use]
     pub fn new(lie: Lie) -> Self {
-        Self { lie, told: Arc::default(), voice: None }
+        Self { lie, replies: Arc::default(), queryable: None }
     }
 
-    async fn speak_up(&mut self, stage: &mut Stage) {
+    async fn declare(&mut self, stage: &mut Stage) {
         stage.lab.impair_between(Node::Module1, Node::Module2, Impairment::cut());
         let session = stage.session_with(Node::Module1).await;
-        let (lie, told) = (self.lie, Arc::clone(&self.told));
+        let (lie, replies) = (self.lie, Arc::clone(&self.replies));
         let queryable = session.declare_queryable(KEY).complete(true);
         let answer = move |query: Query| {
             if let Ok(question) = StateQuestion::from_parameters(query.parameters().as_str()) {
-                told.fetch_add(1, Ordering::Relaxed);
+                replies.fetch_add(1, Ordering::Relaxed);
                 // Fails if the asker is no longer there.
                 let _ = query.reply(KEY, lie.words(question)).wait();
             }
         };
         let queryable = queryable.callback(answer).await.unwrap();
-        self.voice = Some((session, queryable));
+        self.queryable = Some((session, queryable));
         if self.lie == Lie::Contradiction {
             stage.pass(GIVEN_UP_AFTER).await;
             stage.lab.heal();
@@ -69,23 +69,23 @@ impl LyingPeer {
 
 impl Disturbance for LyingPeer {
     fn begin<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a> {
-        Box::pin(self.speak_up(stage))
+        Box::pin(self.declare(stage))
     }
 
     fn end<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a> {
         Box::pin(async {
             stage.lab.heal();
-            if let Some((session, queryable)) = self.voice.take() {
+            if let Some((session, queryable)) = self.queryable.take() {
                 queryable.undeclare().await.unwrap();
-                daemon::session::close(&session).await;
+                session::close(&session).await;
             }
         })
     }
 
     fn effect(&self) -> Result<String, String> {
-        match self.told.load(Ordering::Relaxed) {
-            0 => Err("nobody asked the liar".into()),
-            told => Ok(format!("{told} lies told")),
+        match self.replies.load(Ordering::Relaxed) {
+            0 => Err("the lying peer was never queried".into()),
+            replies => Ok(format!("{replies} false replies")),
         }
     }
 }
@@ -122,7 +122,7 @@ fn nothing_changed(question: StateQuestion) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use truss::ids::{RunId, Step};
+    use names::{RunId, Step};
     use wire::StateAnswer;
 
     use super::*;

@@ -2,11 +2,11 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `crash` | processes are killed and started again, in whatever order |
-//! | `freeze` | a process stands still |
+//! | `crash` | processes are killed and restarted, in any order |
+//! | `freeze` | a process is suspended |
 //! | `bad_network` | loss, delay, reordering, partitions |
-//! | `lying_peer` | somebody else answers in a module's name |
-//! | `flood` | somebody else publishes samples |
+//! | `lying_peer` | an impostor replies in a module's name |
+//! | `flood` | an unknown publisher sends samples |
 //! | `clock_jump` | the publisher's clock jumps |
 
 mod bad_network;
@@ -49,10 +49,10 @@ pub trait Disturbance: Send {
         Box::pin(async {})
     }
 
-    /// What has come of it in numbers.
+    /// Its measured effect.
     ///
     /// # Errors
-    /// Nothing has, so that the row proves nothing.
+    /// It had no effect, so the row proves nothing.
     fn effect(&self) -> Result<String, String> {
         Ok(String::new())
     }

@@ -1,7 +1,7 @@
 //! Zenoh's settings as a document: mutual TLS, explicit endpoints, quick to notice a loss.
 
-use daemon::session::{ACCEPTING_MS, LEASE_MS, OPENING_MS, WAIT_BEFORE_CLOSE_US};
 use serde::Serialize;
+use session::{ACCEPTING_MS, LEASE_MS, OPENING_MS, WAIT_BEFORE_CLOSE_US};
 
 use super::rules::AccessControl;
 
@@ -100,7 +100,7 @@ struct Tls {
 }
 
 impl Document {
-    /// A router, which everybody connects to.
+    /// A router, to which all others connect.
     pub(super) fn of_router(access_control: AccessControl, endpoints: &[String]) -> Self {
         Self {
             mode: "router",

@@ -1,4 +1,4 @@
-//! `trusswatch pki access`: Zenoh settings that say who may do what.
+//! `trusswatch pki access`: Zenoh settings for access control.
 
 mod document;
 mod rules;
@@ -6,34 +6,34 @@ mod rules;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use daemon::config::endpoint;
 use pki::{Holder, Library};
+use session::endpoint;
 use truss::Structure;
 
 use crate::failure::Failure;
 use document::Document;
 use rules::{AccessControl, People};
 
-/// Print Zenoh settings that say who may do what in a structure
+/// Print Zenoh settings for access control in a structure
 ///
-/// A module may write only its own keys and answer only its own questions, operators may order, observers
-/// may only read; whoever is not named may do nothing. Operators and observers are those named here and
+/// A module may write only its own keys and answer only its own questions, operators may issue commands,
+/// observers may only read; all other access is denied. Operators and observers are those named here and
 /// those in the directory of certificates.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Description of the structure (TOML), for its modules
     structure: PathBuf,
-    /// Settings for whom
+    /// Kind of process that the settings are for
     #[arg(long, value_enum, default_value = "router")]
     mode: Mode,
     /// Endpoint to listen on, e.g. `tls/192.0.2.10:7447`; may be repeated. Without any it is one on the
     /// loopback
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
-    /// Somebody who may order; may be repeated
+    /// An operator, who may issue commands; may be repeated
     #[arg(long = "operator", value_name = "NAME")]
     operators: Vec<pki::holder::BearerName>,
-    /// Somebody who may only read; may be repeated
+    /// An observer, who may only read; may be repeated
     #[arg(long = "observer", value_name = "NAME")]
     observers: Vec<pki::holder::BearerName>,
     /// Directory of certificates, whose operators and observers are added
@@ -41,7 +41,7 @@ pub(super) struct Arguments {
     directory: Option<PathBuf>,
 }
 
-/// Who enforces it.
+/// The process that enforces it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Mode {
     /// A router, for clients
@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// Whoever listens otherwise than by TLS sees no certificates.
+/// Certificates are seen on TLS only.
 fn check_endpoints(endpoints: &[String]) -> Result<(), Failure> {
     let is_tls = |text: &str| endpoint(text).is_ok_and(|read| read.protocol().as_str() == "tls");
     match endpoints.iter().find(|text| !is_tls(text)) {
@@ -106,9 +106,9 @@ fn people(arguments: &Arguments) -> Result<People, Failure> {
     Ok(people)
 }
 
-/// What a reader should know who finds the settings somewhere.
+/// The heading of the settings: what they are for and how they were made.
 fn comment(structure: &Structure, mode: Mode, people: &People) -> String {
-    let (whose, others) = match mode {
+    let (owner, others) = match mode {
         Mode::Router => ("a router", "`client-tls.json5`"),
         Mode::Peer => ("a module computer", "the same settings"),
     };
@@ -119,8 +119,8 @@ fn comment(structure: &Structure, mode: Mode, people: &People) -> String {
     let operators = named("operator", people.operators.iter().map(ToString::to_string).collect());
     let observers = named("observer", people.observers.iter().map(ToString::to_string).collect());
     format!(
-        "// Zenoh settings of {whose} in the structure `{}`, for others with {others}: mutual TLS, and who may\n\
-         // do what. Made by `trusswatch pki access`; make it anew instead of changing the rules by hand.\n\
+        "// Zenoh settings of {owner} in the structure `{}`, for others with {others}: mutual TLS and access\n\
+         // control. Made by `trusswatch pki access`; run that again instead of changing the rules by hand.\n\
          // {operators}; {observers}. Certificates and endpoints are given by `tls`, `listen` and\n\
          // `connect` of the configuration that names this file, or by `--tls`, `--listen` and `--connect`.",
         structure.name

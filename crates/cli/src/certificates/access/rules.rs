@@ -1,18 +1,18 @@
-//! Who may do what, in the words of Zenoh's access control.
+//! The rules of Zenoh's access control.
 //!
-//! Zenoh judges each message on the link that it comes in by, and whoever has sent it by the common name of
-//! its certificate. What is not allowed is denied.
+//! Zenoh judges each message on the link that it arrives by, and identifies its sender by the common name
+//! of the certificate. What is not allowed is denied.
 
 use std::collections::BTreeSet;
 
+use names::StructureName;
 use pki::holder::BearerName;
 use pki::{CommonName, Holder};
 use serde::Serialize;
 use truss::Structure;
-use truss::ids::StructureName;
 use wire::realm;
 
-/// Those who are no part of the structure.
+/// Clients that are no part of the structure.
 #[derive(Debug, Default)]
 pub(super) struct People {
     pub(super) operators: BTreeSet<BearerName>,
@@ -53,9 +53,9 @@ struct Policy {
 const INCOMING: [&str; 1] = ["ingress"];
 const OUTGOING: [&str; 1] = ["egress"];
 
-/// Whatever the owner of a key does with it.
+/// What the owner of a key does with it.
 const OWN: [&str; 5] = ["put", "delete", "declare_queryable", "reply", "liveliness_token"];
-/// Whatever somebody does who listens and looks who is there.
+/// What a subscriber does that also reads liveliness tokens.
 const LISTEN: [&str; 3] =
     ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
 const ASK: [&str; 1] = ["query"];
@@ -105,7 +105,7 @@ impl AccessControl {
         access
     }
 
-    /// Lets somebody do this, and what everybody may who is known.
+    /// Allows a holder these rules and those of every known client.
     fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
         // A name that is too long for a certificate has none.
         let Ok(name) = CommonName::new(holder, structure.clone()) else { return };
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn only_equipped_modules_have_a_say_and_each_only_its_own() {
+    fn only_equipped_modules_may_write_and_each_only_its_own_keys() {
         let access = access();
         let subjects: Vec<_> =
             access["subjects"].as_array().unwrap().iter().map(|s| s["id"].clone()).collect();

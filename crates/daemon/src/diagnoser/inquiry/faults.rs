@@ -1,4 +1,4 @@
-//! Who wants to know the present states.
+//! Queries for the present states.
 
 use std::sync::Arc;
 
@@ -6,11 +6,9 @@ use tokio::sync::Semaphore;
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
-use super::Counters;
+use super::InquiryTally;
 use crate::convert::Speaker;
-use crate::diagnoser::event_lane::Event;
-use crate::diagnoser::outbox::Outbox;
-use crate::diagnoser::routine_lane::Routine;
+use crate::diagnoser::outgoing::{Outbox, Outgoing, Routine};
 use crate::messages::TOO_MANY_QUESTIONS;
 
 /// Questions that may wait. They share the way out with events, which they must not crowd out.
@@ -20,7 +18,7 @@ pub(super) async fn declare(
     session: &Session,
     speaker: &Speaker,
     outbox: Outbox,
-    counters: &Arc<Counters>,
+    counters: &Arc<InquiryTally>,
 ) -> zenoh::Result<Queryable<()>> {
     let counters = Arc::clone(counters);
     let places = Arc::new(Semaphore::new(MAX_WAITING));
@@ -36,7 +34,7 @@ pub(super) async fn declare(
                 outbox.routine(Routine::Refusal { query, reason });
                 return;
             };
-            if outbox.event(Event::States { query, place }) {
+            if outbox.event(Outgoing::States { query, place }) {
                 counters.answered();
             } else {
                 counters.turned_away();

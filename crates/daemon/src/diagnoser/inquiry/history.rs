@@ -1,4 +1,4 @@
-//! Pages of the journal for whoever asks, read by a thread of its own: a long journal delays nobody
+//! Pages of the journal for queries, read by a thread of its own: a long journal delays nothing
 //! else.
 
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use zenoh::bytes::Encoding;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
-use super::Counters;
+use super::InquiryTally;
 use crate::convert::Speaker;
 use crate::diagnoser::state::transitions;
 use crate::messages::{TOO_MANY_QUESTIONS, put, refuse};
@@ -24,7 +24,7 @@ pub(super) async fn declare(
     session: &Session,
     speaker: &Speaker,
     directory: Option<PathBuf>,
-    counters: &Arc<Counters>,
+    counters: &Arc<InquiryTally>,
 ) -> zenoh::Result<Queryable<()>> {
     let queue = reader(speaker.clone(), directory, Arc::clone(counters))?;
     let counters = Arc::clone(counters);
@@ -35,7 +35,7 @@ pub(super) async fn declare(
         .await
 }
 
-fn take(query: Query, queue: &SyncSender<(HistoryQuestion, Query)>, counters: &Counters) {
+fn take(query: Query, queue: &SyncSender<(HistoryQuestion, Query)>, counters: &InquiryTally) {
     counters.received();
     match HistoryQuestion::from_parameters(query.parameters().as_str()) {
         Ok(question) => {
@@ -55,11 +55,11 @@ fn take(query: Query, queue: &SyncSender<(HistoryQuestion, Query)>, counters: &C
     }
 }
 
-/// Starts the thread; it ends when nobody can ask any more.
+/// Starts the thread; it ends when every sender is gone.
 fn reader(
     speaker: Speaker,
     directory: Option<PathBuf>,
-    counters: Arc<Counters>,
+    counters: Arc<InquiryTally>,
 ) -> std::io::Result<SyncSender<(HistoryQuestion, Query)>> {
     let (queue, out) = sync_channel::<(HistoryQuestion, Query)>(MAX_WAITING);
     std::thread::Builder::new().name("history".to_owned()).spawn(move || {
@@ -85,7 +85,7 @@ fn reader(
     Ok(queue)
 }
 
-/// Replies on the module's own key, for whoever asks every module at once: of replies with the same key a
+/// Replies on the module's own key, for queries to every module at once: of replies with the same key a
 /// client shows one.
 fn reply(speaker: &Speaker, query: &Query, page: &HistoryPage) {
     put(page, |bytes| {
@@ -155,18 +155,18 @@ mod tests {
     #[test]
     fn pages_follow_each_other_without_a_gap() {
         let mut since = 1;
-        let mut told = Vec::new();
+        let mut read_back = Vec::new();
         loop {
             let question = HistoryQuestion { since, limit: 7 };
             let page = compile(&speaker(), transitions(20), question);
             assert_eq!((page.first_sequence, page.next_sequence), (Some(1), 21));
-            told.extend(page.transitions.iter().map(|t| t.sequence));
+            read_back.extend(page.transitions.iter().map(|t| t.sequence));
             if !page.more {
                 break;
             }
-            since = told.last().unwrap() + 1;
+            since = read_back.last().unwrap() + 1;
         }
-        assert_eq!(told, (1..=20).collect::<Vec<_>>());
+        assert_eq!(read_back, (1..=20).collect::<Vec<_>>());
     }
 
     #[test]

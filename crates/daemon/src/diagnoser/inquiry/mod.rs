@@ -1,4 +1,4 @@
-//! What others ask of this module. Each question received is counted, and answered, refused for a
+//! Queries to this module. Each question received is counted, and answered, refused for a
 //! reason, or turned away because too many are waiting.
 //!
 //! | file | key |
@@ -8,15 +8,15 @@
 //! | `history` | `{module}/history`: pages of the journal, read by a thread of its own |
 //! | `orders` | `{module}/command/…`: operators' orders, into the diagnoser's queue |
 
-mod counters;
 mod faults;
 mod history;
 mod orders;
 mod state;
+mod tally;
 
-pub(crate) use counters::Counters;
 pub(crate) use orders::OrderInquiry;
 pub(crate) use state::StateInquiry;
+pub(crate) use tally::InquiryTally;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ use tokio::sync::mpsc;
 use zenoh::Session;
 use zenoh::query::Queryable;
 
-use super::outbox::Outbox;
+use super::outgoing::Outbox;
 use crate::convert::Speaker;
 
 /// Questions and orders that may wait for the diagnoser.
@@ -49,7 +49,7 @@ impl Queryables {
         speaker: &Speaker,
         outbox: &Outbox,
         directory: Option<PathBuf>,
-        counters: &Arc<Counters>,
+        counters: &Arc<InquiryTally>,
     ) -> zenoh::Result<(Self, InquiryQueues)> {
         let (state_in, state) = mpsc::channel(QUEUE);
         let (orders_in, orders) = mpsc::channel(QUEUE);

@@ -7,10 +7,9 @@ use wire::{Order, OrderKind, Topic};
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
-use super::Counters;
+use super::InquiryTally;
 use crate::convert::Speaker;
-use crate::diagnoser::outbox::Outbox;
-use crate::diagnoser::routine_lane::Routine;
+use crate::diagnoser::outgoing::{Outbox, Routine};
 
 /// An order and where the reply goes.
 #[derive(Debug)]
@@ -25,7 +24,7 @@ pub(super) async fn declare(
     speaker: &Speaker,
     queue: &mpsc::Sender<OrderInquiry>,
     outbox: &Outbox,
-    counters: &Arc<Counters>,
+    counters: &Arc<InquiryTally>,
 ) -> zenoh::Result<Vec<Queryable<()>>> {
     let mut queryables = Vec::new();
     for kind in [OrderKind::Acknowledge, OrderKind::Reset] {
@@ -45,7 +44,7 @@ fn take(
     query: Query,
     queue: &mpsc::Sender<OrderInquiry>,
     outbox: &Outbox,
-    counters: &Counters,
+    counters: &InquiryTally,
 ) {
     counters.received();
     match read(&query) {

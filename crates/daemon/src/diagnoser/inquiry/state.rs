@@ -7,10 +7,9 @@ use wire::{StateQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
-use super::Counters;
+use super::InquiryTally;
 use crate::convert::Speaker;
-use crate::diagnoser::outbox::Outbox;
-use crate::diagnoser::routine_lane::Routine;
+use crate::diagnoser::outgoing::{Outbox, Routine};
 use crate::messages::TOO_MANY_QUESTIONS;
 
 /// A question and where its answer goes.
@@ -25,7 +24,7 @@ pub(super) async fn declare(
     speaker: &Speaker,
     queue: mpsc::Sender<StateInquiry>,
     outbox: Outbox,
-    counters: &Arc<Counters>,
+    counters: &Arc<InquiryTally>,
 ) -> zenoh::Result<Queryable<()>> {
     let counters = Arc::clone(counters);
     session
@@ -35,7 +34,12 @@ pub(super) async fn declare(
         .await
 }
 
-fn take(query: Query, queue: &mpsc::Sender<StateInquiry>, outbox: &Outbox, counters: &Counters) {
+fn take(
+    query: Query,
+    queue: &mpsc::Sender<StateInquiry>,
+    outbox: &Outbox,
+    counters: &InquiryTally,
+) {
     counters.received();
     match StateQuestion::from_parameters(query.parameters().as_str()) {
         Ok(question) => {

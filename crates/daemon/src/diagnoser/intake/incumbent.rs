@@ -1,13 +1,13 @@
-//! Whose samples are diagnosed, when several publishers speak on the module's key.
+//! Whose samples are diagnosed, when several publishers publish on the module's key.
 //!
 //! The one that is being diagnosed stays until it has been silent for a while. Samples of another one
-//! are kept meanwhile, as many as fit, so that a publisher that was started anew loses nothing by the
-//! wait. Whoever can forge a publisher's identity is not kept out by this, but by access control.
+//! are kept meanwhile, as many as fit, so that a restarted publisher loses nothing by the wait.
+//! A client that forges a publisher's identity is kept out by access control, not by this.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use truss::ids::RunId;
+use names::RunId;
 use zenoh::session::EntityGlobalId;
 
 use super::Arrival;
@@ -26,28 +26,28 @@ pub(super) enum Admission {
     Use(Arrival),
     /// Use these, the last one of which it is.
     UseAll(VecDeque<Arrival>),
-    /// It is another publisher's; it was put aside or thrown away.
+    /// It is another publisher's; it was put aside or dropped.
     PutAside,
 }
 
-/// Who is being diagnosed, and who would like to be.
+/// The publisher being diagnosed, and a candidate for its place.
 #[derive(Debug)]
 pub(super) struct Incumbent {
     present: Option<(Source, Instant)>,
     candidate: Option<(Source, VecDeque<Arrival>)>,
-    patience: Duration,
+    hold: Duration,
     room: usize,
 }
 
 impl Incumbent {
-    /// Whoever is silent for `patience` may be replaced; `room` samples of another one are kept.
-    pub(super) fn new(patience: Duration, room: usize) -> Self {
-        Self { present: None, candidate: None, patience, room }
+    /// A publisher silent for `hold` may be replaced; `room` samples of another one are kept.
+    pub(super) fn new(hold: Duration, room: usize) -> Self {
+        Self { present: None, candidate: None, hold, room }
     }
 
     pub(super) fn admit(&mut self, source: Source, arrival: Arrival) -> Admission {
         let now = arrival.received;
-        self.forget_whoever_left();
+        self.forget_silent_candidate();
         match self.present {
             Some((present, _)) if !self.is_replaced_by(present, source, now) => {
                 self.put_aside(source, arrival);
@@ -69,7 +69,7 @@ impl Incumbent {
     /// The samples put aside, if the present publisher has been silent for long enough; they are used
     /// from now on.
     pub(super) fn promote(&mut self, now: Instant) -> VecDeque<Arrival> {
-        self.forget_whoever_left();
+        self.forget_silent_candidate();
         let silent = self.is_silent(now);
         match self.candidate.take_if(|_| silent) {
             Some((source, samples)) => {
@@ -86,9 +86,9 @@ impl Incumbent {
         source == present || same || self.is_silent(now)
     }
 
-    /// Has the present publisher nothing more to say, as far as one can tell?
+    /// Has the present publisher been silent for long enough to be replaced?
     fn is_silent(&self, now: Instant) -> bool {
-        self.present.is_none_or(|(_, heard)| now.duration_since(heard) >= self.patience)
+        self.present.is_none_or(|(_, heard)| now.duration_since(heard) >= self.hold)
     }
 
     fn put_aside(&mut self, source: Source, arrival: Arrival) {
@@ -106,12 +106,12 @@ impl Incumbent {
 
     fn candidate_speaks(&self, now: Instant) -> bool {
         let latest = self.candidate.as_ref().and_then(|(_, samples)| samples.back());
-        latest.is_some_and(|latest| now.duration_since(latest.received) < self.patience)
+        latest.is_some_and(|latest| now.duration_since(latest.received) < self.hold)
     }
 
-    /// Whoever fell silent while the present one went on does not wait for its place. Silence of both may
-    /// be that of one who took the place of the other and waits for an echo.
-    fn forget_whoever_left(&mut self) {
+    /// A candidate that fell silent while the present one went on is dropped. If both are silent, one may
+    /// have replaced the other and be waiting for an echo.
+    fn forget_silent_candidate(&mut self) {
         let Some((_, heard)) = self.present else { return };
         if !self.candidate_speaks(heard) {
             self.candidate = None;
@@ -128,9 +128,9 @@ impl Incumbent {
 mod tests {
     use super::*;
     use diagnosis::Sample;
-    use truss::ids::Step;
+    use names::Step;
 
-    const PATIENCE: Duration = Duration::from_millis(200);
+    const HOLD: Duration = Duration::from_millis(200);
 
     struct Bench {
         incumbent: Incumbent,
@@ -139,7 +139,7 @@ mod tests {
 
     impl Bench {
         fn new() -> Self {
-            Self { incumbent: Incumbent::new(PATIENCE, 3), start: Instant::now() }
+            Self { incumbent: Incumbent::new(HOLD, 3), start: Instant::now() }
         }
 
         /// The steps used when a sample of this run comes at this time.
@@ -194,14 +194,14 @@ mod tests {
     }
 
     #[test]
-    fn whoever_falls_silent_while_the_first_one_goes_on_is_forgotten() {
+    fn a_candidate_that_falls_silent_while_the_first_one_goes_on_is_forgotten() {
         let mut bench = Bench::new();
         bench.take(0, 1, 0);
         bench.take(10, 2, 900);
         (1..10).for_each(|k| drop(bench.take(100 * k, 1, k)));
         let much_later = bench.start + Duration::from_secs(2);
         assert!(bench.incumbent.promote(much_later).is_empty());
-        assert_eq!(bench.take(2001, 2, 901), [901], "without what it said before");
+        assert_eq!(bench.take(2001, 2, 901), [901], "without what it published before");
     }
 
     #[test]

@@ -3,25 +3,25 @@
 //! | file | job |
 //! |---|---|
 //! | `receiver` | the network's callback: reads, counts what is no sample, never waits |
-//! | `incumbent` | whose samples are diagnosed, when several publishers speak |
-//! | `counters` | what was counted |
-//! | `sequencer` | puts samples had again before those that came meanwhile |
+//! | `incumbent` | whose samples are diagnosed, when there are several publishers |
+//! | `tally` | what was counted |
+//! | `sequencer` | puts recovered samples before those that came meanwhile |
 //! | `store` | asks the publisher for samples that were missed |
 
-mod counters;
 mod incumbent;
 mod receiver;
 mod sequencer;
 mod store;
+mod tally;
 
 use std::time::Instant;
 
 use diagnosis::Sample;
 
-pub(crate) use counters::Counters;
 pub(crate) use receiver::Receiver;
 pub(crate) use sequencer::{Flow, Sequencer};
 pub(crate) use store::{Fetched, Store};
+pub(crate) use tally::IntakeTally;
 
 /// A sample, when it was published and when it came.
 #[derive(Debug, Clone)]
@@ -69,7 +69,7 @@ fn cut<T>(values: &mut Vec<T>, length: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use truss::ids::{RunId, Step};
+    use names::{RunId, Step};
 
     #[test]
     fn a_sample_that_is_too_long_stays_so_but_takes_no_room() {

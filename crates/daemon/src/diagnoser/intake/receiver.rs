@@ -1,26 +1,26 @@
 //! The network's callback.
 //!
 //! It runs on the network's own thread, so it never waits: if the queue is full, the sample is dropped
-//! and counted, and the diagnosis is told to throw its backlog away.
+//! and counted, and the diagnosis is informed, so that it drops its backlog.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use names::ModuleName;
+use shell::occurrences::worth_a_line;
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
-use truss::ids::ModuleName;
 use wire::Topic;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::session::EntityGlobalId;
 
-use super::counters::{Counters, add, count};
 use super::incumbent::{Admission, Incumbent, Source};
+use super::tally::{IntakeTally, add, count};
 use super::{Arrival, Size};
 use crate::convert::Speaker;
-use crate::occurrences::worth_a_line;
 
 /// The way in.
 #[derive(Debug, Clone)]
@@ -28,18 +28,18 @@ pub(crate) struct Receiver {
     module: ModuleName,
     size: Size,
     queue: mpsc::Sender<Arrival>,
-    counters: Arc<Counters>,
+    counters: Arc<IntakeTally>,
     incumbent: Arc<Mutex<Incumbent>>,
     overflown: Arc<AtomicBool>,
 }
 
 impl Receiver {
-    /// `patience` and `room` are those of the incumbent.
+    /// `hold` and `room` are those of the incumbent.
     pub(crate) fn new(
         module: ModuleName,
         size: Size,
         queue: mpsc::Sender<Arrival>,
-        patience: Duration,
+        hold: Duration,
         room: usize,
     ) -> Self {
         Self {
@@ -47,12 +47,12 @@ impl Receiver {
             size,
             queue,
             counters: Arc::default(),
-            incumbent: Arc::new(Mutex::new(Incumbent::new(patience, room))),
+            incumbent: Arc::new(Mutex::new(Incumbent::new(hold, room))),
             overflown: Arc::default(),
         }
     }
 
-    pub(crate) fn counters(&self) -> Arc<Counters> {
+    pub(crate) fn counters(&self) -> Arc<IntakeTally> {
         Arc::clone(&self.counters)
     }
 
@@ -76,7 +76,7 @@ impl Receiver {
         self.overflown.swap(false, Ordering::Relaxed)
     }
 
-    /// Looks whether another publisher may take the place of one that is silent.
+    /// Checks whether another publisher may take the place of one that is silent.
     pub(crate) fn tick(&self, now: Instant) {
         let promoted = self.incumbent().promote(now);
         self.pass_all_on(promoted);
@@ -146,7 +146,7 @@ fn warn_sometimes(n: u64, problem: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use truss::ids::{RunId, Step};
+    use names::{RunId, Step};
     use wire::IntakeCounters;
 
     fn receiver(room: usize) -> (Receiver, mpsc::Receiver<Arrival>) {

@@ -1,4 +1,4 @@
-//! Puts samples that are had again before those that came meanwhile.
+//! Puts recovered samples before those that came meanwhile.
 //!
 //! Where steps are missing, the publisher is asked for them, and what comes meanwhile waits. It is asked
 //! too when the first sample of a run comes: a diagnoser that was restarted then sees what it has
@@ -7,14 +7,14 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use truss::ids::{RunId, Step};
+use names::{RunId, Step};
 use wire::SampleQuestion;
 
 use super::Arrival;
 
-/// A gap that is longer is not one: the diagnoser does not believe such a leap at once.
+/// A gap that is longer is not one: the diagnoser does not accept such a step jump at once.
 const LONGEST_GAP: u64 = 10_000;
-/// How long nobody is asked again when there was no answer, or when the backlog was thrown away.
+/// How long no query is repeated after no answer, or after the backlog was dropped.
 const RESPITE: Duration = Duration::from_secs(1);
 /// A sample that has waited for so long shows that there is no time to look back.
 const HURRY: Duration = Duration::from_secs(1);
@@ -60,7 +60,7 @@ impl Sequencer {
     pub(crate) fn push(&mut self, arrival: Arrival) {
         self.waiting.push_back(arrival);
         if self.waiting.len() >= self.room {
-            // Whoever was asked takes too long.
+            // The reply takes too long.
             self.asked = None;
         }
     }
@@ -83,7 +83,7 @@ impl Sequencer {
         true
     }
 
-    /// Throws everything away that waits; how many samples that were. What is missing then is not asked
+    /// Drops everything that waits; how many samples that were. What is missing then is not asked
     /// for.
     pub(crate) fn clear(&mut self, now: Instant) -> usize {
         let thrown = self.fetched.len() + self.waiting.len();
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_gap_nobody_is_asked() {
+    fn without_a_gap_no_query_is_made() {
         let mut bench = Bench::new();
         for step in 0..10 {
             assert_eq!(bench.push(1, step), [step]);

@@ -4,33 +4,33 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use names::Step;
 use tokio::sync::mpsc;
-use truss::ids::Step;
 use wire::{SampleQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
-use super::counters::{Counters, add, count};
+use super::tally::{IntakeTally, add, count};
 use super::{Arrival, Size};
 use crate::convert::Speaker;
 
 /// How long the network waits for the samples. What is lost on the way may take longer, so it is asked again
-const PATIENCE: Duration = Duration::from_millis(500);
-/// as long as this is not over.
-const PATIENCE_IN_ALL: Duration = Duration::from_millis(1500);
+const TIMEOUT: Duration = Duration::from_millis(500);
+/// as long as this is not over: what is missing would blind the channels for longer.
+const TOTAL_TIMEOUT: Duration = Duration::from_millis(2500);
 /// Where a link is new, samples may come before the network knows who keeps the earlier ones. It is asked
 /// again after this time,
 const AGAIN_AFTER: Duration = Duration::from_millis(50);
 /// as long as this is not over.
-const NOBODY_FOR: Duration = Duration::from_millis(250);
-/// The network's own time limit comes first, so that nobody is left waiting for late samples; this one
+const UNANSWERED_FOR: Duration = Duration::from_millis(250);
+/// The network's own time limit comes first, so that nothing waits for late samples; this one
 /// is for a network that fails to keep it.
 const GRACE: Duration = Duration::from_millis(700);
 
-/// How asking once ended.
+/// How one query ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ending {
-    /// All who were asked have said what they know.
+    /// All queried publishers have replied.
     Answered,
     /// Time was up.
     TimedOut,
@@ -43,13 +43,13 @@ pub(crate) struct Fetched {
     pub(crate) samples: Vec<Arrival>,
 }
 
-/// Whoever keeps the module's samples.
+/// The store of the module's samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Store {
     session: Session,
     speaker: Speaker,
     size: Size,
-    counters: Arc<Counters>,
+    counters: Arc<IntakeTally>,
     answers: mpsc::Sender<Fetched>,
 }
 
@@ -58,7 +58,7 @@ impl Store {
         session: &Session,
         speaker: &Speaker,
         size: Size,
-        counters: Arc<Counters>,
+        counters: Arc<IntakeTally>,
         answers: mpsc::Sender<Fetched>,
     ) -> Self {
         Self { session: session.clone(), speaker: speaker.clone(), size, counters, answers }
@@ -69,9 +69,9 @@ impl Store {
         let this = self.clone();
         tokio::spawn(async move {
             let mut samples = BTreeMap::new();
-            let collected = this.collect_patiently(question, &mut samples);
+            let collected = this.collect_with_retries(question, &mut samples);
             // Whatever has come by then is used.
-            let _ = tokio::time::timeout(PATIENCE_IN_ALL + GRACE, collected).await;
+            let _ = tokio::time::timeout(TOTAL_TIMEOUT + GRACE, collected).await;
             if samples.is_empty() {
                 count(&this.counters.recoveries_failed);
             }
@@ -88,20 +88,27 @@ impl Store {
         });
     }
 
-    /// Asks again for a while if nobody answers at all, or if the answer gets stuck.
-    async fn collect_patiently(
+    /// Repeats the query for a while if there is no answer at all, or if the answer gets stuck.
+    async fn collect_with_retries(
         &self,
         question: SampleQuestion,
         samples: &mut BTreeMap<Step, Arrival>,
     ) {
         let begin = Instant::now();
+        let mut unanswered_since = None;
         while let Some(rest) = rest_of(question, samples) {
-            let limit = match self.collect(rest, samples).await {
-                Ending::Answered if samples.is_empty() => NOBODY_FOR,
+            let asked = Instant::now();
+            match self.collect(rest, samples).await {
+                Ending::Answered if samples.is_empty() => {
+                    if unanswered_since.get_or_insert(asked).elapsed() > UNANSWERED_FOR {
+                        return;
+                    }
+                }
                 Ending::Answered => return,
-                Ending::TimedOut => PATIENCE_IN_ALL - PATIENCE,
-            };
-            if begin.elapsed() > limit {
+                // The network was stuck, so that nobody was heard before.
+                Ending::TimedOut => unanswered_since = None,
+            }
+            if begin.elapsed() > TOTAL_TIMEOUT - TIMEOUT {
                 return;
             }
             tokio::time::sleep(AGAIN_AFTER).await;
@@ -120,7 +127,7 @@ impl Store {
             .get(selector)
             .target(QueryTarget::All)
             .consolidation(ConsolidationMode::None)
-            .timeout(PATIENCE)
+            .timeout(TIMEOUT)
             .await;
         let Ok(replies) = replies.inspect_err(|error| tracing::debug!("not asked: {error}")) else {
             return Ending::Answered;
@@ -136,7 +143,7 @@ impl Store {
                 Err(error) => tracing::debug!("reply not used: {error}"),
             }
         }
-        if begin.elapsed() < PATIENCE { Ending::Answered } else { Ending::TimedOut }
+        if begin.elapsed() < TIMEOUT { Ending::Answered } else { Ending::TimedOut }
     }
 
     fn fits(&self, question: SampleQuestion, sample: &wire::Sample) -> bool {

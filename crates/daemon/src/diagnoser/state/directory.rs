@@ -1,9 +1,9 @@
-//! A state directory seen from outside the process, for whoever tries what is made of its files.
+//! A state directory opened outside a diagnoser, for tests of what is read from its files.
 
 use std::path::Path;
 
 use diagnosis::Memory;
-use truss::ids::{ModuleName, RunId, Step};
+use names::{ModuleName, RunId, Step};
 use wire::StateChange;
 
 use super::{Keeper, Recollection, Record, Watch, WatchFile};

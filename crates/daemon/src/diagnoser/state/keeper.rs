@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use journal::{Journal, OpenError, Opened};
-use truss::ids::{ComponentPath, ModuleName};
+use names::{ComponentPath, ModuleName};
 use wire::{FaultTransition, JournalStatus};
 
 use super::recollection::Recollection;
@@ -28,7 +28,7 @@ pub(crate) enum StateError {
     InUse(OpenError),
 }
 
-/// How the journal is, for whoever asks.
+/// The state of the journal, for the status.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Board(Arc<Mutex<JournalStatus>>);
 
@@ -45,7 +45,7 @@ impl Board {
 /// The latest transition of a component, as it stands in the journal.
 #[derive(Debug)]
 struct Latest {
-    /// Who says so. The recollection believes its own module only.
+    /// The module that wrote it. The recollection accepts its own module only.
     module: ModuleName,
     component: ComponentPath,
     sequence: u64,
@@ -130,14 +130,13 @@ impl Keeper {
         })
     }
 
-    /// Opens the journal that could not be opened at the start, unless it turns out to hold faults that
-    /// nobody knows of: their numbers must not be given again.
+    /// Opens the journal that could not be opened at the start, unless it turns out to hold unknown
+    /// faults: their numbers must not be given again.
     fn open_at_last(&mut self) -> Result<(), String> {
         let records = self.try_open().map_err(|error| error.to_string())?;
         if self.unread && !records.is_empty() {
             self.journal = None;
-            let problem =
-                "holds faults that could not be read at the start; start anew to take them up";
+            let problem = "holds faults that could not be read at the start; restart to load them";
             return Err(problem.to_owned());
         }
         self.unread = false;
@@ -275,7 +274,7 @@ impl Keeper {
 mod tests {
     use super::*;
     use crate::convert::Speaker;
-    use truss::ids::{RunId, Step};
+    use names::{RunId, Step};
 
     fn change(step: u64) -> Record {
         let component = "sensor/g1".parse().unwrap();
@@ -311,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_the_order_of_its_records_a_journal_begun_anew_knows_the_same_latest_transition() {
+    fn whatever_the_order_of_its_records_a_rotated_journal_knows_the_same_latest_transition() {
         let directory = tempfile::tempdir().unwrap();
         let foreign = transition(6).replace(r#""module":"m1""#, r#""module":"m2""#);
         let records = [transition(3), transition(5), transition(4), foreign];

@@ -6,7 +6,7 @@
 //! | `recollection` | from records back to what the diagnoser knew |
 //! | `keeper` | the open journal: writes, waits for the disk, keeps what could not be written yet |
 //! | `watch_file` | how far the module had watched, overwritten all the time |
-//! | `directory` | all of it together, for whoever tries it from outside |
+//! | `directory` | all of it together, for tests from outside |
 
 mod directory;
 mod keeper;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use diagnosis::{Change, MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
-use truss::ids::{ModuleName, RunId};
+use names::{ModuleName, RunId};
 use wire::FaultTransition;
 
 use super::record::Record;
@@ -49,7 +49,7 @@ impl Recollection {
         }
     }
 
-    /// What the diagnoser is told. `watch` tells which run it was.
+    /// What the diagnoser receives. `watch` names the run.
     pub(crate) fn memory(&self, watch: Option<Watch>) -> Memory {
         let latest = self.latest.iter().cloned().filter_map(from_transition).collect();
         let watch = watch.map(|Watch { run, watched }| {
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
     use crate::convert::Speaker;
     use diagnosis::Verdict;
-    use truss::ids::Step;
+    use names::Step;
     use wire::FaultState;
 
     fn transition(component: &str, sequence: u64, state: FaultState) -> String {
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn changes_of_one_step_are_told_once_though_a_snapshot_repeats_them() {
+    fn changes_of_one_step_are_returned_once_though_a_snapshot_repeats_them() {
         let change = |component: &str| {
             let component = component.parse().unwrap();
             let change = wire::StateChange { component, step: Step(9), ratio: 2.0 };
@@ -151,22 +151,22 @@ mod tests {
         let recollection = Recollection::of(&records, &"m1".parse().unwrap());
         let memory = recollection.memory(Some(Watch { run: RunId(2), watched: None }));
         let changes = memory.watch.unwrap().changes;
-        let told: Vec<_> = changes.iter().map(|change| change.component.to_string()).collect();
-        assert_eq!(told, ["actuator/a1", "sensor/g1"]);
+        let names: Vec<_> = changes.iter().map(|change| change.component.to_string()).collect();
+        assert_eq!(names, ["actuator/a1", "sensor/g1"]);
     }
 
     #[test]
-    fn another_modules_journal_is_not_believed() {
+    fn another_modules_journal_is_not_accepted() {
         let records = [transition("sensor/g1", 1, FaultState::Latched)];
         let recollection = Recollection::of(&records, &"m2".parse().unwrap());
         assert_eq!(recollection.memory(None), Memory::default());
     }
 
     #[test]
-    fn transitions_are_told_once_though_a_snapshot_repeats_them() {
+    fn transitions_are_returned_once_though_a_snapshot_repeats_them() {
         let texts = [1, 2, 3, 2, 3, 4].map(|n| transition("sensor/g1", n, FaultState::Tentative));
         let module = "m1".parse().unwrap();
-        let told = transitions(texts.into_iter(), &module).map(|t| t.sequence);
-        assert_eq!(told.collect::<Vec<_>>(), [1, 2, 3, 4]);
+        let sequences = transitions(texts.into_iter(), &module).map(|t| t.sequence);
+        assert_eq!(sequences.collect::<Vec<_>>(), [1, 2, 3, 4]);
     }
 }

@@ -1,7 +1,7 @@
 //! One record of the journal as text: a JSON object whose field `record` says what it is.
 
+use names::RunId;
 use serde::{Deserialize, Serialize};
-use truss::ids::RunId;
 use wire::{FaultTransition, StateChange};
 
 /// Something worth remembering.
@@ -33,7 +33,7 @@ impl Record {
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let record = serde_json::from_str(text).ok()?;
         match &record {
-            Self::Transition(told) if told.component.module != told.module => None,
+            Self::Transition(read) if read.component.module != read.module => None,
             Self::Transition(_) | Self::Change { .. } => Some(record),
         }
     }
@@ -46,8 +46,8 @@ mod tests {
     #[test]
     fn a_transition_of_another_modules_component_is_none() {
         let (structure, component) = ("t".parse().unwrap(), "m1/sensor/g1".parse().unwrap());
-        let told = FaultTransition::untouched(structure, component, 5);
-        let text = Record::Transition(Box::new(told)).to_text().unwrap();
+        let transition = FaultTransition::untouched(structure, component, 5);
+        let text = Record::Transition(Box::new(transition)).to_text().unwrap();
         assert!(Record::from_text(&text).is_some());
         let other = text.replace(r#""module":"m1""#, r#""module":"m2""#);
         assert_eq!(Record::from_text(&other), None);

@@ -1,6 +1,6 @@
 //! Which channels a panel shows.
 
-use truss::ids::{ComponentKind, ComponentPath};
+use names::{ComponentKind, ComponentPath};
 
 use crate::trace::{ChannelTrace, ModuleTrace};
 

@@ -1,7 +1,7 @@
 //! How large the figures' faults are. The paper does not say: they lie in the middle of what the
 //! campaign's scenarios are drawn from.
 
-use truss::fault::Fault;
+use names::fault::Fault;
 
 use crate::campaign::Campaign;
 
@@ -27,17 +27,4 @@ pub(super) fn random_walk(campaign: &Campaign, length_m: f64) -> Fault {
 /// A leak of chamber A to the environment.
 pub(super) fn external_leakage_a(campaign: &Campaign) -> Fault {
     Fault::ExternalLeakageA { area_m2: middle(campaign.ranges.leak_area_m2) }
-}
-
-/// What a fault is called in a figure.
-pub(super) fn words(fault: &Fault) -> &'static str {
-    match fault {
-        Fault::InternalLeakage { .. } => "internal leakage",
-        Fault::ExternalLeakageA { .. } => "external leakage of chamber A",
-        Fault::ExternalLeakageB { .. } => "external leakage of chamber B",
-        Fault::HardOver {} => "hard-over",
-        Fault::Bias { .. } => "bias",
-        Fault::RandomWalk { .. } => "random walk",
-        Fault::ZeroOutput {} => "zero output",
-    }
 }

@@ -1,12 +1,12 @@
 //! Figure 4: a random walk and a bias in two gages of the first module.
 
-use truss::ids::ComponentKind::Sensor;
+use names::ComponentKind::Sensor;
 
 use super::story::Story;
 use super::{faults, place};
 use crate::campaign::Campaign;
 use crate::error::StudyError;
-use crate::figure::{Figure, Row};
+use figure::plot::{Figure, Row};
 
 const WALK_AT_S: f64 = 10.8;
 const BIAS_AT_S: f64 = 11.1;
@@ -40,10 +40,7 @@ pub fn figure4(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
         close_ups.map(|(fault, name)| story.close_up(format!("Close-up of {name}"), &gages, fault));
     let figure = Figure {
         title: format!("A random walk and a bias in two gages of {module}"),
-        subtitle: format!(
-            "Figure 4 of the paper, drawn anew with seed {seed}. {}.",
-            story.outcome()
-        ),
+        subtitle: format!("Figure 4 of the paper, redrawn with seed {seed}. {}.", story.outcome()),
         description: format!(
             "Readings, residuals and divergences of the gages of {module} with a {}. {}.",
             story.faults(),

@@ -1,12 +1,12 @@
 //! Figure 5: an external leakage in an actuator of the first module.
 
-use truss::ids::ComponentKind::{Actuator, Sensor};
+use names::ComponentKind::{Actuator, Sensor};
 
 use super::story::Story;
 use super::{faults, place};
 use crate::campaign::Campaign;
 use crate::error::StudyError;
-use crate::figure::{Figure, Row};
+use figure::plot::{Figure, Row};
 
 const LEAK_AT_S: f64 = 10.8;
 
@@ -40,10 +40,7 @@ pub fn figure5(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
     ];
     let figure = Figure {
         title: format!("An actuator of {module} leaks"),
-        subtitle: format!(
-            "Figure 5 of the paper, drawn anew with seed {seed}. {}.",
-            story.outcome()
-        ),
+        subtitle: format!("Figure 5 of the paper, redrawn with seed {seed}. {}.", story.outcome()),
         description: format!(
             "Demands, residuals and divergences of the actuators and divergences of the gages of \
              {module} with an {}. {}.",

@@ -1,14 +1,14 @@
 //! Figure 6: a hard-over in an actuator of the first module, which the second module feels.
 
-use truss::fault::Fault;
-use truss::ids::ComponentKind::{Actuator, Sensor};
-use truss::ids::{ComponentPath, ModuleName};
+use names::ComponentKind::{Actuator, Sensor};
+use names::fault::Fault;
+use names::{ComponentPath, ModuleName};
 
 use super::place;
 use super::story::Story;
 use crate::campaign::Campaign;
 use crate::error::StudyError;
-use crate::figure::{Figure, Row};
+use figure::plot::{Figure, Row};
 
 const HARD_OVER_AT_S: f64 = 10.8;
 
@@ -51,7 +51,7 @@ pub fn figure6(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
     let figure = Figure {
         title: format!("A hard-over in {near}, and what {far} sees of it"),
         subtitle: format!(
-            "Figure 6 of the paper, drawn anew with seed {drawn}{}. {}.",
+            "Figure 6 of the paper, redrawn with seed {drawn}{}. {}.",
             if drawn == seed {
                 String::new()
             } else {
@@ -88,7 +88,8 @@ fn felt_by(
         Story::run(campaign, seed, vec![(HARD_OVER_AT_S, faulty.clone(), Fault::HardOver {})])
     };
     let first = run(seed)?;
-    let felt = |story: &Story| story.told.iter().any(|told| told.component.module == *neighbour);
+    let felt =
+        |story: &Story| story.findings.iter().any(|found| found.component.module == *neighbour);
     if felt(&first) {
         return Ok((seed, first));
     }

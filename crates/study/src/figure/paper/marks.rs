@@ -1,13 +1,12 @@
-//! Lines in a story's panels: faults, and what was said of them.
+//! Lines in a story's panels: faults and the verdicts on them.
 
-use truss::ids::ComponentPath;
+use names::ComponentPath;
 
 use super::channels::Channels;
-use super::faults;
 use super::story::Story;
-use super::told::Told;
-use crate::figure::{Mark, MarkKind};
+use super::verdict::Finding;
 use crate::schedule::Injection;
+use figure::plot::{Mark, MarkKind};
 
 impl Story {
     /// Faults and the verdicts on them, with labels.
@@ -15,7 +14,7 @@ impl Story {
         let mut marks = Vec::new();
         for injection in &self.injections {
             let component = injection.component.component.name();
-            let label = format!("{component}: {}", faults::words(&injection.fault));
+            let label = format!("{component}: {}", injection.fault.kind().words());
             marks.push(Mark::new(MarkKind::Onset, self.seconds(injection.at), label));
             marks.extend(self.judgement(injection));
         }
@@ -29,7 +28,7 @@ impl Story {
         self.marks().into_iter().map(bare).collect()
     }
 
-    /// The fault, when the faulty component changed and what was said of it, and when the first other
+    /// The fault, when the faulty component changed and the verdict on it, and when the first other
     /// change of these channels was explained; in milliseconds since the fault.
     pub(super) fn close_up_marks(&self, channels: &Channels, injection: &Injection) -> Vec<Mark> {
         let mut marks = vec![Mark::new(MarkKind::Onset, 0.0, "fault")];
@@ -37,41 +36,41 @@ impl Story {
             let words = format!("{what}, {at_ms:.0} ms");
             marks.push(Mark::new(MarkKind::Verdict, at_ms, words));
         };
-        if let Some(told) = self.told_of(injection) {
+        if let Some(found) = self.finding_of(injection) {
             let [detection, decided] =
-                [told.detection, told.decided].map(|step| self.ms_since(injection, step));
+                [found.detection, found.decided].map(|step| self.ms_since(injection, step));
             if decided > detection {
                 verdict(detection, "changed");
             }
-            verdict(decided, if told.by.is_none() { "named" } else { "explained" });
+            verdict(decided, if found.by.is_none() { "named" } else { "explained" });
         }
-        let explained = self.told.iter().find(|told| {
-            channels.holds(&told.component) && told.by.as_ref() == Some(&injection.component)
+        let explained = self.findings.iter().find(|found| {
+            channels.holds(&found.component) && found.by.as_ref() == Some(&injection.component)
         });
-        if let Some(told) = explained {
-            verdict(self.ms_since(injection, told.decided), "effect explained");
+        if let Some(found) = explained {
+            verdict(self.ms_since(injection, found.decided), "effect explained");
         }
         marks
     }
 
     /// What was found of a component that is faulty.
     fn judgement(&self, injection: &Injection) -> Option<Mark> {
-        let told = self.told_of(injection)?;
+        let found = self.finding_of(injection)?;
         let name = injection.component.component.name();
-        let delay_ms = self.ms_since(injection, told.decided);
-        let label = match &told.by {
+        let delay_ms = self.ms_since(injection, found.decided);
+        let label = match &found.by {
             None => format!("{name} named after {delay_ms:.0} ms"),
             Some(by) => format!("{name} taken for an effect of {}", by.component.name()),
         };
-        Some(Mark::new(MarkKind::Verdict, self.seconds(told.decided), label))
+        Some(Mark::new(MarkKind::Verdict, self.seconds(found.decided), label))
     }
 
     /// One mark for all components that are named and healthy: where the first of them is.
     pub(super) fn wrong(&self) -> Option<Mark> {
         let is_faulty = |path: &ComponentPath| self.injections.iter().any(|i| i.component == *path);
-        let named = self.told.iter().filter(|told| told.by.is_none());
-        let wrong: Vec<&Told> = named.filter(|told| !is_faulty(&told.component)).collect();
-        let first = wrong.iter().min_by_key(|told| told.decided)?;
+        let named = self.findings.iter().filter(|found| found.by.is_none());
+        let wrong: Vec<&Finding> = named.filter(|found| !is_faulty(&found.component)).collect();
+        let first = wrong.iter().min_by_key(|found| found.decided)?;
         let others = match wrong.len() - 1 {
             0 => String::new(),
             others => format!(" and {others} more"),
@@ -83,13 +82,13 @@ impl Story {
     /// Where the first change of these channels is explained by another module's component, if any
     /// is.
     pub(super) fn explanation(&self, channels: &Channels) -> Option<Mark> {
-        let told = self.told.iter().find(|told| {
-            let by = told.by.as_ref();
-            channels.holds(&told.component)
-                && by.is_some_and(|by| by.module != told.component.module)
+        let found = self.findings.iter().find(|found| {
+            let by = found.by.as_ref();
+            channels.holds(&found.component)
+                && by.is_some_and(|by| by.module != found.component.module)
         })?;
-        let by = told.by.as_ref()?;
+        let by = found.by.as_ref()?;
         let label = format!("explained by {by}");
-        Some(Mark::new(MarkKind::Verdict, self.seconds(told.decided), label))
+        Some(Mark::new(MarkKind::Verdict, self.seconds(found.decided), label))
     }
 }

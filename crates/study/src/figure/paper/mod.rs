@@ -1,5 +1,5 @@
-//! The figures of the paper's section 5, made anew by this program: the same faults at the same
-//! times, in any campaign.
+//! The figures of the paper's section 5, reproduced: the same faults at the same times, in any
+//! campaign.
 
 mod channels;
 mod faults;
@@ -10,7 +10,7 @@ mod marks;
 mod panels;
 mod place;
 mod story;
-mod told;
+mod verdict;
 
 pub use figure4::figure4;
 pub use figure5::figure5;

@@ -1,15 +1,16 @@
 //! The panels of a story.
 
-use truss::ids::{ComponentKind, ComponentPath, Step};
+use names::{ComponentKind, ComponentPath, Step};
 
 use super::channels::Channels;
 use super::story::{Story, WINDOW_S};
-use crate::figure::{Axis, Mark, MarkKind, Marker, Panel, Series, Shape, Stroke};
+use crate::quantile::first_beyond;
 use crate::trace::{ChannelTrace, ModuleTrace};
+use figure::plot::{Axis, Mark, MarkKind, Marker, Panel, Series, Shape, Stroke};
 
 /// What is shown around a fault \[ms\].
 const CLOSE_UP_MS: [f64; 2] = [-10.0, 40.0];
-/// The axis of divergences begins where so many of them lie below, but not beyond these bounds.
+/// The axis of divergences begins where this share of them lies below, but not beyond these bounds.
 const QUIET_SHARE: f64 = 0.02;
 const LOWEST_RATIO: [f64; 2] = [1e-3, 1e-1];
 /// The axis of divergences ends at least here: the threshold then does not touch the edge.
@@ -130,11 +131,11 @@ impl Story {
     /// A marker at each change that was named or explained.
     fn verdicts(&self, channels: &Channels, time: impl Fn(Step) -> f64) -> Vec<Series> {
         let of = |named: bool| -> Vec<[f64; 2]> {
-            let told = self
-                .told
+            let findings = self
+                .findings
                 .iter()
-                .filter(|told| told.by.is_none() == named && channels.holds(&told.component));
-            told.map(|told| [time(told.detection), told.ratio]).collect()
+                .filter(|found| found.by.is_none() == named && channels.holds(&found.component));
+            findings.map(|found| [time(found.detection), found.ratio]).collect()
         };
         let marked = |name, marker, named| {
             let stroke = Stroke { colour: "#000000", marker, ..Stroke::nth(0) };
@@ -169,9 +170,8 @@ fn ratio_axis(series: &[Series]) -> Axis {
     let ratios = series.iter().flat_map(|series| series.points.iter().map(|point| point[1]));
     let mut ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
     ratios.sort_by(f64::total_cmp);
-    let quiet = (QUIET_SHARE * ratios.len() as f64) as usize;
     let [lowest, highest] = LOWEST_RATIO;
-    let low = ratios.get(quiet).copied().unwrap_or(highest).clamp(lowest, highest);
+    let low = first_beyond(&ratios, QUIET_SHARE).unwrap_or(highest).clamp(lowest, highest);
     let high = ratios.last().copied().unwrap_or(1.0).max(HIGHEST_RATIO);
     let decade = 10f64.powf(low.log10().floor());
     Axis::log("D / γ").over([decade, 1.3 * high])

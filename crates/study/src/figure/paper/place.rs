@@ -1,6 +1,6 @@
 //! Components by their position, as the paper counts them: third actuator of the first module.
 
-use truss::ids::{Component, ComponentPath};
+use names::{Component, ComponentPath};
 use truss::{Module, Structure};
 
 use crate::error::StudyError;

@@ -1,10 +1,9 @@
 //! A run with given faults, and what came of it.
 
-use truss::ids::{ComponentKind, ComponentPath, Step};
+use names::{ComponentKind, ComponentPath, Step};
 
 use super::channels::Channels;
-use super::faults;
-use super::told::{self, Told};
+use super::verdict::{self, Finding};
 use crate::campaign::Campaign;
 use crate::error::StudyError;
 use crate::schedule::{Injection, Schedule};
@@ -16,7 +15,7 @@ pub(super) const WINDOW_S: [f64; 2] = [10.4, 11.8];
 /// A run that a figure shows.
 pub(super) struct Story {
     pub(super) trace: Trace,
-    pub(super) told: Vec<Told>,
+    pub(super) findings: Vec<Finding>,
     pub(super) injections: Vec<Injection>,
     pub(super) step_s: f64,
 }
@@ -26,7 +25,7 @@ impl Story {
     pub(super) fn run(
         campaign: &Campaign,
         seed: u64,
-        faults: Vec<(f64, ComponentPath, truss::fault::Fault)>,
+        faults: Vec<(f64, ComponentPath, names::fault::Fault)>,
     ) -> Result<Self, StudyError> {
         let step_s = campaign.parameters.step_s;
         let injections: Vec<Injection> = (faults.into_iter())
@@ -37,7 +36,7 @@ impl Story {
             .collect();
         let mut rig = campaign.rig(seed, Schedule::new(injections.clone()))?;
         let trace = Trace::record(&mut rig, (WINDOW_S[1] / step_s).ceil() as u64)?;
-        Ok(Self { told: told::told(&trace), trace, injections, step_s })
+        Ok(Self { findings: verdict::findings(&trace), trace, injections, step_s })
     }
 
     /// Components of this kind in equipped module `number`, counted from 1.
@@ -58,11 +57,12 @@ impl Story {
 
     /// The verdict on a component that is faulty, if there is one: that it is or, failing that, that
     /// something else is.
-    pub(super) fn told_of(&self, injection: &Injection) -> Option<&Told> {
-        let is_of =
-            |told: &&Told| told.component == injection.component && told.detection >= injection.at;
-        let mut all = self.told.iter().filter(is_of);
-        let named = all.clone().find(|told| told.by.is_none());
+    pub(super) fn finding_of(&self, injection: &Injection) -> Option<&Finding> {
+        let is_of = |found: &&Finding| {
+            found.component == injection.component && found.detection >= injection.at
+        };
+        let mut all = self.findings.iter().filter(is_of);
+        let named = all.clone().find(|found| found.by.is_none());
         named.or_else(|| all.next())
     }
 
@@ -76,7 +76,7 @@ impl Story {
         let summaries: Vec<String> = (channels.modules.iter())
             .map(|module| {
                 let count = channels.of(module).count();
-                told::summary(&self.told, &module.module, channels.kind, count)
+                verdict::summary(&self.findings, &module.module, channels.kind, count)
             })
             .collect();
         let several = summaries.len() > 1;
@@ -90,7 +90,7 @@ impl Story {
     pub(super) fn faults(&self) -> String {
         let fault = |injection: &Injection| {
             let Injection { at, component, fault, .. } = injection;
-            format!("{} in {component} at {:.1} s", faults::words(fault), self.seconds(*at))
+            format!("{} in {component} at {:.1} s", fault.kind().words(), self.seconds(*at))
         };
         self.injections.iter().map(fault).collect::<Vec<_>>().join(" and ")
     }
@@ -99,12 +99,12 @@ impl Story {
     pub(super) fn outcome(&self) -> String {
         let outcome = |injection: &Injection| {
             let component = &injection.component;
-            let Some(told) = self.told_of(injection) else {
+            let Some(found) = self.finding_of(injection) else {
                 return format!("{component} is not found");
             };
             let [changed, decided] =
-                [told.detection, told.decided].map(|step| self.ms_since(injection, step));
-            match &told.by {
+                [found.detection, found.decided].map(|step| self.ms_since(injection, step));
+            match &found.by {
                 None => format!(
                     "{component} changes after {changed:.0} ms and is named after {decided:.0} ms"
                 ),

@@ -1,0 +1,222 @@
+//! How entries are printed: coloured lines for people, or one JSON object a line for machines.
+
+use std::collections::BTreeSet;
+use std::io::{self, IsTerminal, Write};
+
+use names::ModuleName;
+use serde::Serialize;
+use wire::FaultState;
+
+use super::entry::{Entry, Process, Summary, Verdict};
+use crate::paint::{Colour, Paint};
+use crate::table::{table, terminal_width};
+use crate::versioned;
+use crate::wording::{state_colour, why_unconfirmed};
+
+/// Prints entries on standard output.
+pub(super) struct Printer {
+    json: bool,
+    paint: Paint,
+    /// The width that tables may have.
+    width: Option<u16>,
+    step_s: f64,
+    /// Changes and explanations of the present story that people have read already.
+    read: BTreeSet<String>,
+}
+
+#[derive(Serialize)]
+struct Timed<'a> {
+    #[serde(flatten)]
+    entry: &'a Entry,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_s: Option<f64>,
+}
+
+impl Printer {
+    pub(super) fn new(json: bool, step_s: f64) -> Printer {
+        Printer {
+            json,
+            paint: Paint::for_terminal(io::stdout().is_terminal()),
+            width: terminal_width(),
+            step_s,
+            read: BTreeSet::new(),
+        }
+    }
+
+    /// Prints an entry, at once.
+    pub(super) fn print(&mut self, entry: &Entry) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        let time_s = entry.step().map(|step| step.0 as f64 * self.step_s);
+        if self.json {
+            write!(out, "{}", versioned::line(&Timed { entry, time_s })?)?;
+        } else if matches!(entry, Entry::Started { .. } | Entry::Summary(_)) {
+            writeln!(out, "{}", self.text(entry))?;
+        } else if self.is_new(entry) {
+            let time = time_s.map_or_else(String::new, |time_s| format!("{time_s:.3} s"));
+            for line in self.text(entry).lines() {
+                let time = if line.is_empty() { "" } else { &time };
+                writeln!(out, "{}", format!("{time:>10}  {line}").trim_end())?;
+            }
+        }
+        out.flush()
+    }
+
+    /// False for a change or an explanation that was printed in this story already: as a disturbance
+    /// passes, channels rise above their thresholds again and again.
+    fn is_new(&mut self, entry: &Entry) -> bool {
+        match entry {
+            Entry::Change { component, .. } => self.read.insert(component.to_string()),
+            Entry::Verdict(Verdict { component, explained_by: Some(root), .. }) => {
+                self.read.insert(format!("{component} {root}"))
+            }
+            Entry::Injected { .. } => {
+                self.read.clear();
+                true
+            }
+            _ => true,
+        }
+    }
+
+    fn text(&self, entry: &Entry) -> String {
+        let paint = &self.paint;
+        match entry {
+            Entry::Started { structure, processes, endpoint } => {
+                started(structure, processes, endpoint)
+            }
+            Entry::Ready { process } => format!("ready      {process}"),
+            Entry::WarmingUp { step, of_step } => {
+                format!("warming up step {step} of {of_step}")
+            }
+            Entry::InService { module, .. } => {
+                format!("in service {module}: every channel is watched")
+            }
+            Entry::Injected { component, fault, story, .. } => {
+                let what = format!("{component}: {fault}");
+                format!("\n{}  {}\n{story}", paint.bold("INJECT   "), paint.bold(&what))
+            }
+            Entry::Repaired { component, .. } => format!("repair     {component}"),
+            Entry::Change { component, ratio, .. } => paint.in_colour(
+                Colour::Dim,
+                &format!("change     {component}, divergence at {ratio:.1} times its threshold"),
+            ),
+            Entry::Asked { module, questions, unanswered, .. } => {
+                paint.in_colour(Colour::Cyan, &asked(module, *questions, *unanswered))
+            }
+            Entry::Verdict(found) => paint.in_colour(state_colour(found.state), &verdict(found)),
+            Entry::Trouble { text } => {
+                paint.in_colour(Colour::Yellow, &format!("trouble    {text}"))
+            }
+            Entry::Summary(summary) => self.summary(summary),
+        }
+    }
+
+    fn summary(&self, summary: &Summary) -> String {
+        let mut table =
+            table(&["fault", "component", "injected", "diagnosed", "delay", "verdict after"]);
+        for injected in &summary.injected {
+            let named = summary.diagnosed.iter().find(|d| d.component == injected.component);
+            let ms = |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{ms:.0} ms"));
+            table.add_row([
+                injected.fault.kind().to_string(),
+                injected.component.to_string(),
+                format!("step {}", injected.step),
+                named.map_or_else(|| "NOT NAMED".into(), |named| named.component.to_string()),
+                ms(named.and_then(|named| named.delay_ms)),
+                ms(named.and_then(|named| named.verdict_delay_ms)),
+            ]);
+        }
+        for named in &summary.diagnosed {
+            if !summary.injected.iter().any(|injected| injected.component == named.component) {
+                let at = named.detection_step.map_or_else(|| "-".into(), |s| format!("step {s}"));
+                let dash = || "-".to_owned();
+                table.add_row([dash(), dash(), dash(), named.component.to_string(), at, dash()]);
+            }
+        }
+        table.align_right(4..6);
+        table.stack(&[&[0], &[1, 3], &[2], &[4, 5]]);
+        let verdict = if summary.exact {
+            self.paint
+                .in_colour(Colour::Green, "exact: every injected fault was named, and nothing else")
+        } else {
+            self.paint.in_colour(Colour::Red, "not exact: injected and diagnosed faults differ")
+        };
+        format!("\n{}\n\n{verdict}", table.text(self.width))
+    }
+}
+
+fn started(structure: &str, processes: &[Process], endpoint: &str) -> String {
+    let processes: Vec<_> =
+        processes.iter().map(|process| format!("{} ({})", process.name, process.pid)).collect();
+    format!("{structure}: {}\nwatch it:\n{}\n", processes.join(", "), watch_line(endpoint))
+}
+
+/// The line that shows the faults in another terminal.
+fn watch_line(endpoint: &str) -> String {
+    format!(
+        "  zenoh --mode client --connect {endpoint} --cfg scouting/multicast/enabled:false \
+         subscribe -k 'trusswatch/*/*/fault/**' --decoder json --line '{{key}} {{value}}'"
+    )
+}
+
+/// What a module found, and how many steps after the change.
+fn verdict(found: &Verdict) -> String {
+    let Verdict { component, state, .. } = found;
+    match (state, &found.explained_by) {
+        (FaultState::Latched, _) => {
+            let after = found.detection_step.map_or(0, |detection| found.step.since(detection));
+            format!("FAULT      {component}, found {after} steps after its change")
+        }
+        (FaultState::Explained, Some(root)) => {
+            format!("explained  {component}, explained by {root}")
+        }
+        (FaultState::Unconfirmed, _) => {
+            let why = why_unconfirmed(found.doubt, &found.silent, &found.unknowing);
+            format!("open       {component}, unconfirmed: {why}")
+        }
+        (state, _) => format!("{:<10} {component}", state.as_str()),
+    }
+}
+
+fn asked(module: &ModuleName, questions: u64, unanswered: u64) -> String {
+    let of_these = match unanswered {
+        0 => String::new(),
+        count => format!("; {count} went unanswered and are asked again"),
+    };
+    format!("asked      {module} asked its peers {questions} times{of_these}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use names::Step;
+    use wire::Doubt;
+
+    #[test]
+    fn an_open_verdict_states_why_it_is_open() {
+        let open = |doubt, silent: &[&str], unknowing: &[&str]| {
+            let names = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect();
+            verdict(&Verdict {
+                step: Step(9),
+                component: "m1/sensor/g1".parse().unwrap(),
+                state: FaultState::Unconfirmed,
+                detection_step: Some(Step(3)),
+                explained_by: None,
+                doubt: Some(doubt),
+                silent: names(silent),
+                unknowing: names(unknowing),
+            })
+        };
+        let lines = [
+            open(Doubt::Silent, &["m2"], &[]),
+            open(Doubt::Unknowing, &[], &["m2"]),
+            open(Doubt::RunEnded, &[], &[]),
+        ];
+        let why = lines.map(|text| text.replace("open       m1/sensor/g1, unconfirmed: ", ""));
+        let expected = [
+            "no answer from m2",
+            "m2 was not watching when it happened",
+            "the run ended before there was a verdict",
+        ];
+        assert_eq!(why, expected);
+    }
+}

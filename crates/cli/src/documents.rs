@@ -1,0 +1,92 @@
+//! Every command line printed in a document is one that the program takes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use crate::command_line::CommandLine;
+
+/// Folders with documents, from the workspace's root.
+const FOLDERS: [&str; 12] = [
+    ".",
+    "configs",
+    "crates",
+    "crates/diagnosis",
+    "crates/pki",
+    "crates/study",
+    "crates/wire",
+    "deploy",
+    "deploy/compose",
+    "deploy/debian",
+    "deploy/systemd",
+    "tests",
+];
+
+fn documents() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let files = FOLDERS.iter().flat_map(|folder| fs::read_dir(root.join(folder)).unwrap());
+    let paths = files.map(|entry| entry.unwrap().path());
+    paths.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect()
+}
+
+/// Commands typed in full, from fenced blocks, and those named in running text, with placeholders.
+fn commands(text: &str) -> (Vec<String>, Vec<String>) {
+    let (mut typed, mut named) = (Vec::new(), Vec::new());
+    for (number, part) in text.split("\n```").enumerate() {
+        if number % 2 == 1 {
+            let lines = part.lines().skip(1).filter(|_| part.starts_with("sh\n"));
+            typed.extend(lines.flat_map(|line| line.split("&&")).map(ToOwned::to_owned));
+            let prompts = part.lines().filter_map(|line| line.strip_prefix("$ "));
+            typed.extend(prompts.map(ToOwned::to_owned));
+        } else {
+            let spans = part.split('`').skip(1).step_by(2);
+            named.extend(spans.map(|span| span.replace('\n', " ")));
+        }
+    }
+    let ours = |line: &String| arguments(line).first().is_some_and(|word| word == "trusswatch");
+    (typed.into_iter().filter(ours).collect(), named.into_iter().filter(ours).collect())
+}
+
+/// The words of a command up to a redirection, quotes taken off.
+fn arguments(line: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut quoted = false;
+    for letter in line.trim().replace("./target/release/", "").chars() {
+        match letter {
+            '"' => quoted = !quoted,
+            '>' | '|' | '&' | '#' if !quoted => break,
+            ' ' if !quoted => words.push(String::new()),
+            letter => words.last_mut().unwrap().push(letter),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+#[test]
+fn every_command_of_a_document_is_one_that_the_program_takes() {
+    let mut seen = 0;
+    for document in documents() {
+        let text = fs::read_to_string(&document).unwrap();
+        let (typed, named) = commands(&text);
+        seen += typed.len() + named.len();
+        for line in typed {
+            if let Err(error) = CommandLine::try_parse_from(arguments(&line)) {
+                panic!("{}: `{line}`: {error}", document.display());
+            }
+        }
+        for line in named {
+            let words: Vec<String> =
+                arguments(&line).iter().map(|word| word.replace(['…', ','], "")).collect();
+            let unknown = [ErrorKind::UnknownArgument, ErrorKind::InvalidSubcommand];
+            if let Err(error) = CommandLine::try_parse_from(words)
+                && unknown.contains(&error.kind())
+            {
+                panic!("{}: `{line}`: {error}", document.display());
+            }
+        }
+    }
+    assert!(seen > 50, "only {seen} commands in the documents");
+}

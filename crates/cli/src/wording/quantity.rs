@@ -1,0 +1,49 @@
+//! Quantities with their units.
+
+use names::ComponentKind;
+
+/// A residual in the unit that suits it: N for an actuator, µm for a gage.
+pub(crate) fn residual(kind: ComponentKind, value: f64) -> String {
+    match kind {
+        ComponentKind::Actuator => format!("{value:+.1} N"),
+        ComponentKind::Sensor => format!("{:+.2} µm", value * 1e6),
+    }
+}
+
+/// A divergence in multiples of its threshold.
+pub(crate) fn ratio(ratio: f64) -> String {
+    format!("{ratio:.1} × threshold")
+}
+
+/// A span of time given in milliseconds.
+pub(crate) fn span(ms: f64) -> String {
+    let seconds = ms / 1e3;
+    if ms.abs() < 9.95 {
+        format!("{ms:.1} ms")
+    } else if ms.abs() < 999.5 {
+        format!("{ms:.0} ms")
+    } else if seconds < 120.0 {
+        format!("{seconds:.1} s")
+    } else if seconds < 7200.0 {
+        format!("{:.1} min", seconds / 60.0)
+    } else {
+        format!("{:.1} h", seconds / 3600.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn residuals_have_the_unit_of_their_component() {
+        assert_eq!(residual(ComponentKind::Actuator, -1234.56), "-1234.6 N");
+        assert_eq!(residual(ComponentKind::Sensor, 6e-4), "+600.00 µm");
+    }
+
+    #[test]
+    fn spans_are_printed_in_the_unit_that_suits_them() {
+        let text = [0.25, 42.4, 999.6, 119_000.0, 600_000.0, 8_000_000.0].map(span);
+        assert_eq!(text, ["0.2 ms", "42 ms", "1.0 s", "119.0 s", "10.0 min", "2.2 h"]);
+    }
+}

@@ -1,0 +1,54 @@
+//! The health of a diagnoser.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use shell::health::{Condition, ProcessReport, Subject, live};
+use shell::supervision::Pulse;
+
+use crate::convert::Speaker;
+use crate::metrics::{self, ModuleReport};
+use crate::readiness;
+
+/// The latest report, written by the diagnosis loop together with each status that it publishes.
+#[derive(Debug, Default)]
+pub(crate) struct ModuleBoard(Mutex<Option<Arc<ModuleReport>>>);
+
+impl ModuleBoard {
+    /// Takes the place of the report before.
+    pub(crate) fn write(&self, report: ModuleReport) {
+        *self.lock() = Some(Arc::new(report));
+    }
+
+    fn read(&self) -> Option<Arc<ModuleReport>> {
+        self.lock().clone()
+    }
+
+    /// Every change is one assignment, so a thread that failed has left the board in order.
+    fn lock(&self) -> MutexGuard<'_, Option<Arc<ModuleReport>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A diagnoser's health.
+#[derive(Debug)]
+pub(crate) struct ModuleHealth {
+    pub(crate) speaker: Speaker,
+    pub(crate) pulse: Arc<Pulse>,
+    pub(crate) board: Arc<ModuleBoard>,
+}
+
+impl Subject for ModuleHealth {
+    fn live(&self) -> Condition {
+        live(self.pulse.sign(Instant::now()))
+    }
+
+    fn ready(&self) -> Condition {
+        readiness::module_ready(self.live(), self.board.read().as_deref())
+    }
+
+    fn metrics(&self) -> Result<String, std::fmt::Error> {
+        let process = ProcessReport::read(self.pulse.sign(Instant::now()));
+        metrics::of_module(&self.speaker, self.board.read().as_deref(), &process)
+    }
+}

@@ -1,0 +1,77 @@
+//! What was counted on the way in.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use wire::{DecodeError, IntakeCounters};
+
+/// IntakeTally of the samples.
+#[derive(Debug, Default)]
+pub(crate) struct IntakeTally {
+    pub(super) received: AtomicU64,
+    pub(super) dropped: AtomicU64,
+    malformed: AtomicU64,
+    unknown_version: AtomicU64,
+    wrong_message: AtomicU64,
+    pub(super) other_module: AtomicU64,
+    pub(super) other_source: AtomicU64,
+    clock_standing: AtomicU64,
+    pub(super) recovered: AtomicU64,
+    pub(super) recoveries_failed: AtomicU64,
+    resynchronised: AtomicU64,
+    silences: AtomicU64,
+}
+
+impl IntakeTally {
+    pub(crate) fn read(&self) -> IntakeCounters {
+        let read = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        IntakeCounters {
+            received: read(&self.received),
+            dropped: read(&self.dropped),
+            malformed: read(&self.malformed),
+            unknown_version: read(&self.unknown_version),
+            wrong_message: read(&self.wrong_message),
+            other_module: read(&self.other_module),
+            other_source: read(&self.other_source),
+            clock_standing: read(&self.clock_standing),
+            recovered: read(&self.recovered),
+            recoveries_failed: read(&self.recoveries_failed),
+            resynchronised: read(&self.resynchronised),
+            silences: read(&self.silences),
+        }
+    }
+
+    /// The time of a sample was not later than that of the one before.
+    pub(crate) fn note_standing_clock(&self) {
+        count(&self.clock_standing);
+    }
+
+    /// Samples have stopped coming.
+    pub(crate) fn note_silence(&self) {
+        count(&self.silences);
+    }
+
+    /// A backlog was thrown away; how often that has happened.
+    pub(crate) fn resynchronise(&self, thrown: usize) -> u64 {
+        add(&self.dropped, thrown);
+        count(&self.resynchronised)
+    }
+
+    pub(super) fn of_error(&self, error: &DecodeError) -> &AtomicU64 {
+        match error {
+            DecodeError::TooLong { .. } | DecodeError::NotText | DecodeError::Malformed(_) => {
+                &self.malformed
+            }
+            DecodeError::NoVersion | DecodeError::UnknownVersion(_) => &self.unknown_version,
+            DecodeError::WrongMessage { .. } => &self.wrong_message,
+        }
+    }
+}
+
+/// Counts one more; how many there are now.
+pub(super) fn count(counter: &AtomicU64) -> u64 {
+    counter.fetch_add(1, Ordering::Relaxed) + 1
+}
+
+pub(super) fn add(counter: &AtomicU64, more: usize) {
+    counter.fetch_add(more as u64, Ordering::Relaxed);
+}

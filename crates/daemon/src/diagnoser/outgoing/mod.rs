@@ -1,0 +1,11 @@
+//! Everything that goes out: handed in without waiting, carried by two threads.
+
+mod audience;
+mod event_lane;
+mod outbox;
+mod routine_lane;
+mod states;
+
+pub(crate) use event_lane::{EventLane, Outgoing};
+pub(crate) use outbox::{Drained, Outbox};
+pub(crate) use routine_lane::{Routine, RoutineLane};

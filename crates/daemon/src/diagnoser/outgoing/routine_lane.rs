@@ -1,0 +1,103 @@
+//! Answers, divergences, status and progress, in order, on a thread of its own: none of them waits for
+//! the disk, and none is worth waiting for the network.
+
+use tokio::sync::mpsc;
+use wire::{Divergences, ModuleStatus, Progress, StateAnswer, Topic};
+use zenoh::bytes::Encoding;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::query::Query;
+use zenoh::{Session, Wait};
+
+use super::audience::Audience;
+use crate::convert::Speaker;
+use crate::messages::{put, refuse, reply};
+
+/// Something that is superseded soon, or asked for again.
+#[derive(Debug)]
+pub(crate) enum Routine {
+    /// Divergences.
+    Divergences(Divergences),
+    /// Status.
+    Status(Box<ModuleStatus>),
+    /// Progress.
+    Progress(Progress),
+    /// The answer to a peer's question.
+    Answer {
+        /// The question.
+        query: Query,
+        /// The answer.
+        answer: StateAnswer,
+    },
+    /// No answer.
+    Refusal {
+        /// The question.
+        query: Query,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// What the thread owns.
+pub(crate) struct RoutineLane {
+    divergences: Publisher<'static>,
+    status: Publisher<'static>,
+    progress: Publisher<'static>,
+    audiences: Audiences,
+}
+
+/// The subscribers of frequent messages.
+#[derive(Debug, Clone)]
+pub(crate) struct Audiences {
+    /// To divergences.
+    pub(crate) divergences: Audience,
+    /// To progress.
+    pub(crate) progress: Audience,
+}
+
+impl RoutineLane {
+    /// Declares the publishers.
+    pub(crate) async fn declare(session: &Session, speaker: &Speaker) -> zenoh::Result<Self> {
+        let divergences = publisher(session, speaker.key(Topic::Divergence)).await?;
+        let progress = publisher(session, speaker.key(Topic::Progress)).await?;
+        let audiences = Audiences {
+            divergences: Audience::of(&divergences).await?,
+            progress: Audience::of(&progress).await?,
+        };
+        let status = publisher(session, speaker.key(Topic::Status)).await?;
+        Ok(Self { divergences, status, progress, audiences })
+    }
+
+    /// The subscribers.
+    pub(crate) fn audiences(&self) -> Audiences {
+        self.audiences.clone()
+    }
+
+    /// Carries messages until every sender is gone.
+    pub(crate) fn run(&self, mut queue: mpsc::Receiver<Routine>) {
+        while let Some(message) = queue.blocking_recv() {
+            self.carry(message);
+        }
+    }
+
+    fn carry(&self, message: Routine) {
+        match message {
+            Routine::Divergences(message) => {
+                put(&message, |bytes| self.divergences.put(bytes).wait());
+            }
+            Routine::Status(message) => put(&*message, |bytes| self.status.put(bytes).wait()),
+            Routine::Progress(message) => put(&message, |bytes| self.progress.put(bytes).wait()),
+            Routine::Answer { query, answer } => reply(&query, &answer),
+            Routine::Refusal { query, reason } => refuse(&query, reason),
+        }
+    }
+}
+
+/// A publisher of what is superseded soon: dropped rather than waited for.
+async fn publisher(session: &Session, key: String) -> zenoh::Result<Publisher<'static>> {
+    session
+        .declare_publisher(key)
+        .encoding(Encoding::APPLICATION_JSON)
+        .congestion_control(CongestionControl::Drop)
+        .await
+}

@@ -1,0 +1,93 @@
+//! The present state of each component, for queries on `{module}/fault/**`.
+
+use names::Component;
+use shell::clock;
+use wire::{FaultTransition, Topic};
+use zenoh::key_expr::KeyExpr;
+
+use crate::convert::Speaker;
+
+/// The latest transition of each component, in the order of the channels.
+#[derive(Debug)]
+pub(crate) struct States {
+    speaker: Speaker,
+    pages: Vec<Page>,
+}
+
+#[derive(Debug)]
+struct Page {
+    component: Component,
+    key: String,
+    latest: Option<FaultTransition>,
+}
+
+impl States {
+    pub(crate) fn new(speaker: &Speaker, components: &[Component]) -> Self {
+        let page = |component: &Component| Page {
+            component: component.clone(),
+            key: speaker.key(Topic::Fault(component.clone())),
+            latest: None,
+        };
+        Self { speaker: speaker.clone(), pages: components.iter().map(page).collect() }
+    }
+
+    pub(crate) fn enter(&mut self, transition: &FaultTransition) {
+        let component = &transition.component.component;
+        if let Some(page) = self.pages.iter_mut().find(|page| page.component == *component) {
+            page.latest = Some(transition.clone());
+        }
+    }
+
+    /// The states of those components whose key the expression asked for covers.
+    pub(crate) fn covered_by(&self, expression: &KeyExpr<'_>) -> Vec<(&str, FaultTransition)> {
+        let covered = self.pages.iter().filter(|page| {
+            KeyExpr::try_from(page.key.as_str()).is_ok_and(|key| expression.intersects(&key))
+        });
+        let state = |page: &Page| match &page.latest {
+            Some(transition) => transition.clone(),
+            None => self.speaker.untouched(&page.component, clock::unix_ns()),
+        };
+        covered.map(|page| (page.key.as_str(), state(page))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::FaultState;
+
+    fn book() -> States {
+        let speaker =
+            Speaker { structure: "tower".parse().unwrap(), module: "module1".parse().unwrap() };
+        let names = ["actuator/a1", "sensor/a1", "sensor/g2"];
+        let components: Vec<Component> = names.iter().map(|name| name.parse().unwrap()).collect();
+        let mut book = States::new(&speaker, &components);
+        let mut latched = speaker.untouched(&components[2], 9);
+        latched.state = FaultState::Latched;
+        latched.sequence = 3;
+        book.enter(&latched);
+        book
+    }
+
+    fn asked(expression: &str) -> Vec<(String, u64)> {
+        let book = book();
+        let expression = KeyExpr::try_from(expression).unwrap();
+        let states = book.covered_by(&expression).into_iter();
+        states.map(|(key, state)| (key.to_owned(), state.sequence)).collect()
+    }
+
+    #[test]
+    fn every_component_has_a_state_even_one_that_never_changed() {
+        let sequences: Vec<u64> =
+            asked("trusswatch/*/*/fault/**").into_iter().map(|(_, sequence)| sequence).collect();
+        assert_eq!(sequences, [0, 0, 3]);
+    }
+
+    #[test]
+    fn only_what_is_asked_for_is_answered() {
+        let one = [("trusswatch/tower/module1/fault/sensor/g2".to_owned(), 3)];
+        assert_eq!(asked("trusswatch/tower/module1/fault/sensor/g2"), one);
+        assert_eq!(asked("trusswatch/tower/module1/fault/sensor/*").len(), 2);
+        assert_eq!(asked("trusswatch/tower/module2/fault/**").len(), 0);
+    }
+}

@@ -1,0 +1,171 @@
+//! Queries peers, and distinguishes the outcomes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use diagnosis::{Event, PeerFailure, Question};
+use names::ModuleName;
+use tokio::sync::{Semaphore, mpsc};
+use wire::{Refused, StateAnswer, Topic};
+use zenoh::Session;
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::query::{ConsolidationMode, Querier, QueryTarget, Reply};
+
+use super::presence::Presence;
+use super::standing::PeerBook;
+use crate::config::DiagnoserConfig;
+use crate::convert::{Speaker, from_answer, to_question};
+
+/// Questions under way at a time, per peer.
+const UNDER_WAY_PER_PEER: usize = 4;
+/// The network's own time limit comes first; this one is for a network that fails to keep it.
+const GRACE: Duration = Duration::from_millis(200);
+
+/// One querier for each peer.
+#[derive(Debug)]
+pub(crate) struct PeerQueries {
+    queriers: BTreeMap<ModuleName, Arc<Querier<'static>>>,
+    presence: Presence,
+    timeout: Duration,
+    under_way: Arc<Semaphore>,
+    book: PeerBook,
+    answers: mpsc::Sender<Event>,
+}
+
+impl PeerQueries {
+    pub(crate) async fn declare(
+        session: &Session,
+        speaker: &Speaker,
+        config: &DiagnoserConfig,
+        book: PeerBook,
+        answers: mpsc::Sender<Event>,
+    ) -> zenoh::Result<Self> {
+        let timeout = config.queries.timeout();
+        let mut queriers = BTreeMap::new();
+        for peer in config.peers() {
+            let key = wire::Key::of_module(&speaker.structure, peer, Topic::State).to_string();
+            let querier = session
+                .declare_querier(key)
+                // All answers in the peer's name are collected, to check whether they agree.
+                .target(QueryTarget::All)
+                .consolidation(ConsolidationMode::None)
+                .timeout(timeout)
+                .await?;
+            queriers.insert(peer.clone(), Arc::new(querier));
+        }
+        let under_way = Arc::new(Semaphore::new(UNDER_WAY_PER_PEER * queriers.len().max(1)));
+        let presence = Presence::new(session, speaker, book.clone());
+        Ok(Self { queriers, presence, timeout, under_way, book, answers })
+    }
+
+    /// Asks in a task of its own; the outcome comes back as an event.
+    pub(crate) fn ask(&self, peer: ModuleName, question: Question) {
+        let querier = self.queriers.get(&peer).cloned();
+        let permit = Arc::clone(&self.under_way).try_acquire_owned();
+        let limit = self.timeout + GRACE;
+        let answers = self.answers.clone();
+        let (book, presence) = (self.book.clone(), self.presence.clone());
+        tokio::spawn(async move {
+            let outcome = match (querier, &permit) {
+                (Some(querier), Ok(_)) => match ask(&querier, question, limit).await {
+                    Ok(answer) => credible(answer, &peer, &presence).await,
+                    failed => failed,
+                },
+                // The diagnoser queries configured peers only, one query at a time.
+                _ => Err(PeerFailure::TimedOut),
+            };
+            book.note_outcome(&peer, outcome.as_ref().err());
+            let event = match outcome {
+                Ok(answer) => Event::Answered { peer, answer: from_answer(answer) },
+                Err(failure) => {
+                    tracing::debug!(%peer, ?question, "question not answered: {failure}");
+                    Event::Unanswered { peer, question, failure }
+                }
+            };
+            // Fails only when the diagnoser is ending.
+            let _ = answers.send(event).await;
+        });
+    }
+}
+
+async fn ask(
+    querier: &Querier<'static>,
+    question: Question,
+    limit: Duration,
+) -> Result<StateAnswer, PeerFailure> {
+    let parameters = to_question(question).to_parameters();
+    let asked = async {
+        match querier.get().parameters(parameters).await {
+            Ok(replies) => common_word(replies).await,
+            Err(error) => {
+                tracing::debug!("question not sent: {error}");
+                Err(PeerFailure::Absent)
+            }
+        }
+    };
+    tokio::time::timeout(limit, asked).await.unwrap_or(Err(PeerFailure::TimedOut))
+}
+
+/// An answer is accepted only under the peer's own name, and while its token says that it is there:
+/// otherwise another process has answered in its place.
+async fn credible(
+    answer: StateAnswer,
+    peer: &ModuleName,
+    presence: &Presence,
+) -> Result<StateAnswer, PeerFailure> {
+    if answer.module != *peer {
+        return Err(PeerFailure::Malformed(format!("an answer of module `{}`", answer.module)));
+    }
+    if !presence.is_there(peer).await {
+        return Err(PeerFailure::Malformed("an answer of a process that is not there".to_owned()));
+    }
+    Ok(answer)
+}
+
+/// What all who answer agree on; failing that, how it failed. A single refusal outweighs answers: if two
+/// answer in a peer's name, one of them is not the peer. One that gives no answer in time does not
+/// count, because the network may remember a process that is long gone.
+async fn common_word(replies: FifoChannelHandler<Reply>) -> Result<StateAnswer, PeerFailure> {
+    let mut common: Option<StateAnswer> = None;
+    while let Ok(reply) = replies.recv_async().await {
+        let answer: StateAnswer = match reply.result() {
+            Ok(sample) => wire::decode(&sample.payload().to_bytes())
+                .map_err(|error| PeerFailure::Malformed(error.to_string()))?,
+            Err(error) => match failed(&error.payload().to_bytes()) {
+                PeerFailure::TimedOut if common.is_some() => break,
+                failure => return Err(failure),
+            },
+        };
+        match &common {
+            Some(other) if *other != answer => {
+                let reason = "two answers that contradict each other".to_owned();
+                return Err(PeerFailure::Malformed(reason));
+            }
+            _ => common = Some(answer),
+        }
+    }
+    common.ok_or(PeerFailure::Absent)
+}
+
+/// An error reply is the peer's refusal, or the network's timeout.
+fn failed(bytes: &[u8]) -> PeerFailure {
+    match wire::decode::<Refused>(bytes) {
+        Ok(refused) => PeerFailure::Refused(refused.reason),
+        Err(_) if bytes == b"Timeout" => PeerFailure::TimedOut,
+        Err(_) => PeerFailure::Refused(String::from_utf8_lossy(bytes).chars().take(200).collect()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_and_the_networks_timeout_are_distinguished() {
+        let refused = wire::encode(&Refused { reason: "no sample yet".into() }).unwrap();
+        assert_eq!(failed(&refused), PeerFailure::Refused("no sample yet".into()));
+        assert_eq!(failed(b"Timeout"), PeerFailure::TimedOut);
+        assert_eq!(failed(b"whatever"), PeerFailure::Refused("whatever".into()));
+    }
+}

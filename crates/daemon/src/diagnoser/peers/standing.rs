@@ -1,0 +1,89 @@
+//! Each peer as this module sees it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use diagnosis::PeerFailure;
+use names::ModuleName;
+use wire::{PeerOutcome, PeerStatus};
+
+/// The peers, in the order of the configuration.
+#[derive(Debug, Clone)]
+pub(crate) struct PeerBook(Arc<Mutex<Vec<PeerStatus>>>);
+
+impl PeerBook {
+    pub(crate) fn new(peers: &[ModuleName]) -> Self {
+        let pages = peers.iter().cloned().map(PeerStatus::unasked).collect();
+        Self(Arc::new(Mutex::new(pages)))
+    }
+
+    /// A peer's token came or went.
+    pub(crate) fn note_presence(&self, peer: &ModuleName, present: bool) {
+        self.change(peer, |page| page.present = present);
+    }
+
+    /// Is the peer's token there?
+    pub(crate) fn is_present(&self, peer: &ModuleName) -> bool {
+        self.pages().iter().any(|page| page.module == *peer && page.present)
+    }
+
+    /// A question to a peer ended.
+    pub(crate) fn note_outcome(&self, peer: &ModuleName, failure: Option<&PeerFailure>) {
+        self.change(peer, |page| {
+            let (outcome, counter) = match failure {
+                None => (PeerOutcome::Answered, &mut page.answered),
+                Some(PeerFailure::Refused(_)) => (PeerOutcome::Refused, &mut page.refused),
+                Some(PeerFailure::TimedOut) => (PeerOutcome::TimedOut, &mut page.timed_out),
+                Some(PeerFailure::Absent) => (PeerOutcome::Absent, &mut page.absent),
+                Some(PeerFailure::Malformed(_)) => (PeerOutcome::Malformed, &mut page.malformed),
+            };
+            *counter += 1;
+            page.latest = Some(outcome);
+            page.reason = match failure {
+                Some(PeerFailure::Refused(reason) | PeerFailure::Malformed(reason)) => {
+                    Some(reason.clone())
+                }
+                _ => None,
+            };
+        });
+    }
+
+    pub(crate) fn read(&self) -> Vec<PeerStatus> {
+        self.pages().clone()
+    }
+
+    fn change(&self, peer: &ModuleName, change: impl FnOnce(&mut PeerStatus)) {
+        if let Some(page) = self.pages().iter_mut().find(|page| page.module == *peer) {
+            change(page);
+        }
+    }
+
+    /// Pages are changed one field at a time, each of them valid by itself.
+    fn pages(&self) -> MutexGuard<'_, Vec<PeerStatus>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outcomes_are_distinguished() {
+        let peer: ModuleName = "m2".parse().unwrap();
+        let book = PeerBook::new(std::slice::from_ref(&peer));
+        let failures = [
+            None,
+            Some(PeerFailure::TimedOut),
+            Some(PeerFailure::Absent),
+            Some(PeerFailure::Malformed("rubbish".into())),
+            Some(PeerFailure::Refused("no sample yet".into())),
+        ];
+        failures.iter().for_each(|failure| book.note_outcome(&peer, failure.as_ref()));
+        book.note_presence(&peer, true);
+        let page = book.read().remove(0);
+        let counts = [page.answered, page.refused, page.timed_out, page.absent, page.malformed];
+        assert_eq!((counts, page.present), ([1; 5], true));
+        assert_eq!(page.latest, Some(PeerOutcome::Refused));
+        assert_eq!(page.reason.as_deref(), Some("no sample yet"));
+    }
+}

@@ -1,0 +1,221 @@
+//! The status as metrics: pure functions from the messages on the network to the text that Prometheus
+//! reads.
+//!
+//! | file | job |
+//! |---|---|
+//! | `module`, `plant` | what a diagnoser, a plant counts |
+//!
+//! Units are seconds and bytes. Labels have few values, known from the configuration: the module and its
+//! structure, its own components, its peers, and the names of states and reasons.
+
+mod module;
+mod plant;
+#[cfg(test)]
+pub(crate) mod testing;
+
+use std::fmt;
+
+use shell::health::{ProcessReport, render};
+use wire::PlantStatus;
+
+use crate::convert::Speaker;
+pub(crate) use module::{ComponentReport, ModuleReport};
+
+/// What a diagnoser counts; as long as it has not reported, what every process counts.
+pub(crate) fn of_module(
+    speaker: &Speaker,
+    report: Option<&ModuleReport>,
+    process: &ProcessReport,
+) -> Result<String, fmt::Error> {
+    let Speaker { structure, module } = speaker;
+    let labels = vec![("structure", structure.to_string()), ("module", module.to_string())];
+    let (report, process) = (report.cloned(), *process);
+    render(labels, move |sheet| {
+        process.write(sheet)?;
+        report.as_ref().map_or(Ok(()), |report| module::write(report, sheet))
+    })
+}
+
+/// What a plant counts.
+pub(crate) fn of_plant(
+    status: &PlantStatus,
+    process: &ProcessReport,
+) -> Result<String, fmt::Error> {
+    let labels = vec![("structure", status.structure.to_string())];
+    let (status, process) = (status.clone(), *process);
+    render(labels, move |sheet| {
+        process.write(sheet)?;
+        plant::write(&status, sheet)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{module_report, numbers, plant_status, process, speaker};
+    use super::*;
+    use wire::{ModulePhase, PlantPhase};
+
+    fn module_text() -> String {
+        let report = module_report(ModulePhase::InService);
+        of_module(&speaker(), Some(&report), &process()).unwrap()
+    }
+
+    fn plant_text() -> String {
+        of_plant(&plant_status(PlantPhase::Running), &process()).unwrap()
+    }
+
+    /// The value of the sample with this name and these labels.
+    #[track_caller]
+    fn value(text: &str, sample: &str) -> f64 {
+        let found: Vec<&str> =
+            text.lines().filter_map(|line| line.strip_prefix(sample)?.strip_prefix(' ')).collect();
+        assert_eq!(found.len(), 1, "{sample} in {text}");
+        found[0].parse().unwrap()
+    }
+
+    fn samples(text: &str) -> Vec<(&str, f64)> {
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        lines
+            .map(|line| line.rsplit_once(' ').unwrap())
+            .map(|(s, v)| (s, v.parse().unwrap()))
+            .collect()
+    }
+
+    /// What a field's number is as a metric, in base units.
+    fn as_metric(field: &str, number: f64) -> f64 {
+        match field {
+            "time_unix_ns" => (number / 1e3).floor() / 1e6,
+            "next_sequence" => number - 1.0,
+            _ if field.ends_with("_ms") => number / 1e3,
+            _ => number,
+        }
+    }
+
+    #[track_caller]
+    fn holds_every_number_but(text: &str, status: &impl serde::Serialize, others: &[&str]) {
+        let values: Vec<f64> = samples(text).into_iter().map(|(_, value)| value).collect();
+        for (field, number) in numbers(&serde_json::to_value(status).unwrap()) {
+            if !others.contains(&field.as_str()) {
+                assert!(values.contains(&as_metric(&field, number)), "{field} {number} in {text}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_number_of_a_status_is_a_metric() {
+        let status = module_report(ModulePhase::InService).status;
+        // Names of runs and steps count nothing; faults are counted by state, from the components.
+        let others = ["run", "in_service_since_step", "latched", "unconfirmed"];
+        holds_every_number_but(&module_text(), &status, &others);
+        holds_every_number_but(&plant_text(), &plant_status(PlantPhase::Running), &["run"]);
+    }
+
+    #[test]
+    fn each_number_has_its_name() {
+        let text = module_text();
+        let status = module_report(ModulePhase::InService).status;
+        let own = r#"structure="tower",module="module1""#;
+        let count = |name: &str, labels: &str| value(&text, &format!("{name}{{{own}{labels}}}"));
+        #[expect(clippy::cast_precision_loss, reason = "small")]
+        let whole = |count: u64| count as f64;
+        let intake = status.intake;
+        assert_eq!(count("trusswatch_samples_received_total", ""), whole(intake.received));
+        for (reason, expected) in [
+            ("dropped", intake.dropped),
+            ("other_source", intake.other_source),
+            ("late", status.diagnosis.samples_late),
+            ("non_finite", status.diagnosis.samples_non_finite),
+        ] {
+            let labels = format!(",reason=\"{reason}\"");
+            assert_eq!(count("trusswatch_samples_rejected_total", &labels), whole(expected));
+        }
+        let labels = r#",peer="module3",outcome="timed_out""#;
+        let timed_out = whole(status.peers[1].timed_out);
+        assert_eq!(count("trusswatch_peer_questions_total", labels), timed_out);
+        assert_eq!(count("trusswatch_lag_seconds", ""), status.lag_ms.unwrap() / 1e3);
+        assert_eq!(count("trusswatch_journal_size_bytes", ""), whole(status.journal.bytes));
+        assert_eq!(count("trusswatch_journal_failing", ""), 1.0);
+        assert_eq!(count("trusswatch_loop_age_seconds", ""), 0.0015);
+        assert_eq!(count("process_cpu_seconds_total", ""), 2.25);
+        assert_eq!(count("process_resident_memory_bytes", ""), 4096.0);
+    }
+
+    #[test]
+    fn faults_are_counted_by_state_and_named_by_component() {
+        let text = module_text();
+        let own = r#"structure="tower",module="module1""#;
+        for (state, expected) in [
+            ("normal", 1.0),
+            ("tentative", 0.0),
+            ("unconfirmed", 0.0),
+            ("explained", 0.0),
+            ("latched", 1.0),
+            ("acknowledged", 1.0),
+        ] {
+            let sample = format!("trusswatch_components{{{own},state=\"{state}\"}}");
+            assert_eq!(value(&text, &sample), expected, "{state}");
+        }
+        for (component, faulty) in [("actuator/a1", 1.0), ("sensor/g1", 1.0), ("sensor/g2", 0.0)] {
+            let labels = format!("{{{own},component=\"{component}\"}}");
+            assert_eq!(value(&text, &format!("trusswatch_component_faulty{labels}")), faulty);
+        }
+        let ratio = format!("trusswatch_divergence_ratio{{{own},component=\"actuator/a1\"}}");
+        assert_eq!(value(&text, &ratio), 422.5);
+        let undefined = format!("trusswatch_divergence_ratio{{{own},component=\"sensor/g2\"}}");
+        assert!(!text.contains(&undefined), "{text}");
+    }
+
+    #[test]
+    fn exactly_one_phase_is_the_present_one() {
+        for (text, present) in [
+            (
+                module_text(),
+                r#"trusswatch_phase{structure="tower",module="module1",phase="in_service"}"#,
+            ),
+            (plant_text(), r#"trusswatch_plant_phase{structure="tower",phase="running"}"#),
+        ] {
+            let phases = samples(&text);
+            let phases = phases.iter().filter(|(sample, _)| sample.contains("_phase{"));
+            assert_eq!(phases.map(|(_, value)| value).sum::<f64>(), 1.0);
+            assert_eq!(value(&text, present), 1.0);
+        }
+    }
+
+    #[test]
+    fn labels_are_few_and_every_metric_has_its_help() {
+        let known = [
+            "structure",
+            "module",
+            "phase",
+            "state",
+            "component",
+            "reason",
+            "outcome",
+            "peer",
+            "version",
+            "fingerprint",
+        ];
+        for text in [module_text(), plant_text()] {
+            for (sample, _) in samples(&text) {
+                let (name, labels) = sample.split_once('{').unwrap();
+                assert!(name.starts_with("trusswatch_") || name.starts_with("process_"), "{name}");
+                let labels = labels.strip_suffix("\"}").unwrap().split("\",");
+                for (label, _) in labels.map(|label| label.split_once("=\"").unwrap()) {
+                    assert!(known.contains(&label), "{sample}");
+                }
+            }
+            for help in text.lines().filter(|line| line.starts_with("# HELP")) {
+                assert!(help.ends_with('.'), "{help}");
+            }
+            assert!(text.ends_with("# EOF\n"));
+        }
+    }
+
+    #[test]
+    fn before_the_first_report_there_is_the_process() {
+        let text = of_module(&speaker(), None, &process()).unwrap();
+        let build = r#"trusswatch_build_info{structure="tower",module="module1",version="0.1.0"}"#;
+        assert_eq!(value(&text, build), 1.0);
+        assert!(text.contains("process_cpu_seconds_total") && !text.contains("trusswatch_phase"));
+    }
+}

@@ -1,0 +1,221 @@
+//! What a diagnoser counts.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use names::Component;
+use wire::{
+    DiagnosisCounters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+    ModuleStatus, PeerStatus, PublisherCounters,
+};
+
+use shell::health::Sheet;
+
+const PHASES: [ModulePhase; 4] =
+    [ModulePhase::Waiting, ModulePhase::Initialising, ModulePhase::InService, ModulePhase::Stale];
+const STATES: [FaultState; 6] = [
+    FaultState::Normal,
+    FaultState::Tentative,
+    FaultState::Unconfirmed,
+    FaultState::Explained,
+    FaultState::Latched,
+    FaultState::Acknowledged,
+];
+
+/// A diagnoser as it was when it last published its status.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ModuleReport {
+    /// The status as published.
+    pub(crate) status: ModuleStatus,
+    /// Why it is in its phase.
+    pub(crate) reason: String,
+    /// Each component of the module.
+    pub(crate) components: Vec<ComponentReport>,
+}
+
+/// A component as the module sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ComponentReport {
+    pub(crate) component: Component,
+    pub(crate) state: FaultState,
+    /// Divergence by threshold; `None` while undefined.
+    pub(crate) ratio: Option<f64>,
+}
+
+pub(super) fn write(report: &ModuleReport, sheet: &mut Sheet<'_>) -> fmt::Result {
+    let ModuleReport { status, components, reason: _ } = report;
+    write_present(status, sheet)?;
+    write_components(components, sheet)?;
+    write_samples(&status.intake, &status.diagnosis, sheet)?;
+    write_diagnosis(&status.diagnosis, sheet)?;
+    write_inquiries(&status.inquiries, sheet)?;
+    write_outgoing(&status.publisher, sheet)?;
+    write_journal(&status.journal, sheet)?;
+    write_peers(&status.peers, sheet)
+}
+
+fn write_present(status: &ModuleStatus, sheet: &mut Sheet<'_>) -> fmt::Result {
+    sheet.info(
+        "trusswatch_thresholds",
+        "The thresholds in use.",
+        ("fingerprint", &status.thresholds),
+    )?;
+    let help = "When the status was published, which all metrics but the process's are of.";
+    let published_s = seconds_of_ns(status.time_unix_ns);
+    sheet.seconds("trusswatch_status_timestamp", help, Some(published_s))?;
+    let phases = PHASES.map(|phase| (phase.as_str().into(), u64::from(phase == status.phase)));
+    sheet.gauges("trusswatch_phase", "1 for the phase that it is in.", "phase", phases)?;
+    if let Some(step) = status.step {
+        sheet.gauge("trusswatch_step", "The latest step diagnosed.", step.0)?;
+    }
+    let help = "From the latest sample's publication to its diagnosis.";
+    sheet.seconds("trusswatch_lag", help, status.lag_ms.map(seconds_of_ms))?;
+    let help = "Since the latest sample's publication, when the status was published.";
+    sheet.seconds("trusswatch_sample_age", help, status.sample_age_ms.map(seconds_of_ms))?;
+    let help = "Samples that wait to be diagnosed.";
+    sheet.gauge("trusswatch_samples_queued", help, status.queued_samples)?;
+    let help = "Peers' queries that wait for their step.";
+    sheet.gauge("trusswatch_questions_waiting", help, status.waiting_questions)?;
+    let help = "Transitions of verdicts, of all processes on this journal.";
+    sheet.counter("trusswatch_transitions", help, status.next_sequence.saturating_sub(1))
+}
+
+fn write_components(components: &[ComponentReport], sheet: &mut Sheet<'_>) -> fmt::Result {
+    let number = |state: FaultState| {
+        let count = components.iter().filter(|component| component.state == state).count();
+        (Cow::from(state.as_str()), count as u64)
+    };
+    let help = "Components in each state; latched and acknowledged ones are faulty.";
+    sheet.gauges("trusswatch_components", help, "state", STATES.map(number))?;
+    let faulty = components.iter().map(|component| {
+        (component.component.to_string().into(), u64::from(component.state.is_fault()))
+    });
+    let help = "1 for a component that is considered faulty.";
+    sheet.gauges("trusswatch_component_faulty", help, "component", faulty)?;
+    let ratios = components.iter().filter_map(|component| {
+        let ratio = component.ratio.filter(|ratio| ratio.is_finite())?;
+        Some((component.component.to_string().into(), ratio))
+    });
+    let help = "Divergence by threshold; from 1 on it is a change.";
+    sheet.gauges("trusswatch_divergence_ratio", help, "component", ratios)
+}
+
+fn write_samples(
+    intake: &IntakeCounters,
+    diagnosis: &DiagnosisCounters,
+    sheet: &mut Sheet<'_>,
+) -> fmt::Result {
+    let help = "Everything that came on the sample key.";
+    sheet.counter("trusswatch_samples_received", help, intake.received)?;
+    sheet.counter("trusswatch_samples_diagnosed", "Samples diagnosed.", diagnosis.samples)?;
+    let rejected = [
+        ("dropped", intake.dropped),
+        ("malformed", intake.malformed),
+        ("unknown_version", intake.unknown_version),
+        ("wrong_message", intake.wrong_message),
+        ("other_module", intake.other_module),
+        ("other_source", intake.other_source),
+        ("repeated", diagnosis.samples_repeated),
+        ("late", diagnosis.samples_late),
+        ("far_ahead", diagnosis.samples_far_ahead),
+        ("wrong_length", diagnosis.samples_wrong_length),
+        ("non_finite", diagnosis.samples_non_finite),
+    ];
+    let help = "Samples that were not diagnosed, by reason.";
+    sheet.counters("trusswatch_samples_rejected", help, "reason", rejected)?;
+    let missing = diagnosis.samples_missing;
+    sheet.counter("trusswatch_samples_missing", "Steps for which no sample came.", missing)?;
+    let help = "Missed samples recovered from the publisher.";
+    sheet.counter("trusswatch_samples_recovered", help, intake.recovered)?;
+    let help = "Queries for missed samples that recovered nothing.";
+    sheet.counter("trusswatch_recoveries_failed", help, intake.recoveries_failed)?;
+    let help = "Samples, diagnosed all the same, whose time was not later than the one before's.";
+    sheet.counter("trusswatch_sample_timestamps_not_increasing", help, intake.clock_standing)?;
+    let help = "Backlogs dropped to catch up with the present.";
+    sheet.counter("trusswatch_resynchronisations", help, intake.resynchronised)?;
+    sheet.counter("trusswatch_sample_timeouts", "Times that samples stopped.", intake.silences)
+}
+
+fn write_diagnosis(counters: &DiagnosisCounters, sheet: &mut Sheet<'_>) -> fmt::Result {
+    sheet.counter("trusswatch_runs", "Runs begun.", counters.runs)?;
+    let help = "Channels lost and restarted.";
+    sheet.counter("trusswatch_channel_restarts", help, counters.restarts)?;
+    let help = "Times that a channel's divergence reached its threshold.";
+    sheet.counter("trusswatch_changes", help, counters.changes)?;
+    let help = "Queries to peers.";
+    sheet.counter("trusswatch_questions_asked", help, counters.questions_asked)?;
+    let help = "Queries to peers that went unanswered.";
+    sheet.counter("trusswatch_questions_unanswered", help, counters.questions_unanswered)?;
+    let help = "Answers of peers that did not fit.";
+    sheet.counter("trusswatch_answers_malformed", help, counters.answers_malformed)?;
+    let help = "Peers' queries, by outcome.";
+    let outcomes = [("answered", counters.answers_given), ("refused", counters.questions_refused)];
+    sheet.counters("trusswatch_questions_received", help, "outcome", outcomes)
+}
+
+fn write_inquiries(counters: &InquiryCounters, sheet: &mut Sheet<'_>) -> fmt::Result {
+    let help = "Requests received: queries for changes, faults and history, and commands.";
+    sheet.counter("trusswatch_requests_received", help, counters.received)?;
+    let outcomes = [
+        ("answered", counters.answered),
+        ("refused", counters.refused),
+        ("malformed", counters.malformed),
+        ("turned_away", counters.turned_away),
+    ];
+    let help = "Requests, by outcome.";
+    sheet.counters("trusswatch_requests", help, "outcome", outcomes)?;
+    let outcomes = [("accepted", counters.orders_obeyed), ("refused", counters.orders_refused)];
+    sheet.counters("trusswatch_commands", "Operators' commands.", "outcome", outcomes)
+}
+
+fn write_outgoing(counters: &PublisherCounters, sheet: &mut Sheet<'_>) -> fmt::Result {
+    let help = "Events published: fault transitions, changes, phases.";
+    sheet.counter("trusswatch_events_published", help, counters.events)?;
+    let help = "Events that the network did not take in time.";
+    sheet.counter("trusswatch_events_lost", help, counters.events_lost)?;
+    let help = "Replies for which there was no room.";
+    sheet.counter("trusswatch_replies_lost", help, counters.replies_lost)
+}
+
+fn write_journal(journal: &JournalStatus, sheet: &mut Sheet<'_>) -> fmt::Result {
+    let help = "1 if faults outlive the process.";
+    let kept = u64::from(journal.directory.is_some());
+    sheet.gauge("trusswatch_journal_kept", help, kept)?;
+    let failing = u64::from(journal.problem.is_some());
+    sheet.gauge("trusswatch_journal_failing", "1 if it cannot be written at present.", failing)?;
+    sheet.bytes("trusswatch_journal_size", "Size of the journal.", journal.bytes)?;
+    let help = "Records that wait to be written.";
+    sheet.gauge("trusswatch_journal_records_unsaved", help, journal.unsaved)?;
+    let help = "Records dropped because too many were waiting.";
+    sheet.counter("trusswatch_journal_records_lost", help, journal.lost)?;
+    let help = "Damaged records found at the start and skipped.";
+    sheet.counter("trusswatch_journal_records_damaged", help, journal.damaged)
+}
+
+fn write_peers(peers: &[PeerStatus], sheet: &mut Sheet<'_>) -> fmt::Result {
+    let present =
+        peers.iter().map(|peer| (Cow::from(peer.module.as_str()), u64::from(peer.present)));
+    sheet.gauges("trusswatch_peer_present", "1 for a peer that is present.", "peer", present)?;
+    let outcomes = peers.iter().flat_map(|peer| {
+        [
+            ("answered", peer.answered),
+            ("refused", peer.refused),
+            ("timed_out", peer.timed_out),
+            ("absent", peer.absent),
+            ("malformed", peer.malformed),
+        ]
+        .map(|(outcome, count)| ([peer.module.as_str(), outcome], count))
+    });
+    let help = "Queries to each peer, by outcome.";
+    sheet.counters_of_two("trusswatch_peer_questions", help, ["peer", "outcome"], outcomes)
+}
+
+pub(super) fn seconds_of_ms(time_ms: f64) -> f64 {
+    time_ms / 1e3
+}
+
+/// To the microsecond, which is what a double has left of the years since 1970.
+#[expect(clippy::cast_precision_loss, reason = "a display value")]
+pub(super) fn seconds_of_ns(time_ns: u64) -> f64 {
+    (time_ns / 1000) as f64 / 1e6
+}

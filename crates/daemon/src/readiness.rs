@@ -1,0 +1,74 @@
+//! Whether a process can be relied on.
+
+use shell::health::Condition;
+use shell::supervision::OPENING;
+use wire::{ModulePhase, PlantPhase, PlantStatus};
+
+use crate::metrics::ModuleReport;
+use crate::status_line;
+
+/// Whether a diagnoser with this latest report can be relied on to report faults.
+pub(crate) fn module_ready(live: Condition, report: Option<&ModuleReport>) -> Condition {
+    if !live.well {
+        return live;
+    }
+    let Some(ModuleReport { status, reason, .. }) = report else {
+        return Condition::unwell(OPENING);
+    };
+    let words = format!("{}: {reason}", status.phase.as_str());
+    Condition { well: status.phase == ModulePhase::InService, words }
+}
+
+/// Whether a plant computes steps.
+pub(crate) fn plant_ready(live: Condition, status: &PlantStatus) -> Condition {
+    if !live.well {
+        return live;
+    }
+    Condition { well: status.phase == PlantPhase::Running, words: status_line::of_plant(status) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use shell::health::live;
+    use shell::supervision::Sign;
+
+    use super::*;
+    use crate::metrics::testing::{module_report, plant_status};
+
+    fn alive() -> Condition {
+        live(Sign::Ago(Duration::from_millis(50)))
+    }
+
+    #[test]
+    fn a_module_is_ready_in_service_and_in_no_other_phase() {
+        for (phase, well, words) in [
+            (ModulePhase::Waiting, false, "waiting: as it is"),
+            (ModulePhase::Initialising, false, "initialising: as it is"),
+            (ModulePhase::InService, true, "in_service: as it is"),
+            (ModulePhase::Stale, false, "stale: as it is"),
+        ] {
+            let expected = Condition { well, words: words.to_owned() };
+            assert_eq!(module_ready(alive(), Some(&module_report(phase))), expected);
+        }
+        assert_eq!(module_ready(alive(), None), Condition::unwell("opening a session"));
+    }
+
+    #[test]
+    fn a_plant_is_ready_while_it_computes_steps() {
+        for (phase, well) in
+            [(PlantPhase::Waiting, false), (PlantPhase::Running, true), (PlantPhase::Done, false)]
+        {
+            assert_eq!(plant_ready(alive(), &plant_status(phase)).well, well, "{phase:?}");
+        }
+    }
+
+    #[test]
+    fn a_hanging_loop_is_not_ready_whatever_the_last_report() {
+        let hung = live(Sign::Ago(Duration::from_secs(4)));
+        let report = module_report(ModulePhase::InService);
+        assert_eq!(module_ready(hung.clone(), Some(&report)), hung);
+        assert_eq!(plant_ready(hung.clone(), &plant_status(PlantPhase::Running)), hung);
+    }
+}

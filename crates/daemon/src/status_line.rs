@@ -1,0 +1,162 @@
+//! The one-line status that `systemctl status` shows: phase, step, faults, lag. It begins with `degraded`
+//! whenever no reported fault does not mean that there is none.
+
+use wire::{ModulePhase, ModuleStatus, PlantPhase, PlantStatus};
+
+/// The status of a diagnoser.
+pub(crate) fn of_module(status: &ModuleStatus) -> String {
+    let mut words = vec![phase(status.phase).to_owned()];
+    if let Some(step) = status.step {
+        words.push(format!("step {step}"));
+    }
+    words.push(faults(status));
+    if let Some(lag_ms) = status.lag_ms.filter(|_| status.phase != ModulePhase::Stale) {
+        words.push(format!("lag {lag_ms:.1} ms"));
+    }
+    let absent: Vec<&str> =
+        status.peers.iter().filter(|p| !p.present).map(|p| p.module.as_str()).collect();
+    if !absent.is_empty() {
+        words.push(format!("peers not there: {}", absent.join(" ")));
+    }
+    if let Some(problem) = &status.journal.problem {
+        words.push(format!("journal: {problem}"));
+    }
+    words.join(", ")
+}
+
+fn phase(phase: ModulePhase) -> &'static str {
+    match phase {
+        ModulePhase::Waiting => "degraded: no sample has come yet",
+        ModulePhase::Initialising => "degraded: initialising",
+        ModulePhase::InService => "in service",
+        ModulePhase::Stale => "degraded: samples have stopped coming",
+    }
+}
+
+fn faults(status: &ModuleStatus) -> String {
+    let latched = match status.latched {
+        0 => "no fault".to_owned(),
+        1 => "1 fault".to_owned(),
+        several => format!("{several} faults"),
+    };
+    match status.unconfirmed {
+        0 => latched,
+        unconfirmed => format!("{latched} and {unconfirmed} unconfirmed"),
+    }
+}
+
+/// The status of the plant.
+pub(crate) fn of_plant(status: &PlantStatus) -> String {
+    let phase = match status.phase {
+        PlantPhase::Waiting if status.waiting_for.is_empty() => "starting".to_owned(),
+        PlantPhase::Waiting => {
+            let names: Vec<&str> = status.waiting_for.iter().map(|name| name.as_str()).collect();
+            format!("waiting for the diagnosers of {}", names.join(" "))
+        }
+        PlantPhase::Running => "running".to_owned(),
+        PlantPhase::Done => "done".to_owned(),
+    };
+    let present = match status.faults.len() {
+        0 => "no fault injected".to_owned(),
+        1 => "1 fault injected".to_owned(),
+        several => format!("{several} faults injected"),
+    };
+    format!("{phase}, step {}, {present}, {} steps late", status.next_step, status.late_steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use names::{RunId, Step};
+    use wire::{DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus};
+    use wire::{PresentFault, PublisherCounters};
+
+    fn module(phase: ModulePhase) -> ModuleStatus {
+        ModuleStatus {
+            structure: "tower".parse().unwrap(),
+            module: "module1".parse().unwrap(),
+            software: String::new(),
+            thresholds: String::new(),
+            phase,
+            in_service_since_step: None,
+            run: None,
+            step: None,
+            lag_ms: None,
+            sample_age_ms: None,
+            queued_samples: 0,
+            latched: 0,
+            unconfirmed: 0,
+            waiting_questions: 0,
+            next_sequence: 1,
+            journal: JournalStatus::default(),
+            peers: Vec::new(),
+            intake: IntakeCounters::default(),
+            inquiries: InquiryCounters::default(),
+            diagnosis: DiagnosisCounters::default(),
+            publisher: PublisherCounters::default(),
+            time_unix_ns: 0,
+        }
+    }
+
+    fn peer(name: &str, present: bool) -> PeerStatus {
+        PeerStatus { present, ..PeerStatus::unasked(name.parse().unwrap()) }
+    }
+
+    #[test]
+    fn a_module_in_service_reports_step_faults_and_lag() {
+        let mut status = module(ModulePhase::InService);
+        (status.step, status.lag_ms, status.latched) = (Some(Step(4711)), Some(0.84), 1);
+        status.peers = vec![peer("module2", true)];
+        assert_eq!(of_module(&status), "in service, step 4711, 1 fault, lag 0.8 ms");
+        (status.latched, status.unconfirmed) = (2, 1);
+        assert_eq!(
+            of_module(&status),
+            "in service, step 4711, 2 faults and 1 unconfirmed, lag 0.8 ms"
+        );
+    }
+
+    #[test]
+    fn without_samples_it_is_degraded_and_says_so() {
+        let mut status = module(ModulePhase::Waiting);
+        status.peers = vec![peer("module2", false), peer("module3", true), peer("module4", false)];
+        assert_eq!(
+            of_module(&status),
+            "degraded: no sample has come yet, no fault, peers not there: module2 module4"
+        );
+        let mut status = module(ModulePhase::Stale);
+        (status.step, status.lag_ms, status.latched) = (Some(Step(9)), Some(0.8), 1);
+        status.journal.problem = Some("no space left".to_owned());
+        assert_eq!(
+            of_module(&status),
+            "degraded: samples have stopped coming, step 9, 1 fault, journal: no space left"
+        );
+    }
+
+    #[test]
+    fn a_plant_reports_whom_it_waits_for_and_what_was_injected() {
+        let mut status = PlantStatus {
+            structure: "tower".parse().unwrap(),
+            software: String::new(),
+            run: RunId(1),
+            phase: PlantPhase::Waiting,
+            waiting_for: vec!["module1".parse().unwrap(), "module2".parse().unwrap()],
+            next_step: Step(0),
+            speed: Some(1.0),
+            late_steps: 0,
+            latest_ms: 0.0,
+            samples_unsent: 0,
+            faults: Vec::new(),
+            time_unix_ns: 0,
+        };
+        let waiting = "waiting for the diagnosers of module1 module2, step 0, no fault injected, \
+                       0 steps late";
+        assert_eq!(of_plant(&status), waiting);
+        status.phase = PlantPhase::Running;
+        (status.next_step, status.late_steps) = (Step(12), 3);
+        status.faults = vec![PresentFault {
+            component: "module1/sensor/g2".parse().unwrap(),
+            fault: names::fault::Fault::ZeroOutput {},
+        }];
+        assert_eq!(of_plant(&status), "running, step 12, 1 fault injected, 3 steps late");
+    }
+}

@@ -1,0 +1,192 @@
+//! The channels of a module, one for each component: sample → residuals → divergences → changes, and which
+//! steps were watched.
+
+use names::{Component, Step};
+
+use crate::coverage::Coverage;
+use crate::divergence::{DivergenceBank, DivergenceSettings, Outcome, Violation};
+use crate::evidence::Evidence;
+use crate::monitor::{Monitor, Observation};
+use crate::phase::Phase;
+use crate::residual::ResidualGenerator;
+use crate::sample::Sample;
+use crate::settings::{ModuleSetup, SetupError};
+
+/// What a channel did at a step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Occurrence {
+    /// Its Gaussian was lost and restarted.
+    Restarted(Violation),
+    /// Its divergence rose to its threshold; it has been rising since.
+    Changed { onset: Step },
+    /// Its divergence has stayed below its threshold for long enough.
+    Quiet,
+}
+
+/// Residuals, divergences and monitors of all channels.
+#[derive(Debug, Clone)]
+pub(crate) struct Channels {
+    components: Vec<Component>,
+    settings: DivergenceSettings,
+    generator: ResidualGenerator,
+    bank: DivergenceBank,
+    monitors: Vec<Monitor>,
+    evidence: Vec<Evidence>,
+    coverage: Coverage,
+    phase: Phase,
+    /// Channel and occurrence, at the latest step.
+    occurrences: Vec<(usize, Occurrence)>,
+}
+
+impl Channels {
+    /// Channels that have seen nothing yet.
+    ///
+    /// # Errors
+    /// No model can be made of the structure, or a setting is out of range.
+    pub(crate) fn new(setup: &ModuleSetup) -> Result<Self, Vec<SetupError>> {
+        let module = setup.structure.module(&setup.module);
+        let components: Vec<_> = module.map_or_else(Vec::new, |m| m.components().collect());
+        let detection = &setup.detection;
+        let generator = ResidualGenerator::new(
+            &setup.structure,
+            setup.hydraulics,
+            detection.actuator_residual,
+            setup.step_s,
+        )
+        .map_err(|error| {
+            vec![SetupError::Model { module: setup.module.clone(), error: error.to_string() }]
+        })?;
+        let bank = DivergenceBank::new(detection.divergence, &setup.prior_scatters())
+            .map_err(|error| vec![error.into()])?;
+        let quiet = setup.isolation.quiet_steps;
+        let monitor = |&threshold: &f64| Monitor::new(threshold, detection.warm_up_vectors, quiet);
+        let monitors: Vec<_> = setup.thresholds.iter().map(monitor).collect();
+        Ok(Self {
+            evidence: monitors.iter().map(|monitor| *monitor.evidence()).collect(),
+            // A channel has at most two occurrences a step.
+            occurrences: Vec::with_capacity(2 * components.len()),
+            settings: detection.divergence,
+            components,
+            generator,
+            bank,
+            monitors,
+            coverage: Coverage::default(),
+            phase: Phase::Waiting,
+        })
+    }
+
+    /// Takes up which steps were watched before a restart.
+    pub(crate) fn recall(&mut self, coverage: Coverage) {
+        self.coverage = coverage;
+    }
+
+    /// A run begins.
+    pub(crate) fn begin_run(&mut self) -> Phase {
+        self.phase = Phase::Initialising;
+        self.phase
+    }
+
+    /// Forgets the run.
+    pub(crate) fn end_run(&mut self) {
+        self.generator.restart();
+        self.bank.restart();
+        self.monitors.iter_mut().for_each(Monitor::restart);
+        self.coverage = Coverage::default();
+    }
+
+    /// So many samples are missing after `last`. After a long gap the channels are relearnt: the structure's
+    /// oscillation is not known, and what the models do while they settle would look like a fault.
+    pub(crate) fn bridge(&mut self, last: Step, missing: u64) {
+        self.coverage.lose(last);
+        if self.generator.bridge(missing) {
+            self.bank.gap();
+        } else {
+            self.bank.restart();
+            self.monitors.iter_mut().for_each(Monitor::relearn);
+        }
+    }
+
+    /// Takes the next sample.
+    pub(crate) fn observe(&mut self, sample: &Sample) {
+        let settled = self.generator.is_settled();
+        let residuals = self.generator.push(sample);
+        let outcomes = if settled { self.bank.push(residuals) } else { self.bank.skip() };
+        self.occurrences.clear();
+        for (channel, monitor) in self.monitors.iter_mut().enumerate() {
+            let outcome = outcomes[channel];
+            if let Outcome::Restarted(violation) = outcome {
+                self.occurrences.push((channel, Occurrence::Restarted(violation)));
+            }
+            let occurrence = match monitor.observe(sample.step, residuals[channel], outcome) {
+                Observation::Nothing => None,
+                Observation::Changed { onset } => Some(Occurrence::Changed { onset }),
+                Observation::Quiet => Some(Occurrence::Quiet),
+            };
+            self.evidence[channel] = *monitor.evidence();
+            self.occurrences.extend(occurrence.map(|occurrence| (channel, occurrence)));
+        }
+    }
+
+    /// What the channels did at the latest step, in their order.
+    pub(crate) fn occurrences(&self) -> &[(usize, Occurrence)] {
+        &self.occurrences
+    }
+
+    /// Notes whether every channel was watched at this step; the phase, if it changed.
+    pub(crate) fn update_phase(&mut self, step: Step) -> Option<Phase> {
+        // After a gap there is no divergence for a while, and nothing is seen.
+        let sees =
+            |monitor: &Monitor| monitor.is_watched() && monitor.evidence().divergence.is_some();
+        if self.monitors.iter().all(sees) {
+            self.coverage.watch(step);
+        } else {
+            self.coverage.lose(step.minus(1));
+        }
+        let phase = match self.coverage.watched_since() {
+            Some(since) => Phase::InService { since },
+            None => Phase::Initialising,
+        };
+        let before = std::mem::replace(&mut self.phase, phase);
+        (phase != before).then_some(phase)
+    }
+
+    /// Relearns a channel.
+    pub(crate) fn restart(&mut self, channel: usize) {
+        self.bank.restart_channel(channel);
+        self.monitors[channel].restart();
+    }
+
+    /// Steps until a channel's Gaussian holds nothing of its latest change; `None` if it never forgets.
+    pub(crate) fn interval_to_pass(&self, channel: usize, now: Step) -> Option<u64> {
+        let vectors = self.settings.interval.vectors()?;
+        let memory = (vectors + self.settings.window + self.settings.lag) as u64;
+        let changed = self.monitors[channel].changed_until();
+        let since = changed.map(|until| now.since(until));
+        Some(since.map_or(0, |since| memory.saturating_sub(since)))
+    }
+
+    /// The channel of a component.
+    pub(crate) fn position(&self, component: &Component) -> Option<usize> {
+        self.components.iter().position(|own| own == component)
+    }
+
+    pub(crate) fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    pub(crate) fn evidence(&self) -> &[Evidence] {
+        &self.evidence
+    }
+
+    pub(crate) fn monitor(&self, channel: usize) -> &Monitor {
+        &self.monitors[channel]
+    }
+
+    pub(crate) fn coverage(&self) -> &Coverage {
+        &self.coverage
+    }
+
+    pub(crate) fn phase(&self) -> Phase {
+        self.phase
+    }
+}

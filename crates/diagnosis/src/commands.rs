@@ -1,0 +1,125 @@
+//! Commands of operators: when they are accepted, and what follows.
+
+use names::{Component, Step};
+
+use crate::channels::Channels;
+use crate::event::Action;
+use crate::judging::Judging;
+use crate::order::{GivenOrder, Order, OrderKind, OrderRefusal};
+use crate::verdict::Verdict;
+
+/// A residual displaced by less than this share of what was found is back.
+const STILL_DISPLACED: f64 = 0.5;
+
+/// What commands act on.
+#[derive(Debug)]
+pub(crate) struct Commands<'a> {
+    pub(crate) channels: &'a mut Channels,
+    pub(crate) judging: &'a mut Judging,
+    /// The latest step processed.
+    pub(crate) now: Step,
+}
+
+impl Commands<'_> {
+    /// Carries out a command: the sequence number of its transition.
+    ///
+    /// # Errors
+    /// Why it is refused; nothing changed.
+    pub(crate) fn carry_out(
+        &mut self,
+        order: Order,
+        actions: &mut Vec<Action>,
+    ) -> Result<u64, OrderRefusal> {
+        let Order { component, given } = order;
+        let channel = self.channels.position(&component);
+        let channel = channel.ok_or_else(|| OrderRefusal::Unknown(component.clone()))?;
+        let verdict = match given.kind {
+            OrderKind::Acknowledge => self.acknowledge(channel, component)?,
+            OrderKind::Reset { force } => self.reset(channel, component, force)?,
+        };
+        Ok(self.enter_order(channel, verdict, given, actions))
+    }
+
+    fn acknowledge(&self, channel: usize, component: Component) -> Result<Verdict, OrderRefusal> {
+        match self.judging.ledger().verdict(channel) {
+            Verdict::Latched => Ok(Verdict::Acknowledged),
+            other => Err(OrderRefusal::NothingToAcknowledge { component, state: other.as_str() }),
+        }
+    }
+
+    fn reset(
+        &mut self,
+        channel: usize,
+        component: Component,
+        force: bool,
+    ) -> Result<Verdict, OrderRefusal> {
+        match self.judging.ledger().verdict(channel) {
+            Verdict::Latched if !force => return Err(OrderRefusal::NotAcknowledged(component)),
+            Verdict::Latched | Verdict::Acknowledged | Verdict::Unconfirmed { .. } => {}
+            other => {
+                let state = other.as_str();
+                return Err(OrderRefusal::NothingToReset { component, state });
+            }
+        }
+        if !force {
+            self.check_evidence_is_gone(channel, component)?;
+        }
+        self.judging.drop_cases(channel);
+        if self.interval_to_pass(channel) != Some(0) {
+            // The Gaussian still holds what the fault did to it.
+            self.channels.restart(channel);
+        }
+        Ok(Verdict::Normal)
+    }
+
+    fn check_evidence_is_gone(
+        &self,
+        channel: usize,
+        component: Component,
+    ) -> Result<(), OrderRefusal> {
+        let monitor = self.channels.monitor(channel);
+        if !monitor.is_watched() {
+            return Err(OrderRefusal::NotWatched(component));
+        }
+        if monitor.is_active() {
+            let ratio = monitor.evidence().ratio();
+            return Err(OrderRefusal::StillChanging { component, ratio });
+        }
+        match self.interval_to_pass(channel) {
+            // A growing interval never passes; the Gaussian restarts with the reset.
+            None | Some(0) => {}
+            Some(steps) => return Err(OrderRefusal::StillInInterval { component, steps }),
+        }
+        match self.displacement(channel) {
+            Some((now, found)) => Err(OrderRefusal::StillDisplaced { component, now, found }),
+            None => Ok(()),
+        }
+    }
+
+    fn interval_to_pass(&self, channel: usize) -> Option<u64> {
+        self.channels.interval_to_pass(channel, self.now)
+    }
+
+    /// How far the residual is from where it was before the fault, and how far it was when the fault was
+    /// found, if it is still on that side and not closer to where it was.
+    fn displacement(&self, channel: usize) -> Option<(f64, f64)> {
+        let component = &self.channels.components()[channel];
+        let found = self.judging.ledger().latest(component)?.evidence;
+        let now = self.channels.monitor(channel).level() - found.level;
+        let then = found.residual - found.level;
+        let displaced = now * then > 0.0 && now.abs() >= STILL_DISPLACED * then.abs();
+        displaced.then_some((now, then))
+    }
+
+    fn enter_order(
+        &mut self,
+        channel: usize,
+        verdict: Verdict,
+        given: GivenOrder,
+        actions: &mut Vec<Action>,
+    ) -> u64 {
+        let ledger = self.judging.ledger_mut();
+        actions.extend(ledger.obey(channel, verdict, self.now, given).map(Action::Publish));
+        ledger.next_sequence() - 1
+    }
+}

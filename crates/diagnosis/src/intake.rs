@@ -1,0 +1,112 @@
+//! Which samples are taken: their lengths and values, the run they belong to, the order of their steps.
+
+use std::cmp::Ordering;
+
+use names::{Component, RunId, Step};
+
+use crate::sample::{Sample, SampleRejection};
+
+/// Most steps that a single sample may lie ahead of the one before it: ten seconds at 1 kHz.
+const LONGEST_STEP_JUMP: u64 = 10_000;
+
+/// How a sample that is taken follows the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Admission {
+    /// The first of a run.
+    First {
+        /// The last step of the run before, if there was another run.
+        ended: Option<Step>,
+    },
+    /// It follows `last` after so many missing steps.
+    Following {
+        /// The step of the sample before.
+        last: Step,
+        /// Steps between the two.
+        missing: u64,
+    },
+}
+
+/// The position in the stream of samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Intake {
+    actuators: usize,
+    gages: usize,
+    /// Run and step of the latest sample taken.
+    position: Option<(RunId, Step)>,
+    /// The run that was being diagnosed before a restart, until the first sample comes.
+    recalled_run: Option<RunId>,
+    /// The step of a sample that jumped too far ahead to be accepted alone.
+    step_jump: Option<Step>,
+}
+
+impl Intake {
+    /// Takes samples of a module with these components.
+    pub(crate) fn new(components: &[Component]) -> Self {
+        let actuators = components.iter().filter(|c| matches!(c, Component::Actuator(_))).count();
+        let gages = components.len() - actuators;
+        Self { actuators, gages, position: None, recalled_run: None, step_jump: None }
+    }
+
+    /// The run that was being diagnosed before a restart.
+    pub(crate) fn recall(&mut self, run: RunId) {
+        self.recalled_run = Some(run);
+    }
+
+    pub(crate) fn recalled_run(&self) -> Option<RunId> {
+        self.recalled_run
+    }
+
+    pub(crate) fn position(&self) -> Option<(RunId, Step)> {
+        self.position
+    }
+
+    pub(crate) fn run(&self) -> Option<RunId> {
+        self.position.map(|(run, _)| run)
+    }
+
+    pub(crate) fn last_step(&self) -> Option<Step> {
+        self.position.map(|(_, step)| step)
+    }
+
+    /// Takes a sample.
+    ///
+    /// # Errors
+    /// It cannot be used; the position is as before.
+    pub(crate) fn admit(&mut self, sample: &Sample) -> Result<Admission, SampleRejection> {
+        sample.check(self.actuators, self.gages)?;
+        let admission = match self.position {
+            Some((run, last)) if run == sample.run => self.follow(last, sample.step)?,
+            other => self.begin(sample.run, other),
+        };
+        self.position = Some((sample.run, sample.step));
+        Ok(admission)
+    }
+
+    fn begin(&mut self, run: RunId, before: Option<(RunId, Step)>) -> Admission {
+        let recalled = self.recalled_run.take().map(|run| (run, Step::default()));
+        let ended = before.or(recalled).filter(|(previous, _)| *previous != run);
+        self.step_jump = None;
+        Admission::First { ended: ended.map(|(_, last)| last) }
+    }
+
+    fn follow(&mut self, last: Step, step: Step) -> Result<Admission, SampleRejection> {
+        match step.cmp(&last) {
+            Ordering::Less => return Err(SampleRejection::Late),
+            Ordering::Equal => return Err(SampleRejection::Repeated),
+            Ordering::Greater => {}
+        }
+        self.check_step_jump(last, step)?;
+        Ok(Admission::Following { last, missing: step.since(last) - 1 })
+    }
+
+    /// A step jump is accepted once a second sample follows where the first one landed.
+    fn check_step_jump(&mut self, last: Step, step: Step) -> Result<(), SampleRejection> {
+        let landed = self.step_jump.replace(step);
+        let follows = landed.map(|landed| landed.plus(1)) == Some(step);
+        if step.since(last) > LONGEST_STEP_JUMP && !follows {
+            return Err(SampleRejection::FarAhead);
+        }
+        self.step_jump = None;
+        Ok(())
+    }
+}

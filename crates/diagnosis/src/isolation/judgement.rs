@@ -1,0 +1,17 @@
+//! What is found about one change once all is known.
+
+use names::{ComponentPath, Step};
+
+/// Root cause or effect.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Judgement {
+    /// The change is the root: its component is faulty.
+    Root,
+    /// Another component's change explains it.
+    Explained {
+        /// That component.
+        by: ComponentPath,
+        /// When it changed.
+        since: Step,
+    },
+}

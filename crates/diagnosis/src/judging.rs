@@ -1,0 +1,229 @@
+//! From changes to numbered transitions: cases, what peers know of them, judgements, verdicts.
+
+use names::{Component, ModuleName, RunId, Step};
+
+use crate::change::{Change, LoggedChange};
+use crate::channels::{Channels, Occurrence};
+use crate::counters::Counters;
+use crate::event::Action;
+use crate::isolation::{Case, Finding, Isolator, Judgement};
+use crate::ledger::Ledger;
+use crate::memory::PastWatch;
+use crate::question::{Answer, PeerFailure, Question};
+use crate::settings::ModuleSetup;
+use crate::verdict::{Doubt, Transition, Verdict};
+
+/// The open cases of a module and the verdicts on its components.
+#[derive(Debug, Clone)]
+pub(crate) struct Judging {
+    module: ModuleName,
+    isolator: Isolator,
+    ledger: Ledger,
+}
+
+impl Judging {
+    pub(crate) fn new(setup: &ModuleSetup, components: &[Component]) -> Self {
+        let module = setup.module.clone();
+        Self {
+            isolator: Isolator::new(
+                module.clone(),
+                components.to_vec(),
+                &setup.peers,
+                setup.isolation,
+            ),
+            ledger: Ledger::new(components),
+            module,
+        }
+    }
+
+    pub(crate) fn isolator(&self) -> &Isolator {
+        &self.isolator
+    }
+
+    pub(crate) fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    pub(crate) fn ledger_mut(&mut self) -> &mut Ledger {
+        &mut self.ledger
+    }
+
+    /// A component was reset: its open cases are dropped.
+    pub(crate) fn drop_cases(&mut self, channel: usize) {
+        self.isolator.drop_cases(channel);
+    }
+
+    /// Takes up the verdicts from before a restart.
+    pub(crate) fn recall_verdicts(&mut self, sequence: u64, latest: Vec<Transition>) {
+        self.ledger.recall(sequence, latest);
+    }
+
+    /// Takes up the changes from before a restart. Those that were not judged are judged after it.
+    pub(crate) fn recall_changes(&mut self, past: &PastWatch, channels: &Channels) {
+        let known = past.changes.iter().filter_map(|change| {
+            let channel = channels.position(&change.component)?;
+            Some(LoggedChange::new(channel, change.step, change.ratio))
+        });
+        self.isolator.recall_changes(known.collect::<Vec<_>>());
+        for (channel, component) in channels.components().iter().enumerate() {
+            let Some(latest) = self.ledger.latest(component) else { continue };
+            let open = matches!(
+                latest.verdict,
+                Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) }
+            );
+            if !open || latest.run != past.run {
+                continue;
+            }
+            self.isolator.recall_case(channel, latest);
+            let (step, ratio) = (latest.detection, latest.evidence.ratio());
+            if !self.isolator.merge_repeat(channel, step, ratio) {
+                self.isolator.recall_changes([LoggedChange::new(channel, step, ratio)]);
+            }
+        }
+    }
+
+    /// Forgets what belongs to a run that ended at `last`; what is latched stays.
+    pub(crate) fn end_run(&mut self, channels: usize, last: Step, actions: &mut Vec<Action>) {
+        self.isolator.restart();
+        for channel in 0..channels {
+            actions.extend(self.ledger.end_run(channel, last).map(Action::Publish));
+        }
+    }
+
+    /// Takes what a channel did at a step.
+    pub(crate) fn note(
+        &mut self,
+        (channel, occurrence): (usize, Occurrence),
+        (run, step): (RunId, Step),
+        channels: &Channels,
+        counters: &mut Counters,
+        actions: &mut Vec<Action>,
+    ) {
+        let component = &channels.components()[channel];
+        let evidence = channels.evidence()[channel];
+        match occurrence {
+            Occurrence::Restarted(violation) => {
+                counters.restarts += 1;
+                actions.push(Action::Restarted { component: component.clone(), violation });
+            }
+            Occurrence::Changed { .. }
+                if self.isolator.merge_repeat(channel, step, evidence.ratio()) => {}
+            Occurrence::Changed { onset } => {
+                counters.changes += 1;
+                // Whatever the verdict on an earlier change will be, this one is judged too: the
+                // outcome must not depend on when a peer's answer comes.
+                let judge = !self.ledger.verdict(channel).is_latched();
+                self.isolator.change(channel, onset, evidence, judge);
+                let change = Change { component: component.clone(), step, ratio: evidence.ratio() };
+                actions.push(Action::Report { run, change, evidence });
+            }
+            Occurrence::Quiet => {
+                if matches!(self.ledger.verdict(channel), Verdict::Explained { .. }) {
+                    actions.extend(self.ledger.clear(channel, step).map(Action::Publish));
+                }
+            }
+        }
+    }
+
+    /// Follows the ratios of the changes that are still rising; those that are final are to be stored.
+    pub(crate) fn follow(
+        &mut self,
+        (run, step): (RunId, Step),
+        channels: &Channels,
+        actions: &mut Vec<Action>,
+    ) {
+        self.isolator.follow(step, |channel| channels.evidence()[channel].ratio());
+        while let Some(settled) = self.isolator.settle(step) {
+            let component = channels.components()[settled.channel].clone();
+            let ratio = settled.ratio_as_of(step);
+            let change = Change { component, step: settled.step, ratio };
+            actions.push(Action::Settled { run, change });
+        }
+    }
+
+    /// Changes → judgements → transitions, and questions where something is not known.
+    pub(crate) fn judge(
+        &mut self,
+        (run, now): (RunId, Step),
+        channels: &Channels,
+        counters: &mut Counters,
+        actions: &mut Vec<Action>,
+    ) {
+        if self.isolator.is_idle() {
+            return;
+        }
+        let latched: Vec<_> = (self.ledger.latched_actuators(&self.module, run))
+            .map(|(path, since)| (path, since.change))
+            .collect();
+        for (case, finding) in self.isolator.findings(now, &latched, channels.coverage()) {
+            self.enter(run, &case, finding, now, channels, actions);
+        }
+        for case in self.isolator.new_cases() {
+            let tentative = self.ledger.enter(run, &case, Verdict::Tentative, now);
+            actions.extend(tentative.map(Action::Publish));
+        }
+        for (peer, question) in self.isolator.questions(run, now) {
+            counters.questions_asked += 1;
+            actions.push(Action::Ask { peer, question });
+        }
+    }
+
+    fn enter(
+        &mut self,
+        run: RunId,
+        case: &Case,
+        finding: Finding,
+        now: Step,
+        channels: &Channels,
+        actions: &mut Vec<Action>,
+    ) {
+        let (verdict, decided) = match finding {
+            Finding::Judged(Judgement::Root) => (Verdict::Latched, case.decide_at),
+            Finding::Judged(Judgement::Explained { by, since }) => {
+                (Verdict::Explained { by, since }, case.decide_at)
+            }
+            Finding::Silent(silent) => (Verdict::Unconfirmed { doubt: Doubt::Silent(silent) }, now),
+            Finding::Unknowing(modules) => {
+                (Verdict::Unconfirmed { doubt: Doubt::Unknowing(modules) }, now)
+            }
+        };
+        let explained = matches!(verdict, Verdict::Explained { .. });
+        actions.extend(self.ledger.enter(run, case, verdict, decided).map(Action::Publish));
+        if explained && !channels.monitor(case.channel).is_active() {
+            actions.extend(self.ledger.clear(case.channel, now).map(Action::Publish));
+        }
+    }
+
+    /// Takes a peer's answer.
+    pub(crate) fn answered(
+        &mut self,
+        peer: &ModuleName,
+        answer: Answer,
+        now: Step,
+        counters: &mut Counters,
+    ) {
+        match self.isolator.answered(peer, answer, now) {
+            Ok(()) => {}
+            Err(PeerFailure::Malformed(_)) => counters.answers_malformed += 1,
+            Err(_) => counters.questions_unanswered += 1,
+        }
+    }
+
+    /// A peer did not answer; was the question still open?
+    pub(crate) fn unanswered(
+        &mut self,
+        peer: &ModuleName,
+        question: Question,
+        now: Step,
+        counters: &mut Counters,
+    ) -> bool {
+        let open = self.isolator.unanswered(peer, question, now);
+        counters.questions_unanswered += u64::from(open);
+        open
+    }
+
+    /// A peer that was gone is back.
+    pub(crate) fn returned(&mut self, peer: &ModuleName, now: Step) {
+        self.isolator.returned(peer, now);
+    }
+}

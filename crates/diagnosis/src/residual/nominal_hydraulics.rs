@@ -1,0 +1,83 @@
+//! The nominal parameters of a module's hydraulic actuators.
+
+use serde::{Deserialize, Serialize};
+
+/// Nominal figures of a cylinder and its inner force control. All actuators of a module are alike.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NominalHydraulics {
+    /// Piston area A_A of chamber A \[m²\].
+    pub area_a_m2: f64,
+    /// Ring area A_B of chamber B \[m²\].
+    pub area_b_m2: f64,
+    /// Volume V_A of chamber A \[m³\].
+    pub volume_a_m3: f64,
+    /// Volume V_B of chamber B \[m³\].
+    pub volume_b_m3: f64,
+    /// Bulk modulus β of the oil \[Pa\].
+    pub bulk_modulus_pa: f64,
+    /// Gain K_P of the force control \[m³/s/N\].
+    pub force_gain_m3_per_s_n: f64,
+    /// Largest flow of a valve at the full pressure drop \[m³/s\].
+    pub valve_flow_m3_per_s: f64,
+    /// Supply pressure \[Pa\].
+    pub supply_pa: f64,
+    /// Tank pressure \[Pa\].
+    pub tank_pa: f64,
+    /// Standard deviation of a measured pressure \[Pa\].
+    pub pressure_noise_pa: f64,
+}
+
+/// A figure that cannot be right.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("`{name}` is {value}; use {expected}")]
+pub struct HydraulicsError {
+    /// The figure's name.
+    pub name: &'static str,
+    value: f64,
+    expected: &'static str,
+}
+
+impl NominalHydraulics {
+    /// F_act = p_A·A_A − p_B·A_B \[N\] (eq. 8).
+    #[must_use]
+    pub fn force_n(&self, [a, b]: [f64; 2]) -> f64 {
+        a * self.area_a_m2 - b * self.area_b_m2
+    }
+
+    /// Variance of an observed force \[N²\] that the pressure noise alone causes.
+    #[must_use]
+    pub fn force_variance(&self) -> f64 {
+        let a = self.area_a_m2 * self.pressure_noise_pa;
+        let b = self.area_b_m2 * self.pressure_noise_pa;
+        a * a + b * b
+    }
+
+    /// Every figure that cannot be right.
+    #[must_use]
+    pub fn problems(&self) -> Vec<HydraulicsError> {
+        let expected = "a finite number above 0";
+        let named = [
+            ("area_a_m2", self.area_a_m2),
+            ("area_b_m2", self.area_b_m2),
+            ("volume_a_m3", self.volume_a_m3),
+            ("volume_b_m3", self.volume_b_m3),
+            ("bulk_modulus_pa", self.bulk_modulus_pa),
+            ("force_gain_m3_per_s_n", self.force_gain_m3_per_s_n),
+            ("valve_flow_m3_per_s", self.valve_flow_m3_per_s),
+            ("supply_pa", self.supply_pa),
+            ("tank_pa", self.tank_pa),
+            ("pressure_noise_pa", self.pressure_noise_pa),
+        ];
+        let mut problems: Vec<_> = named
+            .into_iter()
+            .filter(|(_, value)| !(value.is_finite() && *value > 0.0))
+            .map(|(name, value)| HydraulicsError { name, value, expected })
+            .collect();
+        if problems.is_empty() && self.tank_pa >= self.supply_pa {
+            let expected = "less than the supply pressure";
+            problems.push(HydraulicsError { name: "tank_pa", value: self.tank_pa, expected });
+        }
+        problems
+    }
+}

@@ -1,0 +1,25 @@
+//! Plots, drawn for grey print and for colour-blind readers as well: lines differ in colour, brightness and
+//! dash pattern. Lines of many points are reduced to what a pixel can show; peaks survive.
+//!
+//! A [`Figure`] has rows of [`Panel`]s, a panel has two axes, [`Series`] and [`Mark`]s.
+
+mod area;
+mod axis;
+mod decimation;
+mod ink;
+mod labels;
+mod layout;
+mod legend;
+mod page;
+mod panel;
+mod panel_drawing;
+mod plot_axes;
+mod plot_marks;
+mod plot_series;
+mod series;
+pub mod ticks;
+
+pub use axis::{Axis, Scale};
+pub use page::{Figure, Row};
+pub use panel::{Mark, MarkKind, Panel};
+pub use series::{Marker, Series, Shape, Stroke};

@@ -1,0 +1,158 @@
+//! A figure: rows of panels on a page.
+
+use svg::Document;
+use svg::node::element::{Description, Group, Rectangle, Title};
+
+use super::ink::{self, Anchor};
+use super::layout::Layout;
+use super::legend;
+use super::panel::Panel;
+use super::panel_drawing;
+
+/// Width of every figure \[px\]; on A4 paper, letters then have 7 points.
+const WIDTH: f64 = 860.0;
+const MARGIN: f64 = 12.0;
+/// Room left of a plot for its axis \[px\].
+const AXIS: f64 = 62.0;
+/// Room between two panels of a row \[px\].
+const BETWEEN: f64 = 14.0;
+/// Room between two rows \[px\].
+const ROW_GAP: f64 = 8.0;
+/// Room right of a plot without legend: half a tick's label \[px\].
+const NO_LEGEND: f64 = 14.0;
+const TITLE_SIZE: f64 = 16.0;
+/// Height of a line below the title \[px\].
+const LINE: f64 = 16.0;
+const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
+
+/// Panels side by side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Height of the plots \[px\].
+    pub height_px: f64,
+    /// The panels.
+    pub panels: Vec<Panel>,
+    /// How many panels share the width evenly; if there are fewer, the right side stays empty.
+    pub columns: usize,
+}
+
+impl Row {
+    /// A row that its panels fill.
+    #[must_use]
+    pub fn new(height_px: f64, panels: Vec<Panel>) -> Self {
+        Self { height_px, columns: panels.len(), panels }
+    }
+
+    /// The same row divided into this many columns.
+    #[must_use]
+    pub fn columns(self, columns: usize) -> Self {
+        Self { columns, ..self }
+    }
+
+    /// No less than there are panels.
+    fn divisions(&self) -> usize {
+        self.columns.max(self.panels.len()).max(1)
+    }
+}
+
+/// A figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// What it shows, in a line.
+    pub title: String,
+    /// More about it, below the title; may be empty.
+    pub subtitle: String,
+    /// What is to be seen, for readers who cannot see it.
+    pub description: String,
+    /// The rows.
+    pub rows: Vec<Row>,
+}
+
+impl Figure {
+    /// The figure as an SVG document: text to be written to a file or into a page. It has no
+    /// identifiers, so several fit into one page.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let (heading, mut top) = self.heading();
+        let mut panels = Group::new();
+        let mut number = 0;
+        let lettered = self.rows.iter().map(|row| row.panels.len()).sum::<usize>() > 1;
+        for row in &self.rows {
+            let layouts = self.layouts(row);
+            let above = layouts.iter().map(Layout::above).fold(0.0, f64::max);
+            let below = layouts.iter().map(Layout::below).fold(0.0, f64::max);
+            for layout in layouts {
+                let name = if lettered { letter(number) } else { String::new() };
+                let plot_top = top + above;
+                let height = row.height_px;
+                panels = panels.add(panel_drawing::draw(&layout, &name, top, plot_top, height));
+                number += 1;
+            }
+            top += above + row.height_px + below + ROW_GAP;
+        }
+        let height = (top + MARGIN).ceil();
+        Document::new()
+            .set("viewBox", (0, 0, WIDTH, height))
+            .set("width", WIDTH)
+            .set("height", height)
+            .set("role", "img")
+            .set("font-family", FONT)
+            .set("fill", ink::INK)
+            .add(Title::new(&self.title))
+            .add(Description::new().add(svg::node::Text::new(&self.description)))
+            .add(Rectangle::new().set("width", WIDTH).set("height", height).set("fill", ink::PAPER))
+            .add(heading)
+            .add(panels)
+            .to_string()
+    }
+
+    /// Title and subtitle, and where the panels begin.
+    fn heading(&self) -> (Group, f64) {
+        let title = ink::text([MARGIN, MARGIN + 14.0], &self.title, TITLE_SIZE, Anchor::Start);
+        let mut group = Group::new().add(title.set("font-weight", "bold"));
+        let mut y = MARGIN + 14.0;
+        for line in wrapped(&self.subtitle, WIDTH - 2.0 * MARGIN) {
+            y += LINE;
+            let words = ink::text([MARGIN, y], &line, ink::BODY, Anchor::Start);
+            group = group.add(words.set("fill", ink::FAINT));
+        }
+        (group, y + 1.5 * ROW_GAP)
+    }
+
+    fn layouts<'a>(&self, row: &'a Row) -> Vec<Layout<'a>> {
+        let count = row.divisions() as f64;
+        let cell = (WIDTH - 2.0 * MARGIN - BETWEEN * (count - 1.0)) / count;
+        let plot = cell - AXIS - self.legend_width(row.divisions());
+        let place = |(index, panel): (usize, &'a Panel)| {
+            let left = MARGIN + index as f64 * (cell + BETWEEN);
+            Layout::new(panel, [left + AXIS, plot], [left, left + cell])
+        };
+        row.panels.iter().enumerate().map(place).collect()
+    }
+
+    /// Rows of as many columns keep the same width for legends, so that their plots are aligned.
+    fn legend_width(&self, columns: usize) -> f64 {
+        let rows = self.rows.iter().filter(|row| row.divisions() == columns);
+        rows.flat_map(|row| &row.panels).map(legend::width).fold(NO_LEGEND, f64::max)
+    }
+}
+
+/// (a), (b), …
+fn letter(number: u8) -> String {
+    format!("({})", char::from(b'a' + number % 26))
+}
+
+/// Words in lines that are not wider than this, roughly. No-break spaces do not part words.
+fn wrapped(words: &str, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in words.split(' ').filter(|word| !word.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if ink::width(line, ink::BODY) + ink::width(word, ink::BODY) < width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}

@@ -1,0 +1,18 @@
+//! What everything is called: structures, modules and components, steps and runs, and the vocabulary of faults.
+//! The lowest crate: it knows no mechanics, no network and no file.
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [m] is no link")]
+
+pub mod fault;
+
+mod component;
+mod name;
+mod quotation;
+mod step;
+
+pub use component::{Component, ComponentError, ComponentKind, ComponentPath};
+pub use name::{
+    ActuatorName, GageName, MAX_NAME_LENGTH, MaterialName, MemberName, ModuleName, NameError,
+    NodeName, SectionName, StructureName,
+};
+pub use quotation::quotation;
+pub use step::{RunId, Step};

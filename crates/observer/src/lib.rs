@@ -1,0 +1,30 @@
+//! What monitoring clients share: the operator's commands, the terminal, the demo, tests.
+//!
+//! | file | what |
+//! |---|---|
+//! | `request` | one question to one process: answered, refused or unanswered |
+//! | `presence` | who is there, and of which structure |
+//! | `attendance` | every module there is or should be, with its latest status and phase |
+//! | `picture` | the same with the present state of every component |
+//! | `history` | a module's journal |
+//! | `feed` | verdicts, phases and presence, as they are published |
+//! | `diagnoser_orders` | acknowledge and reset |
+//! | `plant_orders` | faults for the simulated plant |
+
+mod attendance;
+mod diagnoser_orders;
+mod feed;
+mod history;
+mod picture;
+mod plant_orders;
+mod presence;
+mod request;
+
+pub use attendance::{Attendance, Member, attendance};
+pub use diagnoser_orders::order;
+pub use feed::{Feed, News};
+pub use history::{Gap, ModuleHistory, history};
+pub use picture::{ModulePicture, Picture, present};
+pub use plant_orders::inject;
+pub use presence::{AttendanceError, homes, plants, wait_for};
+pub use request::{OrderError, QueryError};

@@ -1,0 +1,136 @@
+//! The present picture of a whole structure: every module there is or should be, and the state of every
+//! component of those that answer.
+
+use std::time::Duration;
+
+use names::{ComponentPath, ModuleName, StructureName};
+use wire::keys::Watched;
+use wire::{FaultTransition, Key, Topic};
+use zenoh::Session;
+use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
+
+use super::attendance::{Attendance, Member, attendance};
+use super::presence::AttendanceError;
+use super::request::{QueryError, read};
+
+/// A module and its components.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModulePicture {
+    /// The module.
+    pub member: Member,
+    /// The latest transition of each of its components; empty if it does not answer.
+    pub components: Vec<FaultTransition>,
+}
+
+impl ModulePicture {
+    /// Whether it reported the state of its components. If not, nothing is known of them.
+    #[must_use]
+    pub fn answers(&self) -> bool {
+        !self.components.is_empty()
+    }
+}
+
+/// What is known at present.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Picture {
+    /// The modules, by structure and name.
+    pub modules: Vec<ModulePicture>,
+    /// Refusals, and what is wrong with messages that could not be read.
+    pub problems: Vec<String>,
+}
+
+impl Picture {
+    /// Whether any module sent anything.
+    #[must_use]
+    pub fn is_of_anybody(&self) -> bool {
+        let alive = |m: &ModulePicture| {
+            m.answers()
+                || m.member.present
+                || m.member.status.is_some()
+                || m.member.phase_change.is_some()
+        };
+        self.modules.iter().any(alive)
+    }
+
+    fn of(list: Attendance) -> Self {
+        let picture = |member| ModulePicture { member, components: Vec::new() };
+        let modules = list.members.into_iter().map(picture).collect();
+        Self { modules, problems: list.unreadable }
+    }
+
+    /// Takes the state of a component. If two processes claim to be the same module, the one that is
+    /// further counts.
+    fn enter(&mut self, transition: FaultTransition) {
+        let module = self.module(&transition.structure, &transition.module);
+        match module.components.iter_mut().find(|known| known.component == transition.component) {
+            Some(known) if known.sequence >= transition.sequence => {}
+            Some(known) => *known = transition,
+            None => module.components.push(transition),
+        }
+    }
+
+    fn module(&mut self, structure: &StructureName, module: &ModuleName) -> &mut ModulePicture {
+        let known = self.modules.iter().position(|m| {
+            m.member.structure.as_ref() == Some(structure) && m.member.module == *module
+        });
+        let place = known.unwrap_or_else(|| {
+            let member = Member::new(Some(structure.clone()), module.clone());
+            self.modules.push(ModulePicture { member, components: Vec::new() });
+            self.modules.len() - 1
+        });
+        &mut self.modules[place]
+    }
+
+    fn sort(&mut self) {
+        let place = |m: &ModulePicture| (m.member.structure.clone(), m.member.module.clone());
+        self.modules.sort_by_key(place);
+        for module in &mut self.modules {
+            module.components.sort_by(|a, b| a.component.cmp(&b.component));
+        }
+    }
+}
+
+/// Looks at a structure, or at all of them: collects the modules, then queries the state of every component.
+/// Modules that do not answer within `timeout` are in the picture all the same.
+///
+/// # Errors
+/// The network refuses.
+pub async fn present(
+    session: &Session,
+    structure: Option<&StructureName>,
+    expected: &[ModuleName],
+    timeout: Duration,
+) -> Result<Picture, AttendanceError> {
+    let mut picture = Picture::of(attendance(session, structure, expected, timeout).await?);
+    let replies = session
+        .get(Watched { structure, module: None }.faults())
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .timeout(timeout)
+        .await
+        .map_err(|error| AttendanceError::Network(error.to_string()))?;
+    while let Ok(reply) = replies.recv_async().await {
+        match state_in(&reply, timeout) {
+            Ok(transition) => picture.enter(transition),
+            // Who did not answer shows in the picture.
+            Err(QueryError::Unanswered(_)) => {}
+            Err(error) => picture.problems.push(error.to_string()),
+        }
+    }
+    picture.sort();
+    Ok(picture)
+}
+
+/// The state in a reply, if it came on the key of the component that it is about.
+fn state_in(reply: &Reply, timeout: Duration) -> Result<FaultTransition, QueryError> {
+    let transition: FaultTransition = read(reply, timeout)?;
+    let Ok(sample) = reply.result() else { return Err(QueryError::Unanswered(timeout)) };
+    let ComponentPath { module, component } = transition.component.clone();
+    let topic = Topic::Fault(component);
+    let key = Key::of_module(&transition.structure, &transition.module, topic).to_string();
+    if module != transition.module || sample.key_expr().as_str() != key {
+        let (component, key) = (&transition.component, sample.key_expr());
+        return Err(QueryError::Senseless(format!("a state of `{component}` came on `{key}`")));
+    }
+    Ok(transition)
+}

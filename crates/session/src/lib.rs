@@ -1,0 +1,28 @@
+//! A process's place on the network: the table `[network]` with its flags, and the session that follows from it.
+//!
+//! | file | what |
+//! |---|---|
+//! | `network` | where to listen and connect, as file and flags have it |
+//! | `endpoint` | one such place |
+//! | `identity` | the certificate that it authenticates with, and whether it is the right one |
+//! | `zenoh_file` | a file of Zenoh's own settings |
+//! | `zenoh_settings` | what all this means for Zenoh |
+//! | `session` | opened and closed |
+
+mod endpoint;
+mod error;
+mod flags;
+mod identity;
+mod network;
+mod session;
+mod zenoh_file;
+mod zenoh_settings;
+
+pub use endpoint::{EndpointError, endpoint};
+pub use error::NetworkError;
+pub use flags::NetworkFlags;
+pub use identity::mistake;
+pub use network::{Mode, Network};
+pub use session::{close, open};
+pub use zenoh_file::{from_file, identities};
+pub use zenoh_settings::{ACCEPTING_MS, LEASE_MS, OPENING_MS, WAIT_BEFORE_CLOSE_US, settings};

@@ -1,0 +1,83 @@
+//! Where a process listens and connects.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use settings::{ConfigErrors, Document};
+
+use crate::endpoint::endpoint;
+use crate::flags::NetworkFlags;
+use crate::zenoh_file;
+
+/// Peer of its neighbours, or client of a router.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Connects directly to every configured endpoint.
+    #[default]
+    Peer,
+    /// Connects to a router, which passes everything on.
+    Client,
+}
+
+/// The table `[network]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Network {
+    /// Peer, the default, or client.
+    pub mode: Option<Mode>,
+    /// Endpoints to listen on, e.g. `tcp/127.0.0.1:7447`; added to by `--listen`.
+    pub listen: Vec<String>,
+    /// Endpoints to connect to; added to by `--connect`.
+    pub connect: Vec<String>,
+    /// A file of Zenoh's own settings in JSON5, used as it is in place of everything that trusswatch
+    /// would set; only `listen` and `connect`, if given, take the place of the file's.
+    pub zenoh: Option<PathBuf>,
+    /// A directory with this process's certificate, its key and the authority's certificate, as
+    /// `trusswatch pki issue` makes it; `--tls` goes before it. Every link is then mutually
+    /// authenticated TLS, and no other is accepted.
+    pub tls: Option<PathBuf>,
+}
+
+impl Network {
+    /// A peer that listens nowhere.
+    #[must_use]
+    pub fn peer_of(endpoints: &[String]) -> Self {
+        Self { connect: endpoints.to_vec(), ..Self::default() }
+    }
+
+    /// A client.
+    #[must_use]
+    pub fn client_of(endpoints: &[String]) -> Self {
+        Self { mode: Some(Mode::Client), connect: endpoints.to_vec(), ..Self::default() }
+    }
+
+    /// Adds what a command line says.
+    pub fn add(&mut self, flags: &NetworkFlags) {
+        self.listen.extend_from_slice(&flags.listen);
+        self.connect.extend_from_slice(&flags.connect);
+        self.tls = flags.tls.clone().or(self.tls.take());
+    }
+
+    /// Turns the file's path into one from here, and checks everything.
+    pub fn check(&mut self, document: &Document, errors: &mut ConfigErrors) {
+        let line = |key: &str| document.line(&["network", key]);
+        for (key, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
+            for error in endpoints.iter().filter_map(|text| endpoint(text).err()) {
+                errors.add(&document.file, line(key), error);
+            }
+        }
+        if let Some(directory) = &mut self.tls {
+            *directory = document.beside(directory);
+        }
+        let Some(file) = &mut self.zenoh else { return };
+        *file = document.beside(file);
+        if self.mode.is_some() {
+            let problem = "`mode` has no effect beside `zenoh`; set it in that file";
+            errors.add(&document.file, line("mode"), problem);
+        }
+        if let Err(error) = zenoh_file::from_file(file) {
+            errors.add(&document.file, line("zenoh"), error);
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Sessions, opened as configured and closed in bounded time.
+
+use std::time::Duration;
+
+use zenoh::Session;
+
+use crate::error::NetworkError;
+use crate::network::{Mode, Network};
+use crate::zenoh_file::plain;
+use crate::zenoh_settings::settings;
+
+/// Longest time that closing may take.
+const CLOSING: Duration = Duration::from_secs(2);
+
+/// Opens a session. A peer does not wait for those it connects to; a client waits for its router.
+///
+/// # Errors
+/// Settings that Zenoh does not take, or an endpoint that cannot be listened on.
+pub async fn open(network: &Network) -> Result<Session, NetworkError> {
+    let config = settings(network)?;
+    zenoh::open(config).await.map_err(|error| {
+        let reason = plain(&error);
+        let named = |endpoints: &[String]| endpoints.join(", ");
+        if network.listen.is_empty() || network.mode == Some(Mode::Client) {
+            NetworkError::Open { endpoints: named(&network.connect), reason }
+        } else {
+            NetworkError::Listen { endpoints: named(&network.listen), reason }
+        }
+    })
+}
+
+/// Closes a session, but not at any price.
+pub async fn close(session: &Session) {
+    match tokio::time::timeout(CLOSING, session.close()).await {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => tracing::warn!("the session did not close properly: {error}"),
+        Err(_) => tracing::warn!("the session did not close within {CLOSING:?}"),
+    }
+}

@@ -1,0 +1,126 @@
+//! Zenoh's settings for a process: those of its file, or ours; its endpoints, its certificate.
+
+use pki::Identity;
+use zenoh::Config;
+
+use crate::error::NetworkError;
+use crate::network::{Mode, Network};
+use crate::zenoh_file::{
+    AUTHORITY, CONNECT_CERTIFICATE, CONNECT_KEY, LISTEN_CERTIFICATE, LISTEN_KEY, from_file, json,
+    set,
+};
+
+/// A peer that is silent for this long is gone \[ms\].
+pub const LEASE_MS: u64 = 1000;
+/// A blocking message that cannot be sent for this long closes the link \[µs\].
+pub const WAIT_BEFORE_CLOSE_US: u64 = 200_000;
+/// Longest time that opening a link may take \[ms\]. A handshake takes milliseconds, on a machine that starts fifty
+/// processes at once seconds. One that is given up at its very end leaves a link that one side never reads and that
+/// nobody closes: with 1 s a tenth of the pairs stayed apart, with 2 s a few on slower cores.
+pub const OPENING_MS: u64 = 6000;
+/// Longest time that accepting a link may take \[ms\]. Nothing is gained by giving up before the other side,
+/// whose end ends this too.
+pub const ACCEPTING_MS: u64 = 10_000;
+/// Zenoh's settings for a process.
+///
+/// # Errors
+/// A file that is none, or settings that Zenoh does not take.
+pub fn settings(network: &Network) -> Result<Config, NetworkError> {
+    let mut config = match &network.zenoh {
+        Some(file) => from_file(file)?,
+        None => ours(network.mode.unwrap_or_default())?,
+    };
+    for (key, endpoints) in
+        [("listen/endpoints", &network.listen), ("connect/endpoints", &network.connect)]
+    {
+        if !endpoints.is_empty() {
+            let quoted: Vec<String> = endpoints.iter().map(|text| format!("{text:?}")).collect();
+            set(&mut config, key, &format!("[{}]", quoted.join(",")))?;
+        }
+    }
+    if let Some(identity) = network.identity() {
+        show(&mut config, &identity)?;
+    }
+    Ok(config)
+}
+
+/// Authenticates to every peer, and requires every peer to authenticate.
+fn show(config: &mut Config, identity: &Identity) -> Result<(), NetworkError> {
+    for (key, file) in [
+        (AUTHORITY, &identity.authority),
+        (LISTEN_CERTIFICATE, &identity.certificate),
+        (LISTEN_KEY, &identity.key),
+        (CONNECT_CERTIFICATE, &identity.certificate),
+        (CONNECT_KEY, &identity.key),
+    ] {
+        set(config, key, &json(file))?;
+    }
+    for (key, value) in [
+        ("transport/link/protocols", "[\"tls\"]"),
+        ("transport/link/tls/enable_mtls", "true"),
+        ("transport/link/tls/verify_name_on_connect", "true"),
+        ("transport/link/tls/close_link_on_expiration", "true"),
+    ] {
+        set(config, key, value)?;
+    }
+    Ok(())
+}
+
+/// Explicit endpoints only, quick to notice a loss and quick to come back.
+fn ours(mode: Mode) -> Result<Config, NetworkError> {
+    let mode = match mode {
+        Mode::Peer => "\"peer\"",
+        Mode::Client => "\"client\"",
+    };
+    let mut config = Config::default();
+    for (key, value) in [
+        ("mode", mode),
+        ("scouting/multicast/enabled", "false"),
+        ("scouting/gossip/enabled", "false"),
+        ("listen/endpoints", "[]"),
+        ("listen/timeout_ms", "0"),
+        ("listen/exit_on_failure", "true"),
+        ("connect/timeout_ms", "-1"),
+        ("connect/exit_on_failure", "false"),
+        ("connect/retry", "{period_init_ms: 100, period_max_ms: 500, period_increase_factor: 1.5}"),
+        ("transport/unicast/open_timeout", &OPENING_MS.to_string()),
+        ("transport/unicast/accept_timeout", &ACCEPTING_MS.to_string()),
+        ("transport/link/tx/lease", &LEASE_MS.to_string()),
+        (
+            "transport/link/tx/queue/congestion_control/block/wait_before_close",
+            &WAIT_BEFORE_CLOSE_US.to_string(),
+        ),
+    ] {
+        set(&mut config, key, value)?;
+    }
+    Ok(config)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn our_settings_are_taken_by_zenoh() {
+        let network = Network {
+            listen: vec!["tcp/127.0.0.1:7447".into()],
+            connect: vec!["tcp/127.0.0.1:7448".into()],
+            ..Network::default()
+        };
+        for mode in [Mode::Peer, Mode::Client] {
+            let config = settings(&Network { mode: Some(mode), ..network.clone() }).unwrap();
+            let get = |key: &str| config.get_json(key).unwrap();
+            assert_eq!(get("listen/endpoints"), r#"["tcp/127.0.0.1:7447"]"#);
+            assert_eq!(get("connect/endpoints"), r#"["tcp/127.0.0.1:7448"]"#);
+            assert_eq!(get("scouting/multicast/enabled"), "false");
+            assert_eq!(get("transport/link/tx/lease"), "1000");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_no_file_of_settings_is_named() {
+        let network = Network { zenoh: Some("missing.json5".into()), ..Network::default() };
+        let error = settings(&network).unwrap_err();
+        assert!(error.to_string().contains("missing.json5"), "{error}");
+    }
+}

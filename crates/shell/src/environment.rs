@@ -1,0 +1,61 @@
+//! What is to stand in the environment of a process that runs for long. The units, the image, the demo and
+//! the tests set it; started by hand without it, a process works, and logs what is missing.
+//!
+//! - Eight threads for the network's reception, which wait for sockets and read them. Left to itself, the
+//!   network's library waits on one thread and reads on two others, so that each message switches to two threads.
+//!   And when a link ends with something unsent, it closes the socket in a call that may wait for a
+//!   second on one of the threads that read all other links: with two of them, the loss of two links makes
+//!   a process deaf. Only an environment variable sets this.
+//! - Memory that goes back where it came from. The C library keeps a pool of memory for every few threads
+//!   and gives little of it back, so that a flood of messages leaves a process twice as large. With one pool,
+//!   and everything that is not in use given back, it grows by an eighth. With two, it grew now and then by
+//!   half: waiting questions hold the buffers that they came in, and what is allocated meanwhile settles
+//!   above them.
+
+/// The variables with their values. The first is read by the network's library, the others by the GNU C
+/// library \[bytes\].
+const VARIABLES: [(&str, &str); 4] = [
+    ("ZENOH_RUNTIME", "(net: (worker_threads: 8), rx: (handover: net))"),
+    ("MALLOC_ARENA_MAX", "1"),
+    ("MALLOC_TRIM_THRESHOLD_", "131072"),
+    ("MALLOC_MMAP_THRESHOLD_", "131072"),
+];
+
+/// Those that are not set, for processes that this one starts.
+pub fn missing() -> impl Iterator<Item = (&'static str, &'static str)> {
+    VARIABLES.into_iter().filter(|(name, _)| std::env::var_os(name).is_none())
+}
+
+/// Logs those that are not set.
+pub(crate) fn log() {
+    let missing: Vec<String> = missing().map(|(name, value)| format!("{name}={value}")).collect();
+    if !missing.is_empty() {
+        tracing::info!("for long runs set in the environment: {}", missing.join(" "));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_and_image_set_every_variable() {
+        let deploy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy");
+        for file in [
+            "systemd/trusswatch-diagnoser@.service",
+            "systemd/trusswatch-plant.service",
+            "systemd/trusswatch-router.service",
+        ] {
+            let text = std::fs::read_to_string(format!("{deploy}/{file}")).unwrap();
+            for (name, value) in VARIABLES {
+                let line = format!("\nEnvironment=\"{name}={value}\"\n");
+                assert!(text.contains(&line), "{file} sets {name}");
+            }
+        }
+        let image = std::fs::read_to_string(format!("{deploy}/compose/Dockerfile")).unwrap();
+        for (name, value) in VARIABLES {
+            let set = image.matches(&format!("{name}=\"{value}\"")).count();
+            assert_eq!(set, image.matches("FROM scratch").count(), "{name} in every image");
+        }
+    }
+}

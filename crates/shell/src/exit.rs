@@ -1,0 +1,61 @@
+//! How a process ends.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use session::NetworkError;
+use settings::ConfigErrors;
+
+use crate::health::AddressError;
+
+/// What `--help` says about exit codes.
+pub const EXIT_CODES: &str = "\
+Exit codes:
+  0  done, or stopped by SIGTERM or SIGINT
+  1  failed while running
+  2  wrong use of the command line, e.g. an endpoint in a flag that is none
+  3  the configuration is not valid
+  4  the network cannot be used as configured (busy port, address that is not here)";
+
+/// Why a process ends otherwise than as intended.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// Exit code 1.
+    #[error("{0}")]
+    Running(String),
+    /// Exit code 3.
+    #[error(transparent)]
+    Config(#[from] ConfigErrors),
+    /// Exit code 4, or 3 if it is the file of Zenoh's settings that is not valid.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+    /// Exit code 4.
+    #[error(transparent)]
+    Health(#[from] AddressError),
+}
+
+impl Failure {
+    /// The process's exit code.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Failure::Running(_) => 1,
+            Failure::Config(_) | Failure::Network(NetworkError::File { .. }) => 3,
+            Failure::Network(_) | Failure::Health(_) => 4,
+        }
+    }
+
+    /// What could not be done while running, and why.
+    pub fn running(what: &str, error: impl std::fmt::Display) -> Self {
+        Failure::Running(format!("{what}: {error}"))
+    }
+}
+
+/// Reports what went wrong, whatever the log filter, and ends with the right code.
+#[must_use]
+pub fn conclude(result: Result<(), Failure>) -> ExitCode {
+    let Err(failure) = result else { return ExitCode::SUCCESS };
+    // If even standard error is gone, the exit code is all that is left.
+    let _ = writeln!(std::io::stderr(), "error: {failure}");
+    ExitCode::from(failure.exit_code())
+}

@@ -1,0 +1,60 @@
+//! Well or not, and the text that reports it.
+
+use std::time::Duration;
+
+use crate::supervision::{OPENING, STOPPING, Sign};
+
+/// A loop without progress for this long hangs: the watchdog timeout of the shipped units.
+const TIMEOUT: Duration = Duration::from_secs(2);
+
+/// Well or not, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Condition {
+    /// Well?
+    pub well: bool,
+    /// Why, for people.
+    pub words: String,
+}
+
+impl Condition {
+    /// It is well.
+    #[must_use]
+    pub fn well(words: impl Into<String>) -> Self {
+        Self { well: true, words: words.into() }
+    }
+
+    /// It is not.
+    #[must_use]
+    pub fn unwell(words: impl Into<String>) -> Self {
+        Self { well: false, words: words.into() }
+    }
+}
+
+/// Whether a loop with this latest heartbeat is alive.
+#[must_use]
+pub fn live(sign: Sign) -> Condition {
+    match sign {
+        Sign::NotYet => Condition::unwell(OPENING),
+        Sign::Over => Condition::unwell(STOPPING),
+        Sign::Ago(age) if age < TIMEOUT => Condition::well("the loop is live"),
+        Sign::Ago(age) => {
+            let age_s = age.as_secs_f64();
+            Condition::unwell(format!("the loop has made no progress for {age_s:.1} s"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loop_is_alive_while_it_makes_progress() {
+        assert!(live(Sign::Ago(Duration::from_millis(50))).well);
+        assert!(live(Sign::Ago(TIMEOUT - Duration::from_millis(1))).well);
+        let hung = live(Sign::Ago(Duration::from_millis(2500)));
+        assert_eq!(hung, Condition::unwell("the loop has made no progress for 2.5 s"));
+        assert_eq!(live(Sign::NotYet), Condition::unwell("opening a session"));
+        assert_eq!(live(Sign::Over), Condition::unwell("stopping"));
+    }
+}

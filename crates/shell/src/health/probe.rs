@@ -1,0 +1,121 @@
+//! The same from outside: one question, one answer.
+
+use std::time::Duration;
+
+use http_body_util::{BodyExt, Empty, Limited};
+use hyper::body::Bytes;
+use hyper::client::conn::http1;
+use hyper::header::HOST;
+use hyper::{Request, StatusCode};
+use hyper_util::rt::TokioIo;
+use tokio::net::TcpStream;
+
+/// Longest answer that is read.
+const LONGEST_BODY: usize = 4096;
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// Is its loop live?
+    Live,
+    /// Is it ready?
+    Ready,
+}
+
+impl Wanted {
+    fn path(self) -> &'static str {
+        match self {
+            Wanted::Live => "/healthz",
+            Wanted::Ready => "/readyz",
+        }
+    }
+}
+
+/// What was answered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Probe {
+    /// Yes or no.
+    pub well: bool,
+    /// Why.
+    pub words: String,
+}
+
+/// Why there is no answer.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ProbeError {
+    /// No process listens there, or the connection broke.
+    #[error("{address}: {reason}")]
+    Connection {
+        /// Where.
+        address: String,
+        /// Why.
+        reason: String,
+    },
+    /// Not in time.
+    #[error("{address}: no answer within {timeout:?}")]
+    Silent {
+        /// Where.
+        address: String,
+        /// How long was waited.
+        timeout: Duration,
+    },
+    /// Another program listens there.
+    #[error("{address}: answers {status} on {path}; use the address that `[health]` names")]
+    Foreign {
+        /// Where.
+        address: String,
+        /// What was asked.
+        path: &'static str,
+        /// The answer.
+        status: u16,
+    },
+}
+
+impl Probe {
+    /// Asks the process that serves its health at `address`, a `HOST:PORT`.
+    ///
+    /// # Errors
+    /// No answer, or one that makes no sense.
+    pub async fn of(address: &str, wanted: Wanted, timeout: Duration) -> Result<Self, ProbeError> {
+        let path = wanted.path();
+        let asked = tokio::time::timeout(timeout, get(address, path)).await;
+        let asked = asked.map_err(|_| ProbeError::Silent { address: address.into(), timeout })?;
+        let (status, words) = asked.map_err(|error| ProbeError::Connection {
+            address: address.into(),
+            reason: error.to_string(),
+        })?;
+        let well = match status {
+            StatusCode::OK => true,
+            StatusCode::SERVICE_UNAVAILABLE => false,
+            other => {
+                let (address, status) = (address.into(), other.as_u16());
+                return Err(ProbeError::Foreign { address, path, status });
+            }
+        };
+        Ok(Self { well, words: words.trim_end().to_owned() })
+    }
+}
+
+type Broken = Box<dyn std::error::Error + Send + Sync>;
+
+async fn get(address: &str, path: &str) -> Result<(StatusCode, String), Broken> {
+    let stream = TcpStream::connect(address).await?;
+    let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
+    let request = Request::get(path).header(HOST, address).body(Empty::<Bytes>::new())?;
+    let exchange = async {
+        let response = sender.send_request(request).await?;
+        let status = response.status();
+        let body = Limited::new(response.into_body(), LONGEST_BODY).collect().await?;
+        Ok((status, String::from_utf8_lossy(&body.to_bytes()).into_owned()))
+    };
+    tokio::pin!(exchange);
+    // The exchange goes on only as long as the connection is attended to.
+    tokio::select! {
+        biased;
+        done = &mut exchange => done,
+        ended = connection => {
+            ended?;
+            exchange.await
+        }
+    }
+}

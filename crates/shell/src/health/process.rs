@@ -1,0 +1,86 @@
+//! What every process counts.
+
+use std::fmt;
+use std::time::Duration;
+
+use nix::sys::resource::{UsageWho, getrusage};
+use nix::sys::time::TimeValLike;
+use procfs_core::FromRead;
+use procfs_core::process::Status;
+
+use super::sheet::Sheet;
+use crate::supervision::Sign;
+
+const STATUS: &str = "/proc/self/status";
+
+/// What the process itself uses, and whether its loop is live.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProcessReport {
+    /// The loop's latest heartbeat.
+    pub sign: Sign,
+    /// Processor time of all threads \[s\]; `None` where the system does not report it.
+    pub processor_s: Option<f64>,
+    /// Memory in use, shared with others or not \[bytes\]; `None` where the system does not report it.
+    pub resident_bytes: Option<u64>,
+}
+
+impl ProcessReport {
+    /// As the system reports it now.
+    pub fn read(sign: Sign) -> Self {
+        Self { sign, processor_s: processor_s(), resident_bytes: resident_bytes() }
+    }
+
+    /// Writes it down.
+    ///
+    /// # Errors
+    /// A metric that cannot be written.
+    pub fn write(&self, sheet: &mut Sheet<'_>) -> fmt::Result {
+        let version = ("version", env!("CARGO_PKG_VERSION"));
+        sheet.info("trusswatch_build", "The software.", version)?;
+        let age_s = match self.sign {
+            Sign::Ago(age) => Some(age.as_secs_f64()),
+            Sign::NotYet | Sign::Over => None,
+        };
+        sheet.seconds("trusswatch_loop_age", "Since the loop's latest heartbeat.", age_s)?;
+        if let Some(time_s) = self.processor_s {
+            let help = "Processor time, user and system, of all threads.";
+            sheet.counted_seconds("process_cpu", help, time_s)?;
+        }
+        if let Some(bytes) = self.resident_bytes {
+            sheet.bytes("process_resident_memory", "Memory in use.", bytes)?;
+        }
+        Ok(())
+    }
+}
+
+fn processor_s() -> Option<f64> {
+    let usage = getrusage(UsageWho::RUSAGE_SELF).ok()?;
+    let microseconds = (usage.user_time() + usage.system_time()).num_microseconds();
+    let microseconds = u64::try_from(microseconds).ok()?;
+    Some(Duration::from_micros(microseconds).as_secs_f64())
+}
+
+fn resident_bytes() -> Option<u64> {
+    let kibibytes = Status::from_file(STATUS).ok()?.vmrss?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn this_process_has_used_time_and_memory() {
+        let first = ProcessReport::read(Sign::NotYet);
+        assert!(first.resident_bytes.unwrap() > 100_000, "{first:?}");
+        let used = first.processor_s.unwrap();
+        let mut spent = 0.0;
+        for round in 0..u64::MAX {
+            spent = ProcessReport::read(Sign::NotYet).processor_s.unwrap() - used;
+            if std::hint::black_box(round) > 1000 && spent > 0.0 {
+                break;
+            }
+        }
+        assert!(spent > 0.0);
+    }
+}

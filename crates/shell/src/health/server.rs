@@ -1,0 +1,313 @@
+//! HTTP, on a thread of its own with a runtime of its own: however many ask, and however slowly, the
+//! diagnosis has its own threads.
+
+use std::convert::Infallible;
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{ALLOW, CACHE_CONTROL, CONTENT_TYPE, HeaderValue};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::net::TcpStream;
+use tokio::sync::{Semaphore, oneshot};
+
+use super::condition::Condition;
+
+/// Connections at a time; further ones wait.
+const CONNECTIONS: usize = 64;
+/// A client whose request has not come by then is disconnected, so that silent clients do not keep
+/// others out for long.
+const REQUEST_WITHIN: Duration = Duration::from_secs(1);
+/// A connection is for one request, and for no longer than this.
+const LONGEST: Duration = Duration::from_secs(3);
+/// From one connection to the next: a flood of them gets no more than 200 answers a second.
+const PAUSE: Duration = Duration::from_millis(5);
+/// Longest request line with its header.
+const LONGEST_HEAD: usize = 8192;
+
+const LIVE: &str = "/healthz";
+const READY: &str = "/readyz";
+const METRICS: &str = "/metrics";
+const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
+const OPEN_METRICS: HeaderValue =
+    HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
+
+/// Whose health it is.
+pub trait Subject: Send + Sync + 'static {
+    /// Is its loop live?
+    fn live(&self) -> Condition;
+    /// Is it ready?
+    fn ready(&self) -> Condition;
+    /// Everything that it counts, in the text format of OpenMetrics.
+    ///
+    /// # Errors
+    /// A metric that cannot be written.
+    fn metrics(&self) -> Result<String, std::fmt::Error>;
+}
+
+/// Someone else has the address for health, or it is not here.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("health cannot be served on {address}: {reason}; free the port or choose another address")]
+pub struct AddressError {
+    /// The address.
+    pub address: SocketAddr,
+    /// Why.
+    pub reason: String,
+}
+
+/// An address that is taken, before there is anything to serve on it.
+#[derive(Debug)]
+pub struct Listening(Option<TcpListener>);
+
+impl Listening {
+    /// Takes the address, if one is given.
+    ///
+    /// # Errors
+    /// Someone else has it, or it is not here.
+    pub fn on(address: Option<SocketAddr>) -> Result<Self, AddressError> {
+        let Some(address) = address else { return Ok(Self(None)) };
+        let refused = |error: std::io::Error| AddressError { address, reason: error.to_string() };
+        let listener = TcpListener::bind(address).map_err(refused)?;
+        listener.set_nonblocking(true).map_err(refused)?;
+        Ok(Self(Some(listener)))
+    }
+
+    /// Begins to serve. Without an address there is nothing to serve.
+    ///
+    /// # Errors
+    /// No thread or no runtime can be had.
+    pub fn serve(self, subject: impl Subject) -> std::io::Result<Option<Server>> {
+        self.0.map(|listener| Server::start(listener, Arc::new(subject))).transpose()
+    }
+}
+
+/// Serves until it is dropped.
+#[derive(Debug)]
+pub struct Server {
+    end: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    fn start(listener: TcpListener, subject: Arc<dyn Subject>) -> std::io::Result<Self> {
+        if let Ok(address) = listener.local_addr() {
+            tracing::info!(%address, "serving {LIVE}, {READY} and {METRICS}");
+        }
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let listener = {
+            let _inside = runtime.enter();
+            tokio::net::TcpListener::from_std(listener)?
+        };
+        let (end, ended) = oneshot::channel();
+        let thread = std::thread::Builder::new().name("health".to_owned()).spawn(move || {
+            runtime.block_on(async {
+                tokio::select! {
+                    () = accept(listener, subject) => {}
+                    _ = ended => {}
+                }
+            });
+        })?;
+        Ok(Self { end: Some(end), thread: Some(thread) })
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // Without the sender the thread ends, at its next await.
+        drop(self.end.take());
+        if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
+            tracing::error!("the thread that serves health has failed");
+        }
+    }
+}
+
+async fn accept(listener: tokio::net::TcpListener, subject: Arc<dyn Subject>) {
+    let places = Arc::new(Semaphore::new(CONNECTIONS));
+    // The semaphore is never closed.
+    while let Ok(place) = Arc::clone(&places).acquire_owned().await {
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                let subject = Arc::clone(&subject);
+                tokio::spawn(async move {
+                    let _place = place;
+                    attend(stream, subject).await;
+                });
+            }
+            Err(error) => tracing::debug!("a connection to health failed: {error}"),
+        }
+        tokio::time::sleep(PAUSE).await;
+    }
+}
+
+async fn attend(stream: TcpStream, subject: Arc<dyn Subject>) {
+    let service = service_fn(move |request: Request<Incoming>| {
+        let response = answer(request.method(), request.uri().path(), &*subject);
+        std::future::ready(Ok::<_, Infallible>(response))
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(REQUEST_WITHIN)
+        .keep_alive(false)
+        .max_buf_size(LONGEST_HEAD)
+        .serve_connection(TokioIo::new(stream), service);
+    match tokio::time::timeout(LONGEST, connection).await {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => tracing::debug!("a request for health failed: {error}"),
+        Err(_) => tracing::debug!("a request for health took more than {LONGEST:?}"),
+    }
+}
+
+fn answer(method: &Method, path: &str, subject: &dyn Subject) -> Response<Full<Bytes>> {
+    if !matches!(*method, Method::GET | Method::HEAD) {
+        let mut response = text(StatusCode::METHOD_NOT_ALLOWED, "only GET and HEAD");
+        response.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, HEAD"));
+        return response;
+    }
+    match path {
+        LIVE => of_condition(&subject.live()),
+        READY => of_condition(&subject.ready()),
+        METRICS => match subject.metrics() {
+            Ok(metrics) => respond(StatusCode::OK, OPEN_METRICS, metrics),
+            Err(error) => text(StatusCode::INTERNAL_SERVER_ERROR, &error.to_string()),
+        },
+        _ => text(StatusCode::NOT_FOUND, &format!("there are {LIVE}, {READY} and {METRICS}")),
+    }
+}
+
+fn of_condition(condition: &Condition) -> Response<Full<Bytes>> {
+    let status = if condition.well { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
+    text(status, &condition.words)
+}
+
+fn text(status: StatusCode, words: &str) -> Response<Full<Bytes>> {
+    respond(status, TEXT, format!("{words}\n"))
+}
+
+fn respond(status: StatusCode, kind: HeaderValue, body: String) -> Response<Full<Bytes>> {
+    let mut response = Response::new(Full::new(Bytes::from(body)));
+    *response.status_mut() = status;
+    response.headers_mut().insert(CONTENT_TYPE, kind);
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+    use std::time::Instant;
+
+    use super::*;
+
+    /// A process that is live and not ready.
+    struct Initialising;
+
+    impl Subject for Initialising {
+        fn live(&self) -> Condition {
+            Condition { well: true, words: "the loop is live".into() }
+        }
+
+        fn ready(&self) -> Condition {
+            Condition { well: false, words: "initialising: wait".into() }
+        }
+
+        fn metrics(&self) -> Result<String, std::fmt::Error> {
+            Ok("a 1\n# EOF\n".into())
+        }
+    }
+
+    fn serve() -> (Server, SocketAddr) {
+        let listening = Listening::on(Some("127.0.0.1:0".parse().unwrap())).unwrap();
+        let address = listening.0.as_ref().unwrap().local_addr().unwrap();
+        (listening.serve(Initialising).unwrap().unwrap(), address)
+    }
+
+    fn connect(address: SocketAddr) -> TcpStream {
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream
+    }
+
+    /// Everything that is answered until the connection ends.
+    fn said(mut stream: TcpStream) -> String {
+        let mut bytes = Vec::new();
+        // A client that is cut off while still sending is reset.
+        let _ = stream.read_to_end(&mut bytes);
+        String::from_utf8(bytes).unwrap()
+    }
+
+    fn ask(address: SocketAddr, request: &str) -> String {
+        let mut stream = connect(address);
+        stream.write_all(format!("{request} HTTP/1.1\r\nHost: x\r\n\r\n").as_bytes()).unwrap();
+        said(stream)
+    }
+
+    #[test]
+    fn each_path_has_its_answer() {
+        let (_server, address) = serve();
+        for (request, status, end) in [
+            ("GET /healthz", "200 OK", "\r\n\r\nthe loop is live\n"),
+            ("GET /readyz", "503 Service Unavailable", "\r\n\r\ninitialising: wait\n"),
+            ("GET /readyz?verbose", "503 Service Unavailable", "\r\n\r\ninitialising: wait\n"),
+            ("GET /metrics", "200 OK", "\r\n\r\na 1\n# EOF\n"),
+            ("HEAD /healthz", "200 OK", "\r\n\r\n"),
+            ("GET /", "404 Not Found", "there are /healthz, /readyz and /metrics\n"),
+            ("POST /healthz", "405 Method Not Allowed", "only GET and HEAD\n"),
+        ] {
+            let answer = ask(address, request);
+            assert!(answer.starts_with(&format!("HTTP/1.1 {status}\r\n")), "{request}: {answer}");
+            assert!(answer.ends_with(end), "{request}: {answer}");
+        }
+        let kind = "content-type: application/openmetrics-text; version=1.0.0; charset=utf-8";
+        assert!(ask(address, "GET /metrics").contains(kind));
+    }
+
+    #[test]
+    fn nonsense_and_endless_headers_are_cut_off_and_the_next_is_served() {
+        let (_server, address) = serve();
+        for nonsense in [
+            vec![0xff; 100_000],
+            b"GET\r\n\r\n".to_vec(),
+            [b"GET / HTTP/1.1\r\nX: ".to_vec(), vec![b'x'; 100_000]].concat(),
+        ] {
+            let mut stream = connect(address);
+            // It may be cut off before all of it is sent.
+            let _ = stream.write_all(&nonsense);
+            assert!(!said(stream).starts_with("HTTP/1.1 200"));
+        }
+        assert!(ask(address, "GET /healthz").starts_with("HTTP/1.1 200 OK"));
+    }
+
+    #[test]
+    fn a_silent_client_holds_a_place_only_for_a_while() {
+        let (_server, address) = serve();
+        let begin = Instant::now();
+        let mut silent: Vec<TcpStream> = (0..CONNECTIONS).map(|_| connect(address)).collect();
+        silent[0].write_all(b"GET /healthz HTTP/1.1\r\n").unwrap();
+        assert!(ask(address, "GET /healthz").starts_with("HTTP/1.1 200 OK"));
+        assert!(begin.elapsed() >= REQUEST_WITHIN, "all places were taken: {:?}", begin.elapsed());
+        for stream in silent {
+            assert_eq!(said(stream), "");
+        }
+    }
+
+    #[test]
+    fn an_address_is_taken_from_the_start_and_free_at_the_end() {
+        let (server, address) = serve();
+        let error = Listening::on(Some(address)).unwrap_err().to_string();
+        assert!(error.contains(&address.to_string()) && error.contains("in use"), "{error}");
+        drop(server);
+        Listening::on(Some(address)).unwrap();
+    }
+
+    #[test]
+    fn without_an_address_nothing_is_served() {
+        assert!(Listening::on(None).unwrap().serve(Initialising).unwrap().is_none());
+    }
+}

@@ -1,0 +1,144 @@
+//! One metric after the other, in the text format of OpenMetrics.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use prometheus_client::collector::Collector;
+use prometheus_client::encoding::{
+    DescriptorEncoder, EncodeCounterValue, EncodeGaugeValue, EncodeMetric, MetricEncoder, text,
+};
+use prometheus_client::metrics::MetricType;
+use prometheus_client::metrics::counter::ConstCounter;
+use prometheus_client::metrics::gauge::ConstGauge;
+use prometheus_client::registry::{Registry, Unit};
+
+/// What is written on.
+pub struct Sheet<'a>(DescriptorEncoder<'a>);
+
+/// Writes a whole sheet; every line gets these labels.
+pub fn render(
+    labels: Vec<(&'static str, String)>,
+    write: impl Fn(&mut Sheet<'_>) -> fmt::Result + Send + Sync + 'static,
+) -> Result<String, fmt::Error> {
+    let labels = labels.into_iter().map(|(name, value)| (Cow::from(name), Cow::from(value)));
+    let mut registry = Registry::with_labels(labels);
+    registry.register_collector(Box::new(Writer(write)));
+    let mut text = String::new();
+    text::encode(&mut text, &registry)?;
+    Ok(text)
+}
+
+/// Gives the library's writer to a function.
+struct Writer<F>(F);
+
+impl<F> fmt::Debug for Writer<F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Writer")
+    }
+}
+
+impl<F> Collector for Writer<F>
+where
+    F: Fn(&mut Sheet<'_>) -> fmt::Result + Send + Sync + 'static,
+{
+    fn encode(&self, encoder: DescriptorEncoder<'_>) -> fmt::Result {
+        (self.0)(&mut Sheet(encoder))
+    }
+}
+
+impl Sheet<'_> {
+    /// A number that goes up and down.
+    pub fn gauge(&mut self, name: &str, help: &str, value: impl EncodeGaugeValue) -> fmt::Result {
+        self.0.encode_descriptor(name, help, None, MetricType::Gauge)?.encode_gauge(&value)
+    }
+
+    /// A size \[bytes\].
+    pub fn bytes(&mut self, name: &str, help: &str, bytes: u64) -> fmt::Result {
+        let unit = Some(&Unit::Bytes);
+        self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?.encode_gauge(&bytes)
+    }
+
+    /// A time \[s\]; nothing at all while there is none.
+    pub fn seconds(&mut self, name: &str, help: &str, time_s: Option<f64>) -> fmt::Result {
+        let Some(time_s) = time_s.filter(|time_s| time_s.is_finite()) else { return Ok(()) };
+        let unit = Some(&Unit::Seconds);
+        self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?.encode_gauge(&time_s)
+    }
+
+    /// A number that only grows as long as the process lives.
+    pub fn counter(&mut self, name: &str, help: &str, count: u64) -> fmt::Result {
+        let encoder = self.0.encode_descriptor(name, help, None, MetricType::Counter)?;
+        ConstCounter::new(count).encode(encoder)
+    }
+
+    /// A time that only grows as long as the process lives \[s\].
+    pub fn counted_seconds(&mut self, name: &str, help: &str, time_s: f64) -> fmt::Result {
+        let unit = Some(&Unit::Seconds);
+        let encoder = self.0.encode_descriptor(name, help, unit, MetricType::Counter)?;
+        ConstCounter::new(time_s).encode(encoder)
+    }
+
+    /// Words that belong to the process.
+    pub fn info(&mut self, name: &str, help: &str, label: (&str, &str)) -> fmt::Result {
+        self.0.encode_descriptor(name, help, None, MetricType::Info)?.encode_info(&[label])
+    }
+
+    /// A gauge for each value of a label.
+    pub fn gauges<'l, V: EncodeGaugeValue>(
+        &mut self,
+        name: &str,
+        help: &str,
+        label: &str,
+        values: impl IntoIterator<Item = (Cow<'l, str>, V)>,
+    ) -> fmt::Result
+    where
+        ConstGauge<V>: EncodeMetric,
+    {
+        let mut family = self.0.encode_descriptor(name, help, None, MetricType::Gauge)?;
+        for (of, value) in values {
+            family.encode_family(&[(label, of)])?.encode_gauge(&value)?;
+        }
+        Ok(())
+    }
+
+    /// A counter for each value of a label.
+    pub fn counters<'l>(
+        &mut self,
+        name: &str,
+        help: &str,
+        label: &str,
+        counts: impl IntoIterator<Item = (&'l str, u64)>,
+    ) -> fmt::Result {
+        let mut family = self.0.encode_descriptor(name, help, None, MetricType::Counter)?;
+        for (of, count) in counts {
+            write_count(&mut family, &[(label, of)], count)?;
+        }
+        Ok(())
+    }
+
+    /// A counter for each pair of values of two labels.
+    pub fn counters_of_two<'l>(
+        &mut self,
+        name: &str,
+        help: &str,
+        labels: [&str; 2],
+        counts: impl IntoIterator<Item = ([&'l str; 2], u64)>,
+    ) -> fmt::Result {
+        let mut family = self.0.encode_descriptor(name, help, None, MetricType::Counter)?;
+        for ([first, second], count) in counts {
+            write_count(&mut family, &[(labels[0], first), (labels[1], second)], count)?;
+        }
+        Ok(())
+    }
+}
+
+fn write_count<const N: usize>(
+    family: &mut MetricEncoder<'_>,
+    labels: &[(&str, &str); N],
+    count: u64,
+) -> fmt::Result
+where
+    u64: EncodeCounterValue,
+{
+    ConstCounter::new(count).encode(family.encode_family(labels)?)
+}

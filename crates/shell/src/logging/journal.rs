@@ -1,0 +1,50 @@
+//! The journal of systemd.
+
+use std::fs::File;
+use std::io;
+use std::os::fd::AsFd;
+use std::os::unix::fs::MetadataExt;
+
+use tracing_journald::{Priority, PriorityMappings};
+
+use super::wording::WithFieldsInText;
+
+/// Device and inode of the stream that leads to the journal, set by the service manager.
+const VARIABLE: &str = "JOURNAL_STREAM";
+/// `journalctl TRUSSWATCH_COMPONENT=module1/sensor/g2`: the prefix marks fields of trusswatch.
+const PREFIX: &str = "TRUSSWATCH";
+
+/// Is standard error a stream to the journal? The variable alone does not show it: a process that inherits
+/// it may have redirected the stream.
+pub(super) fn is_connected() -> bool {
+    let Ok(named) = std::env::var(VARIABLE) else { return false };
+    standard_error_stream().is_ok_and(|stream| stream == named)
+}
+
+fn standard_error_stream() -> io::Result<String> {
+    let duplicate = io::stderr().as_fd().try_clone_to_owned()?;
+    let stream = File::from(duplicate).metadata()?;
+    Ok(format!("{}:{}", stream.dev(), stream.ino()))
+}
+
+/// The way to the journal.
+///
+/// # Errors
+/// No journal listens there.
+pub(super) fn layer() -> io::Result<WithFieldsInText<tracing_journald::Layer>> {
+    let layer = tracing_journald::layer()?
+        .with_field_prefix(Some(PREFIX.to_owned()))
+        .with_priority_mappings(priorities());
+    Ok(WithFieldsInText(layer))
+}
+
+/// Every level is the priority of that name.
+fn priorities() -> PriorityMappings {
+    PriorityMappings {
+        error: Priority::Error,
+        warn: Priority::Warning,
+        info: Priority::Informational,
+        debug: Priority::Debug,
+        trace: Priority::Debug,
+    }
+}

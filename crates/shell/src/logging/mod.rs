@@ -1,0 +1,56 @@
+//! Logs, filtered by the environment: to the journal if a service manager has connected the process to
+//! it, with every field as a field of its own; else as text to standard error.
+
+mod journal;
+mod refusals;
+mod wording;
+
+use std::io::IsTerminal;
+
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer, Registry, fmt};
+
+/// The environment variable with the filter, e.g. `debug` or `daemon=debug,zenoh=warn`.
+pub const FILTER_VARIABLE: &str = "TRUSSWATCH_LOG";
+
+const DEFAULT_FILTER: &str = "info,zenoh=error";
+
+type Sink = Box<dyn Layer<Registry> + Send + Sync>;
+
+/// Starts logging. A filter that is none is replaced by the default with a warning.
+pub fn start() {
+    let wanted = std::env::var(FILTER_VARIABLE).unwrap_or_else(|_| DEFAULT_FILTER.to_owned());
+    let (filter, problem) = match EnvFilter::try_new(&wanted) {
+        Ok(filter) => (filter, None),
+        Err(error) => (EnvFilter::new(DEFAULT_FILTER), Some(error)),
+    };
+    let (sink, no_journal) = sink();
+    // Fails only if logging was started before, and then there is nothing to do.
+    let _ = tracing_subscriber::registry()
+        .with(sink.with_filter(filter))
+        .with(refusals::layer())
+        .try_init();
+    if let Some(error) = problem {
+        tracing::warn!("{FILTER_VARIABLE} is `{wanted}`, which is no filter: {error}");
+    }
+    if let Some(error) = no_journal {
+        tracing::warn!("the journal takes nothing, hence this to standard error: {error}");
+    }
+}
+
+/// Where logs go; and why not to the journal, if they should.
+fn sink() -> (Sink, Option<std::io::Error>) {
+    if !journal::is_connected() {
+        return (standard_error(), None);
+    }
+    match journal::layer() {
+        Ok(layer) => (Box::new(layer), None),
+        Err(error) => (standard_error(), Some(error)),
+    }
+}
+
+fn standard_error() -> Sink {
+    let ansi = std::io::stderr().is_terminal();
+    Box::new(fmt::layer().with_ansi(ansi).with_writer(std::io::stderr))
+}

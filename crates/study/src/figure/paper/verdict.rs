@@ -1,0 +1,85 @@
+//! The verdicts of a run, as a figure reports them.
+
+use std::collections::BTreeMap;
+
+use diagnosis::{Transition, Verdict};
+use names::{ComponentKind, ComponentPath, ModuleName, Step};
+
+use crate::rig::Occurrence;
+use crate::trace::Trace;
+
+/// A verdict on a component that changed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Finding {
+    /// The component.
+    pub(super) component: ComponentPath,
+    /// When its divergence reached its threshold.
+    pub(super) detection: Step,
+    /// When the verdict was reached.
+    pub(super) decided: Step,
+    /// D/γ at the detection.
+    pub(super) ratio: f64,
+    /// The component that explains the change; `None` if it was named as faulty itself.
+    pub(super) by: Option<ComponentPath>,
+}
+
+/// Everything that was named or explained, in order.
+pub(super) fn findings(trace: &Trace) -> Vec<Finding> {
+    trace.occurrences.iter().filter_map(verdict).collect()
+}
+
+fn verdict(occurrence: &Occurrence) -> Option<Finding> {
+    let Occurrence::Transition { module, transition } = occurrence else { return None };
+    let by = match &transition.verdict {
+        Verdict::Latched => None,
+        Verdict::Explained { by, .. } => Some(by.clone()),
+        Verdict::Normal
+        | Verdict::Tentative
+        | Verdict::Unconfirmed { .. }
+        | Verdict::Acknowledged => return None,
+    };
+    let Transition { component, detection, decided, evidence, .. } = transition;
+    Some(Finding {
+        component: ComponentPath { module: module.clone(), component: component.clone() },
+        detection: *detection,
+        decided: *decided,
+        ratio: evidence.ratio(),
+        by,
+    })
+}
+
+/// What became of the channels of one kind of one module, e.g. `5 of 8 change, explained by
+/// module1/actuator/a3`.
+pub(super) fn summary(
+    findings: &[Finding],
+    module: &ModuleName,
+    kind: ComponentKind,
+    channels: usize,
+) -> String {
+    // The latest verdict on each component counts.
+    let mut latest: BTreeMap<&ComponentPath, &Finding> = BTreeMap::new();
+    for verdict in findings {
+        let path = &verdict.component;
+        if path.module == *module && path.component.kind() == kind {
+            latest.insert(path, verdict);
+        }
+    }
+    let mut parts = vec![match latest.len() {
+        0 => format!("none of the {channels} changes"),
+        1 => format!("1 of {channels} changes"),
+        changed => format!("{changed} of {channels} change"),
+    }];
+    let named: Vec<&str> = (latest.iter())
+        .filter(|(_, verdict)| verdict.by.is_none())
+        .map(|(path, _)| path.component.name())
+        .collect();
+    if !named.is_empty() {
+        parts.push(format!("named as faulty: {}", named.join(", ")));
+    }
+    let mut explained: BTreeMap<&ComponentPath, usize> = BTreeMap::new();
+    for by in latest.values().filter_map(|verdict| verdict.by.as_ref()) {
+        *explained.entry(by).or_default() += 1;
+    }
+    parts.extend(explained.iter().map(|(by, count)| format!("{count} explained by {by}")));
+    parts.join("; ")
+}

@@ -1,0 +1,127 @@
+//! A process under the eyes of a test: started, signalled, waited for, and what it has logged.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Duration;
+
+use nix::sched::{CpuSet, sched_setaffinity};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+use crate::in_time;
+
+/// A process; killed if the test ends before it does.
+pub struct Process {
+    child: Child,
+    /// Where it logs, unless that is the test's own standard error.
+    log: Option<PathBuf>,
+}
+
+impl Process {
+    /// Starts one that logs into a folder under a name. One that is started again writes on where the one
+    /// before it ended.
+    pub(crate) fn start(mut command: Command, folder: &Path, name: &str) -> Self {
+        let log = log_file(folder, name);
+        let file = File::options().append(true).create(true).open(&log).unwrap();
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);
+        Self { child: command.spawn().unwrap(), log: Some(log) }
+    }
+
+    /// Starts one whose standard output the test reads.
+    pub(crate) fn start_heard(mut command: Command) -> (Self, ChildStdout) {
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+        let output = child.stdout.take().unwrap();
+        (Self { child, log: None }, output)
+    }
+
+    /// Its process number.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// What it has logged.
+    #[must_use]
+    pub fn log(&self) -> String {
+        self.log.as_deref().map(read).unwrap_or_default()
+    }
+
+    /// Has all its threads, those that it starts later included, share one of the processors.
+    pub fn pin(&self, processor: usize) {
+        let mut processors = CpuSet::new();
+        processors.set(processor).unwrap();
+        for thread in std::fs::read_dir(format!("/proc/{}/task", self.pid())).unwrap() {
+            let thread = thread.unwrap().file_name().into_string().unwrap().parse().unwrap();
+            // A thread may have ended meanwhile.
+            let _ = sched_setaffinity(Pid::from_raw(thread), &processors);
+        }
+    }
+
+    /// Sends a signal.
+    pub fn signal(&self, signal: Signal) {
+        send(self.pid(), signal);
+    }
+
+    /// Kills it at once, with SIGKILL.
+    pub fn crash(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// Has it not ended by itself?
+    pub fn is_running(&mut self) -> bool {
+        self.ended().is_none()
+    }
+
+    /// Has it ended? Then with which exit code?
+    pub fn ended(&mut self) -> Option<Option<i32>> {
+        self.child.try_wait().unwrap().map(|status| status.code())
+    }
+
+    /// Waits for its end and returns the exit code.
+    pub async fn exit_code(&mut self) -> Option<i32> {
+        let end = async {
+            loop {
+                if let Some(code) = self.ended() {
+                    return code;
+                }
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        in_time("the end of a process", end).await
+    }
+
+    /// Ends it with SIGTERM; it must exit with 0.
+    pub async fn stop(mut self) {
+        self.signal(Signal::SIGTERM);
+        let code = self.exit_code().await;
+        assert_eq!(code, Some(0), "{}", self.log());
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // Already gone, most often.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Sends a signal to the process with this number.
+pub(crate) fn send(pid: u32, signal: Signal) {
+    kill(Pid::from_raw(i32::try_from(pid).unwrap()), signal).unwrap();
+}
+
+/// What all processes of a name have logged into a folder.
+pub(crate) fn log_of(folder: &Path, name: &str) -> String {
+    read(&log_file(folder, name))
+}
+
+fn log_file(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}.log"))
+}
+
+fn read(log: &Path) -> String {
+    std::fs::read_to_string(log).unwrap_or_default()
+}
