@@ -65,7 +65,7 @@ impl Deployment {
         onlooker: Option<String>,
         lab: Option<Arc<Lab>>,
     ) -> Self {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = crate::folder::temporary();
         let deployment = Self { folder, endpoints, onlooker, lab };
         for place in 0..deployment.endpoints.len() {
             deployment.copy_config(place);

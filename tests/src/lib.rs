@@ -9,6 +9,7 @@ pub mod arrivals;
 pub mod binaries;
 pub mod chaos;
 pub mod deployment;
+pub mod folder;
 pub mod footprint;
 mod grid;
 pub mod held;

@@ -63,10 +63,11 @@ impl Process {
         send(self.pid(), signal);
     }
 
-    /// Kills it at once, with SIGKILL.
-    pub fn crash(&mut self) {
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
+    /// Kills it at once, with SIGKILL, and waits until it is gone: on a busy machine the kernel takes its
+    /// time, in which the test goes on listening.
+    pub async fn crash(&mut self) {
+        self.signal(Signal::SIGKILL);
+        self.exit_code().await;
     }
 
     /// Has it not ended by itself?

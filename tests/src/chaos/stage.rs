@@ -93,7 +93,7 @@ impl Stage {
 
     /// Kills a process at once.
     pub(super) async fn crash(&mut self, node: Node) {
-        self.processes.remove(&node);
+        self.processes.remove(&node).unwrap().crash().await;
         self.observer.wait_until_gone(node.name()).await;
     }
 

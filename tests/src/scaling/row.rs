@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 use std::process::Command;
+use std::time::Duration;
 
 use daemon::config::Schedule;
 use names::{ModuleName, StructureName};
@@ -14,6 +15,10 @@ use crate::binaries::{configs, program};
 use crate::deployment::MODULES;
 use crate::observer::{Observer, Statuses};
 use crate::process::{Process, log_of};
+
+/// How long a hundred processes may take to find each other on a busy machine: a handshake that it was too slow
+/// for is tried again.
+const SETTLED_WITHIN: Duration = Duration::from_secs(180);
 
 /// Who connects to whom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,7 +87,7 @@ impl Row {
     /// If they cannot be made.
     #[must_use]
     pub fn lay_out(setting: Setting, schedule: &Schedule) -> Self {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = crate::folder::temporary();
         let listeners = match setting.topology {
             Topology::Peers => setting.diagnosers() + 1,
             Topology::Star => 1,
@@ -167,7 +172,7 @@ impl Row {
             self.setting.modules().iter().map(|name| name.parse().unwrap()).collect();
         let structure = &self.structure;
         let session = &observer.session;
-        let there = ::observer::wait_for(session, structure, &modules, false, crate::LIMIT);
+        let there = ::observer::wait_for(session, structure, &modules, false, SETTLED_WITHIN);
         if let Err(error) = there.await {
             let silent =
                 modules.iter().filter(|module| error.to_string().contains(module.as_str()));
@@ -191,7 +196,7 @@ impl Row {
         };
         let together =
             statuses.first(|statuses| (apart(statuses) == (0, Vec::new())).then_some(()));
-        if tokio::time::timeout(crate::LIMIT, together).await.is_err() {
+        if tokio::time::timeout(SETTLED_WITHIN, together).await.is_err() {
             let (unheard, apart) = apart(&statuses.so_far());
             panic!("{unheard} diagnosers unheard, {} pairs apart: {apart:?}", apart.len());
         }

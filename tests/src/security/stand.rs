@@ -46,7 +46,7 @@ struct Papers {
 impl Papers {
     /// Makes them with the command that people use.
     async fn make(mode: &str) -> Self {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = crate::folder::temporary();
         let library = folder.path().join("pki");
         pki(&library, &["authority", "tower"]).await;
         for holder in PARTS.iter().chain(&["router.ground", "operator.ada", "observer.wall"]) {

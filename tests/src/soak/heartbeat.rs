@@ -91,6 +91,13 @@ impl Heartbeats {
     pub fn modules(&self) -> Ref<'_, ByModule> {
         self.0.so_far()
     }
+
+    /// A module's heartbeats up to the one that reports this step. Nothing else that listens to the same
+    /// messages says that this one has got as far.
+    pub async fn up_to(&self, module: &ModuleName, step: Step) -> Heartbeat {
+        let there = |heartbeat: &&Heartbeat| heartbeat.latest.step == Some(step);
+        self.0.first(|modules| modules.get(module).filter(there).cloned()).await
+    }
 }
 
 /// Messages from before the first step do not count: nothing moves yet.

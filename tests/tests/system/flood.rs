@@ -63,6 +63,8 @@ impl Scene {
     async fn in_service() -> Self {
         let deployment = Deployment::of_tower(&Schedule::default());
         deployment.set(1, "publish", "status_every_ms", 100);
+        // The plant shares two processors with the flood; how soon it may be replaced is not the question.
+        deployment.set(1, "input", "incumbent_ms", 2000);
         let diagnosers = deployment.start_diagnosers();
         let observer = Observer::of(&deployment).await;
         observer.wait_for(&MODULES, false).await;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use daemon::config::Schedule;
 use names::RunId;
 use system_tests::deployment::{Deployment, MODULES};
-use system_tests::footprint::{Memory, processor_time};
+use system_tests::footprint::{Memory, bare_messages_percent, processor_time};
 use system_tests::observer::Observer;
 use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
@@ -20,9 +20,11 @@ const FROM: u64 = 4_000;
 const STEPS: u64 = 10_000;
 /// The least of at most this many stretches counts: other load on the machine adds to some of them.
 const STRETCHES: usize = 6;
-/// Share of one core that a diagnoser may take \[%\]: 2.0 to 5.0 on the machines tried, by a factor of two and a half
-/// from one to the next. More than the slowest is a regression.
+/// Share of one core that a diagnoser may take \[%\]: 2.0 to 5.0 on the quiet machines tried, by a factor of two and a
+/// half from one to the next. More than the slowest is a regression,
 const MOST_PERCENT: f64 = 7.0;
+/// unless a message a millisecond takes that much there with nothing done about it: then so many times of that.
+const TIMES_BARE_MESSAGES: f64 = 2.5;
 /// Memory that a diagnoser may take \[MiB\].
 const MOST_MIB: f64 = 25.0;
 
@@ -37,6 +39,9 @@ struct Stretch {
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
 async fn a_diagnoser_at_1_khz_takes_few_per_cent_of_a_core_and_25_mib() {
     let _turn = turn::alone().await;
+    let bare = tokio::task::block_in_place(bare_messages_percent);
+    let most = MOST_PERCENT.max(TIMES_BARE_MESSAGES * bare);
+    println!("bare messages: {bare:.2} % of a core; a diagnoser may take {most:.2} %");
     let deployment = Deployment::of_tower(&Schedule::default());
     let diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;
@@ -51,11 +56,11 @@ async fn a_diagnoser_at_1_khz_takes_few_per_cent_of_a_core_and_25_mib() {
             *least = least.min(stretch.percent);
             assert!(stretch.memory.proportional_mib < MOST_MIB, "{stretch:?}");
         }
-        if least.iter().all(|percent| *percent < MOST_PERCENT) {
+        if least.iter().all(|percent| *percent < most) {
             break;
         }
     }
-    assert!(least.iter().all(|percent| *percent < MOST_PERCENT), "{least:.2?}");
+    assert!(least.iter().all(|percent| *percent < most), "{least:.2?}");
     for process in diagnosers.into_iter().chain([plant]) {
         process.stop().await;
     }

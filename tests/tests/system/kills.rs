@@ -55,7 +55,7 @@ impl Scene {
         if !victim.is_running() {
             self.problems.push(format!("{} has ended by itself", MODULES[kill.victim]));
         }
-        victim.crash();
+        victim.crash().await;
         *victim = self.deployment.start_diagnoser(kill.victim);
     }
 

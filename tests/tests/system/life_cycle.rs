@@ -106,7 +106,7 @@ async fn a_fault_is_acknowledged_and_reset_and_the_history_records_by_whom_and_w
     let check = trusswatch(&works.deployment, &["faults", "--exit-code"]).await;
     assert_eq!(check.code, Some(1), "{check:?}");
 
-    works.diagnosers[0].crash();
+    works.diagnosers[0].crash().await;
     works.observer.wait_until_gone("module1").await;
     works.diagnosers[0] = works.deployment.start_diagnoser(0);
     works.observer.wait_for(&MODULES, false).await;

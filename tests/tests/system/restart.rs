@@ -79,7 +79,7 @@ async fn with_the_plants_recording_it_is_in_service_within_a_second() {
     clock.reach(RUN, RECORDED).await;
     let mut restarts = Vec::new();
     for _ in 0..TIMES {
-        diagnosers[0].crash();
+        diagnosers[0].crash().await;
         let gone = |_: u64, sign: Sign| matches!(sign, Sign::Present(false)).then_some(());
         signs.find("the end of its token", gone).await;
         let mut milestones = Milestones { start: unix_ns(), ..Milestones::default() };
@@ -124,7 +124,7 @@ async fn without_a_recording_it_reports_initialising_until_it_has_warmed_up() {
     observer.wait_for(&MODULES, false).await;
     let _plant = deployment.start_plant("real", 1_000_000, 4, RUN);
     clock.reach(RUN, RECORDED / 2).await;
-    diagnosers[0].crash();
+    diagnosers[0].crash().await;
     observer.wait_until_gone("module1").await;
     let mut signs = Signs::of(&observer, "module1").await;
     let start = unix_ns();

@@ -1,7 +1,7 @@
 //! Many diagnosers on one machine, as each other's peers and as clients of a router: processor time and
 //! memory of each, time from a fault to its verdict at a third party, questions per verdict.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
 use system_tests::scaling::{Figures, Plan, Row, Setting, Table, Topology, measure};
@@ -81,10 +81,12 @@ async fn fifty_diagnosers_that_start_in_one_instant_find_each_other() {
     let _turn = turn::alone().await;
     let setting = Setting { copies: 25, topology: Topology::Peers, neighbours: ALL, speed: 1.0 };
     let row = Row::lay_out(setting, &Schedule::default());
+    let start = Instant::now();
     let diagnosers = row.start_diagnosers();
     let observer = row.observer().await;
     row.wait_for_diagnosers(&observer).await;
     row.wait_for_each_other(&observer).await;
+    println!("all of them know each other after {:.1?}", start.elapsed());
     for process in diagnosers {
         process.stop().await;
     }

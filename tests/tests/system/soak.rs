@@ -111,9 +111,10 @@ impl Soak {
 
     /// Waits until every module has reported the last step, and checks everything.
     async fn end(self, steps: u64) {
+        let mut heartbeats = Vec::new();
         for module in MODULES {
-            let last = Some(Step(steps - 1));
-            self.observer.status_of(module, |status| status.step == last).await;
+            let module = module.parse().unwrap();
+            heartbeats.push(self.heartbeats.up_to(&module, Step(steps - 1)).await);
         }
         self.report();
         for (name, _, memory) in &self.processes {
@@ -121,9 +122,8 @@ impl Soak {
             println!("{name}: {quarters:.1?} MiB at most in each quarter");
             assert!(quarters[3] <= (1.0 + GROWTH) * quarters[0], "{name} grows: {quarters:?}");
         }
-        for (place, module) in (1..).zip(MODULES) {
-            let heartbeat = self.heartbeats.modules()[&module.parse().unwrap()].clone();
-            check(&heartbeat, steps);
+        for ((place, module), heartbeat) in (1..).zip(MODULES).zip(&heartbeats) {
+            check(heartbeat, steps);
             let bytes = self.deployment.state_bytes(place);
             assert!(bytes <= STATE_BYTES, "{module} keeps {bytes} bytes");
         }
