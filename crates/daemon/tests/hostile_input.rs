@@ -10,9 +10,11 @@ use names::fault::Fault;
 use names::{RunId, Step};
 use observer::OrderError;
 use support::{Process, Rig, first, in_time, status};
-use wire::{Injection, PlantPhase, PlantStatus, Refused, Sample, StateAnswer, StateQuestion};
-use zenoh::Session;
-use zenoh::query::ConsolidationMode;
+use wire::{
+    Injection, PlantPhase, PlantStatus, Refused, Sample, SampleQuestion, StateAnswer, StateQuestion,
+};
+use zenoh::query::{ConsolidationMode, Query, Queryable};
+use zenoh::{Session, Wait};
 
 const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
 
@@ -101,6 +103,39 @@ async fn every_kind_of_bad_sample_is_counted_by_its_name_and_good_ones_are_still
     assert_eq!((diagnosis.samples_repeated, diagnosis.samples_late), (1, 1));
     assert_eq!(diagnosis.samples_missing, 3);
     assert_eq!(diagnosis.samples, 3);
+    diagnoser.stop().await;
+    session::close(&observer).await;
+}
+
+/// Keeps every sample there is of the lower module, until dropped.
+async fn keep_samples(session: &Session) -> Queryable<()> {
+    let key = "trusswatch/small/lower/sample";
+    let answer = move |query: Query| {
+        let asked = SampleQuestion::from_parameters(query.parameters().as_str()).unwrap();
+        for step in asked.from.0..=asked.to.0 {
+            query.reply(key, wire::encode(&sample(step)).unwrap()).wait().unwrap();
+        }
+    };
+    session.declare_queryable(key).complete(true).callback(answer).await.unwrap()
+}
+
+/// Behind a link that was lost samples arrive before the network knows again who keeps the earlier ones.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_keeps_samples_and_is_out_of_reach_is_waited_for() {
+    let (diagnoser, observer) = diagnoser_alone().await;
+    let keeper = keep_samples(&observer).await;
+    put_sample(&observer, &sample(0)).await;
+    put_sample(&observer, &sample(5)).await;
+    status(&observer, |status| status.intake.recovered == 4).await;
+    keeper.undeclare().await.unwrap();
+    put_sample(&observer, &sample(10)).await;
+    for _ in 0..8 {
+        let waiting = status(&observer, |_| true).await;
+        assert_eq!((waiting.step, waiting.intake.recoveries_failed), (Some(Step(5)), 0));
+    }
+    let _keeper = keep_samples(&observer).await;
+    let status = status(&observer, |status| status.step == Some(Step(10))).await;
+    assert_eq!((status.intake.recovered, status.diagnosis.samples_missing), (8, 0));
     diagnoser.stop().await;
     session::close(&observer).await;
 }

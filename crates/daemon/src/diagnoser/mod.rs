@@ -43,7 +43,7 @@ use health::{ModuleBoard, ModuleHealth};
 use inquiry::Queryables;
 use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
 use outgoing::{Drained, EventLane, Outbox, RoutineLane};
-use peers::{PeerBook, PeerQueries, QueryPause};
+use peers::{LOOK_EVERY, PeerBook, PeerQueries, Presence, QueryPause};
 use pending_replies::PendingReplies;
 use performer::Performer;
 use shell::exit::Failure;
@@ -148,6 +148,12 @@ async fn serve(
     let (answers, answers_out) = mpsc::channel(ANSWER_QUEUE);
     let presence = peers::watch(session, &speaker, config.peers(), &boards.peers, &answers).await;
     let presence = presence.map_err(refused)?;
+    let looking = Presence::new(session, &speaker, boards.peers.clone()).keep_looking(
+        config.peers().to_vec(),
+        answers.clone(),
+        LOOK_EVERY,
+    );
+    let looking = tokio::spawn(looking);
     let peers = PeerQueries::declare(session, &speaker, &config, boards.peers.clone(), answers)
         .await
         .map_err(refused)?;
@@ -156,7 +162,8 @@ async fn serve(
         Queryables::declare(session, &speaker, &outbox, config.state.directory.clone(), &inquiries)
             .await
             .map_err(refused)?;
-    let (intake, samples, fetched) = open_intake(session, &speaker, &config);
+    let (intake, samples, fetched) =
+        open_intake(session, &speaker, &config).await.map_err(refused)?;
     let subscriber = intake.receiver.subscribe(session, &speaker).await.map_err(refused)?;
     // Last of all: the token shows that everything above is in place.
     let token = session.liveliness().declare_token(speaker.key(wire::Topic::Alive));
@@ -185,6 +192,7 @@ async fn serve(
         .run(queues, shutdown)
         .await;
 
+    looking.abort();
     declared.withdraw().await.map_err(refused)?;
     drain(drained).await;
     tracing::info!("stopped");
@@ -192,11 +200,11 @@ async fn serve(
 }
 
 /// The way of the samples, and the queues at its end: those that come, those that were fetched.
-fn open_intake(
+async fn open_intake(
     session: &Session,
     speaker: &Speaker,
     config: &DiagnoserConfig,
-) -> (Intake, mpsc::Receiver<Arrival>, mpsc::Receiver<Fetched>) {
+) -> zenoh::Result<(Intake, mpsc::Receiver<Arrival>, mpsc::Receiver<Fetched>)> {
     let room = config.publish.sample_queue;
     let (samples_in, samples) = mpsc::channel(room);
     let (fetched_in, fetched) = mpsc::channel(1);
@@ -205,14 +213,15 @@ fn open_intake(
     let module = speaker.module.clone();
     let receiver = Receiver::new(module, size, samples_in, config.input.incumbent(), room);
     let counters = receiver.counters();
+    let store = Store::declare(session, speaker, size, Arc::clone(&counters), fetched_in).await?;
     let intake = Intake {
         sequencer: Sequencer::new(config.input.recover_steps, room),
-        store: Store::new(session, speaker, size, Arc::clone(&counters), fetched_in),
+        store,
         counters,
         receiver,
         resync_after: config.input.resync_after(),
     };
-    (intake, samples, fetched)
+    Ok((intake, samples, fetched))
 }
 
 /// What is on the network, in the order in which it is withdrawn.

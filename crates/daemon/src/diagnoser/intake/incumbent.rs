@@ -2,6 +2,8 @@
 //!
 //! The one that is being diagnosed stays until it has been silent for a while. Samples of another one
 //! are kept meanwhile, as many as fit, so that a restarted publisher loses nothing by the wait.
+//! Only time in which the diagnoser itself listened counts: after it stood still, everybody seems silent, and
+//! whose samples are read first is chance.
 //! A client that forges a publisher's identity is kept out by access control, not by this.
 
 use std::collections::VecDeque;
@@ -30,11 +32,39 @@ pub(super) enum Admission {
     PutAside,
 }
 
-/// The publisher being diagnosed, and a candidate for its place.
+/// Time spent listening. A longer pause between two messages or ticks than [`Self::PAUSE`] counts as that.
+#[derive(Debug, Default)]
+struct Listening {
+    latest: Option<Instant>,
+    time: Duration,
+}
+
+impl Listening {
+    /// Several ticks of the diagnosis loop.
+    const PAUSE: Duration = Duration::from_millis(50);
+
+    fn until(&mut self, now: Instant) -> Duration {
+        let pause = self.latest.map_or(Duration::ZERO, |latest| now.duration_since(latest));
+        self.latest = self.latest.max(Some(now));
+        self.time += pause.min(Self::PAUSE);
+        self.time
+    }
+}
+
+/// Another publisher, when it was last heard, and its samples.
+#[derive(Debug)]
+struct Candidate {
+    source: Source,
+    heard: Duration,
+    samples: VecDeque<Arrival>,
+}
+
+/// The publisher being diagnosed, when it was last heard, and a candidate for its place.
 #[derive(Debug)]
 pub(super) struct Incumbent {
-    present: Option<(Source, Instant)>,
-    candidate: Option<(Source, VecDeque<Arrival>)>,
+    listening: Listening,
+    present: Option<(Source, Duration)>,
+    candidate: Option<Candidate>,
     hold: Duration,
     room: usize,
 }
@@ -42,15 +72,15 @@ pub(super) struct Incumbent {
 impl Incumbent {
     /// A publisher silent for `hold` may be replaced; `room` samples of another one are kept.
     pub(super) fn new(hold: Duration, room: usize) -> Self {
-        Self { present: None, candidate: None, hold, room }
+        Self { listening: Listening::default(), present: None, candidate: None, hold, room }
     }
 
     pub(super) fn admit(&mut self, source: Source, arrival: Arrival) -> Admission {
-        let now = arrival.received;
+        let now = self.listening.until(arrival.received);
         self.forget_silent_candidate();
         match self.present {
             Some((present, _)) if !self.is_replaced_by(present, source, now) => {
-                self.put_aside(source, arrival);
+                self.put_aside(source, arrival, now);
                 Admission::PutAside
             }
             Some((present, _)) if present != source => {
@@ -69,10 +99,11 @@ impl Incumbent {
     /// The samples put aside, if the present publisher has been silent for long enough; they are used
     /// from now on.
     pub(super) fn promote(&mut self, now: Instant) -> VecDeque<Arrival> {
+        let now = self.listening.until(now);
         self.forget_silent_candidate();
         let silent = self.is_silent(now);
         match self.candidate.take_if(|_| silent) {
-            Some((source, samples)) => {
+            Some(Candidate { source, samples, .. }) => {
                 self.present = Some((source, now));
                 samples
             }
@@ -81,32 +112,37 @@ impl Incumbent {
     }
 
     /// A publisher with an identity may begin a new run at any time.
-    fn is_replaced_by(&self, present: Source, source: Source, now: Instant) -> bool {
+    fn is_replaced_by(&self, present: Source, source: Source, now: Duration) -> bool {
         let same = source.publisher.is_some() && source.publisher == present.publisher;
         source == present || same || self.is_silent(now)
     }
 
     /// Has the present publisher been silent for long enough to be replaced?
-    fn is_silent(&self, now: Instant) -> bool {
-        self.present.is_none_or(|(_, heard)| now.duration_since(heard) >= self.hold)
+    fn is_silent(&self, now: Duration) -> bool {
+        self.present.is_none_or(|(_, heard)| now - heard >= self.hold)
     }
 
-    fn put_aside(&mut self, source: Source, arrival: Arrival) {
-        if self.candidate.as_ref().is_some_and(|(candidate, _)| *candidate == source) {
-            if let Some((_, samples)) = &mut self.candidate {
-                if samples.len() == self.room {
-                    samples.pop_front();
+    fn put_aside(&mut self, source: Source, arrival: Arrival, now: Duration) {
+        let speaks = self.candidate_speaks(now);
+        match &mut self.candidate {
+            Some(candidate) if candidate.source == source => {
+                candidate.heard = now;
+                if candidate.samples.len() == self.room {
+                    candidate.samples.pop_front();
                 }
-                samples.push_back(arrival);
+                candidate.samples.push_back(arrival);
             }
-        } else if !self.candidate_speaks(arrival.received) {
-            self.candidate = Some((source, VecDeque::from([arrival])));
+            _ if speaks => {}
+            candidate => {
+                let samples = VecDeque::from([arrival]);
+                *candidate = Some(Candidate { source, heard: now, samples });
+            }
         }
     }
 
-    fn candidate_speaks(&self, now: Instant) -> bool {
-        let latest = self.candidate.as_ref().and_then(|(_, samples)| samples.back());
-        latest.is_some_and(|latest| now.duration_since(latest.received) < self.hold)
+    fn candidate_speaks(&self, now: Duration) -> bool {
+        let heard = self.candidate.as_ref().map(|candidate| candidate.heard);
+        heard.is_some_and(|heard| now.saturating_sub(heard) < self.hold)
     }
 
     /// A candidate that fell silent while the present one went on is dropped. If both are silent, one may
@@ -119,8 +155,8 @@ impl Incumbent {
     }
 
     fn kept_of(&mut self, source: Source) -> VecDeque<Arrival> {
-        let kept = self.candidate.take_if(|(candidate, _)| *candidate == source);
-        kept.map(|(_, samples)| samples).unwrap_or_default()
+        let kept = self.candidate.take_if(|candidate| candidate.source == source);
+        kept.map(|candidate| candidate.samples).unwrap_or_default()
     }
 }
 
@@ -142,6 +178,21 @@ mod tests {
             Self { incumbent: Incumbent::new(HOLD, 3), start: Instant::now() }
         }
 
+        fn at(&self, ms: u64) -> Instant {
+            self.start + Duration::from_millis(ms)
+        }
+
+        /// Listens until then without a pause.
+        fn listen(&mut self, until_ms: u64) {
+            let listening = &mut self.incumbent.listening;
+            for ms in (0..=until_ms).step_by(10) {
+                let at = self.start + Duration::from_millis(ms);
+                if listening.latest.is_none_or(|latest| latest < at) {
+                    listening.until(at);
+                }
+            }
+        }
+
         /// The steps used when a sample of this run comes at this time.
         fn take(&mut self, at_ms: u64, run: u64, step: u64) -> Vec<u64> {
             let run = RunId(run);
@@ -152,7 +203,7 @@ mod tests {
                 pressures_pa: vec![],
                 elongations_m: vec![],
             };
-            let received = self.start + Duration::from_millis(at_ms);
+            let received = self.at(at_ms);
             let arrival = Arrival { sample, time_unix_ns: 0, received };
             match self.incumbent.admit(Source { publisher: None, run }, arrival) {
                 Admission::Use(arrival) => vec![arrival.sample.step.0],
@@ -176,7 +227,9 @@ mod tests {
         let mut bench = Bench::new();
         bench.take(0, 1, 7);
         assert_eq!(bench.take(50, 2, 0), [0; 0]);
+        bench.listen(150);
         assert_eq!(bench.take(150, 2, 1), [0; 0]);
+        bench.listen(200);
         assert_eq!(bench.take(201, 2, 2), [0, 1, 2]);
         assert_eq!(bench.take(202, 1, 8), [0; 0], "the former one has lost its place");
     }
@@ -186,11 +239,21 @@ mod tests {
         let mut bench = Bench::new();
         bench.take(0, 1, 7);
         bench.take(50, 2, 0);
-        let at = |ms| bench.start + Duration::from_millis(ms);
-        let (early, late) = (at(100), at(200));
+        let (early, late) = (bench.at(100), bench.at(200));
         assert!(bench.incumbent.promote(early).is_empty());
+        bench.listen(190);
         assert_eq!(bench.incumbent.promote(late).len(), 1);
         assert_eq!(bench.take(201, 2, 1), [1]);
+    }
+
+    #[test]
+    fn a_diagnoser_that_stood_still_takes_nobody_for_silent() {
+        let mut bench = Bench::new();
+        bench.take(0, 1, 7);
+        for (at_ms, step) in [(400, 8), (800, 9)] {
+            assert_eq!(bench.take(at_ms, 2, 0), [0; 0], "whose samples are read first is chance");
+            assert_eq!(bench.take(at_ms + 1, 1, step), [step]);
+        }
     }
 
     #[test]
@@ -198,8 +261,12 @@ mod tests {
         let mut bench = Bench::new();
         bench.take(0, 1, 0);
         bench.take(10, 2, 900);
-        (1..10).for_each(|k| drop(bench.take(100 * k, 1, k)));
-        let much_later = bench.start + Duration::from_secs(2);
+        for k in 1..10 {
+            bench.listen(100 * k);
+            bench.take(100 * k, 1, k);
+        }
+        bench.listen(2000);
+        let much_later = bench.at(2000);
         assert!(bench.incumbent.promote(much_later).is_empty());
         assert_eq!(bench.take(2001, 2, 901), [901], "without what it published before");
     }
@@ -211,6 +278,7 @@ mod tests {
             bench.take(step, 1, step);
             bench.take(step, 2, step);
         }
+        bench.listen(400);
         assert_eq!(bench.take(400, 2, 100), [97, 98, 99, 100]);
     }
 }

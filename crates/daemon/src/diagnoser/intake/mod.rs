@@ -7,9 +7,11 @@
 //! | `tally` | what was counted |
 //! | `sequencer` | puts recovered samples before those that came meanwhile |
 //! | `store` | asks the publisher for samples that were missed |
+//! | `retry_policy` | when it is asked again |
 
 mod incumbent;
 mod receiver;
+mod retry_policy;
 mod sequencer;
 mod store;
 mod tally;

@@ -16,7 +16,8 @@ use super::Arrival;
 const LONGEST_GAP: u64 = 10_000;
 /// How long no query is repeated after no answer, or after the backlog was dropped.
 const RESPITE: Duration = Duration::from_secs(1);
-/// A sample that has waited for so long shows that there is no time to look back.
+/// A sample that has waited for so long, and not for the publisher's reply, shows that there is no time to
+/// look back.
 const HURRY: Duration = Duration::from_secs(1);
 
 /// What is to be done next.
@@ -39,6 +40,8 @@ pub(crate) struct Sequencer {
     asked: Option<SampleQuestion>,
     /// It was asked for what lies before this sample.
     settled: Option<(RunId, Step)>,
+    /// When the latest reply came: until then, samples waited for it.
+    replied: Option<Instant>,
     respite: Option<Instant>,
 }
 
@@ -52,15 +55,18 @@ impl Sequencer {
             waiting: VecDeque::new(),
             asked: None,
             settled: None,
+            replied: None,
             respite: None,
         }
     }
 
     /// Takes a sample that has come.
     pub(crate) fn push(&mut self, arrival: Arrival) {
+        // Who has begun a new run has forgotten the former one.
+        let forgotten = self.asked.is_some_and(|question| question.run != arrival.sample.run);
         self.waiting.push_back(arrival);
-        if self.waiting.len() >= self.room {
-            // The reply takes too long.
+        let too_long = self.waiting.len() >= self.room;
+        if too_long || forgotten {
             self.asked = None;
         }
     }
@@ -76,6 +82,7 @@ impl Sequencer {
             return false;
         }
         self.asked = None;
+        self.replied = Some(now);
         if samples.is_empty() {
             self.respite = Some(now + RESPITE);
         }
@@ -114,7 +121,8 @@ impl Sequencer {
         }
         let front = self.waiting.front()?;
         let place = (front.sample.run, front.sample.step);
-        let hurry = now.duration_since(front.received) >= HURRY;
+        let ready = self.replied.map_or(front.received, |replied| replied.max(front.received));
+        let hurry = now.duration_since(ready) >= HURRY;
         let may_ask = self.respite.is_none_or(|until| until <= now) && !hurry;
         if may_ask
             && self.settled != Some(place)
@@ -260,6 +268,37 @@ mod tests {
         assert_eq!(processed, (4..54).collect::<Vec<_>>());
         let late = bench.asked[0];
         assert!(!bench.sequencer.take(late, vec![arrival(1, 2, bench.now)], bench.now));
+    }
+
+    #[test]
+    fn a_second_gap_behind_a_slow_answer_is_asked_for_too() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        bench.push(1, 4);
+        bench.push(1, 8);
+        bench.now += 2 * HURRY;
+        assert_eq!(bench.answer([1, 2, 3]), [1, 2, 3, 4]);
+        assert_eq!(bench.steps_asked(), [(1, 3), (5, 7)]);
+        assert_eq!(bench.answer([5, 6, 7]), [5, 6, 7, 8]);
+    }
+
+    #[test]
+    fn samples_of_a_run_that_is_over_are_not_waited_for() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        assert_eq!(bench.push(1, 4), [0; 0]);
+        assert_eq!(bench.push(2, 0), [4, 0]);
+    }
+
+    #[test]
+    fn who_is_late_for_want_of_speed_does_not_look_back() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        let received = bench.now;
+        bench.now += 2 * HURRY;
+        bench.sequencer.push(arrival(1, 4, received));
+        assert_eq!(bench.flow(), [4]);
+        assert!(bench.asked.is_empty());
     }
 
     #[test]

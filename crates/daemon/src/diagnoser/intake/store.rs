@@ -2,39 +2,27 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use names::Step;
 use tokio::sync::mpsc;
 use wire::{SampleQuestion, Topic};
 use zenoh::Session;
-use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::query::{ConsolidationMode, Querier, QueryTarget};
 
+use super::retry_policy::{OUTAGE, Outcome, RetryPolicy};
 use super::tally::{IntakeTally, add, count};
 use super::{Arrival, Size};
 use crate::convert::Speaker;
 
 /// How long the network waits for the samples. What is lost on the way may take longer, so it is asked again
 const TIMEOUT: Duration = Duration::from_millis(500);
-/// as long as this is not over: what is missing would blind the channels for longer.
-const TOTAL_TIMEOUT: Duration = Duration::from_millis(2500);
-/// Where a link is new, samples may come before the network knows who keeps the earlier ones. It is asked
-/// again after this time,
+/// after this time, if the policy says so (see [`RetryPolicy`]).
 const AGAIN_AFTER: Duration = Duration::from_millis(50);
-/// as long as this is not over.
-const UNANSWERED_FOR: Duration = Duration::from_millis(250);
 /// The network's own time limit comes first, so that nothing waits for late samples; this one
 /// is for a network that fails to keep it.
 const GRACE: Duration = Duration::from_millis(700);
-
-/// How one query ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Ending {
-    /// All queried publishers have replied.
-    Answered,
-    /// Time was up.
-    TimedOut,
-}
 
 /// What the publisher still had, sorted by step.
 #[derive(Debug)]
@@ -46,7 +34,9 @@ pub(crate) struct Fetched {
 /// The store of the module's samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Store {
-    session: Session,
+    querier: Arc<Querier<'static>>,
+    /// The samples are kept by somebody, who may be out of reach at present.
+    is_known: Arc<AtomicBool>,
     speaker: Speaker,
     size: Size,
     counters: Arc<IntakeTally>,
@@ -54,14 +44,27 @@ pub(crate) struct Store {
 }
 
 impl Store {
-    pub(crate) fn new(
+    pub(crate) async fn declare(
         session: &Session,
         speaker: &Speaker,
         size: Size,
         counters: Arc<IntakeTally>,
         answers: mpsc::Sender<Fetched>,
-    ) -> Self {
-        Self { session: session.clone(), speaker: speaker.clone(), size, counters, answers }
+    ) -> zenoh::Result<Self> {
+        let querier = session
+            .declare_querier(speaker.key(Topic::Sample))
+            .target(QueryTarget::All)
+            .consolidation(ConsolidationMode::None)
+            .timeout(TIMEOUT)
+            .await?;
+        let is_known = Arc::new(AtomicBool::new(querier.matching_status().await?.matching()));
+        let known = Arc::clone(&is_known);
+        let found = querier.matching_listener().callback(move |status| {
+            known.fetch_or(status.matching(), Ordering::Relaxed);
+        });
+        found.background().await?;
+        let (querier, speaker) = (Arc::new(querier), speaker.clone());
+        Ok(Self { querier, is_known, speaker, size, counters, answers })
     }
 
     /// Asks in a task of its own; what comes, perhaps nothing, goes into the queue.
@@ -71,7 +74,7 @@ impl Store {
             let mut samples = BTreeMap::new();
             let collected = this.collect_with_retries(question, &mut samples);
             // Whatever has come by then is used.
-            let _ = tokio::time::timeout(TOTAL_TIMEOUT + GRACE, collected).await;
+            let _ = tokio::time::timeout(OUTAGE + TIMEOUT + GRACE, collected).await;
             if samples.is_empty() {
                 count(&this.counters.recoveries_failed);
             }
@@ -88,49 +91,43 @@ impl Store {
         });
     }
 
-    /// Repeats the query for a while if there is no answer at all, or if the answer gets stuck.
+    /// Repeats the query for what has not come yet.
     async fn collect_with_retries(
         &self,
         question: SampleQuestion,
         samples: &mut BTreeMap<Step, Arrival>,
     ) {
-        let begin = Instant::now();
-        let mut unanswered_since = None;
+        let mut retries = RetryPolicy::starting(Instant::now());
         while let Some(rest) = rest_of(question, samples) {
-            let asked = Instant::now();
-            match self.collect(rest, samples).await {
-                Ending::Answered if samples.is_empty() => {
-                    if unanswered_since.get_or_insert(asked).elapsed() > UNANSWERED_FOR {
-                        return;
-                    }
-                }
-                Ending::Answered => return,
-                // The network was stuck, so that nobody was heard before.
-                Ending::TimedOut => unanswered_since = None,
-            }
-            if begin.elapsed() > TOTAL_TIMEOUT - TIMEOUT {
+            let (asked, had) = (Instant::now(), samples.len());
+            let before = self.reaches_a_publisher().await;
+            self.collect(rest, samples).await;
+            let after = self.reaches_a_publisher().await;
+            let outcome = match (before, after) {
+                _ if samples.len() > had => Outcome::CutOff,
+                // One that is there all the time and has sent nothing in time has nothing.
+                (true, true) if asked.elapsed() < TIMEOUT => Outcome::Nothing,
+                (false, false) if !self.is_known.load(Ordering::Relaxed) => Outcome::Nothing,
+                _ => Outcome::CutOff,
+            };
+            if !retries.again(asked, Instant::now(), outcome) {
+                // One that is away for longer than an outage lasts is not waited for again.
+                self.is_known.store(after, Ordering::Relaxed);
                 return;
             }
             tokio::time::sleep(AGAIN_AFTER).await;
         }
     }
 
-    async fn collect(
-        &self,
-        question: SampleQuestion,
-        samples: &mut BTreeMap<Step, Arrival>,
-    ) -> Ending {
-        let selector = format!("{}?{}", self.speaker.key(Topic::Sample), question.to_parameters());
-        let begin = Instant::now();
-        let replies = self
-            .session
-            .get(selector)
-            .target(QueryTarget::All)
-            .consolidation(ConsolidationMode::None)
-            .timeout(TIMEOUT)
-            .await;
+    /// Does the network know of a publisher that keeps the module's samples?
+    async fn reaches_a_publisher(&self) -> bool {
+        self.querier.matching_status().await.is_ok_and(|status| status.matching())
+    }
+
+    async fn collect(&self, question: SampleQuestion, samples: &mut BTreeMap<Step, Arrival>) {
+        let replies = self.querier.get().parameters(question.to_parameters()).await;
         let Ok(replies) = replies.inspect_err(|error| tracing::debug!("not asked: {error}")) else {
-            return Ending::Answered;
+            return;
         };
         while let Ok(reply) = replies.recv_async().await {
             let Ok(reply) = reply.into_result() else { continue };
@@ -143,7 +140,6 @@ impl Store {
                 Err(error) => tracing::debug!("reply not used: {error}"),
             }
         }
-        if begin.elapsed() < TIMEOUT { Ending::Answered } else { Ending::TimedOut }
     }
 
     fn fits(&self, question: SampleQuestion, sample: &wire::Sample) -> bool {

@@ -8,6 +8,6 @@ mod standing;
 
 pub(crate) use backoff::Backoff;
 pub(crate) use pause::QueryPause;
-pub(crate) use presence::watch;
+pub(crate) use presence::{LOOK_EVERY, Presence, watch};
 pub(crate) use query::PeerQueries;
 pub(crate) use standing::PeerBook;

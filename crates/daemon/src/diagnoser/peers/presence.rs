@@ -1,5 +1,6 @@
 //! Which peers are there: their liveliness tokens.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use diagnosis::Event;
@@ -15,6 +16,8 @@ use crate::convert::Speaker;
 
 /// How long a token is looked for.
 const LOOK_UP: Duration = Duration::from_millis(200);
+/// How often tokens are looked for that the network may be wrong about.
+pub(crate) const LOOK_EVERY: Duration = Duration::from_secs(5);
 
 /// Watches every peer; the diagnoser is informed of those that return.
 pub(crate) async fn watch(
@@ -65,6 +68,39 @@ impl Presence {
         self.book.is_present(peer) || self.look_again(peer).await
     }
 
+    /// Looks now and then for the peers that seem to be absent, and whether those that were found so are still
+    /// there; for as long as it is polled.
+    pub(crate) async fn keep_looking(
+        self,
+        peers: Vec<ModuleName>,
+        events: mpsc::Sender<Event>,
+        every: Duration,
+    ) {
+        let mut found = BTreeSet::new();
+        loop {
+            tokio::time::sleep(every).await;
+            for peer in &peers {
+                let seemed_there = self.book.is_present(peer);
+                if seemed_there && !found.contains(peer) {
+                    continue;
+                }
+                match (seemed_there, self.look_again(peer).await) {
+                    (false, true) => {
+                        found.insert(peer);
+                        // If there is no room, the peer is queried again later anyway.
+                        let _ = events.try_send(Event::Returned { peer: peer.clone() });
+                    }
+                    (true, false) => {
+                        found.remove(peer);
+                        tracing::info!(%peer, "peer has gone");
+                        self.book.note_presence(peer, false);
+                    }
+                    (true, true) | (false, false) => {}
+                }
+            }
+        }
+    }
+
     /// Asks the network for a peer's token. When one of two links between processes ends, the network may
     /// report that a token has gone though the other link still has it, and never take that back.
     async fn look_again(&self, peer: &ModuleName) -> bool {
@@ -79,5 +115,43 @@ impl Presence {
             }
         }
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODULE: &str = "m2";
+
+    /// What the book says, as soon as it says so.
+    async fn wait_for(book: &PeerBook, present: bool) {
+        let peer = MODULE.parse().unwrap();
+        let said = async {
+            while book.is_present(&peer) != present {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        tokio::time::timeout(Duration::from_secs(10), said).await.unwrap();
+    }
+
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn a_peer_that_is_there_after_all_is_found_and_missed_again() {
+        let session = session::open(&session::Network::default()).await.unwrap();
+        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let peer: ModuleName = MODULE.parse().unwrap();
+        let key = wire::Key::of_module(&speaker.structure, &peer, Topic::Alive).to_string();
+        let token = session.liveliness().declare_token(key).await.unwrap();
+        let book = PeerBook::new(std::slice::from_ref(&peer));
+        let (events, mut returned) = mpsc::channel(1);
+        let presence = Presence::new(&session, &speaker, book.clone());
+        let looking = presence.keep_looking(vec![peer.clone()], events, Duration::from_millis(10));
+        let looking = tokio::spawn(looking);
+        wait_for(&book, true).await;
+        assert_eq!(returned.recv().await, Some(Event::Returned { peer }));
+        token.undeclare().await.unwrap();
+        wait_for(&book, false).await;
+        looking.abort();
+        session::close(&session).await;
     }
 }
