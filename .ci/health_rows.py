@@ -166,6 +166,7 @@ def of_module(status):
     expect("trusswatch_thresholds_info", 1, fingerprint=status["thresholds"])
     expect("trusswatch_build_info", 1, version=status["software"])
     expect("trusswatch_components", status["unconfirmed"], state="unconfirmed")
+    expect("trusswatch_components", status["unknown"], state="unknown")
     intake, diagnosis, inquiries = status["intake"], status["diagnosis"], status["inquiries"]
     for name, value in [
         ("samples_received", intake["received"]), ("samples_diagnosed", diagnosis["samples"]),
@@ -173,6 +174,7 @@ def of_module(status):
         ("recoveries_failed", intake["recoveries_failed"]), ("sample_timestamps_not_increasing", intake["clock_standing"]),
         ("resynchronisations", intake["resynchronised"]), ("sample_timeouts", intake["silences"]),
         ("runs", diagnosis["runs"]), ("channel_restarts", diagnosis["restarts"]), ("changes", diagnosis["changes"]),
+        ("changes_unjudged", diagnosis["changes_unjudged"]),
         ("questions_asked", diagnosis["questions_asked"]), ("questions_unanswered", diagnosis["questions_unanswered"]),
         ("answers_malformed", diagnosis["answers_malformed"]), ("requests_received", inquiries["received"]),
         ("events_published", status["publisher"]["events"]), ("events_lost", status["publisher"]["events_lost"]),

@@ -9,7 +9,7 @@ import json
 import pathlib
 import sys
 
-STATES = {"normal", "tentative", "unconfirmed", "explained", "latched", "acknowledged"}
+STATES = {"normal", "unknown", "tentative", "unconfirmed", "explained", "latched", "acknowledged"}
 
 
 def messages(file):

@@ -69,7 +69,7 @@ def story(table, rig):
         # A computer that is busy with other things may be late once; unstable links break by the dozen.
         require(len(gone) <= 2, f"went away without a disturbance: {gone}")
     present = rig.picture()["components"].values()
-    held = sorted(c["component"] for c in present if c["state"] not in ("normal", "explained"))
+    held = sorted(c["component"] for c in present if c["state"] not in ("normal", "unknown", "explained"))
     require(held == injected, f"injected {injected}, held {held}")
     require(ever_faulty(transitions) == injected, f"injected {injected}, ever called faulty {ever_faulty(transitions)}")
     explained = len({t["component"] for t in transitions if t["state"] == "explained"})

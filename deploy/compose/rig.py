@@ -195,7 +195,7 @@ class Watcher:
 
 def nothing_is_wrong(rig):
     seen = rig.picture()
-    held = [f"{c['component']} is {c['state']}" for c in seen["components"].values() if c["state"] not in ("normal", "explained")]
+    held = [f"{c['component']} is {c['state']}" for c in seen["components"].values() if c["state"] not in ("normal", "unknown", "explained")]
     require(not held, f"{', '.join(held)}; reset it, or bring the rig up again")
 
 

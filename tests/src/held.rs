@@ -38,7 +38,7 @@ impl Held {
     #[must_use]
     pub fn of_message(message: &FaultTransition) -> Self {
         match message.state {
-            FaultState::Normal => Held::Normal,
+            FaultState::Normal | FaultState::Unknown => Held::Normal,
             FaultState::Tentative => Held::Tentative,
             FaultState::Unconfirmed => Held::Unconfirmed,
             FaultState::Explained => Held::Explained(message.explained_by.clone()),

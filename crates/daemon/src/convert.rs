@@ -100,11 +100,7 @@ impl Speaker {
 
     pub(crate) fn answer(&self, answer: Answer) -> wire::StateAnswer {
         let Answer { question, watching_since, changes, actuator_faults } = answer;
-        let changes = changes.into_iter().map(|change| wire::StateChange {
-            component: change.component,
-            step: change.step,
-            ratio: change.ratio,
-        });
+        let changes = changes.into_iter().map(to_change);
         let faults = actuator_faults
             .into_iter()
             .map(|fault| wire::ActuatorFault { actuator: fault.actuator, step: fault.step });
@@ -155,7 +151,7 @@ pub(crate) fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diag
 /// A transition as it was before it was sent; `None` for a component that never had one.
 pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
     let verdict = match message.state {
-        FaultState::Normal => Verdict::Normal,
+        FaultState::Normal | FaultState::Unknown => Verdict::Normal,
         FaultState::Tentative => Verdict::Tentative,
         FaultState::Unconfirmed => Verdict::Unconfirmed {
             doubt: match message.doubt? {
@@ -211,12 +207,22 @@ pub(crate) fn to_question(question: Question) -> wire::StateQuestion {
     wire::StateQuestion { run: Some(question.run), from: question.from, step: question.as_of }
 }
 
+pub(crate) fn to_change(change: diagnosis::Change) -> wire::StateChange {
+    let diagnosis::Change { component, onset, step, ratio, until } = change;
+    let onset_step = (onset < step).then_some(onset);
+    let going_on = until.is_none();
+    wire::StateChange { component, step, onset_step, ratio, until_step: until, going_on }
+}
+
+pub(crate) fn from_change(change: wire::StateChange) -> diagnosis::Change {
+    let wire::StateChange { component, step, onset_step, ratio, until_step, going_on } = change;
+    // Former versions say neither: no more is known than that it began.
+    let until = (!going_on).then_some(until_step.unwrap_or(step));
+    diagnosis::Change { component, onset: onset_step.unwrap_or(step), step, ratio, until }
+}
+
 pub(crate) fn from_answer(answer: wire::StateAnswer) -> Answer {
-    let changes = answer.changes.into_iter().map(|change| diagnosis::Change {
-        component: change.component,
-        step: change.step,
-        ratio: change.ratio,
-    });
+    let changes = answer.changes.into_iter().map(from_change);
     let faults = answer
         .actuator_faults
         .into_iter()
@@ -260,6 +266,7 @@ pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
         runs,
         restarts,
         changes,
+        changes_unjudged,
         questions_asked,
         questions_unanswered,
         answers_malformed,
@@ -277,6 +284,7 @@ pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
         runs,
         restarts,
         changes,
+        changes_unjudged,
         questions_asked,
         questions_unanswered,
         answers_malformed,

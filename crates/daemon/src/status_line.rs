@@ -34,15 +34,18 @@ fn phase(phase: ModulePhase) -> &'static str {
 }
 
 fn faults(status: &ModuleStatus) -> String {
-    let latched = match status.latched {
-        0 => "no fault".to_owned(),
-        1 => "1 fault".to_owned(),
-        several => format!("{several} faults"),
+    let mut words = match (status.latched, status.unknown) {
+        (0, 0) => vec!["no fault".to_owned()],
+        (0, _) => Vec::new(),
+        (1, _) => vec!["1 fault".to_owned()],
+        (several, _) => vec![format!("{several} faults")],
     };
-    match status.unconfirmed {
-        0 => latched,
-        unconfirmed => format!("{latched} and {unconfirmed} unconfirmed"),
+    for (count, what) in [(status.unconfirmed, "unconfirmed"), (status.unknown, "unknown")] {
+        if count > 0 {
+            words.push(format!("{count} {what}"));
+        }
     }
+    words.join(" and ")
 }
 
 /// The status of the plant.
@@ -86,6 +89,7 @@ mod tests {
             queued_samples: 0,
             latched: 0,
             unconfirmed: 0,
+            unknown: 0,
             waiting_questions: 0,
             next_sequence: 1,
             journal: JournalStatus::default(),
@@ -118,17 +122,19 @@ mod tests {
     #[test]
     fn without_samples_it_is_degraded_and_says_so() {
         let mut status = module(ModulePhase::Waiting);
+        status.unknown = 12;
         status.peers = vec![peer("module2", false), peer("module3", true), peer("module4", false)];
         assert_eq!(
             of_module(&status),
-            "degraded: no sample has come yet, no fault, peers not there: module2 module4"
+            "degraded: no sample has come yet, 12 unknown, peers not there: module2 module4"
         );
         let mut status = module(ModulePhase::Stale);
-        (status.step, status.lag_ms, status.latched) = (Some(Step(9)), Some(0.8), 1);
+        (status.step, status.lag_ms) = (Some(Step(9)), Some(0.8));
+        (status.latched, status.unknown) = (1, 11);
         status.journal.problem = Some("no space left".to_owned());
         assert_eq!(
             of_module(&status),
-            "degraded: samples have stopped coming, step 9, 1 fault, journal: no space left"
+            "degraded: samples have stopped coming, step 9, 1 fault and 11 unknown, journal: no space left"
         );
     }
 

@@ -20,11 +20,15 @@ const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
 
 /// A diagnoser of the lower module; the test plays the rest of the world.
 async fn diagnoser_alone() -> (Process, Session) {
+    // these tests send single samples and take their time
+    diagnoser_that_is_stale_after(3_600_000).await
+}
+
+async fn diagnoser_that_is_stale_after(ms: u64) -> (Process, Session) {
     let mut rig = Rig::new("small/plant.toml", &SMALL, &PlantFlags::default());
     rig.diagnosers[0].publish.status_every_ms = 100;
     rig.diagnosers[0].queries.hold_ms = 3000;
-    // these tests send single samples and take their time
-    rig.diagnosers[0].input.stale_after_ms = 3_600_000;
+    rig.diagnosers[0].input.stale_after_ms = ms;
     let diagnoser = rig.start_diagnoser(0);
     let observer = rig.observer().await;
     let (structure, lower) = (&rig.plant.structure.name, ["lower".parse().unwrap()]);
@@ -140,6 +144,71 @@ async fn who_keeps_samples_and_is_out_of_reach_is_waited_for() {
     session::close(&observer).await;
 }
 
+/// The state of a gage that never changed, and why it is not known.
+async fn state_of_a_gage(observer: &Session) -> (wire::FaultState, Option<String>) {
+    let replies = observer.get("trusswatch/small/lower/fault/sensor/g1").await.unwrap();
+    let reply = in_time("a state", replies.recv_async()).await.unwrap();
+    let bytes = reply.result().unwrap().payload().to_bytes().into_owned();
+    let state: wire::FaultTransition = wire::decode(&bytes).unwrap();
+    (state.state, state.unknown.map(|unknown| unknown.reason))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_not_monitored_is_unknown_for_its_true_reason() {
+    let (diagnoser, observer) = diagnoser_that_is_stale_after(300).await;
+    let unknown = |reason: &str| (wire::FaultState::Unknown, Some(reason.to_owned()));
+    assert_eq!(state_of_a_gage(&observer).await, unknown("no sample has come yet"));
+    put_sample(&observer, &sample(0)).await;
+    let ending = |state: &wire::FaultState| *state == wire::FaultState::Unknown;
+    let bad = |step: u64, kind: usize| match kind {
+        // not a number, which travels as null
+        0 => Sample { elongations_m: vec![0.0, 0.0, f64::NAN], ..sample(step) },
+        1 => Sample { pressures_pa: vec![[f64::INFINITY; 2]; 2], ..sample(step) },
+        _ => Sample { elongations_m: vec![0.0; 4], ..sample(step) },
+    };
+    let reasons = [
+        "non-finite elongation of sensor/g3",
+        "non-finite pressure of actuator/a1",
+        "wrong number",
+    ];
+    let mut step = 1;
+    for (kind, wanted) in reasons.into_iter().enumerate() {
+        let wanted = format!("samples arrive and are refused: {wanted}");
+        in_time(&wanted, async {
+            loop {
+                put_sample(&observer, &bad(step, kind)).await;
+                step += 1;
+                let (state, reason) = state_of_a_gage(&observer).await;
+                assert!(ending(&state), "{state} during {kind}");
+                if reason.is_some_and(|reason| reason.starts_with(&wanted)) {
+                    return;
+                }
+            }
+        })
+        .await;
+    }
+    let wanted = "samples arrive and are refused: version 2";
+    in_time(wanted, async {
+        loop {
+            put(&observer, br#"{"v":2}"#.to_vec()).await;
+            let (state, reason) = state_of_a_gage(&observer).await;
+            assert!(ending(&state), "{state}");
+            if reason.is_some_and(|reason| reason.contains("refused: ") && reason.contains('2')) {
+                return;
+            }
+        }
+    })
+    .await;
+    in_time("silence", async {
+        while state_of_a_gage(&observer).await != unknown("no sample for 300 ms") {
+            tokio::task::yield_now().await;
+        }
+    })
+    .await;
+    diagnoser.stop().await;
+    session::close(&observer).await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_question_is_answered_held_or_refused_with_its_reason() {
     let (diagnoser, observer) = diagnoser_alone().await;
@@ -209,6 +278,7 @@ async fn without_its_peer_a_change_is_unconfirmed_and_the_silent_one_is_named() 
                 wire::decode(&received.payload().to_bytes()).unwrap();
             if published.state == wire::FaultState::Unconfirmed {
                 assert_eq!(published.silent, ["upper".parse().unwrap()]);
+                assert_eq!(published.silent_because, ["it is not there"]);
             }
             states.push(published.state.to_string());
         }

@@ -2,7 +2,6 @@
 
 use names::{Component, ModuleName, RunId, Step};
 
-use crate::change::Change;
 use crate::channels::Channels;
 use crate::counters::Counters;
 use crate::event::{Action, QuestionToken};
@@ -110,13 +109,7 @@ impl Knowledge<'_> {
     /// What this module has to say as of a step that it has processed.
     fn answer(&self, question: Question) -> Answer {
         let Question { run, from, as_of } = question;
-        let components = self.channels.components();
-        let log = self.judging.isolator().log();
-        let changes = log.between(from, as_of).map(|change| Change {
-            component: components[change.channel].clone(),
-            step: change.step,
-            ratio: change.ratio_as_of(as_of),
-        });
+        let changes = self.judging.isolator().changes_as_of(from, as_of);
         let faults = self.judging.ledger().latched_actuators(self.module, run);
         let in_time = faults.filter(|(_, since)| since.found <= as_of);
         let actuator_faults = in_time.filter_map(|(path, since)| match path.component {

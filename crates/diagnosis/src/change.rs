@@ -10,10 +10,14 @@ pub const MAX_TIE: usize = 31;
 pub struct Change {
     /// The channel.
     pub component: Component,
+    /// Since when its residual may have been changing.
+    pub onset: Step,
     /// The step at which D rose to γ or above.
     pub step: Step,
     /// Largest D/γ from that step until the tie window was over (or until the step asked for).
     pub ratio: f64,
+    /// The last step at which D was at γ or above, once the channel is quiet; `None` while it is not.
+    pub until: Option<Step>,
 }
 
 /// A change of the module's own, remembered with the growth of its ratio.
@@ -21,15 +25,38 @@ pub struct Change {
 pub(crate) struct LoggedChange {
     /// Number of the channel.
     pub(crate) channel: usize,
+    /// Since when the residual may have been changing.
+    pub(crate) onset: Step,
     /// The step of the change.
     pub(crate) step: Step,
     /// Largest D/γ up to `i` steps after the change, i = 0, 1, …
     peaks: Vec<f64>,
+    /// The last step at which D was at γ or above.
+    last: Step,
+    /// Its end was known before a restart.
+    pub(crate) over: bool,
 }
 
 impl LoggedChange {
-    pub(crate) fn new(channel: usize, step: Step, ratio: f64) -> Self {
-        Self { channel, step, peaks: vec![ratio] }
+    pub(crate) fn new(channel: usize, onset: Step, step: Step, ratio: f64) -> Self {
+        Self { channel, onset, step, peaks: vec![ratio], last: step, over: false }
+    }
+
+    /// One that is known from before a restart.
+    pub(crate) fn recalled(channel: usize, change: &Change, watched_until: Step) -> Self {
+        let last = change.until.unwrap_or(watched_until.max(change.step));
+        let over = change.until.is_some();
+        Self { last, over, ..Self::new(channel, change.onset, change.step, change.ratio) }
+    }
+
+    /// The channel is still changing at this step.
+    pub(crate) fn prolong(&mut self, step: Step) {
+        self.last = self.last.max(step);
+    }
+
+    /// Had the change ended by `step`? Then at which step?
+    pub(crate) fn ended_as_of(&self, step: Step, quiet_steps: u64) -> Option<Step> {
+        (self.last.plus(quiet_steps) <= step).then_some(self.last)
     }
 
     /// Takes the ratio at a later step into account, while the tie window lasts.
@@ -65,7 +92,7 @@ mod tests {
 
     #[test]
     fn a_ratio_is_reported_as_it_stood_at_the_step_asked_for() {
-        let mut change = LoggedChange::new(0, Step(10), 1.5);
+        let mut change = LoggedChange::new(0, Step(9), Step(10), 1.5);
         change.follow(Step(11), 4.0, 3);
         change.follow(Step(13), 2.0, 3);
         change.follow(Step(14), 9.0, 3);

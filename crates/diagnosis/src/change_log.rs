@@ -15,6 +15,8 @@ pub(crate) struct ChangeLog {
     forgotten_until: Option<Step>,
     /// How many of the latest changes may still grow.
     fresh: usize,
+    /// Channel and step of the changes that have not ended.
+    going_on: Vec<(usize, Step)>,
 }
 
 impl ChangeLog {
@@ -27,6 +29,9 @@ impl ChangeLog {
         if self.changes.len() == MAX_CHANGES_IN_ANSWER {
             self.forgotten_until = self.changes.pop_front().map(|oldest| oldest.step);
             self.fresh = self.fresh.min(self.changes.len());
+        }
+        if !change.over {
+            self.going_on.push((change.channel, change.step));
         }
         let later = self.changes.iter().rev().take_while(|c| c.step > change.step).count();
         if later > 0 {
@@ -71,6 +76,49 @@ impl ChangeLog {
         self.changes.get(place)
     }
 
+    /// A channel is still changing at this step, since its latest change.
+    pub(crate) fn prolong(&mut self, channel: usize, step: Step, ratio: f64, quiet_steps: u64) {
+        let latest = self.changes.iter_mut().rev();
+        match latest.into_iter().find(|c| c.channel == channel && c.step <= step) {
+            // After a gap nobody saw that it had become quiet; by the steps it had.
+            Some(change) if change.ended_as_of(step.minus(1), quiet_steps).is_some() => {
+                self.push(LoggedChange::new(channel, step, step, ratio));
+            }
+            Some(change) => change.prolong(step),
+            None => {}
+        }
+    }
+
+    /// The next change that has ended by `now`; each is returned once.
+    pub(crate) fn end(&mut self, now: Step, quiet_steps: u64) -> Option<(&LoggedChange, Step)> {
+        let changes = &self.changes;
+        let found = |(channel, step): &(usize, Step)| {
+            let from = changes.partition_point(|change| change.step < *step);
+            let at = changes.range(from..).take_while(|change| change.step == *step);
+            let at: Option<&LoggedChange> = at.into_iter().find(|c| c.channel == *channel);
+            at
+        };
+        let ended = |place: &(usize, Step)| {
+            found(place).is_none_or(|change| change.ended_as_of(now, quiet_steps).is_some())
+        };
+        let place = self.going_on.iter().position(ended)?;
+        let place = self.going_on.swap_remove(place);
+        let change = found(&place)?;
+        Some((change, change.ended_as_of(now, quiet_steps)?))
+    }
+
+    /// The changes that had begun by `until` and were not over before `from`, oldest first.
+    pub(crate) fn overlapping(
+        &self,
+        from: Step,
+        until: Step,
+        quiet_steps: u64,
+    ) -> impl Iterator<Item = &LoggedChange> {
+        let end = self.changes.partition_point(|change| change.step <= until);
+        let is_over = move |c: &LoggedChange| c.ended_as_of(from, quiet_steps).is_some();
+        self.changes.range(..end).filter(move |change| !is_over(change))
+    }
+
     /// Lets the ratios of changes within the last `tie` steps grow.
     pub(crate) fn follow(&mut self, step: Step, tie: u64, ratio: impl Fn(usize) -> f64) {
         let recent = self.changes.iter_mut().rev().skip_while(|change| change.step > step);
@@ -90,5 +138,84 @@ impl ChangeLog {
     /// The first step from which every change is still known.
     pub(crate) fn known_from(&self) -> Step {
         self.forgotten_until.map_or(Step(0), |until| until.plus(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const QUIET: u64 = 40;
+
+    /// A log in which channel 0 changes at step 100 and stays above its threshold until 150.
+    fn log() -> ChangeLog {
+        let mut log = ChangeLog::default();
+        log.push(LoggedChange::new(0, Step(95), Step(100), 2.0));
+        (101..=150).for_each(|step| log.prolong(0, Step(step), 2.0, QUIET));
+        log
+    }
+
+    fn overlapping(log: &ChangeLog, from: u64, until: u64) -> usize {
+        log.overlapping(Step(from), Step(until), QUIET).count()
+    }
+
+    #[test]
+    fn a_change_is_reported_from_its_step_on_until_it_is_over() {
+        let log = log();
+        assert_eq!(
+            [(0, 99), (0, 100), (189, 300)].map(|(a, b)| overlapping(&log, a, b)),
+            [0, 1, 1]
+        );
+        assert_eq!(overlapping(&log, 190, 300), 0);
+    }
+
+    #[test]
+    fn its_end_as_of_a_step_is_the_same_whenever_it_is_asked_for() {
+        let mut log = log();
+        let ended = |log: &ChangeLog, step| {
+            let mut changes = log.overlapping(Step(0), Step(step), QUIET);
+            changes.next().and_then(|change| change.ended_as_of(Step(step), QUIET))
+        };
+        assert_eq!((ended(&log, 170), ended(&log, 190)), (None, Some(Step(150))));
+        // above its threshold once more before it was over
+        log.prolong(0, Step(180), 2.0, QUIET);
+        assert_eq!(
+            (ended(&log, 170), ended(&log, 190), ended(&log, 220)),
+            (None, None, Some(Step(180)))
+        );
+    }
+
+    #[test]
+    fn an_end_is_reported_once() {
+        let mut log = log();
+        assert!(log.end(Step(189), QUIET).is_none());
+        let ended = log.end(Step(190), QUIET).map(|(change, until)| (change.step, until));
+        assert_eq!(ended, Some((Step(100), Step(150))));
+        assert!(log.end(Step(191), QUIET).is_none());
+    }
+
+    #[test]
+    fn what_goes_on_after_it_was_over_is_another_change() {
+        let mut log = log();
+        log.prolong(0, Step(300), 5.0, QUIET);
+        let steps: Vec<u64> = log.between(Step(0), Step(400)).map(|change| change.step.0).collect();
+        assert_eq!(steps, [100, 300]);
+    }
+
+    #[test]
+    fn a_change_whose_end_was_known_before_a_restart_is_not_reported_again() {
+        let change = |until: Option<u64>| crate::change::Change {
+            component: "sensor/g1".parse().unwrap(),
+            onset: Step(95),
+            step: Step(100),
+            ratio: 2.0,
+            until: until.map(Step),
+        };
+        let recalled = |until| {
+            let mut log = ChangeLog::default();
+            log.recall([LoggedChange::recalled(0, &change(until), Step(120))]);
+            log.end(Step(500), QUIET).map(|(_, until)| until)
+        };
+        assert_eq!((recalled(Some(110)), recalled(None)), (None, Some(Step(120))));
     }
 }

@@ -11,13 +11,14 @@ use crate::phase::Phase;
 use crate::residual::ResidualGenerator;
 use crate::sample::Sample;
 use crate::settings::{ModuleSetup, SetupError};
+use crate::unseen::Unseen;
 
 /// What a channel did at a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Occurrence {
     /// Its Gaussian was lost and restarted.
     Restarted(Violation),
-    /// Its divergence rose to its threshold; it has been rising since.
+    /// Its divergence rose to its threshold; it may have been rising since.
     Changed { onset: Step },
     /// Its divergence has stayed below its threshold for long enough.
     Quiet,
@@ -33,7 +34,15 @@ pub(crate) struct Channels {
     monitors: Vec<Monitor>,
     evidence: Vec<Evidence>,
     coverage: Coverage,
+    unseen: Unseen,
     phase: Phase,
+    /// Most samples in a row that are filled in when they are lost.
+    longest_filled: u64,
+    /// Lost samples that are filled in once the next one has come.
+    unfilled: u64,
+    /// The residuals at the latest step, and one between two of them.
+    latest: Vec<f64>,
+    between: Vec<f64>,
     /// Channel and occurrence, at the latest step.
     occurrences: Vec<(usize, Occurrence)>,
 }
@@ -65,12 +74,17 @@ impl Channels {
             evidence: monitors.iter().map(|monitor| *monitor.evidence()).collect(),
             // A channel has at most two occurrences a step.
             occurrences: Vec::with_capacity(2 * components.len()),
+            longest_filled: setup.isolation.tie_steps,
+            unfilled: 0,
+            latest: vec![0.0; components.len()],
+            between: vec![0.0; components.len()],
             settings: detection.divergence,
             components,
             generator,
             bank,
             monitors,
             coverage: Coverage::default(),
+            unseen: Unseen::new((detection.divergence.window + detection.divergence.lag) as u64),
             phase: Phase::Waiting,
         })
     }
@@ -92,25 +106,55 @@ impl Channels {
         self.bank.restart();
         self.monitors.iter_mut().for_each(Monitor::restart);
         self.coverage = Coverage::default();
+        self.unseen.forget();
+        self.unfilled = 0;
     }
 
-    /// So many samples are missing after `last`. After a long gap the channels are relearnt: the structure's
-    /// oscillation is not known, and what the models do while they settle would look like a fault.
+    /// So many samples are missing after `last`. As many as separate changes that count as simultaneous are
+    /// filled in: what happened there shows at the next sample. After a long gap the channels are relearnt:
+    /// the structure's oscillation is not known, and what the models do while they settle would look like a
+    /// fault.
     pub(crate) fn bridge(&mut self, last: Step, missing: u64) {
+        let follows = self.generator.bridge(missing);
+        if missing <= self.longest_filled && follows && self.generator.is_settled() {
+            self.unfilled = missing;
+            return;
+        }
         self.coverage.lose(last);
-        if self.generator.bridge(missing) {
+        if follows {
             self.bank.gap();
+            self.unseen.begin(last.plus(1));
         } else {
+            self.unseen.forget();
             self.bank.restart();
             self.monitors.iter_mut().for_each(Monitor::relearn);
+        }
+    }
+
+    /// Gives the bank residuals on a straight line to those of the present step in place of the lost ones.
+    fn fill(&mut self) {
+        let missing = std::mem::take(&mut self.unfilled);
+        for place in 1..=missing {
+            let share = place as f64 / (missing + 1) as f64;
+            for (between, (before, now)) in
+                self.between.iter_mut().zip(self.latest.iter().zip(self.generator.residuals()))
+            {
+                *between = before + share * (now - before);
+            }
+            let _ = self.bank.push(&self.between);
         }
     }
 
     /// Takes the next sample.
     pub(crate) fn observe(&mut self, sample: &Sample) {
         let settled = self.generator.is_settled();
-        let residuals = self.generator.push(sample);
+        self.generator.push(sample);
+        self.fill();
+        let residuals = self.generator.residuals();
+        self.latest.copy_from_slice(residuals);
         let outcomes = if settled { self.bank.push(residuals) } else { self.bank.skip() };
+        let defined = outcomes.iter().any(|outcome| outcome.divergence().is_some());
+        self.unseen.observe(sample.step, defined);
         self.occurrences.clear();
         for (channel, monitor) in self.monitors.iter_mut().enumerate() {
             let outcome = outcomes[channel];
@@ -119,7 +163,10 @@ impl Channels {
             }
             let occurrence = match monitor.observe(sample.step, residuals[channel], outcome) {
                 Observation::Nothing => None,
-                Observation::Changed { onset } => Some(Occurrence::Changed { onset }),
+                Observation::Changed { onset } => {
+                    let onset = self.unseen.earliest(onset);
+                    Some(Occurrence::Changed { onset })
+                }
                 Observation::Quiet => Some(Occurrence::Quiet),
             };
             self.evidence[channel] = *monitor.evidence();

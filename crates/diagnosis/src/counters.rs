@@ -29,6 +29,9 @@ pub struct Counters {
     pub restarts: u64,
     /// Changes of any channel.
     pub changes: u64,
+    /// Changes given up without a verdict, because too many of their channel were open.
+    #[serde(default)]
+    pub changes_unjudged: u64,
     /// Questions put to peers.
     pub questions_asked: u64,
     /// Questions that went unanswered: refused, timed out, absent or malformed.
@@ -46,7 +49,7 @@ impl Counters {
     pub(crate) fn count(&mut self, rejection: SampleRejection) {
         let counter = match rejection {
             SampleRejection::WrongLength => &mut self.samples_wrong_length,
-            SampleRejection::NonFinite => &mut self.samples_non_finite,
+            SampleRejection::NonFinite(_) => &mut self.samples_non_finite,
             SampleRejection::Repeated => &mut self.samples_repeated,
             SampleRejection::Late => &mut self.samples_late,
             SampleRejection::FarAhead => &mut self.samples_far_ahead,

@@ -77,7 +77,8 @@ pub enum Action {
     },
     /// Make a transition durable, then publish it.
     Publish(Transition),
-    /// The ratio of a change is final: peers receive this value from now on, and it is to be stored.
+    /// The ratio of a change is final: peers receive this value from now on, and it is to be stored. Once
+    /// more, with its last step, when it is over.
     Settled {
         /// The run that the step is counted in.
         run: RunId,

@@ -9,12 +9,16 @@ use crate::sample::{Sample, SampleRejection};
 /// Most steps that a single sample may lie ahead of the one before it: ten seconds at 1 kHz.
 const LONGEST_STEP_JUMP: u64 = 10_000;
 
+/// So many samples whose steps follow one another, all of them passed already, come from a publisher that has
+/// begun again with the same run: what comes late comes a few at a time.
+const BEGUN_AGAIN: u64 = 50;
+
 /// How a sample that is taken follows the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Admission {
     /// The first of a run.
     First {
-        /// The last step of the run before, if there was another run.
+        /// The last step of the run before, if there was one.
         ended: Option<Step>,
     },
     /// It follows `last` after so many missing steps.
@@ -37,6 +41,8 @@ pub(crate) struct Intake {
     recalled_run: Option<RunId>,
     /// The step of a sample that jumped too far ahead to be accepted alone.
     step_jump: Option<Step>,
+    /// The latest of the samples whose steps were passed, and how many have followed one another.
+    late: Option<(Step, u64)>,
 }
 
 impl Intake {
@@ -44,7 +50,7 @@ impl Intake {
     pub(crate) fn new(components: &[Component]) -> Self {
         let actuators = components.iter().filter(|c| matches!(c, Component::Actuator(_))).count();
         let gages = components.len() - actuators;
-        Self { actuators, gages, position: None, recalled_run: None, step_jump: None }
+        Self { actuators, gages, position: None, recalled_run: None, step_jump: None, late: None }
     }
 
     /// The run that was being diagnosed before a restart.
@@ -75,9 +81,17 @@ impl Intake {
     pub(crate) fn admit(&mut self, sample: &Sample) -> Result<Admission, SampleRejection> {
         sample.check(self.actuators, self.gages)?;
         let admission = match self.position {
-            Some((run, last)) if run == sample.run => self.follow(last, sample.step)?,
+            Some((run, last)) if run == sample.run => {
+                if self.begins_again(last, sample.step) {
+                    self.step_jump = None;
+                    Admission::First { ended: Some(last) }
+                } else {
+                    self.follow(last, sample.step)?
+                }
+            }
             other => self.begin(sample.run, other),
         };
+        self.late = None;
         self.position = Some((sample.run, sample.step));
         Ok(admission)
     }
@@ -87,6 +101,17 @@ impl Intake {
         let ended = before.or(recalled).filter(|(previous, _)| *previous != run);
         self.step_jump = None;
         Admission::First { ended: ended.map(|(_, last)| last) }
+    }
+
+    /// Has the publisher begun again, so that steps go back?
+    fn begins_again(&mut self, last: Step, step: Step) -> bool {
+        if step >= last {
+            return false;
+        }
+        let follows = |(before, _): &(Step, u64)| before.plus(1) == step;
+        let count = self.late.filter(follows).map_or(0, |(_, count)| count) + 1;
+        self.late = Some((step, count));
+        count >= BEGUN_AGAIN
     }
 
     fn follow(&mut self, last: Step, step: Step) -> Result<Admission, SampleRejection> {

@@ -1,5 +1,7 @@
 //! From changes to numbered transitions: cases, what peers know of them, judgements, verdicts.
 
+use std::collections::BTreeMap;
+
 use names::{Component, ModuleName, RunId, Step};
 
 use crate::change::{Change, LoggedChange};
@@ -23,16 +25,10 @@ pub(crate) struct Judging {
 
 impl Judging {
     pub(crate) fn new(setup: &ModuleSetup, components: &[Component]) -> Self {
-        let module = setup.module.clone();
         Self {
-            isolator: Isolator::new(
-                module.clone(),
-                components.to_vec(),
-                &setup.peers,
-                setup.isolation,
-            ),
+            isolator: Isolator::new(setup, components.to_vec()),
             ledger: Ledger::new(components),
-            module,
+            module: setup.module.clone(),
         }
     }
 
@@ -60,11 +56,14 @@ impl Judging {
 
     /// Takes up the changes from before a restart. Those that were not judged are judged after it.
     pub(crate) fn recall_changes(&mut self, past: &PastWatch, channels: &Channels) {
-        let known = past.changes.iter().filter_map(|change| {
-            let channel = channels.position(&change.component)?;
-            Some(LoggedChange::new(channel, change.step, change.ratio))
-        });
-        self.isolator.recall_changes(known.collect::<Vec<_>>());
+        let watched_until = past.watched.map_or(Step(0), |(_, until)| until);
+        let mut known = BTreeMap::new();
+        for change in &past.changes {
+            let Some(channel) = channels.position(&change.component) else { continue };
+            let recalled = LoggedChange::recalled(channel, change, watched_until);
+            known.insert((change.step, channel), recalled);
+        }
+        self.isolator.recall_changes(known.into_values());
         for (channel, component) in channels.components().iter().enumerate() {
             let Some(latest) = self.ledger.latest(component) else { continue };
             let open = matches!(
@@ -77,7 +76,12 @@ impl Judging {
             self.isolator.recall_case(channel, latest);
             let (step, ratio) = (latest.detection, latest.evidence.ratio());
             if !self.isolator.merge_repeat(channel, step, ratio) {
-                self.isolator.recall_changes([LoggedChange::new(channel, step, ratio)]);
+                self.isolator.recall_changes([LoggedChange::new(
+                    channel,
+                    latest.onset,
+                    step,
+                    ratio,
+                )]);
             }
         }
     }
@@ -114,7 +118,9 @@ impl Judging {
                 // outcome must not depend on when a peer's answer comes.
                 let judge = !self.ledger.verdict(channel).is_latched();
                 self.isolator.change(channel, onset, evidence, judge);
-                let change = Change { component: component.clone(), step, ratio: evidence.ratio() };
+                counters.changes_unjudged = self.isolator.unjudged();
+                let (component, ratio) = (component.clone(), evidence.ratio());
+                let change = Change { component, onset, step, ratio, until: None };
                 actions.push(Action::Report { run, change, evidence });
             }
             Occurrence::Quiet => {
@@ -125,19 +131,32 @@ impl Judging {
         }
     }
 
-    /// Follows the ratios of the changes that are still rising; those that are final are to be stored.
+    /// Follows the changes that are still rising, or going on. Their final ratios and ends are to be stored.
     pub(crate) fn follow(
         &mut self,
         (run, step): (RunId, Step),
         channels: &Channels,
         actions: &mut Vec<Action>,
     ) {
-        self.isolator.follow(step, |channel| channels.evidence()[channel].ratio());
+        let evidence = channels.evidence();
+        self.isolator.follow(step, |channel| evidence[channel].ratio());
+        for (channel, evidence) in evidence.iter().enumerate() {
+            if channels.monitor(channel).changed_until() == Some(step) {
+                self.isolator.prolong(channel, step, evidence.ratio());
+            }
+        }
+        let of = |change: &LoggedChange, until| Change {
+            component: channels.components()[change.channel].clone(),
+            onset: change.onset,
+            step: change.step,
+            ratio: change.ratio_as_of(step),
+            until,
+        };
         while let Some(settled) = self.isolator.settle(step) {
-            let component = channels.components()[settled.channel].clone();
-            let ratio = settled.ratio_as_of(step);
-            let change = Change { component, step: settled.step, ratio };
-            actions.push(Action::Settled { run, change });
+            actions.push(Action::Settled { run, change: of(settled, None) });
+        }
+        while let Some((ended, until)) = self.isolator.end(step) {
+            actions.push(Action::Settled { run, change: of(ended, Some(until)) });
         }
     }
 
@@ -178,7 +197,15 @@ impl Judging {
         actions: &mut Vec<Action>,
     ) {
         let (verdict, decided) = match finding {
-            Finding::Judged(Judgement::Root) => (Verdict::Latched, case.decide_at),
+            // What nobody could judge is back, or leaves the interval: that tells no more than it did.
+            Finding::Judged(Judgement::Again)
+                if self.ledger.verdict(case.channel).is_undecidable() =>
+            {
+                return;
+            }
+            Finding::Judged(Judgement::Root | Judgement::Again) => {
+                (Verdict::Latched, case.decide_at)
+            }
             Finding::Judged(Judgement::Explained { by, since }) => {
                 (Verdict::Explained { by, since }, case.decide_at)
             }

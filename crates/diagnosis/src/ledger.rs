@@ -13,6 +13,8 @@ struct Entry {
     component: Component,
     verdict: Verdict,
     latest: Option<Transition>,
+    /// The steps of the latest transition are those of a run that is over.
+    over: bool,
 }
 
 /// When a fault began, in steps of one run.
@@ -25,8 +27,8 @@ pub(crate) struct FaultySince {
 }
 
 impl FaultySince {
-    fn of(latest: &Transition, run: RunId) -> Self {
-        if latest.run != run {
+    fn of(latest: &Transition, run: RunId, over: bool) -> Self {
+        if latest.run != run || over {
             // It came with an earlier run, whose steps mean nothing here.
             return Self { change: Step(0), found: Step(0) };
         }
@@ -50,6 +52,7 @@ impl Ledger {
             component: component.clone(),
             verdict: Verdict::Normal,
             latest: None,
+            over: false,
         };
         Self { entries: components.iter().map(entry).collect(), sequence: 0 }
     }
@@ -90,7 +93,7 @@ impl Ledger {
     ) -> impl Iterator<Item = (ComponentPath, FaultySince)> {
         let latched = self.entries.iter().filter(|entry| entry.verdict.is_latched());
         latched.filter_map(move |entry| {
-            let since = FaultySince::of(entry.latest.as_ref()?, run);
+            let since = FaultySince::of(entry.latest.as_ref()?, run, entry.over);
             matches!(entry.component, Component::Actuator(_)).then(|| {
                 let component = entry.component.clone();
                 (ComponentPath { module: module.clone(), component }, since)
@@ -118,13 +121,15 @@ impl Ledger {
     /// What was found in a run that is over: what was explained is over too, what was not judged never
     /// will be.
     pub(crate) fn end_run(&mut self, channel: usize, decided: Step) -> Option<Transition> {
-        match &self.entries[channel].verdict {
+        let transition = match &self.entries[channel].verdict {
             Verdict::Explained { .. } => self.clear(channel, decided),
             Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) } => {
                 self.revise(channel, Verdict::Unconfirmed { doubt: Doubt::RunEnded }, decided)
             }
             _ => None,
-        }
+        };
+        self.entries[channel].over = true;
+        transition
     }
 
     /// Gives a component another verdict on the same change.
@@ -168,7 +173,7 @@ impl Ledger {
         // What can never be judged stays until an operator resets it, or until it shows again.
         let stays = entry.verdict.is_latched()
             || (entry.verdict.is_undecidable() && verdict != Verdict::Latched);
-        if known || stays {
+        if known || stays || keeps_first(entry, run, &verdict, &record) {
             return None;
         }
         self.sequence = sequence;
@@ -186,8 +191,19 @@ impl Ledger {
         };
         entry.verdict = verdict;
         entry.latest = Some(transition.clone());
+        entry.over = false;
         Some(transition)
     }
+}
+
+/// As long as a change is not judged, a later one of the same channel, as open as it, takes nothing of its
+/// evidence away.
+fn keeps_first(entry: &Entry, run: RunId, verdict: &Verdict, record: &Record) -> bool {
+    let open = |verdict: &Verdict| {
+        matches!(verdict, Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) })
+    };
+    let earlier = |latest: &Transition| latest.run == run && latest.detection < record.detection;
+    open(&entry.verdict) && open(verdict) && entry.latest.as_ref().is_some_and(earlier)
 }
 
 struct Record {

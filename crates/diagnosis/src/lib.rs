@@ -27,6 +27,7 @@ mod sample;
 mod settings;
 #[cfg(test)]
 mod testing;
+mod unseen;
 mod verdict;
 
 pub use change::{Change, MAX_TIE};
@@ -34,12 +35,12 @@ pub use counters::Counters;
 pub use diagnoser::Diagnoser;
 pub use event::{Action, Event, QuestionToken};
 pub use evidence::Evidence;
-pub use isolation::{Group, Groups, KnownChange};
+pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
 pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken};
 pub use phase::Phase;
 pub use question::{ActuatorFault, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
-pub use sample::{Sample, SampleRejection};
+pub use sample::{Sample, SampleRejection, Signal};
 pub use settings::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError};
 pub use verdict::{Doubt, Transition, Verdict};

@@ -24,6 +24,7 @@ pub struct PastWatch {
     pub run: RunId,
     /// First and last step that every channel was watched at, if there was one.
     pub watched: Option<(Step, Step)>,
-    /// The changes of the run as [`crate::Action::Settled`] reported them, oldest first.
+    /// The changes of the run as [`crate::Action::Settled`] reported them, in that order. Of a change that was
+    /// reported twice the later report counts.
     pub changes: Vec<Change>,
 }

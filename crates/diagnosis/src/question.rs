@@ -38,7 +38,8 @@ pub struct Answer {
     pub question: Question,
     /// Since which step every channel has been watched; `None` while initialising.
     pub watching_since: Option<Step>,
-    /// Changes between the two steps of the question, oldest first.
+    /// Changes that had begun by the second step of the question and were not over before the first, oldest
+    /// first.
     pub changes: Vec<Change>,
     /// Actuators declared faulty as of the step asked for, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,

@@ -17,6 +17,27 @@ pub struct Sample {
     pub elongations_m: Vec<f64>,
 }
 
+/// One of a sample's values, by the number of its actuator or gage, from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Signal {
+    /// The demanded force of an actuator.
+    Demand(usize),
+    /// A chamber pressure of an actuator.
+    Pressure(usize),
+    /// The elongation of a gage.
+    Elongation(usize),
+}
+
+impl std::fmt::Display for Signal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Signal::Demand(_) => "demand",
+            Signal::Pressure(_) => "pressure",
+            Signal::Elongation(_) => "elongation",
+        })
+    }
+}
+
 /// Why a sample was not used. Each reason has its own counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum SampleRejection {
@@ -24,8 +45,8 @@ pub enum SampleRejection {
     #[error("wrong number of values")]
     WrongLength,
     /// A value is not a finite number.
-    #[error("non-finite value")]
-    NonFinite,
+    #[error("non-finite {0}")]
+    NonFinite(Signal),
     /// The step is the one before once more.
     #[error("step repeated")]
     Repeated,
@@ -45,9 +66,17 @@ impl Sample {
         if lengths != [actuators, actuators, gages] {
             return Err(SampleRejection::WrongLength);
         }
-        let mut values = (self.demands_n.iter())
-            .chain(self.pressures_pa.as_flattened())
-            .chain(&self.elongations_m);
-        if values.all(|x| x.is_finite()) { Ok(()) } else { Err(SampleRejection::NonFinite) }
+        match self.values().find(|(_, x)| !x.is_finite()) {
+            Some((signal, _)) => Err(SampleRejection::NonFinite(signal)),
+            None => Ok(()),
+        }
+    }
+
+    fn values(&self) -> impl Iterator<Item = (Signal, f64)> {
+        let demands = (0..).map(Signal::Demand).zip(self.demands_n.iter().copied());
+        let pairs = (0..).map(Signal::Pressure).zip(&self.pressures_pa);
+        let pressures = pairs.flat_map(|(signal, pair)| pair.map(|pressure| (signal, pressure)));
+        let elongations = (0..).map(Signal::Elongation).zip(self.elongations_m.iter().copied());
+        demands.chain(pressures).chain(elongations)
     }
 }

@@ -33,8 +33,9 @@ pub struct IsolationSettings {
     pub tie_steps: u64,
     /// D/γ from which on a change, if it gets there within the tie, is a root cause of its own.
     pub root_ratio: f64,
-    /// For how long a root explains other components' changes, in steps; about the interval.
-    pub horizon_steps: u64,
+    /// Steps that the effects of a root cause take to show: so long after it has stopped changing it explains
+    /// other components' changes. At least `quiet_steps`.
+    pub effect_steps: u64,
     /// Steps below the threshold after which a channel counts as quiet again.
     pub quiet_steps: u64,
 }
@@ -177,6 +178,9 @@ impl ModuleSetup {
         require(ratio > 1.0, "root_ratio", ratio.to_string(), "a number above 1, inf for never");
         let quiet = self.isolation.quiet_steps;
         require(quiet >= 1, "quiet_steps", quiet.to_string(), "at least 1 step");
+        let effects = self.isolation.effect_steps;
+        let no_less = format!("at least quiet_steps, {quiet}");
+        require(effects >= quiet, "effect_steps", effects.to_string(), &no_less);
         let warm_up = self.detection.warm_up_vectors;
         let interval = self.detection.divergence.interval.vectors().map_or(2, |m| m as u64);
         let full = format!("at least {interval}: a full interval");

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use names::{ComponentPath, ModuleName, StructureName};
 use wire::keys::Watched;
-use wire::{FaultTransition, Key, Topic};
+use wire::{FaultState, FaultTransition, Key, ModulePhase, Topic, Unknown};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
 
@@ -27,6 +27,33 @@ impl ModulePicture {
     #[must_use]
     pub fn answers(&self) -> bool {
         !self.components.is_empty()
+    }
+
+    /// How many of its components are in this state.
+    #[must_use]
+    pub fn count(&self, state: FaultState) -> usize {
+        self.components.iter().filter(|component| component.state == state).count()
+    }
+
+    /// Since when and why it does not monitor its components, by what it reports of itself.
+    fn lack(&self) -> Option<Unknown> {
+        let phase = self.member.phase().filter(|phase| *phase != ModulePhase::InService)?;
+        let change = self.member.phase_change.as_ref().filter(|change| change.phase == phase);
+        let status = self.member.status.as_ref().map_or(0, |status| status.time_unix_ns);
+        Some(Unknown {
+            since_unix_ns: change.map_or(status, |change| change.time_unix_ns),
+            reason: change.map_or_else(|| phase.as_str().into(), |change| change.reason.clone()),
+        })
+    }
+
+    /// A former version calls normal what it does not monitor.
+    fn doubt(&mut self) {
+        let Some(lack) = self.lack() else { return };
+        for component in &mut self.components {
+            if component.state == FaultState::Normal {
+                *component = component.clone().while_unknown(lack.clone());
+            }
+        }
     }
 }
 
@@ -81,6 +108,10 @@ impl Picture {
         &mut self.modules[place]
     }
 
+    fn doubt(&mut self) {
+        self.modules.iter_mut().for_each(ModulePicture::doubt);
+    }
+
     fn sort(&mut self) {
         let place = |m: &ModulePicture| (m.member.structure.clone(), m.member.module.clone());
         self.modules.sort_by_key(place);
@@ -117,6 +148,7 @@ pub async fn present(
             Err(error) => picture.problems.push(error.to_string()),
         }
     }
+    picture.doubt();
     picture.sort();
     Ok(picture)
 }

@@ -9,6 +9,7 @@ use diagnosis::{
 use names::{ModuleName, RunId, Step};
 use plant::{InjectError, Plant};
 
+use crate::recollection::Store;
 use crate::schedule::Schedule;
 
 /// An event of a module that the study records.
@@ -72,6 +73,7 @@ pub enum RigError {
 pub struct Rig {
     plant: Plant,
     run: RunId,
+    setups: Vec<ModuleSetup>,
     diagnosers: Vec<Diagnoser>,
     samples: Vec<Sample>,
     schedule: Schedule,
@@ -79,6 +81,11 @@ pub struct Rig {
     actions: Vec<Action>,
     /// Every question put so far, by token: asker, peer and question.
     asked: Vec<(usize, ModuleName, Question)>,
+    /// What each diagnoser has stored.
+    stores: Vec<Store>,
+    /// The latest samples of all modules, as the publisher keeps them; so many of them.
+    kept: VecDeque<Vec<Sample>>,
+    keep: usize,
 }
 
 impl Rig {
@@ -93,19 +100,24 @@ impl Rig {
         run: RunId,
     ) -> Result<Self, RigError> {
         check_modules(&plant, &setups)?;
-        let diagnosers = setups.into_iter().map(|setup| {
+        let stores = setups.iter().map(|_| Store::default()).collect();
+        let diagnosers = setups.iter().map(|setup| {
             let module = setup.module.clone();
-            Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })
+            Diagnoser::new(setup.clone()).map_err(|problems| RigError::Setup { module, problems })
         });
         Ok(Self {
             plant,
             run,
             diagnosers: diagnosers.collect::<Result<_, _>>()?,
+            setups,
             samples: Vec::new(),
             schedule,
             occurrences: Vec::new(),
             actions: Vec::new(),
             asked: Vec::new(),
+            stores,
+            kept: VecDeque::new(),
+            keep: 0,
         })
     }
 
@@ -145,14 +157,54 @@ impl Rig {
     /// # Errors
     /// A fault of the schedule that does not fit the plant.
     pub fn step(&mut self) -> Result<(), RigError> {
+        self.step_without(|_| false)
+    }
+
+    /// Goes on by one step whose sample is lost on its way to some diagnosers, by their place.
+    ///
+    /// # Errors
+    /// A fault of the schedule that does not fit the plant.
+    pub fn step_without(&mut self, is_lost: impl Fn(usize) -> bool) -> Result<(), RigError> {
         let step = self.plant.next_step();
         self.schedule.apply(step, &mut self.plant)?;
         self.sample();
-        for index in 0..self.diagnosers.len() {
+        for index in (0..self.diagnosers.len()).filter(|index| !is_lost(*index)) {
             let Some(diagnoser) = self.diagnosers.get_mut(index) else { continue };
             diagnoser.take_sample(&self.samples[index], &mut self.actions);
             if !self.actions.is_empty() {
                 self.carry_out(index);
+            }
+        }
+        if self.keep > 0 {
+            let reused = (self.kept.len() == self.keep).then(|| self.kept.pop_front()).flatten();
+            let mut newest = reused.unwrap_or_default();
+            newest.clone_from(&self.samples);
+            self.kept.push_back(newest);
+        }
+        Ok(())
+    }
+
+    /// Keeps the latest `count` samples of each module for diagnosers that are restarted.
+    pub fn keep_samples(&mut self, count: usize) {
+        self.keep = count;
+    }
+
+    /// Restarts a diagnoser, by its place: it takes up what it had stored, and what is still kept of its
+    /// samples.
+    ///
+    /// # Errors
+    /// Its setup cannot be right.
+    pub fn restart(&mut self, place: usize) -> Result<(), RigError> {
+        let setup = self.setups[place].clone();
+        let module = setup.module.clone();
+        let mut successor =
+            Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })?;
+        successor.recall(self.stores[place].memory(&self.diagnosers[place]));
+        self.diagnosers[place] = successor;
+        for index in 0..self.kept.len() {
+            self.diagnosers[place].take_sample(&self.kept[index][place], &mut self.actions);
+            if !self.actions.is_empty() {
+                self.carry_out(place);
             }
         }
         Ok(())
@@ -197,6 +249,7 @@ impl Rig {
     /// What an action means for which diagnoser; records what the study needs.
     fn event_of(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
         let module = self.diagnosers.get(actor)?.module().clone();
+        self.stores[actor].note(&action);
         match action {
             Action::Report { change, .. } => {
                 self.occurrences.push(Occurrence::Change { module, change });

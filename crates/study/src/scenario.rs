@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
 
+use crate::campaign::Campaign;
 use crate::schedule::{Injection, Schedule};
 
 /// Nominal runs draw from streams of their own, far from those of the scenarios.
@@ -109,7 +110,7 @@ pub fn nominal_seed(campaign_seed: u64, number: u64) -> u64 {
     generator(campaign_seed, FIRST_NOMINAL_STREAM | number).next_u64()
 }
 
-fn generator(campaign_seed: u64, stream: u64) -> ChaCha8Rng {
+pub(crate) fn generator(campaign_seed: u64, stream: u64) -> ChaCha8Rng {
     let mut generator = ChaCha8Rng::seed_from_u64(campaign_seed);
     generator.set_stream(stream);
     generator
@@ -124,6 +125,21 @@ fn draw_component(
     let fitting = components_that_can_have(structure, kind);
     // An empty list has no first component either.
     fitting.get(generator.random_range(0..fitting.len().max(1))).cloned()
+}
+
+/// A fault of any kind, of a component that is not among those `taken`.
+pub(crate) fn draw_fault_of_any_component(
+    campaign: &Campaign,
+    taken: &[ComponentPath],
+    generator: &mut ChaCha8Rng,
+) -> Option<(ComponentPath, Fault)> {
+    let Campaign { structure, parameters, ranges, .. } = campaign;
+    let kind = FaultKind::ALL[generator.random_range(0..FaultKind::ALL.len())];
+    let mut fitting = components_that_can_have(structure, kind);
+    fitting.retain(|component| !taken.contains(component));
+    let component = fitting.get(generator.random_range(0..fitting.len().max(1)))?.clone();
+    let length_m = gage_length_m(structure, &component);
+    Some((component, draw_fault(kind, length_m, ranges, parameters, generator)))
 }
 
 /// The components of the structure that can have this kind of fault, module by module.

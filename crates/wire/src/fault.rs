@@ -21,10 +21,20 @@ pub enum Doubt {
     RunEnded,
 }
 
+/// Why nothing is known of a component at present.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Unknown {
+    /// Since when \[ns since 1970\].
+    pub since_unix_ns: u64,
+    /// In words.
+    pub reason: String,
+}
+
 /// A transition, published when it happens and given to whoever asks for the present state.
 ///
 /// In answer to a question, a component that has had no transition yet is `normal` with sequence 0
-/// and without run, steps and evidence.
+/// and without run, steps and evidence. As long as its module does not watch, what would be `normal` is
+/// `unknown`, and every state says since when and why.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultTransition {
     /// The structure.
@@ -59,9 +69,16 @@ pub struct FaultTransition {
     /// If unconfirmed, the modules that do not answer.
     #[serde(default)]
     pub silent: Vec<ModuleName>,
+    /// In the order of `silent`, why each of them has not answered so far.
+    #[serde(default)]
+    pub silent_because: Vec<String>,
     /// If unconfirmed, the modules that were not watching when it happened.
     #[serde(default)]
     pub unknowing: Vec<ModuleName>,
+    /// If the module does not watch its components at present, since when and why. A fault that was latched
+    /// before stays one.
+    #[serde(default)]
+    pub unknown: Option<Unknown>,
     /// The order that led to this transition, if one did.
     #[serde(default)]
     pub order: Option<GivenOrder>,
@@ -100,11 +117,23 @@ impl FaultTransition {
             explained_since_step: None,
             doubt: None,
             silent: Vec::new(),
+            silent_because: Vec::new(),
             unknowing: Vec::new(),
+            unknown: None,
             order: None,
             durable: true,
             time_unix_ns,
         }
+    }
+
+    /// The same as long as the module does not watch.
+    #[must_use]
+    pub fn while_unknown(self, unknown: Unknown) -> FaultTransition {
+        let state = match self.state {
+            FaultState::Normal => FaultState::Unknown,
+            other => other,
+        };
+        FaultTransition { state, unknown: Some(unknown), ..self }
     }
 }
 

@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 pub enum FaultState {
     /// No change, or the explained one is over.
     Normal,
+    /// Nothing is known of it at present, since its module does not watch it. Only in answer to a question:
+    /// no transition leads here, as the verdict is what it was.
+    Unknown,
     /// A change, not yet judged.
     Tentative,
     /// A change that cannot be judged because peers do not answer.
@@ -37,6 +40,7 @@ impl FaultState {
     pub fn as_str(self) -> &'static str {
         match self {
             FaultState::Normal => "normal",
+            FaultState::Unknown => "unknown",
             FaultState::Tentative => "tentative",
             FaultState::Unconfirmed => "unconfirmed",
             FaultState::Explained => "explained",

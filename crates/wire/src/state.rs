@@ -57,7 +57,7 @@ pub struct StateAnswer {
     pub as_of_step: Step,
     /// Since when every channel has been watched; `null` while initialising.
     pub watching_since_step: Option<Step>,
-    /// Changes between the two steps, oldest first.
+    /// Changes that had begun by the second step and were not over before the first, oldest first.
     pub changes: Vec<StateChange>,
     /// Actuators held for faulty as of that step, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
@@ -70,8 +70,25 @@ pub struct StateChange {
     pub component: Component,
     /// The step at which the divergence reached its threshold.
     pub step: Step,
+    /// Since when the residual may have been changing, if that is earlier.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub onset_step: Option<Step>,
     /// Divergence by threshold at its largest while the change was fresh.
     pub ratio: f64,
+    /// The last step at which the divergence was at its threshold or above, if the change was over by then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_step: Option<Step>,
+    /// The change was not over by then.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub going_on: bool,
+}
+
+impl StateChange {
+    /// A change of which neither onset nor end is known.
+    #[must_use]
+    pub fn at(component: Component, step: Step, ratio: f64) -> Self {
+        Self { component, step, onset_step: None, ratio, until_step: None, going_on: false }
+    }
 }
 
 /// An actuator held for faulty.

@@ -37,6 +37,9 @@ pub struct ModuleStatus {
     pub latched: u64,
     /// Components whose verdict is unconfirmed.
     pub unconfirmed: u64,
+    /// Components of which nothing is known, since the module does not watch them at present.
+    #[serde(default)]
+    pub unknown: u64,
     /// Peers' questions that wait for a step to come.
     pub waiting_questions: u64,
     /// The sequence number that the next transition will have.
@@ -216,6 +219,9 @@ pub struct DiagnosisCounters {
     pub restarts: u64,
     /// Changes of any channel.
     pub changes: u64,
+    /// Changes given up without a verdict, because too many of their channel were open.
+    #[serde(default)]
+    pub changes_unjudged: u64,
     /// Questions put to peers.
     pub questions_asked: u64,
     /// Questions that went unanswered.

@@ -12,8 +12,8 @@ use wire::{
     ActuatorFault, Change, Channel, Divergences, Doubt, Evidence, FaultState, FaultTransition,
     GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message, ModulePhase,
     ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Topic, decode,
-    encode,
+    PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Topic, Unknown,
+    decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -134,7 +134,9 @@ fn events_are_read_back() {
         explained_since_step: Some(Step(39)),
         doubt: Some(Doubt::Silent),
         silent: vec!["module2".parse().unwrap()],
+        silent_because: vec!["not there".into()],
         unknowing: vec!["module3".parse().unwrap()],
+        unknown: Some(Unknown { since_unix_ns: 8, reason: "no sample for 500 ms".into() }),
         order: Some(GivenOrder {
             order: OrderKind::Reset,
             by: "ada".into(),
@@ -178,6 +180,15 @@ fn the_states_of_a_fault_have_the_names_of_the_manual() {
 
 #[test]
 fn answers_orders_and_refusals_are_read_back() {
+    let over = StateChange {
+        component: "sensor/g1".parse().unwrap(),
+        step: Step(4),
+        onset_step: Some(Step(3)),
+        ratio: 1.25,
+        until_step: Some(Step(6)),
+        going_on: false,
+    };
+    let going_on = StateChange { until_step: None, going_on: true, ..over.clone() };
     let answer = StateAnswer {
         structure: structure(),
         module: module(),
@@ -185,11 +196,7 @@ fn answers_orders_and_refusals_are_read_back() {
         from_step: Step(1),
         as_of_step: Step(9),
         watching_since_step: None,
-        changes: vec![StateChange {
-            component: "sensor/g1".parse().unwrap(),
-            step: Step(4),
-            ratio: 1.25,
-        }],
+        changes: vec![over, going_on],
         actuator_faults: vec![ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(2) }],
     };
     assert_eq!(back(&answer), answer);
@@ -259,6 +266,7 @@ fn statuses_are_read_back() {
         queued_samples: 1,
         latched: 1,
         unconfirmed: 0,
+        unknown: 11,
         waiting_questions: 0,
         next_sequence: 4,
         journal: JournalStatus { problem: Some("disk full".into()), ..Default::default() },

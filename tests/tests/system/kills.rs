@@ -17,7 +17,7 @@ use system_tests::observer::{Observer, states};
 use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
 use system_tests::turn;
-use wire::FaultTransition;
+use wire::{FaultState, FaultTransition};
 
 const KILLS: usize = 200;
 const SEED: u64 = 20;
@@ -75,7 +75,7 @@ impl Scene {
     /// The present states of all components that ever had a transition.
     async fn states(&self) -> BTreeMap<ComponentPath, FaultTransition> {
         let states = states(&self.observer.session).await.into_iter();
-        let changed = states.filter(|state| state.sequence > 0);
+        let changed = states.filter(|state| state.sequence > 0).map(last_judged);
         changed.map(|state| (state.component.clone(), state)).collect()
     }
 
@@ -104,6 +104,14 @@ impl Scene {
         self.problems.extend(lives.iter().flat_map(|lives| &lives.complaints).cloned());
         Summary::of((KILLS, took), audits, &collected, &books, &lives)
     }
+}
+
+/// What a state was when it was judged last, whatever has become unknown since: the plant has ended by then.
+fn last_judged(mut state: FaultTransition) -> FaultTransition {
+    if state.unknown.take().is_some() && state.state == FaultState::Unknown {
+        state.state = FaultState::Normal;
+    }
+    state
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -8,7 +8,6 @@ use wire::{
 
 /// A message.
 #[derive(Debug, Clone, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "passed one at a time and never kept")]
 pub(super) enum News {
     /// A channel changed.
     Change(Change),

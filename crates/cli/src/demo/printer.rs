@@ -182,7 +182,11 @@ fn asked(module: &ModuleName, questions: u64, unanswered: u64) -> String {
         0 => String::new(),
         count => format!("; {count} went unanswered and are asked again"),
     };
-    format!("asked      {module} asked its peers {questions} times{of_these}")
+    let times = match questions {
+        1 => "once".to_owned(),
+        _ => format!("{questions} times"),
+    };
+    format!("asked      {module} asked its peers {times}{of_these}")
 }
 
 #[cfg(test)]
@@ -218,5 +222,15 @@ mod tests {
             "the run ended before there was a verdict",
         ];
         assert_eq!(why, expected);
+    }
+
+    #[test]
+    fn questions_are_counted_in_words() {
+        let module: ModuleName = "m1".parse().unwrap();
+        assert_eq!(asked(&module, 1, 0), "asked      m1 asked its peers once");
+        assert_eq!(
+            asked(&module, 3, 2),
+            "asked      m1 asked its peers 3 times; 2 went unanswered and are asked again"
+        );
     }
 }

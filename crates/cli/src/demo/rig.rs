@@ -152,13 +152,13 @@ fn check_plant(place: &Path) -> Result<(), Failure> {
 
 /// The longest of each length among the modules.
 fn pace(configs: &[DiagnoserConfig]) -> Pace {
-    let mut pace = Pace { step_s: 1e-3, warm_up: 0, horizon: 0, interval: 0 };
+    let mut pace = Pace { step_s: 1e-3, warm_up: 0, effects: 0, interval: 0 };
     for setup in configs.iter().map(DiagnoserConfig::module_setup) {
         let divergence = setup.detection.divergence;
         let vectors = divergence.interval.vectors().unwrap_or_default() as u64;
         pace.step_s = setup.step_s;
         pace.warm_up = pace.warm_up.max(setup.detection.warm_up_vectors + divergence.window as u64);
-        pace.horizon = pace.horizon.max(setup.isolation.horizon_steps);
+        pace.effects = pace.effects.max(setup.isolation.effect_steps);
         pace.interval = pace.interval.max(vectors);
     }
     pace

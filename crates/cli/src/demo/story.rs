@@ -68,8 +68,8 @@ pub(super) struct Pace {
     pub(super) step_s: f64,
     /// When every channel is watched.
     pub(super) warm_up: u64,
-    /// How long a fault explains other changes.
-    pub(super) horizon: u64,
+    /// How long effects take to show.
+    pub(super) effects: u64,
     /// How long the statistics remember.
     pub(super) interval: u64,
 }
@@ -92,7 +92,7 @@ impl Pace {
 
     /// From a story to the next: everything is forgotten and the fault explains nothing any more.
     fn spacing(&self) -> u64 {
-        self.steps(REPAIRED_AFTER_S) + self.forgotten() + self.horizon
+        self.steps(REPAIRED_AFTER_S) + self.forgotten() + self.effects
     }
 }
 
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    const PACE: Pace = Pace { step_s: 1e-3, warm_up: 3000, horizon: 2500, interval: 2000 };
+    const PACE: Pace = Pace { step_s: 1e-3, warm_up: 3000, effects: 250, interval: 2000 };
 
     #[test]
     fn every_story_has_a_component_of_its_own_that_can_have_the_fault() {
@@ -141,7 +141,7 @@ mod tests {
         let acts = acts(stories().unwrap(), &PACE);
         assert!(acts[0].injected.0 > PACE.warm_up);
         for pair in acts.windows(2) {
-            assert!(pair[1].injected.since(pair[0].repaired) > PACE.interval + PACE.horizon);
+            assert!(pair[1].injected.since(pair[0].repaired) > PACE.interval + PACE.effects);
             assert!(pair[0].repaired < pair[0].over && pair[0].over < pair[1].injected);
         }
     }

@@ -6,7 +6,7 @@ use wire::{FaultState, FaultTransition};
 
 use super::story::{Act, Pace, Story};
 
-pub(super) const PACE: Pace = Pace { step_s: 1e-3, warm_up: 50, horizon: 25, interval: 20 };
+pub(super) const PACE: Pace = Pace { step_s: 1e-3, warm_up: 50, effects: 25, interval: 20 };
 
 pub(super) fn acts() -> Vec<Act> {
     let act = |path: &str, fault, injected| Act {

@@ -10,7 +10,9 @@ pub(super) fn all_is_well(picture: &Picture) -> bool {
 }
 
 fn is_well(module: &ModulePicture) -> bool {
-    let troubled = |state: FaultState| state.is_fault() || state == FaultState::Unconfirmed;
+    let troubled = |state: FaultState| {
+        state.is_fault() || matches!(state, FaultState::Unconfirmed | FaultState::Unknown)
+    };
     module.answers()
         && module.member.phase() == Some(ModulePhase::InService)
         && !module.components.iter().any(|component| troubled(component.state))
@@ -30,7 +32,12 @@ mod tests {
         for state_is in [FaultState::Normal, FaultState::Tentative, FaultState::Explained] {
             assert!(all_is_well(&with(state_is)), "{state_is}");
         }
-        for state_is in [FaultState::Latched, FaultState::Acknowledged, FaultState::Unconfirmed] {
+        for state_is in [
+            FaultState::Latched,
+            FaultState::Acknowledged,
+            FaultState::Unconfirmed,
+            FaultState::Unknown,
+        ] {
             assert!(!all_is_well(&with(state_is)), "{state_is}");
         }
         let normal = || vec![state("m1/sensor/g1", FaultState::Normal)];

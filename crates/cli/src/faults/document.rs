@@ -43,6 +43,7 @@ struct Module<'a> {
     status_time: Option<String>,
     /// Components whose state it reported, by state.
     normal: usize,
+    unknown: usize,
     not_normal: usize,
 }
 
@@ -75,8 +76,7 @@ fn module(picture: &ModulePicture) -> Module<'_> {
     let status = member.status.as_ref();
     // A reason is given only as long as it is the reason of the present phase.
     let change = member.phase_change.as_ref().filter(|c| Some(c.phase) == member.phase());
-    let normal =
-        picture.components.iter().filter(|component| component.state == FaultState::Normal).count();
+    let normal = picture.count(FaultState::Normal);
     Module {
         structure: member.structure.as_ref(),
         module: &member.module,
@@ -95,6 +95,7 @@ fn module(picture: &ModulePicture) -> Module<'_> {
         journal: status.map(|status| &status.journal),
         status_time: status.map(|status| utc(status.time_unix_ns)),
         normal,
+        unknown: picture.count(FaultState::Unknown),
         not_normal: picture.components.len() - normal,
     }
 }

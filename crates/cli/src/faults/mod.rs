@@ -22,7 +22,8 @@ use crate::versioned;
 /// Show which components are faulty at present, and how the modules are
 ///
 /// Asks every diagnoser for the state of its components and shows those that are other than normal.
-/// Modules that are expected, or that another module names as its peer, and do not answer are shown as
+/// Components of a module that does not monitor them, because no samples come or for another reason, are
+/// unknown. Modules that are expected, or that another module names as its peer, and do not answer are shown as
 /// not answering: nothing is known of their components.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -33,7 +34,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
     /// End with exit code 1 unless all is well: every module answers and is in service, and no component
-    /// is latched, acknowledged or unconfirmed
+    /// is latched, acknowledged, unconfirmed or unknown
     #[arg(long)]
     exit_code: bool,
     /// Print one JSON object

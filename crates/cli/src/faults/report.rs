@@ -9,7 +9,7 @@ use wire::{FaultState, FaultTransition};
 use super::component_table::components;
 use super::module_table::modules;
 use crate::paint::{Colour, Paint};
-use crate::wording::plain;
+use crate::wording::{plain, utc};
 
 /// The text: each structure with its modules, its components, and what is not known.
 pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Paint) -> String {
@@ -34,15 +34,18 @@ pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Pa
 
 fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint) -> String {
     let every = modules.iter().flat_map(|module| &module.components);
+    let listed = |state| !matches!(state, FaultState::Normal | FaultState::Unknown);
     let shown: Vec<&FaultTransition> =
-        every.clone().filter(|component| all || component.state != FaultState::Normal).collect();
+        every.filter(|component| all || listed(component.state)).collect();
     let mut lines = Vec::new();
     if !shown.is_empty() {
         let (table, colours) = components(&shown);
         lines.push(format!("{}\n", table.painted(width, &colours, paint)));
     }
-    let normal = every.clone().filter(|component| component.state == FaultState::Normal).count();
-    lines.push(format!("{normal} of {} components are normal", every.count()));
+    lines.push(counts(modules));
+    lines.extend(
+        modules.iter().filter_map(unknown).map(|line| paint.in_colour(Colour::Yellow, &line)),
+    );
     for module in modules.iter().filter(|module| !module.answers()) {
         let line = format!("nothing is known of the components of {}", module.member.module);
         lines.push(paint.in_colour(Colour::Red, &line));
@@ -50,17 +53,46 @@ fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint
     lines.join("\n")
 }
 
+/// How many components are in each state, the normal ones first, then the most urgent.
+fn counts(modules: &[ModulePicture]) -> String {
+    let count = |state| modules.iter().map(|module| module.count(state)).sum::<usize>();
+    let total: usize = modules.iter().map(|module| module.components.len()).sum();
+    let others = [
+        FaultState::Latched,
+        FaultState::Acknowledged,
+        FaultState::Unconfirmed,
+        FaultState::Tentative,
+        FaultState::Explained,
+        FaultState::Unknown,
+    ];
+    let others = others.into_iter().map(|state| (state, count(state))).filter(|(_, n)| *n > 0);
+    let words: Vec<String> =
+        std::iter::once(format!("{} of {total} components are normal", count(FaultState::Normal)))
+            .chain(others.map(|(state, n)| format!("{n} {state}")))
+            .collect();
+    words.join(", ")
+}
+
+/// What is not known of a module that answers, since when and why.
+fn unknown(module: &ModulePicture) -> Option<String> {
+    let count = module.count(FaultState::Unknown);
+    let first =
+        module.components.iter().find(|component| component.state == FaultState::Unknown)?;
+    let unknown = first.unknown.as_ref()?;
+    let (since, reason) = (utc(unknown.since_unix_ns), plain(&unknown.reason));
+    Some(format!("{}: {count} unknown since {since}: {reason}", module.member.module))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{latched, module, picture, silent, state};
+    use crate::faults::testing::{latched, module, picture, silent, state, unknown_state};
     use wire::ModulePhase;
 
     fn lines(all: bool) -> Vec<String> {
         let normal = state("m1/sensor/g1", FaultState::Normal);
         let first = module("m1", ModulePhase::InService, vec![normal, latched("m1/sensor/g2")]);
-        let stale =
-            module("m2", ModulePhase::Stale, vec![state("m2/sensor/g1", FaultState::Normal)]);
+        let stale = module("m2", ModulePhase::Stale, vec![unknown_state("m2/sensor/g1")]);
         let picture = picture(vec![first, stale, silent("m3", Some("m1"))]);
         let paint = Paint::for_terminal(false);
         report(&picture, all, None, paint).lines().map(|line| line.trim_end().to_owned()).collect()
@@ -80,7 +112,8 @@ tower
 ───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
   m1/sensor/g2   latched   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
 
-2 of 3 components are normal
+1 of 3 components are normal, 1 latched, 1 unknown
+m2: 1 unknown since 1970-01-01T00:00:02.000Z: no sample for 500 ms
 nothing is known of the components of m3";
         let text = lines(false).join("\n");
         assert_eq!(text, expected, "\n{text}");
@@ -106,7 +139,7 @@ nothing is known of the components of m3";
     fn with_all_every_component_has_its_line() {
         let text = lines(true);
         for component in
-            ["m1/sensor/g1   normal", "m1/sensor/g2   latched", "m2/sensor/g1   normal"]
+            ["m1/sensor/g1   normal", "m1/sensor/g2   latched", "m2/sensor/g1   unknown"]
         {
             assert!(text.iter().any(|line| line.trim_start().starts_with(component)), "{text:#?}");
         }

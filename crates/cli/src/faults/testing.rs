@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use names::Step;
 use observer::{Member, ModulePicture, Picture};
-use wire::{Evidence, FaultState, FaultTransition, ModulePhase, ModuleStatus};
+use wire::{Evidence, FaultState, FaultTransition, ModulePhase, ModuleStatus, Unknown};
 
 pub(super) fn picture(modules: Vec<ModulePicture>) -> Picture {
     Picture { modules, problems: Vec::new() }
@@ -37,6 +37,13 @@ pub(super) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
 pub(super) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+}
+
+/// Of a module whose samples have stopped.
+pub(super) fn unknown_state(component: &str) -> FaultTransition {
+    let reason = "no sample for 500 ms".to_owned();
+    state(component, FaultState::Normal)
+        .while_unknown(Unknown { since_unix_ns: 2_000_000_000, reason })
 }
 
 /// A fault that the journal did not take.
@@ -75,6 +82,7 @@ fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         queued_samples: 0,
         latched: 0,
         unconfirmed: 0,
+        unknown: 0,
         waiting_questions: 0,
         next_sequence: 1,
         journal: wire::JournalStatus::default(),

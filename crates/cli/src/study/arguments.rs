@@ -32,6 +32,7 @@ pub(crate) struct Arguments {
 pub(super) enum Command {
     Run(RunArguments),
     Power(PowerArguments),
+    Histories(HistoriesArguments),
     Compare(CompareArguments),
     Explain(ExplainArguments),
     Export(ExportArguments),
@@ -130,6 +131,30 @@ pub(super) struct PowerArguments {
     pub(super) svg: Option<PathBuf>,
     /// Print one JSON object instead of a table
     #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// Go through random histories: faults that come, go, come again and overlap, lost samples, restarts
+///
+/// A history follows from the seed and its own number alone. A healthy component that is named is a defect
+/// of the diagnosis: the command then fails, and says how to look at that history.
+#[derive(Debug, Args)]
+pub(super) struct HistoriesArguments {
+    #[command(flatten)]
+    pub(super) campaign: CampaignArguments,
+    /// How many histories
+    #[arg(long, default_value = "200", value_name = "N")]
+    pub(super) histories: std::num::NonZeroU64,
+    /// Number of the first of them
+    #[arg(long, default_value_t = 0, value_name = "K")]
+    pub(super) from: u64,
+    #[command(flatten)]
+    pub(super) jobs: JobsArguments,
+    /// Go through the first of them only, and print what happens
+    #[arg(long)]
+    pub(super) show: bool,
+    /// Print one JSON object instead of a table
+    #[arg(long, conflicts_with = "show")]
     pub(super) json: bool,
 }
 

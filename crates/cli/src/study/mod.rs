@@ -5,6 +5,7 @@ mod compare;
 mod document;
 mod explain;
 mod files;
+mod histories;
 mod interrupt;
 mod journal;
 mod power;
@@ -36,6 +37,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let campaign = preset::campaign(&arguments.campaign)?;
             let stop = interrupt::listen()?;
             power::run(arguments, &campaign, &stop)
+        }
+        Command::Histories(arguments) => {
+            let campaign = preset::campaign(&arguments.campaign)?;
+            let stop = interrupt::listen()?;
+            histories::run(arguments, &campaign, &stop)
         }
         Command::Compare(arguments) => compare_rules(arguments),
         Command::Explain(ExplainArguments { scenario, campaign }) => {

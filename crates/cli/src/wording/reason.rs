@@ -2,7 +2,7 @@
 
 use wire::{FaultState, FaultTransition, GivenOrder, OrderKind};
 
-use super::{plain, why_unconfirmed};
+use super::{plain, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
 pub(crate) fn reason(transition: &FaultTransition) -> String {
@@ -16,6 +16,12 @@ pub(crate) fn reason(transition: &FaultTransition) -> String {
     if transition.state == FaultState::Unconfirmed {
         let FaultTransition { doubt, silent, unknowing, .. } = transition;
         reasons.push(why_unconfirmed(*doubt, silent, unknowing));
+        let because = silent.iter().zip(&transition.silent_because);
+        reasons.extend(because.map(|(module, why)| format!("{module}: {}", plain(why))));
+    }
+    if let Some(unknown) = &transition.unknown {
+        let since = utc(unknown.since_unix_ns);
+        reasons.push(format!("not monitored since {since}: {}", plain(&unknown.reason)));
     }
     reasons.extend(transition.order.as_ref().map(ordered));
     if !transition.durable {

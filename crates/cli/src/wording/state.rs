@@ -9,7 +9,7 @@ pub(crate) fn state_colour(state: FaultState) -> Colour {
     match state {
         FaultState::Latched | FaultState::Acknowledged => Colour::Red,
         FaultState::Explained => Colour::Green,
-        FaultState::Unconfirmed => Colour::Yellow,
+        FaultState::Unconfirmed | FaultState::Unknown => Colour::Yellow,
         FaultState::Normal | FaultState::Tentative => Colour::Dim,
     }
 }

@@ -116,6 +116,26 @@ async fn a_check_fails_unless_all_is_well() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn what_a_stale_module_calls_normal_is_unknown() {
+    let mut tower = StandIn::open("tower").await;
+    let states = ["module1/sensor/g1", "module1/sensor/g2"]
+        .map(|component| tower.transition(component, FaultState::Normal, 0));
+    tower.module("module1", ModulePhase::Stale, &[], states.into()).await;
+    let outcome = tower.run(&["faults"]);
+    outcome.succeeds();
+    let counts = "0 of 2 components are normal, 2 unknown";
+    assert!(outcome.stdout.contains(counts), "{}", outcome.stdout);
+    assert!(line(&outcome, "module1: 2 unknown since").ends_with(": stale"));
+    let document = json(&tower.run(&["faults", "--json"]));
+    assert_eq!(
+        (&document["modules"][0]["normal"], &document["modules"][0]["unknown"]),
+        (&Value::from(0), &Value::from(2))
+    );
+    let all = tower.run(&["faults", "--all"]);
+    assert!(line(&all, "module1/sensor/g1").contains("unknown"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_module_that_is_there_and_does_not_answer_is_shown_as_not_answering() {
     let mut tower = troubled().await;
     tower.silence("module4", Topic::Fault("sensor/g1".parse().unwrap())).await;

@@ -236,6 +236,7 @@ impl StandIn {
             queued_samples: 0,
             latched: 0,
             unconfirmed: 0,
+            unknown: 0,
             waiting_questions: 0,
             next_sequence: 4,
             journal: wire::JournalStatus {

@@ -92,8 +92,8 @@ pub struct IsolationSection {
     pub tie_steps: u64,
     /// A change whose ratio to its threshold reaches this within the tie is a root cause of its own: 30.
     pub root_ratio: f64,
-    /// For how many steps a root explains other components' changes: 2500.
-    pub horizon_steps: u64,
+    /// Steps that effects take; a root explains for so long after it has stopped changing: 250.
+    pub effect_steps: u64,
     /// Steps below the threshold after which a channel is quiet again: 40.
     pub quiet_steps: u64,
 }
@@ -105,7 +105,7 @@ impl Default for IsolationSection {
             hold_steps: 6,
             tie_steps: 3,
             root_ratio: 30.0,
-            horizon_steps: 2500,
+            effect_steps: 250,
             quiet_steps: 40,
         }
     }
@@ -113,14 +113,8 @@ impl Default for IsolationSection {
 
 impl From<IsolationSection> for IsolationSettings {
     fn from(section: IsolationSection) -> Self {
-        let IsolationSection {
-            rule,
-            hold_steps,
-            tie_steps,
-            root_ratio,
-            horizon_steps,
-            quiet_steps,
-        } = section;
-        Self { rule, hold_steps, tie_steps, root_ratio, horizon_steps, quiet_steps }
+        let IsolationSection { rule, hold_steps, tie_steps, root_ratio, effect_steps, quiet_steps } =
+            section;
+        Self { rule, hold_steps, tie_steps, root_ratio, effect_steps, quiet_steps }
     }
 }

@@ -26,6 +26,7 @@ use super::intake::{Arrival, Fetched, Flow, IntakeTally, Receiver, Sequencer, St
 use super::outgoing::{Outgoing, Routine};
 use super::peers::{Backoff, PeerBook};
 use super::performer::Performer;
+use super::service::Service;
 use super::staleness::Staleness;
 use super::state::{Board, Watch, WatchFile};
 use super::status::{self, Surroundings};
@@ -67,6 +68,8 @@ pub(crate) struct Boards {
     pub(crate) peers: PeerBook,
     /// For the HTTP endpoints.
     pub(crate) health: Arc<ModuleBoard>,
+    /// For whoever asks for the present states.
+    pub(crate) service: Service,
 }
 
 /// The diagnoser with everything around it.
@@ -100,6 +103,7 @@ impl DiagnosisLoop {
         boards: Boards,
         supervisor: Supervisor,
     ) -> Self {
+        let refusals = Arc::clone(&performer.refusals);
         let last_watch = boards.watch_file.as_ref().and_then(|(_, watch)| *watch);
         Self {
             diagnoser,
@@ -108,7 +112,7 @@ impl DiagnosisLoop {
             intake,
             boards,
             supervisor,
-            staleness: Staleness::new(config.input.stale_after()),
+            staleness: Staleness::new(config.input.stale_after(), refusals),
             backoff: Backoff::default(),
             publish: config.publish,
             thresholds: config.thresholds.clone(),
@@ -320,6 +324,7 @@ impl DiagnosisLoop {
         let phase = self.staleness.phase(diagnosed);
         let Some(before) = self.staleness.change_to(phase) else { return };
         let reason = self.staleness.reason(phase);
+        self.boards.service.enter(phase, reason.clone());
         let step = self.diagnoser.last_step();
         tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
         let Speaker { structure, module } = self.performer.speaker.clone();
@@ -386,7 +391,11 @@ impl DiagnosisLoop {
         let until = last.minus(self.tie_steps + 1);
         let watched = since.filter(|since| *since <= until).map(|since| (since, until));
         let watch = Watch { run, watched };
-        let says_less = watched.is_none() && self.last_watch.is_some_and(|last| last.run == run);
+        // Unless the publisher has begun again with the same run, so that these steps are yet to come.
+        let stands = |before: Watch| {
+            before.run == run && before.watched.is_none_or(|(_, until)| until <= last)
+        };
+        let says_less = watched.is_none() && self.last_watch.is_some_and(stands);
         if self.last_watch == Some(watch) || says_less {
             return;
         }
@@ -416,9 +425,11 @@ impl DiagnosisLoop {
     fn send_status(&self, queued_samples: usize) {
         let status = self.status(queued_samples);
         self.supervisor.status(&status_line::of_module(&status));
+        let reason = self.staleness.reason(status.phase);
+        self.boards.service.enter(status.phase, reason.clone());
         self.boards.health.write(ModuleReport {
-            reason: self.staleness.reason(status.phase),
-            components: status::of_components(&self.diagnoser),
+            reason,
+            components: status::of_components(&self.diagnoser, status.phase),
             status: status.clone(),
         });
         self.performer.outbox.routine(Routine::Status(Box::new(status)));

@@ -9,6 +9,7 @@
 //! | `peers` | whether they are there, what they answer, when they are queried again |
 //! | `pending_replies` | queries and commands that have not been replied to yet |
 //! | `staleness` | whether samples arrive |
+//! | `service` | whether components are monitored, for the thread that answers queries |
 //! | `state` | what outlives the process |
 //! | `outgoing` | everything that goes out, on two threads |
 //! | `status`, `health` | the status of it all; the same over HTTP |
@@ -22,6 +23,7 @@ mod outgoing;
 mod peers;
 mod pending_replies;
 mod performer;
+mod service;
 mod staleness;
 mod state;
 mod status;
@@ -42,10 +44,11 @@ use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
 use health::{ModuleBoard, ModuleHealth};
 use inquiry::Queryables;
 use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
-use outgoing::{Drained, EventLane, Outbox, RoutineLane};
+use outgoing::{Drained, EventLane, Outbox, RoutineLane, States};
 use peers::{LOOK_EVERY, PeerBook, PeerQueries, Presence, QueryPause};
 use pending_replies::PendingReplies;
 use performer::Performer;
+use service::Service;
 use shell::exit::Failure;
 use shell::health::Listening;
 use shell::opening::open_unless;
@@ -129,15 +132,18 @@ async fn serve(
         Speaker { structure: config.structure_name.clone(), module: config.module().clone() };
     let Remembered { keeper, recollection, watch_file } = memory;
     diagnoser.recall(recollection.memory(watch_file.as_ref().and_then(|(_, watch)| *watch)));
+    let components = diagnoser.components().to_vec();
+    let service = Service::new(supervisor.pulse(), staleness::NO_SAMPLE_YET.to_owned());
+    let states = States::new(&speaker, &components, service.clone());
     let boards = Boards {
         journal: keeper.board(),
         watch_file,
         peers: PeerBook::new(config.peers()),
         health,
+        service,
     };
 
-    let components = diagnoser.components().to_vec();
-    let mut events = EventLane::declare(session, &speaker, &components, &config.publish, keeper)
+    let mut events = EventLane::declare(session, &speaker, &config.publish, keeper, states)
         .await
         .map_err(refused)?;
     events.repeat(recollection.latest);
@@ -180,6 +186,7 @@ async fn serve(
     );
 
     let queues = Queues { samples, fetched, inquiries: inquiries_out, answers: answers_out };
+    let refusals = intake.receiver.refusals();
     let performer = Performer::new(
         speaker,
         outbox,
@@ -187,6 +194,7 @@ async fn serve(
         PendingReplies::new(config.queries.hold()),
         QueryPause::new(config.queries.pause()),
         inquiries,
+        refusals,
     );
     DiagnosisLoop::new(diagnoser, &config, performer, intake, boards, supervisor)
         .run(queues, shutdown)

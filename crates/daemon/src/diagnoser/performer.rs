@@ -2,18 +2,19 @@
 
 use std::sync::Arc;
 
-use diagnosis::{Action, Diagnoser, SampleRejection, Transition};
-use names::{RunId, Step};
+use diagnosis::{Action, Diagnoser, SampleRejection, Signal, Transition};
+use names::{Component, RunId, Step};
 use shell::clock;
 use shell::occurrences::Occurrences;
 use wire::Obeyed;
 use zenoh::query::Query;
 
 use super::inquiry;
+use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};
 use super::peers::{PeerQueries, QueryPause};
 use super::pending_replies::PendingReplies;
-use crate::convert::Speaker;
+use crate::convert::{Speaker, to_change};
 
 /// Everything that actions reach.
 #[derive(Debug)]
@@ -24,6 +25,7 @@ pub(crate) struct Performer {
     pub(crate) pending: PendingReplies,
     pub(crate) query_pause: QueryPause,
     pub(crate) inquiries: Arc<inquiry::InquiryTally>,
+    pub(crate) refusals: Arc<Refusals>,
     /// The phase changed: a status is due.
     pub(crate) status_is_due: bool,
     rejections: [Occurrences; 3],
@@ -38,6 +40,7 @@ impl Performer {
         pending: PendingReplies,
         query_pause: QueryPause,
         inquiries: Arc<inquiry::InquiryTally>,
+        refusals: Arc<Refusals>,
     ) -> Self {
         Self {
             speaker,
@@ -46,6 +49,7 @@ impl Performer {
             pending,
             query_pause,
             inquiries,
+            refusals,
             status_is_due: true,
             rejections: Default::default(),
             gaps: Occurrences::default(),
@@ -84,7 +88,9 @@ impl Performer {
                 }
             }
             Action::Phase(_) => self.status_is_due = true,
-            Action::Rejected { step, rejection } => self.note_rejection(step, rejection),
+            Action::Rejected { step, rejection } => {
+                self.note_rejection(step, rejection, diagnoser.components());
+            }
             Action::Gap { from, missing } => {
                 if let Some(times) = self.gaps.note() {
                     tracing::warn!(%from, missing, times, "samples missing");
@@ -111,18 +117,19 @@ impl Performer {
     }
 
     fn remember(&self, run: RunId, change: diagnosis::Change) {
-        let diagnosis::Change { component, step, ratio } = change;
-        let change = wire::StateChange { component, step, ratio };
-        self.outbox.event(Outgoing::Settled { run, change });
+        self.outbox.event(Outgoing::Settled { run, change: to_change(change) });
     }
 
     fn publish(&self, transition: Transition) {
-        let message = self.speaker.transition(transition, clock::unix_ns());
+        let mut message = self.speaker.transition(transition, clock::unix_ns());
+        let why = message.silent.iter().map(|peer| self.peers.why_silent(peer));
+        message.silent_because = why.collect();
         tracing::info!(
             component = %message.component,
             state = %message.state,
             detection = ?message.detection_step.map(|step| step.0),
             explained_by = ?message.explained_by.as_ref().map(ToString::to_string),
+            silent = %message.silent_because.join("; "),
             by = ?message.order.as_ref().map(|order| &order.by),
             "verdict"
         );
@@ -144,15 +151,30 @@ impl Performer {
         self.outbox.event(Outgoing::Obeyed { query, obeyed });
     }
 
-    fn note_rejection(&mut self, step: Step, rejection: SampleRejection) {
+    fn note_rejection(&mut self, step: Step, rejection: SampleRejection, components: &[Component]) {
         let [lengths, values, steps] = &mut self.rejections;
         let occurrences = match rejection {
             SampleRejection::WrongLength => lengths,
-            SampleRejection::NonFinite => values,
+            SampleRejection::NonFinite(_) => values,
             SampleRejection::Repeated | SampleRejection::Late | SampleRejection::FarAhead => steps,
         };
+        let reason = in_words(rejection, components);
         if let Some(times) = occurrences.note() {
-            tracing::warn!(%step, times, "sample not used: {rejection}");
+            tracing::warn!(%step, times, "sample not used: {reason}");
         }
+        self.refusals.note(reason, std::time::Instant::now());
+    }
+}
+
+/// Why a sample is not used, with the component whose value it is. Actuators come before sensors.
+fn in_words(rejection: SampleRejection, components: &[Component]) -> String {
+    let SampleRejection::NonFinite(signal) = rejection else { return rejection.to_string() };
+    let mut kind = components.iter().filter(|component| {
+        matches!(component, Component::Sensor(_)) == matches!(signal, Signal::Elongation(_))
+    });
+    let (Signal::Demand(number) | Signal::Pressure(number) | Signal::Elongation(number)) = signal;
+    match kind.nth(number) {
+        Some(component) => format!("{rejection} of {component}"),
+        None => rejection.to_string(),
     }
 }

@@ -1,8 +1,14 @@
 //! Whether samples arrive: missing samples are not evidence of health.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use wire::ModulePhase;
+
+use super::intake::Refusals;
+
+/// Why nothing is known right after the start.
+pub(super) const NO_SAMPLE_YET: &str = "no sample has come yet";
 
 /// Monitors sample arrival and changes of the phase.
 #[derive(Debug)]
@@ -11,11 +17,12 @@ pub(crate) struct Staleness {
     latest: Option<Instant>,
     stale: bool,
     published: Option<ModulePhase>,
+    refusals: Arc<Refusals>,
 }
 
 impl Staleness {
-    pub(crate) fn new(stale_after: Duration) -> Self {
-        Self { stale_after, latest: None, stale: false, published: None }
+    pub(crate) fn new(stale_after: Duration, refusals: Arc<Refusals>) -> Self {
+        Self { stale_after, latest: None, stale: false, published: None, refusals }
     }
 
     /// A sample was diagnosed.
@@ -53,8 +60,13 @@ impl Staleness {
 
     /// Why it is in this phase.
     pub(crate) fn reason(&self, phase: ModulePhase) -> String {
+        let without_samples = matches!(phase, ModulePhase::Waiting | ModulePhase::Stale);
+        let refused = self.refusals.present(Instant::now(), self.stale_after);
+        if let Some(refused) = refused.filter(|_| without_samples) {
+            return refused;
+        }
         match phase {
-            ModulePhase::Waiting => "no sample has come yet".to_owned(),
+            ModulePhase::Waiting => NO_SAMPLE_YET.to_owned(),
             ModulePhase::Initialising => {
                 "a channel rests on too few samples, or samples are missing".to_owned()
             }
@@ -73,7 +85,7 @@ mod tests {
     #[test]
     fn silence_begins_once_and_ends_with_a_sample() {
         let limit = Duration::from_millis(500);
-        let mut staleness = Staleness::new(limit);
+        let mut staleness = Staleness::new(limit, Arc::default());
         let start = Instant::now();
         assert!(
             !staleness.look(start + 10 * limit),
@@ -90,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_phase_is_published_once() {
-        let mut staleness = Staleness::new(Duration::from_millis(500));
+        let mut staleness = Staleness::new(Duration::from_millis(500), Arc::default());
         assert_eq!(staleness.change_to(ModulePhase::Waiting), Some(None));
         assert_eq!(staleness.change_to(ModulePhase::Waiting), None);
         assert_eq!(staleness.change_to(ModulePhase::Stale), Some(Some(ModulePhase::Waiting)));

@@ -4,8 +4,8 @@ use diagnosis::{Diagnoser, Evidence, Verdict};
 use names::Component;
 use shell::clock;
 use wire::{
-    InquiryCounters, IntakeCounters, JournalStatus, ModulePhase, ModuleStatus, PeerStatus,
-    PublisherCounters,
+    FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase, ModuleStatus,
+    PeerStatus, PublisherCounters,
 };
 
 use crate::convert::{Speaker, to_counters, to_phase, to_state};
@@ -29,6 +29,10 @@ pub(crate) struct Surroundings<'a> {
 
 pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> ModuleStatus {
     let (_, in_service_since_step) = to_phase(diagnoser.phase());
+    let unknown = of_components(diagnoser, around.phase)
+        .iter()
+        .filter(|report| report.state == FaultState::Unknown)
+        .count() as u64;
     let count = |wanted: fn(&Verdict) -> bool| {
         diagnoser.verdicts().filter(|(_, verdict)| wanted(verdict)).count() as u64
     };
@@ -46,6 +50,7 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
         queued_samples: around.queued_samples as u64,
         latched: count(Verdict::is_latched),
         unconfirmed: count(|verdict| matches!(verdict, Verdict::Unconfirmed { .. })),
+        unknown,
         waiting_questions: diagnoser.waiting_questions() as u64,
         next_sequence: diagnoser.next_sequence(),
         journal: around.journal,
@@ -58,12 +63,16 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
     }
 }
 
-/// How each component is.
-pub(crate) fn of_components(diagnoser: &Diagnoser) -> Vec<ComponentReport> {
+/// How each component is, in this phase.
+pub(crate) fn of_components(diagnoser: &Diagnoser, phase: ModulePhase) -> Vec<ComponentReport> {
     let each = diagnoser.verdicts().zip(diagnoser.evidence());
     let report = |((component, verdict), evidence): ((&Component, &Verdict), &Evidence)| {
         let ratio = evidence.divergence.map(|_| evidence.ratio());
-        ComponentReport { component: component.clone(), state: to_state(verdict), ratio }
+        let state = match to_state(verdict) {
+            FaultState::Normal if phase != ModulePhase::InService => FaultState::Unknown,
+            state => state,
+        };
+        ComponentReport { component: component.clone(), state, ratio }
     };
     each.map(report).collect()
 }

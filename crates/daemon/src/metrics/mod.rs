@@ -105,7 +105,7 @@ mod tests {
     fn every_number_of_a_status_is_a_metric() {
         let status = module_report(ModulePhase::InService).status;
         // Names of runs and steps count nothing; faults are counted by state, from the components.
-        let others = ["run", "in_service_since_step", "latched", "unconfirmed"];
+        let others = ["run", "in_service_since_step", "latched", "unconfirmed", "unknown"];
         holds_every_number_but(&module_text(), &status, &others);
         holds_every_number_but(&plant_text(), &plant_status(PlantPhase::Running), &["run"]);
     }
@@ -146,6 +146,7 @@ mod tests {
         let own = r#"structure="tower",module="module1""#;
         for (state, expected) in [
             ("normal", 1.0),
+            ("unknown", 0.0),
             ("tentative", 0.0),
             ("unconfirmed", 0.0),
             ("explained", 0.0),

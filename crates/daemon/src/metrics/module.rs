@@ -13,8 +13,9 @@ use shell::health::Sheet;
 
 const PHASES: [ModulePhase; 4] =
     [ModulePhase::Waiting, ModulePhase::Initialising, ModulePhase::InService, ModulePhase::Stale];
-const STATES: [FaultState; 6] = [
+const STATES: [FaultState; 7] = [
     FaultState::Normal,
+    FaultState::Unknown,
     FaultState::Tentative,
     FaultState::Unconfirmed,
     FaultState::Explained,
@@ -85,7 +86,7 @@ fn write_components(components: &[ComponentReport], sheet: &mut Sheet<'_>) -> fm
         let count = components.iter().filter(|component| component.state == state).count();
         (Cow::from(state.as_str()), count as u64)
     };
-    let help = "Components in each state; latched and acknowledged ones are faulty.";
+    let help = "Components in each state; latched and acknowledged ones are faulty, of unknown ones nothing is known.";
     sheet.gauges("trusswatch_components", help, "state", STATES.map(number))?;
     let faulty = components.iter().map(|component| {
         (component.component.to_string().into(), u64::from(component.state.is_fault()))
@@ -142,6 +143,8 @@ fn write_diagnosis(counters: &DiagnosisCounters, sheet: &mut Sheet<'_>) -> fmt::
     sheet.counter("trusswatch_channel_restarts", help, counters.restarts)?;
     let help = "Times that a channel's divergence reached its threshold.";
     sheet.counter("trusswatch_changes", help, counters.changes)?;
+    let help = "Changes given up without a verdict: too many of their channel were open.";
+    sheet.counter("trusswatch_changes_unjudged", help, counters.changes_unjudged)?;
     let help = "Queries to peers.";
     sheet.counter("trusswatch_questions_asked", help, counters.questions_asked)?;
     let help = "Queries to peers that went unanswered.";

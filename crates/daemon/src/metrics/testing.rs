@@ -54,6 +54,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         queued_samples: 0,
         latched: 0,
         unconfirmed: 0,
+        unknown: 0,
         waiting_questions: 0,
         next_sequence: 0,
         journal: JournalStatus {

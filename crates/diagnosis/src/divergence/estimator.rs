@@ -129,14 +129,15 @@ impl EstimatorGroup {
         true
     }
 
-    /// Deletes the oldest vector where the interval is over-full and keeps the successor going.
+    /// Deletes the oldest vector where the interval is over-full and keeps the successor going. The history
+    /// goes on whatever the channels do: all of them may have restarted, each at a time of its own.
     #[inline(always)]
     fn slide(&mut self, on: impl Instructions, interval: f64) {
-        let over_full = self.current.count().map(|n| f64::from(n > interval));
-        if over_full == splat(0.0) {
+        if self.history.held() as f64 <= interval {
             self.recent.push_nothing(on);
             return;
         }
+        let over_full = self.current.count().map(|n| f64::from(n > interval));
         match self.history.oldest_vector() {
             Some(oldest) => {
                 let deleted = self.current.delete(on, oldest, over_full);
@@ -294,6 +295,50 @@ mod tests {
         let mut wide = plain.clone();
         for k in 0..2000 {
             assert_eq!(plain.push_with(Portable, sample(k)), wide.push(sample(k)), "step {k}");
+        }
+    }
+
+    #[test]
+    fn a_restarted_channel_is_as_one_that_begins_then_whatever_the_others_do() {
+        let settings =
+            DivergenceSettings { window: 5, lag: 4, interval: Interval::Sliding { vectors: 60 } };
+        // Multiples of the interval, and what is near, at and beyond them.
+        let times = [0, 1, 17, 59, 60, 61, 72, 130];
+        let mut number = 1_u32;
+        for round in 0..60 {
+            let restarts: [u32; LANES] = std::array::from_fn(|_| {
+                number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                100 + times[(number >> 20) as usize % times.len()] + round % 3
+            });
+            let gap = (round % 4 == 0).then_some(300 + round);
+            let mut shared = EstimatorGroup::new(settings, splat(1e-4));
+            let mut alone: [EstimatorGroup; LANES] =
+                std::array::from_fn(|_| EstimatorGroup::new(settings, splat(1e-4)));
+            for k in 0..500 {
+                for lane in (0..LANES).filter(|&lane| restarts[lane] == k) {
+                    shared.restart_lane(lane);
+                    alone[lane].restart();
+                    // The window goes on, as the samples do.
+                    for before in k - 4..k {
+                        let _ = alone[lane].push(sample(before));
+                    }
+                    alone[lane].restart_lane(lane);
+                }
+                if gap == Some(k) {
+                    shared.gap();
+                    alone.iter_mut().for_each(EstimatorGroup::gap);
+                }
+                let outcomes = shared.push(sample(k));
+                for lane in 0..LANES {
+                    let expected = alone[lane].push(sample(k))[lane];
+                    match (outcomes[lane].divergence(), expected.divergence()) {
+                        (Some(a), Some(b)) => {
+                            assert!((a - b).abs() <= 1e-9 * (1.0 + b), "{k} {lane}: {a} {b}");
+                        }
+                        (a, b) => assert_eq!(a, b, "step {k}, channel {lane}"),
+                    }
+                }
+            }
         }
     }
 

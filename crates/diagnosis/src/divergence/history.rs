@@ -21,6 +21,8 @@ pub(super) struct History {
     oldest: Option<u64>,
     /// The latest gap that the oldest vector has passed.
     passed: u64,
+    /// Vectors formed and not yet deleted.
+    held: u64,
 }
 
 impl History {
@@ -35,6 +37,7 @@ impl History {
             gaps: VecDeque::new(),
             oldest: None,
             passed: 0,
+            held: 0,
         }
     }
 
@@ -44,6 +47,12 @@ impl History {
         self.gaps.clear();
         self.oldest = None;
         self.passed = 0;
+        self.held = 0;
+    }
+
+    /// How many vectors were formed and not yet deleted.
+    pub(super) fn held(&self) -> u64 {
+        self.held
     }
 
     /// Appends a sample; the oldest one is forgotten.
@@ -52,8 +61,9 @@ impl History {
         self.samples[place] = sample;
         self.samples[place + self.capacity] = sample;
         self.taken += 1;
-        if self.oldest.is_none() && self.newest_vector().is_some() {
-            self.oldest = Some(self.taken - 1);
+        if self.newest_vector().is_some() {
+            self.held += 1;
+            self.oldest.get_or_insert(self.taken - 1);
         }
     }
 
@@ -89,6 +99,7 @@ impl History {
     pub(super) fn delete_oldest(&mut self) {
         let Some(mut oldest) = self.oldest else { return };
         oldest += 1;
+        self.held = self.held.saturating_sub(1);
         // Vectors across a gap were never formed: the next one ends a window after it.
         while let Some(&gap) = self.gaps.front()
             && gap <= oldest
@@ -160,6 +171,7 @@ mod tests {
                 if let Some(vector) = history.newest_vector() {
                     formed.push_back(values(vector));
                 }
+                assert_eq!(history.held(), formed.len() as u64);
                 if formed.len() > 4 {
                     let expected = formed.pop_front();
                     assert_eq!(history.oldest_vector().map(values), expected);

@@ -1,154 +1,162 @@
 //! The first change names the fault and explains the later ones.
 //!
-//! Changes of the whole structure fall into groups. A group begins with a change that no earlier group
-//! covers and lasts for the explanation horizon. Its root is the earliest change; changes within the
-//! tie of it are simultaneous, and of those the largest D/γ wins. Every other change of the group is
-//! explained by the root.
+//! Changes of the whole structure are taken in their order. One that no root cause explains is itself the root
+//! cause; changes within the tie of it are simultaneous, and of those the largest D/γ wins. A root cause
+//! explains what begins to change while it changes itself, and for an effect time afterwards: a fault moves its
+//! own residual at once, but its effects arrive by way of cylinders and masses.
 //!
-//! A root by its ratio ends a group and begins another: a fault moves its own residual at once, but
-//! its effects arrive by way of cylinders and masses and creep. A change whose D/γ reaches the root
-//! ratio within the tie is a root cause of its own. Later changes of the root itself that reach it
-//! (its repair, its fault leaving the interval) begin nothing: they would only make it explain for
-//! longer.
+//! - A change whose D/γ reaches the root ratio within the tie is no effect: it is a root cause of its own.
+//! - A component that was a root cause is one again whenever it changes before the interval has forgotten it:
+//!   it is repaired, it is back, or its fault leaves the interval. It explains what follows from that, too.
+//! - An effect leaves the interval as it entered it: with the same explanation.
+//! - An effect may be another fault that hides behind the root cause. What begins while it changes, and for an
+//!   effect time afterwards, is explained by the same root cause; that is where it ends.
 //!
-//! The verdict on a change at step a depends on nothing after step a + 2·tie: changes up to
-//! a + tie may be its rivals, and their ratios are final a tie later. Every module that knows all
-//! changes up to there reaches the same verdict.
+//! The verdict on a change at step a depends on nothing after step a + 2·tie: changes up to a + tie may be its
+//! rivals, and their ratios are final a tie later. Every module that knows all changes up to there reaches the
+//! same verdict.
 
 use names::{ComponentPath, Step};
 
+use super::causes::{Causes, Reason};
 use super::judgement::Judgement;
 use super::knowledge::KnownChange;
+use crate::divergence::DivergenceSettings;
 use crate::settings::IsolationSettings;
 
-/// How changes are grouped: a group begins with a change that no earlier group covers and lasts for the
-/// explanation horizon, or until a root by its ratio begins another (an extension of section 4.3 of the
-/// paper).
+/// The rule by which changes are judged (an extension of section 4.3 of the paper).
 #[derive(Debug, Clone, Copy)]
-pub struct Groups {
-    /// Steps that a group lasts after its first change.
-    horizon: u64,
+pub struct FirstChange {
     /// Steps within which changes are simultaneous.
     tie: u64,
-    /// D/γ from which on a change is a root by its ratio.
+    /// Steps that effects take to show, and to end.
+    effects: u64,
+    /// D/γ from which on a change is a root cause by its ratio.
     root_ratio: f64,
+    /// Steps after which what entered the interval leaves it: from, to. `None` if it never does.
+    leaving: Option<(u64, u64)>,
 }
 
-/// The group that a change belongs to: the reason for the verdict on it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Group<'a> {
-    /// The change that explains all others of the group.
-    pub root: &'a KnownChange,
-    /// The step of its first change.
-    pub first: Step,
-    /// The changes that are simultaneous with the first, that one included; the root is among them.
-    pub rivals: &'a [KnownChange],
-    /// The last step that the group before it covers.
-    pub before: Option<Step>,
-}
-
-impl Groups {
-    /// Groups as a module's settings make them.
+impl FirstChange {
+    /// The rule as a module's settings make it.
     #[must_use]
-    pub fn new(settings: &IsolationSettings) -> Self {
-        let IsolationSettings { horizon_steps, tie_steps, root_ratio, .. } = *settings;
-        Self { horizon: horizon_steps, tie: tie_steps, root_ratio }
+    pub fn new(isolation: &IsolationSettings, divergence: &DivergenceSettings) -> Self {
+        let IsolationSettings { effect_steps: effects, tie_steps: tie, root_ratio, .. } =
+            *isolation;
+        let leaving = divergence.interval.vectors().map(|vectors| {
+            let (interval, spread) = (vectors as u64, (divergence.window + divergence.lag) as u64);
+            (interval.saturating_sub(effects), interval + spread + effects)
+        });
+        Self { tie, effects, root_ratio, leaving }
     }
 
-    /// The group of the change of `component` at `step`. `changes` must be sorted by step and begin
-    /// outside any group; `None` if the change is not among them.
+    /// Why the change of `component` at `step` is a root cause or not. `changes` must be all of the structure,
+    /// sorted by step; `None` if the change is not among them.
     #[must_use]
-    pub fn find<'a>(
-        &self,
-        changes: &'a [KnownChange],
-        component: &ComponentPath,
-        step: Step,
-    ) -> Option<Group<'a>> {
-        let (mut rest, mut before) = (changes, None);
-        while let Some(first) = rest.first() {
-            let end = self.end(rest, first);
-            let (group, later) = rest.split_at(rest.partition_point(|c| c.step <= end));
-            if group.iter().any(|c| c.step == step && c.path == *component) {
-                let (root, rivals) = (self.root(group, first), self.rivals(group, first));
-                return Some(Group { root, first: first.step, rivals, before });
-            }
-            (rest, before) = (later, Some(end));
-        }
-        None
-    }
-
-    /// Judges the change of `component` at `step`, which must be among `changes`; see [`Self::find`].
-    pub(crate) fn judge(
+    pub fn reason(
         &self,
         changes: &[KnownChange],
         component: &ComponentPath,
         step: Step,
-    ) -> Judgement {
-        match self.find(changes, component, step) {
-            Some(Group { root, .. }) if root.path != *component => {
-                Judgement::Explained { by: root.path.clone(), since: root.step }
-            }
-            Some(_) | None => Judgement::Root,
-        }
+    ) -> Option<Reason> {
+        self.reason_after(&Causes::default(), changes, component, step)
     }
 
-    /// Drops the groups that are over by `known_until` from the front of `changes`; returns the last
-    /// step that the dropped groups cover.
-    pub(crate) fn drop_closed(
+    fn reason_after(
         &self,
-        changes: &mut Vec<KnownChange>,
-        known_until: Step,
-    ) -> Option<Step> {
-        let mut covered = None;
-        while let Some(first) = changes.first() {
-            let end = self.end(changes, first);
-            if end > known_until {
-                break;
+        causes: &Causes,
+        mut changes: &[KnownChange],
+        component: &ComponentPath,
+        step: Step,
+    ) -> Option<Reason> {
+        let mut causes = causes.clone();
+        while !changes.is_empty() {
+            let reasons = causes.take(self, changes);
+            let (taken, rest) = changes.split_at(reasons.len());
+            let wanted = |change: &&KnownChange| change.step == step && change.path == *component;
+            if let Some(place) = taken.iter().position(|change| wanted(&change)) {
+                return reasons.into_iter().nth(place);
             }
-            changes.drain(..changes.partition_point(|c| c.step <= end));
-            covered = Some(end);
+            changes = rest;
         }
-        covered
+        None
     }
 
-    /// The last step that the group beginning with `first`, the first of `changes`, covers.
-    fn end(&self, changes: &[KnownChange], first: &KnownChange) -> Step {
-        let root = self.root(changes, first);
-        let tie = first.step.plus(self.tie);
-        let mut roots = changes.iter().filter(|c| c.step > tie && c.ratio >= self.root_ratio);
-        let next = roots.find(|c| c.path != root.path);
-        let horizon = first.step.plus(self.horizon);
-        next.map_or(horizon, |next| horizon.min(next.step.minus(1)))
-    }
-
-    /// The root of the group beginning with `first`, the first of `changes`.
-    fn root<'a>(&self, changes: &'a [KnownChange], first: &'a KnownChange) -> &'a KnownChange {
-        let rivals = self.rivals(changes, first).iter();
-        rivals.fold(first, |best, c| if c.outranks(best) { c } else { best })
+    /// Judges the change of `component` at `step`, which must be among the `changes` that follow those that
+    /// the causes hold.
+    pub(crate) fn judge(
+        &self,
+        causes: &Causes,
+        changes: &[KnownChange],
+        component: &ComponentPath,
+        step: Step,
+    ) -> Judgement {
+        match self.reason_after(causes, changes, component, step) {
+            Some(Reason::Effect { by, since, .. }) => Judgement::Explained { by, since },
+            Some(Reason::Again) => Judgement::Again,
+            Some(Reason::First { .. } | Reason::ByRatio) | None => Judgement::Root,
+        }
     }
 
     /// Those of `changes` that are simultaneous with `first`, the first of them.
-    fn rivals<'a>(&self, changes: &'a [KnownChange], first: &KnownChange) -> &'a [KnownChange] {
+    pub(super) fn simultaneous<'a>(
+        &self,
+        changes: &'a [KnownChange],
+        first: &KnownChange,
+    ) -> &'a [KnownChange] {
         let tie = first.step.plus(self.tie);
-        &changes[..changes.partition_point(|c| c.step <= tie)]
+        &changes[..changes.partition_point(|change| change.step <= tie)]
+    }
+
+    pub(super) fn is_root_by_ratio(&self, change: &KnownChange) -> bool {
+        change.ratio >= self.root_ratio
+    }
+
+    /// The last step at which a root cause explains anything that has changed until then; `None` while it
+    /// changes.
+    pub(super) fn explains_until(&self, until: Option<Step>) -> Option<Step> {
+        until.map(|until| until.plus(self.effects))
+    }
+
+    /// Steps after which a change bears on nothing any more.
+    pub(super) fn memory(&self) -> u64 {
+        self.leaving.map_or(self.effects, |(_, to)| to)
+    }
+
+    /// Does what entered the interval leave it at this step?
+    pub(super) fn leaves(&self, entered: &KnownChange, step: Step) -> bool {
+        self.leaving.is_some_and(|(from, to)| {
+            step >= entered.step.plus(from)
+                && entered.until.is_none_or(|until| step <= until.plus(to))
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::causes::Explanation;
     use super::*;
 
-    const GROUPS: Groups = Groups { horizon: 100, tie: 3, root_ratio: 30.0 };
+    const RULE: FirstChange =
+        FirstChange { tie: 3, effects: 100, root_ratio: 30.0, leaving: Some((900, 1120)) };
 
+    /// A change that goes on for ten steps.
     fn change(path: &str, step: u64, ratio: f64) -> KnownChange {
-        KnownChange { path: path.parse().unwrap(), step: Step(step), ratio }
+        let until = Some(Step(step + 10));
+        let (path, step) = (path.parse().unwrap(), Step(step));
+        KnownChange { path, onset: step, step, ratio, until }
     }
 
     fn judge(changes: &[KnownChange], index: usize) -> Option<String> {
-        match GROUPS.judge(changes, &changes[index].path, changes[index].step) {
-            Judgement::Root => None,
+        let KnownChange { path, step, .. } = &changes[index];
+        match RULE.judge(&Causes::default(), changes, path, *step) {
+            Judgement::Root | Judgement::Again => None,
             Judgement::Explained { by, .. } => Some(by.to_string()),
         }
+    }
+
+    fn judge_all(changes: &[KnownChange]) -> Vec<Option<String>> {
+        (0..changes.len()).map(|index| judge(changes, index)).collect()
     }
 
     #[test]
@@ -156,11 +164,10 @@ mod tests {
         let changes = [
             change("m1/sensor/g1", 50, 1.1),
             change("m2/actuator/a1", 58, 29.0),
-            change("m2/sensor/g1", 150, 9.0),
+            change("m2/sensor/g1", 160, 9.0),
         ];
-        assert_eq!(judge(&changes, 0), None);
-        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
-        assert_eq!(judge(&changes, 2).as_deref(), Some("m1/sensor/g1"));
+        let root = || Some("m1/sensor/g1".to_owned());
+        assert_eq!(judge_all(&changes), [None, root(), root()]);
     }
 
     #[test]
@@ -171,33 +178,84 @@ mod tests {
     }
 
     #[test]
-    fn a_change_after_the_horizon_begins_a_new_group_even_if_the_old_one_is_still_active() {
-        let changes = [
-            change("m1/sensor/g1", 50, 2.0),
-            change("m1/sensor/g2", 150, 2.0),
-            change("m1/sensor/g3", 151, 2.0),
-            change("m1/sensor/g4", 200, 2.0),
-        ];
-        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
-        assert_eq!(judge(&changes, 2), None);
-        assert_eq!(judge(&changes, 3).as_deref(), Some("m1/sensor/g3"));
+    fn after_the_effect_time_a_change_is_a_root_of_its_own() {
+        for (step, root) in [(160, Some("m1/sensor/g1")), (161, None)] {
+            let changes = [change("m1/sensor/g1", 50, 2.0), change("m1/sensor/g2", step, 2.0)];
+            assert_eq!(judge(&changes, 1).as_deref(), root, "{step}");
+        }
     }
 
     #[test]
-    fn the_reason_for_a_verdict_is_the_group_of_the_change() {
-        let changes = [
+    fn a_fault_hidden_behind_a_root_has_effects_too() {
+        let mut changes = vec![
             change("m1/sensor/g1", 50, 2.0),
-            change("m1/sensor/g2", 151, 2.0),
-            change("m1/sensor/g3", 154, 9.0),
-            change("m1/sensor/g4", 200, 2.0),
+            change("m1/sensor/g2", 160, 2.0),
+            change("m1/sensor/g3", 270, 2.0),
         ];
-        let reason =
-            |at: usize| GROUPS.find(&changes, &changes[at].path, changes[at].step).unwrap();
-        let (first, rivals) = (Step(50), &changes[..1]);
-        assert_eq!(reason(0), Group { root: &changes[0], first, rivals, before: None });
-        let (first, rivals, before) = (Step(151), &changes[1..3], Some(Step(150)));
-        assert_eq!(reason(3), Group { root: &changes[2], first, rivals, before });
-        assert_eq!(GROUPS.find(&changes, &changes[0].path, Step(51)), None);
+        assert_eq!(judge(&changes, 2).as_deref(), Some("m1/sensor/g1"));
+        changes.push(change("m1/sensor/g4", 271, 2.0));
+        changes[2].step = Step(269);
+        assert_eq!(judge(&changes, 3), None, "the effect of an effect has none");
+    }
+
+    #[test]
+    fn while_a_root_goes_on_changing_it_explains() {
+        let mut changes = [change("m1/sensor/g1", 50, 2.0), change("m1/sensor/g2", 800, 2.0)];
+        assert_eq!(judge(&changes, 1), None);
+        changes[0].until = None;
+        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
+        changes[0].until = Some(Step(700));
+        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
+    }
+
+    #[test]
+    fn what_began_while_a_root_explained_is_its_effect_however_late_it_shows() {
+        let mut changes = [change("m1/sensor/g1", 50, 2.0), change("m1/sensor/g2", 300, 2.0)];
+        assert_eq!(judge(&changes, 1), None);
+        changes[1].onset = Step(160);
+        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
+    }
+
+    #[test]
+    fn a_repair_has_effects_too() {
+        let changes = [
+            change("m1/sensor/g1", 50, 500.0),
+            change("m1/sensor/g1", 700, 500.0),
+            change("m1/sensor/g2", 720, 40.0),
+            change("m1/sensor/g3", 800, 2.0),
+            change("m1/sensor/g4", 911, 2.0),
+        ];
+        let found = judge_all(&changes);
+        // 40 times its threshold, 20 steps later: that is no effect
+        assert_eq!((&found[1], &found[2]), (&None, &None));
+        assert_eq!(found[3].as_deref(), Some("m1/sensor/g2"));
+        assert_eq!(found[4], None);
+        let without = [changes[0].clone(), changes[1].clone(), changes[3].clone()];
+        assert_eq!(judge(&without, 2).as_deref(), Some("m1/sensor/g1"));
+    }
+
+    #[test]
+    fn a_root_of_before_wins_a_tie_unless_another_has_the_ratio_of_a_root() {
+        let with = |ratio| {
+            [
+                change("m1/sensor/g1", 50, 9.0),
+                change("m1/sensor/g2", 700, ratio),
+                change("m1/sensor/g1", 702, 9.0),
+            ]
+        };
+        assert_eq!(judge(&with(20.0), 1).as_deref(), Some("m1/sensor/g1"));
+        assert_eq!(judge(&with(31.0), 1), None);
+    }
+
+    #[test]
+    fn an_effect_leaves_the_interval_with_the_explanation_that_it_entered_with() {
+        let entering = [change("m1/sensor/g1", 50, 500.0), change("m1/sensor/g2", 90, 8.0)];
+        let found = |leaving: KnownChange| judge(&[&entering[..], &[leaving]].concat(), 2);
+        assert_eq!(found(change("m1/sensor/g2", 1090, 9.0)).as_deref(), Some("m1/sensor/g1"));
+        // too early, too late, too large
+        for (step, ratio) in [(980, 9.0), (1230, 9.0), (1090, 29.0)] {
+            assert_eq!(found(change("m1/sensor/g2", step, ratio)), None, "{step} {ratio}");
+        }
     }
 
     #[test]
@@ -206,47 +264,65 @@ mod tests {
             change("m1/sensor/g1", 50, 1.1),
             change("m1/sensor/g2", 60, 2.0),
             change("m1/sensor/g3", 70, 2.0),
-            change("m2/sensor/g1", 70, 500.0),
-            change("m1/sensor/g2", 80, 2.0),
-            change("m1/sensor/g2", 165, 2.0),
-            change("m1/sensor/g2", 171, 2.0),
+            change("m2/sensor/g1", 71, 500.0),
+            change("m1/sensor/g4", 80, 2.0),
+            change("m1/sensor/g5", 181, 2.0),
+            change("m1/sensor/g6", 292, 2.0),
         ];
-        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
-        // in the same step as the root by its ratio, and beyond the horizon of the first group
-        for index in [2, 4, 5] {
-            assert_eq!(judge(&changes, index).as_deref(), Some("m2/sensor/g1"));
+        let found = judge_all(&changes);
+        for index in [1, 2] {
+            assert_eq!(found[index].as_deref(), Some("m1/sensor/g1"));
         }
-        assert_eq!((judge(&changes, 3), judge(&changes, 6)), (None, None));
-        let mut kept = changes.to_vec();
-        assert_eq!(GROUPS.drop_closed(&mut kept, Step(100)), Some(Step(69)));
-        assert_eq!(kept, changes[2..]);
+        for index in [4, 5] {
+            assert_eq!(found[index].as_deref(), Some("m2/sensor/g1"));
+        }
+        assert_eq!((&found[3], &found[6]), (&None, &None));
     }
 
     #[test]
-    fn the_root_itself_reaching_the_root_ratio_again_begins_nothing() {
+    fn the_reason_is_given_with_the_verdict() {
         let changes = [
-            change("m1/sensor/g1", 50, 500.0),
-            change("m1/sensor/g1", 90, 500.0),
-            change("m1/sensor/g2", 140, 2.0),
-            change("m1/sensor/g2", 151, 2.0),
+            change("m1/sensor/g1", 50, 2.0),
+            change("m1/sensor/g2", 170, 2.0),
+            change("m1/sensor/g3", 173, 9.0),
+            change("m1/sensor/g1", 300, 9.0),
+            change("m1/sensor/g4", 310, 90.0),
         ];
-        assert_eq!(judge(&changes, 2).as_deref(), Some("m1/sensor/g1"));
-        assert_eq!(judge(&changes, 3), None);
+        let reason = |at: usize| RULE.reason(&changes, &changes[at].path, changes[at].step);
+        let first = |rivals: &[KnownChange], before: Option<u64>| {
+            Some(Reason::First { rivals: rivals.to_vec(), before: before.map(Step) })
+        };
+        assert_eq!(reason(0), first(&changes[..1], None));
+        let tie = Explanation::Tie;
+        let by = changes[2].path.clone();
+        assert_eq!(reason(1), Some(Reason::Effect { by, since: Step(173), how: tie }));
+        assert_eq!(reason(2), first(&changes[1..3], Some(160)));
+        assert_eq!((reason(3), reason(4)), (Some(Reason::Again), Some(Reason::ByRatio)));
+        assert_eq!(RULE.reason(&changes, &changes[0].path, Step(51)), None);
     }
 
     #[test]
-    fn dropping_closed_groups_changes_no_verdict() {
+    fn what_was_taken_before_changes_no_verdict() {
         let all = [
             change("m1/sensor/g1", 50, 2.0),
             change("m1/sensor/g2", 120, 2.0),
-            change("m1/sensor/g3", 151, 2.0),
-            change("m1/sensor/g4", 200, 2.0),
+            change("m1/sensor/g3", 171, 2.0),
+            change("m1/sensor/g1", 400, 2.0),
+            change("m1/sensor/g4", 450, 2.0),
+            change("m1/sensor/g2", 1130, 2.0),
         ];
-        let mut kept = all.to_vec();
-        assert_eq!(GROUPS.drop_closed(&mut kept, Step(149)), None);
-        assert_eq!(GROUPS.drop_closed(&mut kept, Step(150)), Some(Step(150)));
-        assert_eq!(kept, all[2..]);
-        assert_eq!(judge(&kept, 1), judge(&all, 3));
+        let (mut causes, mut taken) = (Causes::default(), 0);
+        while taken < all.len() {
+            for (change, index) in all[taken..].iter().zip(taken..) {
+                let found = RULE.judge(&causes, &all[taken..], &change.path, change.step);
+                let found = match found {
+                    Judgement::Root | Judgement::Again => None,
+                    Judgement::Explained { by, .. } => Some(by.to_string()),
+                };
+                assert_eq!(found, judge(&all, index), "{change:?}, {taken} taken");
+            }
+            taken += causes.take(&RULE, &all[taken..]).len();
+        }
     }
 
     #[test]

@@ -2,20 +2,21 @@
 
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
-use super::first_change::Groups;
+use super::causes::Causes;
+use super::first_change::FirstChange;
 use super::judgement::Judgement;
 use super::knowledge::{KnownChange, PeerKnowledge};
 use super::paper::judge as judge_by_the_paper;
-use crate::change::LoggedChange;
+use crate::change::{Change, LoggedChange};
 use crate::change_log::ChangeLog;
 use crate::coverage::Coverage;
 use crate::evidence::Evidence;
 use crate::question::{Answer, PeerFailure, Question};
-use crate::settings::{IsolationSettings, Rule};
+use crate::settings::{IsolationSettings, ModuleSetup, Rule};
 use crate::verdict::{Doubt, Transition, Verdict};
 
-/// Most changes of one channel that await their judgement; further ones are logged only. Reached only
-/// while peers stay silent for long.
+/// Most changes of one channel that await their judgement. Reached only while peers stay silent for long; then
+/// the smallest of the later ones is given up, and counted.
 const MAX_PENDING: usize = 8;
 
 /// A change that awaits its judgement.
@@ -56,28 +57,30 @@ pub(crate) struct Isolator {
     module: ModuleName,
     components: Vec<Component>,
     settings: IsolationSettings,
+    rule: FirstChange,
     log: ChangeLog,
     peers: Vec<PeerKnowledge>,
     cases: Vec<Case>,
-    /// Groups of changes up to here are over and forgotten.
-    closed_until: Option<Step>,
+    /// Changes given up without a judgement.
+    unjudged: u64,
+    /// What the changes up to some step come to that bears on later ones. They are over, and forgotten.
+    causes: Causes,
+    taken_until: Option<Step>,
 }
 
 impl Isolator {
-    pub(crate) fn new(
-        module: ModuleName,
-        components: Vec<Component>,
-        peers: &[ModuleName],
-        settings: IsolationSettings,
-    ) -> Self {
+    pub(crate) fn new(setup: &ModuleSetup, components: Vec<Component>) -> Self {
         Self {
-            module,
+            module: setup.module.clone(),
             components,
-            settings,
+            settings: setup.isolation,
+            rule: FirstChange::new(&setup.isolation, &setup.detection.divergence),
             log: ChangeLog::default(),
-            peers: peers.iter().cloned().map(PeerKnowledge::new).collect(),
+            peers: setup.peers.iter().cloned().map(PeerKnowledge::new).collect(),
             cases: Vec::new(),
-            closed_until: None,
+            unjudged: 0,
+            causes: Causes::default(),
+            taken_until: None,
         }
     }
 
@@ -85,7 +88,8 @@ impl Isolator {
     pub(crate) fn restart(&mut self) {
         self.log.clear();
         self.cases.clear();
-        self.closed_until = None;
+        self.causes = Causes::default();
+        self.taken_until = None;
         for peer in &mut self.peers {
             *peer = PeerKnowledge::new(peer.name.clone());
         }
@@ -101,12 +105,33 @@ impl Isolator {
         self.log.follow(step, self.settings.tie_steps, ratio);
     }
 
+    /// A channel is still changing at this step.
+    pub(crate) fn prolong(&mut self, channel: usize, step: Step, ratio: f64) {
+        self.log.prolong(channel, step, ratio, self.settings.quiet_steps);
+    }
+
+    /// The next change that has ended by now, and when.
+    pub(crate) fn end(&mut self, now: Step) -> Option<(&LoggedChange, Step)> {
+        self.log.end(now, self.settings.quiet_steps)
+    }
+
+    /// The module's changes that had begun by `as_of` and were not over before `from`, as they stood then.
+    pub(crate) fn changes_as_of(&self, from: Step, as_of: Step) -> impl Iterator<Item = Change> {
+        let quiet = self.settings.quiet_steps;
+        self.log.overlapping(from, as_of, quiet).map(move |change| Change {
+            component: self.components[change.channel].clone(),
+            onset: change.onset,
+            step: change.step,
+            ratio: change.ratio_as_of(as_of),
+            until: change.ended_as_of(as_of, quiet),
+        })
+    }
+
     /// Logs a change of a channel's own; `judge` says whether its verdict is open.
     pub(crate) fn change(&mut self, channel: usize, onset: Step, evidence: Evidence, judge: bool) {
         let step = evidence.step;
-        self.log.push(LoggedChange::new(channel, step, evidence.ratio()));
-        let pending = self.cases.iter().filter(|case| case.channel == channel).count();
-        if judge && pending < MAX_PENDING {
+        self.log.push(LoggedChange::new(channel, onset, step, evidence.ratio()));
+        if judge {
             let decide_at = step.plus(self.hold(channel));
             self.cases.push(Case {
                 channel,
@@ -118,7 +143,29 @@ impl Isolator {
                 reported: Vec::new(),
                 recalled: false,
             });
+            self.give_up_smallest(channel);
         }
+    }
+
+    /// The first open change of a channel stays: it tells when the fault began.
+    fn give_up_smallest(&mut self, channel: usize) {
+        let open = || self.cases.iter().enumerate().filter(|(_, case)| case.channel == channel);
+        if open().count() <= MAX_PENDING {
+            return;
+        }
+        let first = open().min_by_key(|(_, case)| case.change).map(|(place, _)| place);
+        let later = open().filter(|(place, _)| Some(*place) != first);
+        let ratio = |case: &Case| case.evidence.ratio();
+        let smallest = later.min_by(|(_, a), (_, b)| ratio(a).total_cmp(&ratio(b)));
+        if let Some((place, _)) = smallest {
+            self.cases.remove(place);
+            self.unjudged += 1;
+        }
+    }
+
+    /// How many changes were given up without a judgement.
+    pub(crate) fn unjudged(&self) -> u64 {
+        self.unjudged
     }
 
     /// Takes up, after a restart, a change whose verdict is still open.
@@ -221,7 +268,7 @@ impl Isolator {
                 self.cases.push(case);
             }
         }
-        self.forget_closed_groups(now);
+        self.forget_what_is_over(now);
         findings
     }
 
@@ -278,7 +325,8 @@ impl Isolator {
         if peer.outstanding.is_none() {
             return Err(PeerFailure::Malformed("nothing was asked".into()));
         }
-        peer.take(answer).inspect_err(|_| peer.fail(now))
+        let quiet = self.settings.quiet_steps;
+        peer.take(answer, quiet).inspect_err(|_| peer.fail(now))
     }
 
     /// A peer did not answer. Returns whether it had been asked this.
@@ -330,7 +378,7 @@ impl Isolator {
         match self.settings.rule {
             Rule::FirstChange => {
                 let changes = self.changes_until(case.decide_at);
-                self.groups().judge(&changes, &path, case.change)
+                self.rule.judge(&self.causes, &changes, &path, case.change)
             }
             Rule::Paper => {
                 let of_peers = self.peers.iter().flat_map(|peer| &peer.actuator_faults);
@@ -341,40 +389,55 @@ impl Isolator {
         }
     }
 
-    fn groups(&self) -> Groups {
-        Groups::new(&self.settings)
-    }
-
-    /// Every known change outside the closed groups up to `until`, sorted by step.
+    /// Every known change that bears on a judgement as of `until` and has not been taken yet, sorted by step.
     fn changes_until(&self, until: Step) -> Vec<KnownChange> {
-        let from = self.closed_until.map_or(Step(0), |closed| closed.plus(1));
+        let from = self.taken_until.map_or(Step(0), |taken| taken.plus(1));
         let own = self.log.between(from, until).map(|change| KnownChange {
             path: self.path(change.channel),
+            onset: change.onset,
             step: change.step,
             ratio: change.ratio_as_of(until),
+            until: change.ended_as_of(until, self.settings.quiet_steps),
         });
         let of_peers = self.peers.iter().flat_map(|peer| &peer.changes);
-        let in_time = of_peers.filter(|change| (from..=until).contains(&change.step)).cloned();
-        let mut changes: Vec<_> = own.chain(in_time).collect();
+        let in_time = of_peers.filter(|change| (from..=until).contains(&change.step));
+        let as_of_then = in_time.map(|change| KnownChange {
+            until: change.until.filter(|end| end.plus(self.settings.quiet_steps) <= until),
+            ..change.clone()
+        });
+        let mut changes: Vec<_> = own.chain(as_of_then).collect();
         changes.sort_by(|a, b| a.step.cmp(&b.step).then_with(|| a.path.cmp(&b.path)));
         changes
     }
 
-    /// Forgets groups that no pending or future change can belong to.
-    fn forget_closed_groups(&mut self, now: Step) {
-        if self.settings.rule == Rule::Paper {
+    /// Keeps of the changes that are over what bears on later ones. No pending or future change can be a rival
+    /// of theirs.
+    fn forget_what_is_over(&mut self, now: Step) {
+        let IsolationSettings { rule, hold_steps, tie_steps, quiet_steps, .. } = self.settings;
+        if rule == Rule::Paper {
             return;
         }
         let answered = self.peers.iter().map(|peer| peer.answered_until.unwrap_or(Step(0)));
         let pending = self.cases.iter().map(|case| case.change);
         let known = answered.chain(pending).chain([now]).min().unwrap_or(now);
-        let known_until = known.minus(self.settings.hold_steps + self.settings.tie_steps);
-        let mut changes = self.changes_until(known_until);
-        if let Some(covered) = self.groups().drop_closed(&mut changes, known_until) {
-            self.closed_until = Some(covered);
-            for peer in &mut self.peers {
-                peer.changes.retain(|change| change.step > covered);
+        let known_until = known.minus(hold_steps + tie_steps);
+        let changes = self.changes_until(known_until);
+        let is_over = |change: &&KnownChange| {
+            change.until.is_some() && change.step.plus(quiet_steps.max(tie_steps)) <= known_until
+        };
+        let over = changes.iter().take_while(is_over).count();
+        let (mut causes, mut taken) = (self.causes.clone(), 0);
+        while taken < over {
+            taken += causes.take(&self.rule, &changes[taken..]).len();
+            let last = changes[taken - 1].step;
+            if taken <= over && changes.get(taken).is_none_or(|next| next.step > last) {
+                self.causes = causes.clone();
+                self.taken_until = Some(last);
             }
+        }
+        let Some(taken_until) = self.taken_until else { return };
+        for peer in &mut self.peers {
+            peer.changes.retain(|change| change.step > taken_until);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use names::{Component, ComponentPath, ModuleName, Step};
 
+use crate::change::Change;
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
 
 /// Steps after which an unanswered question is put again; doubled at every failure.
@@ -13,10 +14,14 @@ const LONGEST_RETRY_STEPS: u64 = 1000;
 pub struct KnownChange {
     /// The channel.
     pub path: ComponentPath,
+    /// Since when its residual may have been changing.
+    pub onset: Step,
     /// The step at which D rose to γ or above.
     pub step: Step,
     /// Largest D/γ from that step until the tie window was over (or until the step judged as of).
     pub ratio: f64,
+    /// The last step at which D was at γ or above; `None` if it went on as of the step judged as of.
+    pub until: Option<Step>,
 }
 
 impl KnownChange {
@@ -106,20 +111,29 @@ impl PeerKnowledge {
         }
     }
 
-    /// Takes an answer to the outstanding question in.
+    /// Takes an answer to the outstanding question in: every change that was not over before the steps asked
+    /// for.
     ///
     /// # Errors
     /// An answer that does not fit the question; nothing was taken in.
-    pub(crate) fn take(&mut self, answer: Answer) -> Result<(), PeerFailure> {
-        self.check(&answer)?;
+    pub(crate) fn take(&mut self, answer: Answer, quiet_steps: u64) -> Result<(), PeerFailure> {
+        self.check(&answer, quiet_steps)?;
         let Question { from, as_of, .. } = answer.question;
         let path = |component| ComponentPath { module: self.name.clone(), component };
-        self.changes.retain(|change| change.step < from);
-        self.changes.extend(answer.changes.into_iter().map(|change| KnownChange {
-            path: path(change.component),
-            step: change.step,
-            ratio: change.ratio,
-        }));
+        let reported: Vec<KnownChange> = answer
+            .changes
+            .into_iter()
+            .map(|change| KnownChange {
+                path: path(change.component),
+                onset: change.onset,
+                step: change.step,
+                ratio: change.ratio,
+                until: change.until,
+            })
+            .collect();
+        let same = |a: &KnownChange, b: &KnownChange| a.step == b.step && a.path == b.path;
+        self.changes.retain(|known| known.step < from && !reported.iter().any(|c| same(c, known)));
+        self.changes.extend(reported);
         self.changes.sort_by(|a, b| a.step.cmp(&b.step).then_with(|| a.path.cmp(&b.path)));
         self.actuator_faults = (answer.actuator_faults.into_iter())
             .map(|fault| (path(Component::Actuator(fault.actuator)), fault.step))
@@ -131,7 +145,7 @@ impl PeerKnowledge {
         Ok(())
     }
 
-    fn check(&self, answer: &Answer) -> Result<(), PeerFailure> {
+    fn check(&self, answer: &Answer, quiet_steps: u64) -> Result<(), PeerFailure> {
         let malformed = |what: &str| Err(PeerFailure::Malformed(what.to_string()));
         if self.outstanding != Some(answer.question) {
             return malformed("another question than the one asked");
@@ -143,8 +157,19 @@ impl PeerKnowledge {
         if answer.actuator_faults.len() > MAX_CHANGES_IN_ANSWER {
             return malformed("too many actuator faults");
         }
-        if answer.changes.iter().any(|change| !(from..=as_of).contains(&change.step)) {
-            return malformed("a change outside the steps asked for");
+        if answer.changes.iter().any(|change| change.step > as_of) {
+            return malformed("a change after the step asked for");
+        }
+        if answer.changes.iter().any(|change| change.onset > change.step) {
+            return malformed("a change that shows before it begins");
+        }
+        let is_over = |until: Step| until.plus(quiet_steps) <= from;
+        if answer.changes.iter().any(|change| change.until.is_some_and(is_over)) {
+            return malformed("a change that was over before the steps asked for");
+        }
+        let ends = |change: &Change, until| (change.step..=as_of).contains(&until);
+        if answer.changes.iter().any(|c| c.until.is_some_and(|until| !ends(c, until))) {
+            return malformed("a change that ends before it begins, or after the step asked for");
         }
         if answer.changes.iter().any(|change| change.ratio.is_nan() || change.ratio < 1.0) {
             return malformed("a change below its threshold");

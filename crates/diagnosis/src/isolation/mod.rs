@@ -1,12 +1,14 @@
 //! Isolation: which component is to blame for a change (section 4.3 of the paper, and beyond it).
 
+mod causes;
 mod first_change;
 mod isolator;
 mod judgement;
 mod knowledge;
 mod paper;
 
-pub use first_change::{Group, Groups};
+pub use causes::{Explanation, Reason};
+pub use first_change::FirstChange;
 pub(crate) use isolator::{Case, Finding, Isolator};
 pub(crate) use judgement::Judgement;
 pub use knowledge::KnownChange;

@@ -12,8 +12,8 @@ use super::force_loop::ForceLoop;
 use super::nominal_hydraulics::NominalHydraulics;
 use crate::sample::Sample;
 
-/// Longest gap, in steps, that the force loops are stepped through under a held demand. Their time
-/// constant is ten: after 20 steps a healthy tower's divergences stay below half their thresholds, after
+/// Longest gap, in steps, that the force loops are stepped through under demands on a straight line. Their
+/// time constant is ten: after 20 steps a healthy tower's divergences stay below half their thresholds, after
 /// 50 they are above. Beyond it the loops take up the forces that are measured after the gap.
 const LONGEST_GAP_OF_LOOPS: u64 = 20;
 
@@ -21,8 +21,8 @@ const LONGEST_GAP_OF_LOOPS: u64 = 20;
 /// time constants.
 const LOOPS_SETTLE: u64 = 50;
 
-/// Longest gap, in steps, that the structure is stepped through under held forces: a third of the period
-/// of its first mode. After 500 steps divergences still stay below their thresholds, after 1000 not.
+/// Longest gap, in steps, that the structure is stepped through under forces on a straight line: a third of
+/// the period of its first mode. After 500 steps divergences still stay below their thresholds, after 1000 not.
 const LONGEST_GAP_OF_STRUCTURE: u64 = 200;
 
 /// Which residual an actuator is watched by.
@@ -36,6 +36,26 @@ pub enum ActuatorResidual {
     Tracking,
 }
 
+/// What drives the models at a step.
+#[derive(Debug, Clone)]
+struct Signals {
+    forces: Vec<f64>,
+    demands: Vec<f64>,
+}
+
+impl Signals {
+    fn none(actuators: usize) -> Self {
+        Self { forces: vec![0.0; actuators], demands: vec![0.0; actuators] }
+    }
+}
+
+/// Values on the straight line from one to the other.
+fn blend(into: &mut [f64], from: &[f64], to: &[f64], share: f64) {
+    for (value, (from, to)) in into.iter_mut().zip(from.iter().zip(to)) {
+        *value = from + share * (to - from);
+    }
+}
+
 /// Turns samples into residuals: actuators first, then gages, in the order of the description.
 #[derive(Debug, Clone)]
 pub struct ResidualGenerator {
@@ -45,6 +65,11 @@ pub struct ResidualGenerator {
     loops: Vec<ForceLoop>,
     forces: Vec<f64>,
     demands: Vec<f64>,
+    /// Those of the sample before, and between the two.
+    earlier: Signals,
+    between: Signals,
+    /// Lost samples before the next one.
+    missing: u64,
     residuals: Vec<f64>,
     structure_follows: bool,
     loops_follow: bool,
@@ -71,6 +96,9 @@ impl ResidualGenerator {
             hydraulics,
             forces: vec![0.0; actuators],
             demands: vec![0.0; actuators],
+            earlier: Signals::none(actuators),
+            between: Signals::none(actuators),
+            missing: 0,
             residuals: vec![0.0; actuators + local.gage_count()],
             local,
             structure_follows: false,
@@ -84,6 +112,7 @@ impl ResidualGenerator {
         self.structure_follows = false;
         self.loops_follow = false;
         self.unsettled = 0;
+        self.missing = 0;
     }
 
     /// Will the residuals of the next sample count? Soon after a gap they do not.
@@ -92,7 +121,8 @@ impl ResidualGenerator {
         self.unsettled == 0
     }
 
-    /// Steps the models through `missing` lost samples, holding the last signals. Returns whether the
+    /// Notes that `missing` samples are lost before the next one: the models are stepped through them under
+    /// signals on a straight line from the sample before the gap to the one after it. Returns whether the
     /// residuals after the gap can be compared with those before it; otherwise the models restart.
     #[must_use]
     pub fn bridge(&mut self, missing: u64) -> bool {
@@ -100,7 +130,7 @@ impl ResidualGenerator {
             self.restart();
             return false;
         }
-        (0..missing).for_each(|_| self.advance());
+        self.missing = missing;
         if missing > LONGEST_GAP_OF_LOOPS {
             self.loops_follow = false;
             self.unsettled = LOOPS_SETTLE;
@@ -110,10 +140,13 @@ impl ResidualGenerator {
 
     /// The residuals of a sample, which must have been checked: actuators \[N\], then gages \[m\].
     pub fn push(&mut self, sample: &Sample) -> &[f64] {
+        self.earlier.forces.copy_from_slice(&self.forces);
+        self.earlier.demands.copy_from_slice(&self.demands);
         for (force, pressures) in self.forces.iter_mut().zip(&sample.pressures_pa) {
             *force = self.hydraulics.force_n(*pressures);
         }
         self.demands.copy_from_slice(&sample.demands_n);
+        self.cross_gap();
         self.settle(sample);
         let actuators = self.forces.len();
         let (of_actuators, of_gages) = self.residuals.split_at_mut(actuators);
@@ -131,6 +164,25 @@ impl ResidualGenerator {
         self.advance();
         self.unsettled = self.unsettled.saturating_sub(1);
         &self.residuals
+    }
+
+    /// The residuals of the latest sample.
+    pub(crate) fn residuals(&self) -> &[f64] {
+        &self.residuals
+    }
+
+    /// Steps the models through the lost samples before the latest one.
+    fn cross_gap(&mut self) {
+        let missing = std::mem::take(&mut self.missing);
+        for place in 1..=missing {
+            let share = place as f64 / (missing + 1) as f64;
+            blend(&mut self.between.forces, &self.earlier.forces, &self.forces, share);
+            blend(&mut self.between.demands, &self.earlier.demands, &self.demands, share);
+            self.local.step(&self.between.forces);
+            for (force_loop, demand) in self.loops.iter_mut().zip(&self.between.demands) {
+                force_loop.step(*demand);
+            }
+        }
     }
 
     /// Moves the models on to the next step under the latest forces and demands.

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use diagnosis::{Action, Answer, Question, QuestionToken};
+use diagnosis::{Action, Answer, Change, Question, QuestionToken};
+use names::Step;
+
+use crate::fixture::QUIET;
 
 /// Questions of peers that have no reply yet.
 #[derive(Debug, Default)]
@@ -57,7 +60,12 @@ impl Inquiries {
 fn check(answer: &Answer) {
     let Question { from, as_of, .. } = answer.question;
     let changes = &answer.changes;
-    assert!(changes.iter().all(|change| (from..=as_of).contains(&change.step)), "{answer:?}");
+    assert!(changes.iter().all(|change| change.step <= as_of), "{answer:?}");
+    let overlaps = |until: Step| until.plus(QUIET) > from && until <= as_of;
+    assert!(changes.iter().all(|change| change.until.is_none_or(overlaps)), "{answer:?}");
+    let once =
+        |pair: &[Change]| (pair[0].step, &pair[0].component) != (pair[1].step, &pair[1].component);
+    assert!(changes.windows(2).all(once), "{answer:?}");
     assert!(changes.iter().all(|change| change.ratio >= 1.0), "{answer:?}");
     assert!(changes.is_sorted_by_key(|change| change.step), "{answer:?}");
     assert!(answer.actuator_faults.iter().all(|fault| fault.step <= as_of), "{answer:?}");

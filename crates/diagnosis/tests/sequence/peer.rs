@@ -72,7 +72,7 @@ impl Peer {
         let at = |share: f64| question.from.plus((share * length) as u64);
         let change = |&(share, ratio): &(f64, f64)| {
             let component = "actuator/a1".parse().unwrap();
-            Change { component, step: at(share), ratio }
+            Change { component, onset: at(share), step: at(share), ratio, until: None }
         };
         let mut changes: Vec<_> = said.changes.iter().map(change).collect();
         let fault =

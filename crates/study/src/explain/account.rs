@@ -1,6 +1,6 @@
 //! What happened in a run, sorted out: every change with its verdict.
 
-use diagnosis::{Group, Groups, IsolationSettings, KnownChange, Transition, Verdict};
+use diagnosis::{FirstChange, IsolationSettings, KnownChange, Reason, Transition, Verdict};
 use names::{ComponentPath, ModuleName, Step};
 
 use super::words::Clock;
@@ -40,6 +40,8 @@ pub(super) struct Changed {
     pub(super) ratio: f64,
     /// The largest D/γ until the tie window was over: this decides ties.
     pub(super) peak: f64,
+    /// The last step with D at γ or above.
+    pub(super) until: Step,
     pub(super) fate: Fate,
 }
 
@@ -53,7 +55,9 @@ impl Changed {
     }
 
     fn known(&self) -> KnownChange {
-        KnownChange { path: self.component.clone(), step: self.step, ratio: self.peak }
+        let (path, until) = (self.component.clone(), Some(self.until));
+        let onset = self.rising_since;
+        KnownChange { path, onset, step: self.step, ratio: self.peak, until }
     }
 }
 
@@ -98,11 +102,12 @@ impl<'a> Account<'a> {
         setups.find(|setup| setup.module == *module).map(|setup| &setup.isolation)
     }
 
-    /// The group that the rule of the first change puts a change into, by its module's settings.
-    pub(super) fn group(&self, changed: &Changed) -> Option<(&IsolationSettings, Group<'_>)> {
-        let settings = self.isolation(&changed.component.module)?;
-        let group = Groups::new(settings).find(&self.known, &changed.component, changed.step)?;
-        Some((settings, group))
+    /// Why the rule of the first change judges a change as it does, by its module's settings.
+    pub(super) fn reason(&self, changed: &Changed) -> Option<Reason> {
+        let mut setups = self.campaign.setups.iter();
+        let setup = setups.find(|setup| setup.module == changed.component.module)?;
+        let rule = FirstChange::new(&setup.isolation, &setup.detection.divergence);
+        rule.reason(&self.known, &changed.component, changed.step)
     }
 
     /// The change of a component at a step.
@@ -145,6 +150,7 @@ impl Observer {
         for change in self.changes.iter_mut().rev().take_while(|c| step.since(c.step) <= tie) {
             change.peak = change.peak.max(ratio(rig, &change.component));
         }
+        self.prolong(rig, step);
         if step >= onset {
             let ratio = ratio(rig, &self.faulty);
             if self.faulty_peak.is_none_or(|(_, largest)| ratio > largest) {
@@ -154,14 +160,31 @@ impl Observer {
     }
 }
 
+impl Observer {
+    /// The latest change of a channel lasts as long as D is at γ or above.
+    fn prolong(&mut self, rig: &Rig, step: Step) {
+        let mut seen: Vec<&ComponentPath> = Vec::new();
+        for change in self.changes.iter_mut().rev() {
+            if seen.contains(&&change.component) {
+                continue;
+            }
+            if ratio(rig, &change.component) >= 1.0 {
+                change.until = step;
+            }
+            seen.push(&change.component);
+        }
+    }
+}
+
 fn changed(occurrence: &Occurrence) -> Option<Changed> {
     let Occurrence::Change { module, change } = occurrence else { return None };
     Some(Changed {
         component: ComponentPath { module: module.clone(), component: change.component.clone() },
         step: change.step,
-        rising_since: change.step,
+        rising_since: change.onset,
         ratio: change.ratio,
         peak: change.ratio,
+        until: change.step,
         fate: Fate::Open,
     })
 }

@@ -1,6 +1,6 @@
 //! The reason for a verdict.
 
-use diagnosis::{KnownChange, Rule};
+use diagnosis::{Explanation, Reason, Rule};
 use names::{Component, Step};
 
 use super::account::{Account, Changed, Root};
@@ -35,15 +35,28 @@ pub(super) fn of_explanation(account: &Account, changed: &Changed, root: &Root) 
         );
     }
     let order = order(account, changed.step, *step);
-    let root = account.change(component, *step);
-    match root.filter(|root| is_tie(account, root, changed)) {
-        Some(root) => {
+    match (how(account, changed), account.change(component, *step)) {
+        (Some(Explanation::Tie), Some(root)) => {
             let (own, its) = (times(changed.peak), times(root.peak));
             format!(
                 "{component} {order}: a tie, and it rose to {its} its threshold, this one to {own}"
             )
         }
-        None => format!("{component} {order}"),
+        (Some(Explanation::Leaving), _) => {
+            format!("{component} {order}, and the effect of that leaves the interval")
+        }
+        (Some(Explanation::ByEffect), _) => {
+            format!("{component} {order}, and an effect of that was still changing")
+        }
+        _ => format!("{component} {order}"),
+    }
+}
+
+/// How it is known that the change is an effect.
+fn how(account: &Account, changed: &Changed) -> Option<Explanation> {
+    match account.reason(changed)? {
+        Reason::Effect { how, .. } => Some(how),
+        Reason::First { .. } | Reason::ByRatio | Reason::Again => None,
     }
 }
 
@@ -61,23 +74,25 @@ fn order(account: &Account, change: Step, root: Step) -> String {
 
 fn of_root(account: &Account, changed: &Changed) -> String {
     let clock = account.clock();
-    let Some((settings, group)) = account.group(changed) else {
-        return "no other change explains it".to_owned();
-    };
-    let tie = clock.span(settings.tie_steps);
-    let by_ratio = changed.peak >= settings.root_ratio;
-    let before = match group.before {
-        Some(end) if group.first == end.plus(1) && by_ratio => {
+    let isolation = account.isolation(&changed.component.module);
+    let tie = clock.span(isolation.map_or(0, |isolation| isolation.tie_steps));
+    let (rivals, before) = match account.reason(changed) {
+        None | Some(Reason::Effect { .. }) => return "no other change explains it".to_owned(),
+        Some(Reason::Again) => return "it was a root cause before".to_owned(),
+        Some(Reason::ByRatio) => {
             let peak = times(changed.peak);
             return format!(
                 "it rose to {peak} its threshold within {tie}, reaching the root ratio: a root \
                  cause of its own"
             );
         }
+        Some(Reason::First { rivals, before }) => (rivals, before),
+    };
+    let before = match before {
         None => "no channel of the structure had changed before".to_owned(),
         Some(end) => format!("earlier changes explain nothing after {}", clock.time(end)),
     };
-    let rivals = group.rivals.iter().filter(|c| c.path != changed.component);
+    let rivals = rivals.iter().filter(|c| c.path != changed.component);
     let others: Vec<String> = rivals.map(|c| format!("{} {}", c.path, times(c.ratio))).collect();
     if others.is_empty() {
         return format!("{before}, so this first change names the fault");
@@ -90,14 +105,9 @@ fn of_root(account: &Account, changed: &Changed) -> String {
     )
 }
 
-/// Did the ratios decide between the root and the change?
-pub(super) fn is_tie(account: &Account, root: &Changed, changed: &Changed) -> bool {
-    let Some((settings, group)) = account.group(changed) else { return false };
-    let rivals = |change: &Changed| {
-        let same = |c: &KnownChange| c.step == change.step && c.path == change.component;
-        group.rivals.iter().any(same)
-    };
-    settings.rule == Rule::FirstChange && rivals(changed) && rivals(root)
+/// Did the ratios decide between the change and its root cause?
+pub(super) fn is_tie(account: &Account, changed: &Changed) -> bool {
+    rule(account, changed) == Rule::FirstChange && how(account, changed) == Some(Explanation::Tie)
 }
 
 fn rule(account: &Account, changed: &Changed) -> Rule {

@@ -313,8 +313,7 @@ fn choose(account: &Account) -> Vec<bool> {
                 if first {
                     seen.push(module);
                 }
-                let rival = account.change(&root.component, root.step);
-                let tie = rival.is_some_and(|root| reason::is_tie(account, root, changed));
+                let tie = reason::is_tie(account, changed);
                 first || first_faulty || tie
             }
         });

@@ -64,7 +64,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
             hold_steps: 6,
             tie_steps: 3,
             root_ratio: 30.0,
-            horizon_steps: 2500,
+            effect_steps: 250,
             quiet_steps: 40,
         },
         // about twice what healthy runs reach

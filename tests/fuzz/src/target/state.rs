@@ -106,7 +106,7 @@ fn is_remembered_again(directory: &Path, module: &ModuleName, memory: &Memory) {
     // The first record makes what was there the older file, the second one drops it.
     for step in [1, 2] {
         let component = "sensor/g1".parse().unwrap();
-        let change = StateChange { component, step: Step(step), ratio: 2.0 };
+        let change = StateChange::at(component, Step(step), 2.0);
         assert!(state.keep(OTHER_RUN, change));
     }
     drop(state);

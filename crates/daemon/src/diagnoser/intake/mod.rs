@@ -5,12 +5,14 @@
 //! | `receiver` | the network's callback: reads, counts what is no sample, never waits |
 //! | `incumbent` | whose samples are diagnosed, when there are several publishers |
 //! | `tally` | what was counted |
+//! | `refusals` | why samples are not used, and how many |
 //! | `sequencer` | puts recovered samples before those that came meanwhile |
 //! | `store` | asks the publisher for samples that were missed |
 //! | `retry_policy` | when it is asked again |
 
 mod incumbent;
 mod receiver;
+mod refusals;
 mod retry_policy;
 mod sequencer;
 mod store;
@@ -21,6 +23,7 @@ use std::time::Instant;
 use diagnosis::Sample;
 
 pub(crate) use receiver::Receiver;
+pub(crate) use refusals::Refusals;
 pub(crate) use sequencer::{Flow, Sequencer};
 pub(crate) use store::{Fetched, Store};
 pub(crate) use tally::IntakeTally;

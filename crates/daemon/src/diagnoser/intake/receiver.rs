@@ -18,6 +18,7 @@ use zenoh::pubsub::Subscriber;
 use zenoh::session::EntityGlobalId;
 
 use super::incumbent::{Admission, Incumbent, Source};
+use super::refusals::Refusals;
 use super::tally::{IntakeTally, add, count};
 use super::{Arrival, Size};
 use crate::convert::Speaker;
@@ -29,6 +30,7 @@ pub(crate) struct Receiver {
     size: Size,
     queue: mpsc::Sender<Arrival>,
     counters: Arc<IntakeTally>,
+    refusals: Arc<Refusals>,
     incumbent: Arc<Mutex<Incumbent>>,
     overflown: Arc<AtomicBool>,
 }
@@ -47,6 +49,7 @@ impl Receiver {
             size,
             queue,
             counters: Arc::default(),
+            refusals: Arc::default(),
             incumbent: Arc::new(Mutex::new(Incumbent::new(hold, room))),
             overflown: Arc::default(),
         }
@@ -54,6 +57,10 @@ impl Receiver {
 
     pub(crate) fn counters(&self) -> Arc<IntakeTally> {
         Arc::clone(&self.counters)
+    }
+
+    pub(crate) fn refusals(&self) -> Arc<Refusals> {
+        Arc::clone(&self.refusals)
     }
 
     pub(crate) async fn subscribe(
@@ -93,12 +100,17 @@ impl Receiver {
             }
             Ok(sample) => {
                 let problem = format!("a sample of module `{}`", sample.module);
-                warn_sometimes(count(&self.counters.other_module), &problem);
+                self.refuse(count(&self.counters.other_module), problem, now);
             }
             Err(error) => {
-                warn_sometimes(count(self.counters.of_error(&error)), &error.to_string());
+                self.refuse(count(self.counters.of_error(&error)), error.to_string(), now);
             }
         }
+    }
+
+    fn refuse(&self, times: u64, problem: String, now: Instant) {
+        warn_sometimes(times, &problem);
+        self.refusals.note(problem, now);
     }
 
     fn admit(&self, source: Source, arrival: Arrival) {

@@ -90,18 +90,18 @@ impl EventLane {
     pub(crate) async fn declare(
         session: &Session,
         speaker: &Speaker,
-        components: &[Component],
         settings: &PublishSettings,
         keeper: Keeper,
+        states: States,
     ) -> zenoh::Result<Self> {
-        let mut faults = Vec::with_capacity(components.len());
-        for component in components {
+        let mut faults = Vec::new();
+        for component in states.components() {
             let key = speaker.key(Topic::Fault(component.clone()));
             faults.push((component.clone(), publisher(session, key, settings.history).await?));
         }
         Ok(Self {
             keeper,
-            states: States::new(speaker, components),
+            states,
             faults,
             changes: publisher(session, speaker.key(Topic::Change), settings.history).await?,
             phases: publisher(session, speaker.key(Topic::Phase), settings.history).await?,

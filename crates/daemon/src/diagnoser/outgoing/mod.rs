@@ -9,3 +9,4 @@ mod states;
 pub(crate) use event_lane::{EventLane, Outgoing};
 pub(crate) use outbox::{Drained, Outbox};
 pub(crate) use routine_lane::{Routine, RoutineLane};
+pub(crate) use states::States;

@@ -6,12 +6,14 @@ use wire::{FaultTransition, Topic};
 use zenoh::key_expr::KeyExpr;
 
 use crate::convert::Speaker;
+use crate::diagnoser::service::Service;
 
 /// The latest transition of each component, in the order of the channels.
 #[derive(Debug)]
 pub(crate) struct States {
     speaker: Speaker,
     pages: Vec<Page>,
+    service: Service,
 }
 
 #[derive(Debug)]
@@ -22,13 +24,17 @@ struct Page {
 }
 
 impl States {
-    pub(crate) fn new(speaker: &Speaker, components: &[Component]) -> Self {
+    pub(crate) fn new(speaker: &Speaker, components: &[Component], service: Service) -> Self {
         let page = |component: &Component| Page {
             component: component.clone(),
             key: speaker.key(Topic::Fault(component.clone())),
             latest: None,
         };
-        Self { speaker: speaker.clone(), pages: components.iter().map(page).collect() }
+        Self { speaker: speaker.clone(), pages: components.iter().map(page).collect(), service }
+    }
+
+    pub(crate) fn components(&self) -> impl Iterator<Item = &Component> {
+        self.pages.iter().map(|page| &page.component)
     }
 
     pub(crate) fn enter(&mut self, transition: &FaultTransition) {
@@ -38,14 +44,22 @@ impl States {
         }
     }
 
-    /// The states of those components whose key the expression asked for covers.
+    /// The states of those components whose key the expression asked for covers; what is not monitored at
+    /// present is not normal.
     pub(crate) fn covered_by(&self, expression: &KeyExpr<'_>) -> Vec<(&str, FaultTransition)> {
         let covered = self.pages.iter().filter(|page| {
             KeyExpr::try_from(page.key.as_str()).is_ok_and(|key| expression.intersects(&key))
         });
-        let state = |page: &Page| match &page.latest {
-            Some(transition) => transition.clone(),
-            None => self.speaker.untouched(&page.component, clock::unix_ns()),
+        let unknown = self.service.unknown();
+        let state = |page: &Page| {
+            let state = match &page.latest {
+                Some(transition) => transition.clone(),
+                None => self.speaker.untouched(&page.component, clock::unix_ns()),
+            };
+            match &unknown {
+                Some(unknown) => state.while_unknown(unknown.clone()),
+                None => state,
+            }
         };
         covered.map(|page| (page.key.as_str(), state(page))).collect()
     }
@@ -54,19 +68,32 @@ impl States {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wire::FaultState;
+    use shell::supervision::Supervisor;
+    use wire::{FaultState, ModulePhase};
 
-    fn book() -> States {
+    fn service() -> Service {
+        let supervisor = Supervisor::from_environment();
+        supervisor.progress();
+        Service::new(supervisor.pulse(), "no sample has come yet".to_owned())
+    }
+
+    fn book_of(service: Service) -> States {
         let speaker =
             Speaker { structure: "tower".parse().unwrap(), module: "module1".parse().unwrap() };
         let names = ["actuator/a1", "sensor/a1", "sensor/g2"];
         let components: Vec<Component> = names.iter().map(|name| name.parse().unwrap()).collect();
-        let mut book = States::new(&speaker, &components);
+        let mut book = States::new(&speaker, &components, service);
         let mut latched = speaker.untouched(&components[2], 9);
         latched.state = FaultState::Latched;
         latched.sequence = 3;
         book.enter(&latched);
         book
+    }
+
+    fn book() -> States {
+        let service = service();
+        service.enter(ModulePhase::InService, "every channel is watched".to_owned());
+        book_of(service)
     }
 
     fn asked(expression: &str) -> Vec<(String, u64)> {
@@ -81,6 +108,19 @@ mod tests {
         let sequences: Vec<u64> =
             asked("trusswatch/*/*/fault/**").into_iter().map(|(_, sequence)| sequence).collect();
         assert_eq!(sequences, [0, 0, 3]);
+    }
+
+    #[test]
+    fn what_is_not_monitored_is_unknown_and_a_fault_stays_one() {
+        let service = service();
+        let book = book_of(service.clone());
+        let states = || -> Vec<FaultState> {
+            let expression = KeyExpr::try_from("trusswatch/*/*/fault/**").unwrap();
+            book.covered_by(&expression).into_iter().map(|(_, state)| state.state).collect()
+        };
+        assert_eq!(states(), [FaultState::Unknown, FaultState::Unknown, FaultState::Latched]);
+        service.enter(ModulePhase::InService, String::new());
+        assert_eq!(states(), [FaultState::Normal, FaultState::Normal, FaultState::Latched]);
     }
 
     #[test]

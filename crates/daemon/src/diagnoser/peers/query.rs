@@ -59,6 +59,11 @@ impl PeerQueries {
         Ok(Self { queriers, presence, timeout, under_way, book, answers })
     }
 
+    /// Why a peer has not answered so far.
+    pub(crate) fn why_silent(&self, peer: &ModuleName) -> String {
+        self.book.why_silent(peer)
+    }
+
     /// Asks in a task of its own; the outcome comes back as an event.
     pub(crate) fn ask(&self, peer: ModuleName, question: Question) {
         let querier = self.queriers.get(&peer).cloned();

@@ -47,6 +47,20 @@ impl PeerBook {
         });
     }
 
+    /// Why a peer has not answered so far.
+    pub(crate) fn why_silent(&self, peer: &ModuleName) -> String {
+        let pages = self.pages();
+        let page = pages.iter().find(|page| page.module == *peer);
+        let reason = page.and_then(|page| page.reason.clone()).unwrap_or_default();
+        match page.and_then(|page| page.latest) {
+            Some(PeerOutcome::Refused) => format!("it refuses: {reason}"),
+            Some(PeerOutcome::Malformed) => format!("its answer does not count: {reason}"),
+            Some(PeerOutcome::TimedOut) => "no answer in time".to_owned(),
+            Some(PeerOutcome::Absent) => "it is not there".to_owned(),
+            Some(PeerOutcome::Answered) | None => "no answer yet".to_owned(),
+        }
+    }
+
     pub(crate) fn read(&self) -> Vec<PeerStatus> {
         self.pages().clone()
     }
@@ -78,7 +92,18 @@ mod tests {
             Some(PeerFailure::Malformed("rubbish".into())),
             Some(PeerFailure::Refused("no sample yet".into())),
         ];
-        failures.iter().for_each(|failure| book.note_outcome(&peer, failure.as_ref()));
+        let why = failures.iter().map(|failure| {
+            book.note_outcome(&peer, failure.as_ref());
+            book.why_silent(&peer)
+        });
+        let expected = [
+            "no answer yet",
+            "no answer in time",
+            "it is not there",
+            "its answer does not count: rubbish",
+            "it refuses: no sample yet",
+        ];
+        assert_eq!(why.collect::<Vec<_>>(), expected);
         book.note_presence(&peer, true);
         let page = book.read().remove(0);
         let counts = [page.answered, page.refused, page.timed_out, page.absent, page.malformed];

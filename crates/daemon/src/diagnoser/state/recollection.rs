@@ -1,6 +1,6 @@
 //! From the records of a journal back to what the diagnoser knew.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use diagnosis::{Change, MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
 use names::{ModuleName, RunId};
@@ -8,7 +8,7 @@ use wire::FaultTransition;
 
 use super::record::Record;
 use super::watch_file::Watch;
-use crate::convert::from_transition;
+use crate::convert::{from_change, from_transition};
 
 /// What the journal and the watch file say together.
 #[derive(Debug, Default)]
@@ -31,8 +31,7 @@ impl Recollection {
                 }
                 Record::Transition(_) => {}
                 Record::Change { run, change } => {
-                    let wire::StateChange { component, step, ratio } = change;
-                    recollection.changes.push((run, Change { component, step, ratio }));
+                    recollection.changes.push((run, from_change(change)));
                 }
             }
         }
@@ -54,12 +53,12 @@ impl Recollection {
         let latest = self.latest.iter().cloned().filter_map(from_transition).collect();
         let watch = watch.map(|Watch { run, watched }| {
             let own = self.changes.iter().filter(|(of, _)| *of == run);
-            let mut changes: Vec<Change> = own.map(|(_, change)| change.clone()).collect();
-            changes.sort_by_key(|change| change.step);
-            // A new file repeats changes. Several components may have changed at one step, so what is
-            // repeated need not stand beside its like.
-            let mut met = BTreeSet::new();
-            changes.retain(|change| met.insert((change.step, change.component.clone())));
+            // A change is written again when it is over, and repeated in a new file: the latest counts.
+            let mut latest = BTreeMap::new();
+            for (_, change) in own {
+                latest.insert((change.step, change.component.clone()), change.clone());
+            }
+            let mut changes: Vec<Change> = latest.into_values().collect();
             changes.drain(..changes.len().saturating_sub(MAX_CHANGES_IN_ANSWER));
             PastWatch { run, watched, changes }
         });
@@ -114,7 +113,7 @@ mod tests {
 
     fn change(run: u64, step: u64) -> String {
         let component = "sensor/g1".parse().unwrap();
-        let change = wire::StateChange { component, step: Step(step), ratio: 2.0 };
+        let change = wire::StateChange::at(component, Step(step), 2.0);
         Record::Change { run: RunId(run), change }.to_text().unwrap()
     }
 
@@ -144,7 +143,7 @@ mod tests {
     fn changes_of_one_step_are_returned_once_though_a_snapshot_repeats_them() {
         let change = |component: &str| {
             let component = component.parse().unwrap();
-            let change = wire::StateChange { component, step: Step(9), ratio: 2.0 };
+            let change = wire::StateChange::at(component, Step(9), 2.0);
             Record::Change { run: RunId(2), change }.to_text().unwrap()
         };
         let records = ["actuator/a1", "sensor/g1", "actuator/a1", "sensor/g1"].map(change);
