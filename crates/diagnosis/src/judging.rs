@@ -203,7 +203,7 @@ impl Judging {
             {
                 return;
             }
-            Finding::Judged(Judgement::Root | Judgement::Again) => {
+            Finding::Judged(Judgement::Root | Judgement::First | Judgement::Again) => {
                 (Verdict::Latched, case.decide_at)
             }
             Finding::Judged(Judgement::Explained { by, since }) => {

@@ -74,7 +74,7 @@ fn a_verdict_rests_on_a_question_that_is_shown_and_on_the_rule() {
 #[test]
 fn what_follows_a_fault_is_explained_once_and_then_summarised() {
     for rule in [Rule::FirstChange, Rule::Paper] {
-        let campaign = with_thresholds(0.1, rule);
+        let campaign = with_thresholds(0.15, rule);
         let story = explain(&campaign, HARD_OVER + 7).unwrap();
         assert!(story.record.conversation.explained > 10, "{story}");
         assert!(story.lines.len() < 120, "{} lines", story.lines.len());
@@ -91,8 +91,8 @@ fn what_follows_a_fault_is_explained_once_and_then_summarised() {
 
 #[test]
 fn the_ratios_of_a_tie_are_reported() {
-    let campaign = with_thresholds(0.02, Rule::FirstChange);
-    let story = explain(&campaign, HARD_OVER).unwrap();
+    let campaign = with_thresholds(0.1, Rule::FirstChange);
+    let story = explain(&campaign, HARD_OVER + 28).unwrap();
     assert!(has(&story, LineKind::Explained, ": a tie, and it rose to "), "{story}");
     assert!(has(&story, LineKind::Fault, "it rose highest, to "), "{story}");
 }

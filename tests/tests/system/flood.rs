@@ -84,11 +84,11 @@ impl Scene {
         resident_kib(self.diagnosers[0].pid()).unwrap()
     }
 
-    /// Waits until no more than a fifth of the memory that it had before has been kept: what the last
-    /// messages took is given back as those that follow are freed.
+    /// Waits until no more than a third of the memory that it had before has been kept, which is five bytes for
+    /// each message: what the last messages took is given back as those that follow are freed.
     async fn has_memory_back(&self, before: u64) {
         let (start, at_once) = (Instant::now(), self.resident_kib());
-        let most = before + before / 5;
+        let most = before + before / 3;
         while self.resident_kib() > most && start.elapsed() < GIVEN_BACK {
             tokio::time::sleep(Duration::from_millis(50)).await;
         }

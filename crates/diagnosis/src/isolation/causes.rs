@@ -8,6 +8,10 @@ use super::knowledge::KnownChange;
 /// What leaves the interval looks like what entered it, up to this factor of its ratio.
 const ALIKE: f64 = 3.0;
 
+/// A root cause with so many changes in the interval comes and goes. The Gaussian has learnt that and may show no
+/// more of them, so it explains for as long as the interval remembers.
+const RESTLESS: usize = 4;
+
 /// Why a change is a root cause or not.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reason {
@@ -44,17 +48,22 @@ pub enum Explanation {
     ByEffect,
     /// They are simultaneous, and the root cause outranks it.
     Tie,
-    /// An effect at that time leaves the interval.
+    /// What happened then leaves the interval.
     Leaving,
 }
 
-/// A component that is a root cause.
+/// A change of a root cause: its step, and its last one; `None` while it goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    pub(super) since: Step,
+    pub(super) until: Option<Step>,
+}
+
+/// A component that is a root cause, with its changes.
 #[derive(Debug, Clone, PartialEq)]
 struct Root {
     path: ComponentPath,
-    /// Its latest change, and the end of that; `None` while it goes on.
-    since: Step,
-    until: Option<Step>,
+    spans: Vec<Span>,
 }
 
 /// A change that is an effect.
@@ -71,7 +80,15 @@ struct Explaining<'a> {
     root: &'a ComponentPath,
     since: Step,
     how: Explanation,
+    /// From when, until when.
+    from: Step,
     until: Option<Step>,
+}
+
+impl Explaining<'_> {
+    fn covers(&self, onset: Step) -> bool {
+        self.from <= onset && self.until.is_none_or(|until| onset <= until)
+    }
 }
 
 /// The root causes and effects that bear on changes to come.
@@ -96,8 +113,11 @@ impl Causes {
     /// Forgets what has left the interval, together with its effects.
     fn forget(&mut self, rule: &FirstChange, now: Step) {
         let lasts =
-            |until: Option<Step>| until.is_none_or(|until| until.plus(rule.memory()) >= now);
-        self.roots.retain(|root| lasts(root.until));
+            |until: Option<Step>| rule.forgets(until).is_none_or(|forgotten| forgotten >= now);
+        self.roots.retain_mut(|root| {
+            root.spans.retain(|span| lasts(span.until));
+            !root.spans.is_empty()
+        });
         self.effects.retain(|effect| lasts(effect.change.until));
     }
 
@@ -179,16 +199,18 @@ impl Causes {
             let entered = &effect.change;
             entered.path == change.path
                 && change.ratio <= ALIKE * entered.ratio
-                && rule.leaves(entered, change.step)
+                && rule.leaves(entered.span(), change.step)
         })
     }
 
     /// What explains changes that began at a step, or later: the latest root cause, else the latest of the
     /// effects.
     fn explaining(&self, rule: &FirstChange, onset: Step) -> Option<Explaining<'_>> {
-        let explains = |cause: &Explaining<'_>| cause.until.is_none_or(|end| onset <= end);
-        let root = self.by_roots(rule).filter(explains).max_by_key(|cause| cause.since);
-        root.or_else(|| self.by_effects(rule).filter(explains).max_by_key(|cause| cause.since))
+        let covers = |cause: &Explaining<'_>| cause.covers(onset);
+        let latest = |cause: &Explaining<'_>| cause.since;
+        (self.by_roots(rule).filter(covers).max_by_key(latest))
+            .or_else(|| self.by_effects(rule).filter(covers).max_by_key(latest))
+            .or_else(|| self.by_leaving(rule).filter(covers).max_by_key(latest))
     }
 
     /// The last step at which any root cause explains anything.
@@ -198,22 +220,41 @@ impl Causes {
     }
 
     fn by_roots(&self, rule: &FirstChange) -> impl Iterator<Item = Explaining<'_>> {
-        let until = move |until| rule.explains_until(until);
-        self.roots.iter().map(move |Root { path, since, until: end }| Explaining {
-            root: path,
-            since: *since,
+        self.spans().map(|(root, span)| Explaining {
+            root: &root.path,
+            since: span.since,
             how: Explanation::Earlier,
-            until: until(*end),
+            from: Step(0),
+            until: match root.spans.len() {
+                RESTLESS.. => rule.forgets(span.until),
+                _ => rule.explains_until(span.until),
+            },
         })
+    }
+
+    /// What a root cause did leaves the interval, and what followed from it, though that may have been too small
+    /// to show when it entered.
+    fn by_leaving(&self, rule: &FirstChange) -> impl Iterator<Item = Explaining<'_>> {
+        self.spans().filter_map(|(root, span)| {
+            let (from, until) = rule.leaving(span)?;
+            let how = Explanation::Leaving;
+            Some(Explaining { root: &root.path, since: span.since, how, from, until })
+        })
+    }
+
+    fn spans(&self) -> impl Iterator<Item = (&Root, Span)> {
+        self.roots.iter().flat_map(|root| root.spans.iter().map(move |span| (root, *span)))
     }
 
     /// An effect of an effect explains nothing: there would be no end to it.
     fn by_effects(&self, rule: &FirstChange) -> impl Iterator<Item = Explaining<'_>> {
-        let direct = |effect: &&Effect| effect.how != Explanation::ByEffect;
+        let direct =
+            |effect: &&Effect| matches!(effect.how, Explanation::Earlier | Explanation::Tie);
         self.effects.iter().filter(direct).map(|effect| Explaining {
             root: &effect.by,
             since: effect.since,
             how: Explanation::ByEffect,
+            from: Step(0),
             until: rule.explains_until(effect.change.until),
         })
     }
@@ -231,13 +272,12 @@ impl Causes {
 
     /// A root cause changes.
     fn enter(&mut self, change: &KnownChange) {
-        let (since, until) = (change.step, change.until);
         match self.roots.iter_mut().find(|root| root.path == change.path) {
-            Some(root) => {
-                let end = root.until.zip(until).map(|(before, now)| before.max(now));
-                (root.since, root.until) = (since, end);
+            Some(root) => root.spans.push(change.span()),
+            None => {
+                let (path, spans) = (change.path.clone(), vec![change.span()]);
+                self.roots.push(Root { path, spans });
             }
-            None => self.roots.push(Root { path: change.path.clone(), since, until }),
         }
     }
 }

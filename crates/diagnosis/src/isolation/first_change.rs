@@ -8,7 +8,9 @@
 //! - A change whose D/γ reaches the root ratio within the tie is no effect: it is a root cause of its own.
 //! - A component that was a root cause is one again whenever it changes before the interval has forgotten it:
 //!   it is repaired, it is back, or its fault leaves the interval. It explains what follows from that, too.
-//! - An effect leaves the interval as it entered it: with the same explanation.
+//! - A root cause that comes and goes explains for as long as the interval remembers, for the Gaussian learns it.
+//! - An effect leaves the interval as it entered it: with the same explanation. What begins to change while a root
+//!   cause's change leaves the interval is explained by it too, for it may have been too small to show before.
 //! - An effect may be another fault that hides behind the root cause. What begins while it changes, and for an
 //!   effect time afterwards, is explained by the same root cause; that is where it ends.
 //!
@@ -18,7 +20,7 @@
 
 use names::{ComponentPath, Step};
 
-use super::causes::{Causes, Reason};
+use super::causes::{Causes, Reason, Span};
 use super::judgement::Judgement;
 use super::knowledge::KnownChange;
 use crate::divergence::DivergenceSettings;
@@ -31,6 +33,8 @@ pub struct FirstChange {
     tie: u64,
     /// Steps that effects take to show, and to end.
     effects: u64,
+    /// Steps that a jump takes to pass through the window.
+    spread: u64,
     /// D/γ from which on a change is a root cause by its ratio.
     root_ratio: f64,
     /// Steps after which what entered the interval leaves it: from, to. `None` if it never does.
@@ -43,11 +47,12 @@ impl FirstChange {
     pub fn new(isolation: &IsolationSettings, divergence: &DivergenceSettings) -> Self {
         let IsolationSettings { effect_steps: effects, tie_steps: tie, root_ratio, .. } =
             *isolation;
+        let spread = (divergence.window + divergence.lag) as u64;
         let leaving = divergence.interval.vectors().map(|vectors| {
-            let (interval, spread) = (vectors as u64, (divergence.window + divergence.lag) as u64);
+            let interval = vectors as u64;
             (interval.saturating_sub(effects), interval + spread + effects)
         });
-        Self { tie, effects, root_ratio, leaving }
+        Self { tie, effects, spread, root_ratio, leaving }
     }
 
     /// Why the change of `component` at `step` is a root cause or not. `changes` must be all of the structure,
@@ -94,7 +99,12 @@ impl FirstChange {
         match self.reason_after(causes, changes, component, step) {
             Some(Reason::Effect { by, since, .. }) => Judgement::Explained { by, since },
             Some(Reason::Again) => Judgement::Again,
-            Some(Reason::First { .. } | Reason::ByRatio) | None => Judgement::Root,
+            Some(Reason::First { rivals, .. }) => {
+                let own = rivals.iter().find(|c| c.path == *component && c.step == step);
+                let jumps = own.is_some_and(|change| self.is_root_by_ratio(change));
+                if jumps { Judgement::Root } else { Judgement::First }
+            }
+            Some(Reason::ByRatio) | None => Judgement::Root,
         }
     }
 
@@ -108,8 +118,9 @@ impl FirstChange {
         &changes[..changes.partition_point(|change| change.step <= tie)]
     }
 
+    /// Did it jump? What may have begun in a gap may as well have grown.
     pub(super) fn is_root_by_ratio(&self, change: &KnownChange) -> bool {
-        change.ratio >= self.root_ratio
+        change.ratio >= self.root_ratio && change.step.since(change.onset) <= self.spread
     }
 
     /// The last step at which a root cause explains anything that has changed until then; `None` while it
@@ -118,17 +129,21 @@ impl FirstChange {
         until.map(|until| until.plus(self.effects))
     }
 
-    /// Steps after which a change bears on nothing any more.
-    pub(super) fn memory(&self) -> u64 {
-        self.leaving.map_or(self.effects, |(_, to)| to)
+    /// The last step at which a change that has gone on until then bears on anything; `None` while it goes on.
+    pub(super) fn forgets(&self, until: Option<Step>) -> Option<Step> {
+        until.map(|until| until.plus(self.leaving.map_or(self.effects, |(_, to)| to)))
+    }
+
+    /// When what entered the interval leaves it: from, until.
+    pub(super) fn leaving(&self, entered: Span) -> Option<(Step, Option<Step>)> {
+        let (from, to) = self.leaving?;
+        Some((entered.since.plus(from), entered.until.map(|until| until.plus(to))))
     }
 
     /// Does what entered the interval leave it at this step?
-    pub(super) fn leaves(&self, entered: &KnownChange, step: Step) -> bool {
-        self.leaving.is_some_and(|(from, to)| {
-            step >= entered.step.plus(from)
-                && entered.until.is_none_or(|until| step <= until.plus(to))
-        })
+    pub(super) fn leaves(&self, entered: Span, step: Step) -> bool {
+        let leaves = self.leaving(entered);
+        leaves.is_some_and(|(from, to)| from <= step && to.is_none_or(|to| step <= to))
     }
 }
 
@@ -137,8 +152,13 @@ mod tests {
     use super::super::causes::Explanation;
     use super::*;
 
-    const RULE: FirstChange =
-        FirstChange { tie: 3, effects: 100, root_ratio: 30.0, leaving: Some((900, 1120)) };
+    const RULE: FirstChange = FirstChange {
+        tie: 3,
+        effects: 100,
+        spread: 20,
+        root_ratio: 30.0,
+        leaving: Some((900, 1120)),
+    };
 
     /// A change that goes on for ten steps.
     fn change(path: &str, step: u64, ratio: f64) -> KnownChange {
@@ -150,7 +170,7 @@ mod tests {
     fn judge(changes: &[KnownChange], index: usize) -> Option<String> {
         let KnownChange { path, step, .. } = &changes[index];
         match RULE.judge(&Causes::default(), changes, path, *step) {
-            Judgement::Root | Judgement::Again => None,
+            Judgement::Root | Judgement::First | Judgement::Again => None,
             Judgement::Explained { by, .. } => Some(by.to_string()),
         }
     }
@@ -253,8 +273,20 @@ mod tests {
         let found = |leaving: KnownChange| judge(&[&entering[..], &[leaving]].concat(), 2);
         assert_eq!(found(change("m1/sensor/g2", 1090, 9.0)).as_deref(), Some("m1/sensor/g1"));
         // too early, too late, too large
-        for (step, ratio) in [(980, 9.0), (1230, 9.0), (1090, 29.0)] {
+        for (step, ratio) in [(949, 9.0), (1230, 9.0), (1090, 31.0)] {
             assert_eq!(found(change("m1/sensor/g2", step, ratio)), None, "{step} {ratio}");
+        }
+    }
+
+    #[test]
+    fn what_was_too_small_to_show_leaves_the_interval_too() {
+        let found =
+            |step| judge(&[change("m1/sensor/g1", 50, 20.0), change("m1/sensor/g2", step, 1.1)], 1);
+        for step in [950, 1180] {
+            assert_eq!(found(step).as_deref(), Some("m1/sensor/g1"), "{step}");
+        }
+        for step in [949, 1181] {
+            assert_eq!(found(step), None, "{step}");
         }
     }
 
@@ -277,6 +309,23 @@ mod tests {
             assert_eq!(found[index].as_deref(), Some("m2/sensor/g1"));
         }
         assert_eq!((&found[3], &found[6]), (&None, &None));
+    }
+
+    #[test]
+    fn what_may_have_grown_in_a_gap_is_no_jump() {
+        let mut changes = [change("m1/sensor/g1", 50, 2.0), change("m1/sensor/g2", 150, 500.0)];
+        assert_eq!(judge(&changes, 1), None);
+        changes[1].onset = Step(120);
+        assert_eq!(judge(&changes, 1).as_deref(), Some("m1/sensor/g1"));
+    }
+
+    #[test]
+    fn a_root_that_comes_and_goes_explains_as_long_as_the_interval_remembers() {
+        let mut changes: Vec<_> =
+            (0..4).map(|k| change("m1/sensor/g1", 50 + 200 * k, 2.0)).collect();
+        changes.push(change("m1/sensor/g2", 900, 2.0));
+        assert_eq!(judge(&changes, 4).as_deref(), Some("m1/sensor/g1"));
+        assert_eq!(judge(&changes[1..], 3), None, "three changes are not enough");
     }
 
     #[test]
@@ -316,7 +365,7 @@ mod tests {
             for (change, index) in all[taken..].iter().zip(taken..) {
                 let found = RULE.judge(&causes, &all[taken..], &change.path, change.step);
                 let found = match found {
-                    Judgement::Root | Judgement::Again => None,
+                    Judgement::Root | Judgement::First | Judgement::Again => None,
                     Judgement::Explained { by, .. } => Some(by.to_string()),
                 };
                 assert_eq!(found, judge(&all, index), "{change:?}, {taken} taken");

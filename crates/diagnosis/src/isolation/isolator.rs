@@ -19,6 +19,10 @@ use crate::verdict::{Doubt, Transition, Verdict};
 /// the smallest of the later ones is given up, and counted.
 const MAX_PENDING: usize = 8;
 
+/// Steps without divergences after which the models are as good as before, for a change that began meanwhile: a
+/// gap that the force loops are stepped through, and the window after it.
+const SHORT_GAP: u64 = 40;
+
 /// A change that awaits its judgement.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Case {
@@ -260,6 +264,11 @@ impl Isolator {
                 self.cases.push(case);
             } else if at_home || self.is_known(&case) {
                 let judgement = self.judge(&case, &latched);
+                let blind = self.blind_before(&case, coverage);
+                if judgement == Judgement::First && !blind.is_empty() {
+                    findings.push((case, Finding::Unknowing(blind)));
+                    continue;
+                }
                 if judgement == Judgement::Root && self.is_actuator(case.channel) {
                     latched.push((self.path(case.channel), case.change));
                 }
@@ -359,6 +368,20 @@ impl Isolator {
     fn unknowing(&self, case: &Case, own: Option<bool>) -> Vec<ModuleName> {
         let itself = (own == Some(false)).then(|| self.module.clone());
         let peers = self.peers.iter().filter(|p| p.cannot_know(case.change, case.decide_at));
+        itself.into_iter().chain(peers.map(|peer| peer.name.clone())).collect()
+    }
+
+    /// The modules that were not watching at some time in which something may have happened that explains the
+    /// case. What may have begun in a short gap of this module's own is judged: it is the first that shows after it,
+    /// and the models have crossed the gap.
+    fn blind_before(&self, case: &Case, coverage: &Coverage) -> Vec<ModuleName> {
+        let from = case.onset.minus(self.settings.effect_steps);
+        let watched = coverage.since(case.decide_at).is_some_and(|since| {
+            let begun_in_gap = coverage.since(case.onset).is_none();
+            since <= from || begun_in_gap && since.since(case.onset) <= SHORT_GAP
+        });
+        let itself = (!watched).then(|| self.module.clone());
+        let peers = self.peers.iter().filter(|peer| !peer.suffices(from, case.decide_at));
         itself.into_iter().chain(peers.map(|peer| peer.name.clone())).collect()
     }
 

@@ -7,6 +7,8 @@ use names::{ComponentPath, Step};
 pub(crate) enum Judgement {
     /// The change is the root: its component is faulty.
     Root,
+    /// Nothing explains it: it is the root, if everybody was watching when something might have happened that does.
+    First,
     /// It is no effect, because its component was a root cause before: whatever that came to.
     Again,
     /// Another component's change explains it.

@@ -2,6 +2,7 @@
 
 use names::{Component, ComponentPath, ModuleName, Step};
 
+use super::causes::Span;
 use crate::change::Change;
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
 
@@ -25,6 +26,10 @@ pub struct KnownChange {
 }
 
 impl KnownChange {
+    pub(super) fn span(&self) -> Span {
+        Span { since: self.step, until: self.until }
+    }
+
     /// Is this the likelier root of two simultaneous changes? The larger ratio is; an exact draw
     /// falls to the earlier change, then to the smaller name, so that every module agrees.
     pub(crate) fn outranks(&self, other: &KnownChange) -> bool {
