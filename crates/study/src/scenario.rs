@@ -11,7 +11,6 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
 
-use crate::campaign::Campaign;
 use crate::schedule::{Injection, Schedule};
 
 /// Nominal runs draw from streams of their own, far from those of the scenarios.
@@ -127,21 +126,6 @@ fn draw_component(
     fitting.get(generator.random_range(0..fitting.len().max(1))).cloned()
 }
 
-/// A fault of any kind, of a component that is not among those `taken`.
-pub(crate) fn draw_fault_of_any_component(
-    campaign: &Campaign,
-    taken: &[ComponentPath],
-    generator: &mut ChaCha8Rng,
-) -> Option<(ComponentPath, Fault)> {
-    let Campaign { structure, parameters, ranges, .. } = campaign;
-    let kind = FaultKind::ALL[generator.random_range(0..FaultKind::ALL.len())];
-    let mut fitting = components_that_can_have(structure, kind);
-    fitting.retain(|component| !taken.contains(component));
-    let component = fitting.get(generator.random_range(0..fitting.len().max(1)))?.clone();
-    let length_m = gage_length_m(structure, &component);
-    Some((component, draw_fault(kind, length_m, ranges, parameters, generator)))
-}
-
 /// The components of the structure that can have this kind of fault, module by module.
 pub(crate) fn components_that_can_have(
     structure: &Structure,
@@ -165,7 +149,8 @@ pub(crate) fn gage_length_m(structure: &Structure, path: &ComponentPath) -> f64 
     gage.map_or(f64::NAN, |gage| structure.gage_length_m(gage))
 }
 
-fn draw_fault(
+/// A fault of this kind; `length_m` is that of its gage.
+pub(crate) fn draw_fault(
     kind: FaultKind,
     length_m: f64,
     ranges: &ScenarioRanges,

@@ -1,32 +1,10 @@
 //! A table as lines of text.
 
-use comfy_table::{LineStyle, Table, TableStyle, presets};
+use comfy_table::Table;
 
+use super::layout::{ROOMY, ROW_END, RULE};
 use super::{TextTable, folding};
 use crate::paint::{Colour, Paint};
-
-/// The line under the heading.
-const RULE: char = '─';
-/// The line between two rows, which shows where a row ends and is not printed.
-const ROW_END: char = '\u{1e}';
-
-/// How far apart columns stand.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Spacing {
-    style: TableStyle,
-    padding: (u16, u16),
-}
-
-/// Three blanks between columns, and two before the first.
-const ROOMY: Spacing =
-    Spacing { style: ruled(LineStyle::new(RULE, RULE, RULE, RULE)), padding: (1, 1) };
-/// Two blanks between columns, and none before the first.
-pub(super) const DENSE: Spacing =
-    Spacing { style: ruled(LineStyle::none().fill(RULE).junction(RULE)), padding: (0, 1) };
-
-const fn ruled(rule: LineStyle) -> TableStyle {
-    presets::NOTHING.header_separator(rule).row_separator(LineStyle::none().fill(ROW_END))
-}
 
 impl TextTable {
     /// The text, no wider than `width`.
@@ -69,22 +47,6 @@ impl TextTable {
             Some(width) if is_wider(&drawn, width) => folding::folded(self, width),
             _ => drawn,
         }
-    }
-
-    pub(super) fn drawn(&self, spacing: Spacing) -> Table {
-        let mut drawn = Table::new();
-        drawn.load_style(spacing.style);
-        drawn.set_header(self.columns.iter().map(|column| column.heading.as_str()));
-        for row in &self.rows {
-            drawn.add_row(row);
-        }
-        for (column, described) in drawn.column_iter_mut().zip(&self.columns) {
-            column
-                .set_padding(spacing.padding)
-                .set_delimiter(described.break_at)
-                .set_cell_alignment(described.alignment);
-        }
-        drawn
     }
 }
 

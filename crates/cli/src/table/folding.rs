@@ -3,7 +3,7 @@
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, Width};
 
-use super::drawing::DENSE;
+use super::layout::DENSE;
 use super::{BLANK, Column, TextTable};
 
 /// Blanks beside each column.

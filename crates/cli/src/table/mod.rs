@@ -3,6 +3,7 @@
 
 mod drawing;
 mod folding;
+mod layout;
 mod width;
 
 use comfy_table::CellAlignment;

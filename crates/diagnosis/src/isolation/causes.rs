@@ -2,8 +2,8 @@
 
 use names::{ComponentPath, Step};
 
-use super::first_change::FirstChange;
-use super::knowledge::KnownChange;
+use super::knowledge::{KnownChange, Span};
+use super::windows::Windows;
 
 /// What leaves the interval looks like what entered it, up to this factor of its ratio.
 const ALIKE: f64 = 3.0;
@@ -52,18 +52,31 @@ pub enum Explanation {
     Leaving,
 }
 
-/// A change of a root cause: its step, and its last one; `None` while it goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Span {
-    pub(super) since: Step,
-    pub(super) until: Option<Step>,
-}
-
 /// A component that is a root cause, with its changes.
 #[derive(Debug, Clone, PartialEq)]
 struct Root {
     path: ComponentPath,
-    spans: Vec<Span>,
+    changes: Vec<RootChange>,
+}
+
+/// A change of a root cause.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct RootChange {
+    span: Span,
+    /// An earlier one left the interval with it, so nothing that entered with it will leave.
+    left: bool,
+}
+
+impl Root {
+    fn enter(&mut self, windows: &Windows, span: Span) {
+        let leaves = |change: &RootChange| !change.left && windows.leaves(change.span, span.since);
+        let left = self.changes.iter().any(leaves);
+        self.changes.push(RootChange { span, left });
+    }
+
+    fn is_restless(&self) -> bool {
+        self.changes.iter().filter(|change| !change.left).count() >= RESTLESS
+    }
 }
 
 /// A change that is an effect.
@@ -101,56 +114,56 @@ pub(crate) struct Causes {
 impl Causes {
     /// Judges the first of `changes`, which follow those that were taken before, and all that are judged with
     /// it: one reason for each, in their order.
-    pub(super) fn take(&mut self, rule: &FirstChange, changes: &[KnownChange]) -> Vec<Reason> {
+    pub(super) fn take(&mut self, windows: &Windows, changes: &[KnownChange]) -> Vec<Reason> {
         let Some(first) = changes.first() else { return Vec::new() };
-        self.forget(rule, first.step);
-        if let Some(reason) = self.explain(rule, first) {
+        self.forget(windows, first.step);
+        if let Some(reason) = self.explain(windows, first) {
             return vec![reason];
         }
-        self.begin(rule, rule.simultaneous(changes, first))
+        self.begin(windows, windows.simultaneous(changes, first))
     }
 
     /// Forgets what has left the interval, together with its effects.
-    fn forget(&mut self, rule: &FirstChange, now: Step) {
+    fn forget(&mut self, windows: &Windows, now: Step) {
         let lasts =
-            |until: Option<Step>| rule.forgets(until).is_none_or(|forgotten| forgotten >= now);
+            |until: Option<Step>| windows.forgets(until).is_none_or(|forgotten| forgotten >= now);
         self.roots.retain_mut(|root| {
-            root.spans.retain(|span| lasts(span.until));
-            !root.spans.is_empty()
+            root.changes.retain(|change| lasts(change.span.until));
+            !root.changes.is_empty()
         });
         self.effects.retain(|effect| lasts(effect.change.until));
     }
 
     /// Explains a change that is an effect for certain.
-    fn explain(&mut self, rule: &FirstChange, change: &KnownChange) -> Option<Reason> {
-        if let Some(entered) = self.entered(rule, change) {
+    fn explain(&mut self, windows: &Windows, change: &KnownChange) -> Option<Reason> {
+        if let Some(entered) = self.entered(windows, change) {
             let Effect { by, since, .. } = entered.clone();
             return Some(Reason::Effect { by, since, how: Explanation::Leaving });
         }
-        if self.is_root(change) || rule.is_root_by_ratio(change) {
+        if self.is_root(change) || windows.is_root_by_ratio(change) {
             return None;
         }
-        let Explaining { root, since, how, .. } = self.explaining(rule, change.onset)?;
+        let Explaining { root, since, how, .. } = self.explaining(windows, change.onset)?;
         let by = root.clone();
         Some(self.effect(change, by, since, how))
     }
 
     /// Begins with these simultaneous changes: one of them is the root cause.
-    fn begin(&mut self, rule: &FirstChange, rivals: &[KnownChange]) -> Vec<Reason> {
-        let Some(root) = self.choose(rule, rivals) else { return Vec::new() };
-        let before = self.explained_until(rule);
+    fn begin(&mut self, windows: &Windows, rivals: &[KnownChange]) -> Vec<Reason> {
+        let Some(root) = self.choose(windows, rivals) else { return Vec::new() };
+        let before = self.explained_until(windows);
         let is_new = !self.is_root(root);
-        let again = |change| match rule.is_root_by_ratio(change) {
+        let again = |change| match windows.is_root_by_ratio(change) {
             true => Reason::ByRatio,
             false => Reason::Again,
         };
         let reasons = rivals.iter().map(|change| {
             if self.is_root(change) && change != root {
-                self.enter(change);
+                self.enter(windows, change);
                 again(change)
             } else if change != root {
                 let (by, since) = (root.path.clone(), root.step);
-                match self.entered(rule, change) {
+                match self.entered(windows, change) {
                     Some(Effect { by, since, .. }) => {
                         let (by, since) = (by.clone(), *since);
                         Reason::Effect { by, since, how: Explanation::Leaving }
@@ -166,22 +179,23 @@ impl Causes {
             }
         });
         let reasons = reasons.collect();
-        self.enter(root);
+        self.enter(windows, root);
         reasons
     }
 
     /// The root cause among simultaneous changes: one that was a root cause before, unless another has the
     /// ratio of a root cause and outranks it; otherwise the one that outranks all others.
-    fn choose<'a>(&self, rule: &FirstChange, rivals: &'a [KnownChange]) -> Option<&'a KnownChange> {
+    fn choose<'a>(&self, windows: &Windows, rivals: &'a [KnownChange]) -> Option<&'a KnownChange> {
         let best = |among: &mut dyn Iterator<Item = &'a KnownChange>| {
             among.reduce(|best, change| if change.outranks(best) { change } else { best })
         };
         let known = best(&mut rivals.iter().filter(|change| self.is_root(change)));
-        let is_new =
-            |change: &&KnownChange| !self.is_root(change) && self.entered(rule, change).is_none();
+        let is_new = |change: &&KnownChange| {
+            !self.is_root(change) && self.entered(windows, change).is_none()
+        };
         let new = best(&mut rivals.iter().filter(is_new));
         match (known, new) {
-            (Some(known), Some(new)) if rule.is_root_by_ratio(new) && new.outranks(known) => {
+            (Some(known), Some(new)) if windows.is_root_by_ratio(new) && new.outranks(known) => {
                 Some(new)
             }
             (Some(known), _) => Some(known),
@@ -194,60 +208,61 @@ impl Causes {
     }
 
     /// The effect in the same channel that leaves the interval with this change.
-    fn entered(&self, rule: &FirstChange, change: &KnownChange) -> Option<&Effect> {
+    fn entered(&self, windows: &Windows, change: &KnownChange) -> Option<&Effect> {
         self.effects.iter().rev().find(|effect| {
             let entered = &effect.change;
             entered.path == change.path
                 && change.ratio <= ALIKE * entered.ratio
-                && rule.leaves(entered.span(), change.step)
+                && windows.leaves(entered.span(), change.step)
         })
     }
 
     /// What explains changes that began at a step, or later: the latest root cause, else the latest of the
     /// effects.
-    fn explaining(&self, rule: &FirstChange, onset: Step) -> Option<Explaining<'_>> {
+    fn explaining(&self, windows: &Windows, onset: Step) -> Option<Explaining<'_>> {
         let covers = |cause: &Explaining<'_>| cause.covers(onset);
         let latest = |cause: &Explaining<'_>| cause.since;
-        (self.by_roots(rule).filter(covers).max_by_key(latest))
-            .or_else(|| self.by_effects(rule).filter(covers).max_by_key(latest))
-            .or_else(|| self.by_leaving(rule).filter(covers).max_by_key(latest))
+        (self.by_roots(windows).filter(covers).max_by_key(latest))
+            .or_else(|| self.by_effects(windows).filter(covers).max_by_key(latest))
+            .or_else(|| self.by_leaving(windows).filter(covers).max_by_key(latest))
     }
 
     /// The last step at which any root cause explains anything.
-    fn explained_until(&self, rule: &FirstChange) -> Option<Step> {
-        let causes = self.by_roots(rule).chain(self.by_effects(rule));
+    fn explained_until(&self, windows: &Windows) -> Option<Step> {
+        let causes = self.by_roots(windows).chain(self.by_effects(windows));
         causes.map(|cause| cause.until.unwrap_or(Step(u64::MAX))).max()
     }
 
-    fn by_roots(&self, rule: &FirstChange) -> impl Iterator<Item = Explaining<'_>> {
-        self.spans().map(|(root, span)| Explaining {
+    fn by_roots(&self, windows: &Windows) -> impl Iterator<Item = Explaining<'_>> {
+        self.changes().map(|(root, RootChange { span, .. })| Explaining {
             root: &root.path,
             since: span.since,
             how: Explanation::Earlier,
             from: Step(0),
-            until: match root.spans.len() {
-                RESTLESS.. => rule.forgets(span.until),
-                _ => rule.explains_until(span.until),
+            until: match root.is_restless() {
+                true => windows.forgets(span.until),
+                false => windows.explains_until(span.until),
             },
         })
     }
 
     /// What a root cause did leaves the interval, and what followed from it, though that may have been too small
     /// to show when it entered.
-    fn by_leaving(&self, rule: &FirstChange) -> impl Iterator<Item = Explaining<'_>> {
-        self.spans().filter_map(|(root, span)| {
-            let (from, until) = rule.leaving(span)?;
+    fn by_leaving(&self, windows: &Windows) -> impl Iterator<Item = Explaining<'_>> {
+        let entered = self.changes().filter(|(_, change)| !change.left);
+        entered.filter_map(|(root, RootChange { span, .. })| {
+            let (from, until) = windows.leaving(span)?;
             let how = Explanation::Leaving;
             Some(Explaining { root: &root.path, since: span.since, how, from, until })
         })
     }
 
-    fn spans(&self) -> impl Iterator<Item = (&Root, Span)> {
-        self.roots.iter().flat_map(|root| root.spans.iter().map(move |span| (root, *span)))
+    fn changes(&self) -> impl Iterator<Item = (&Root, RootChange)> {
+        self.roots.iter().flat_map(|root| root.changes.iter().map(move |change| (root, *change)))
     }
 
     /// An effect of an effect explains nothing: there would be no end to it.
-    fn by_effects(&self, rule: &FirstChange) -> impl Iterator<Item = Explaining<'_>> {
+    fn by_effects(&self, windows: &Windows) -> impl Iterator<Item = Explaining<'_>> {
         let direct =
             |effect: &&Effect| matches!(effect.how, Explanation::Earlier | Explanation::Tie);
         self.effects.iter().filter(direct).map(|effect| Explaining {
@@ -255,7 +270,7 @@ impl Causes {
             since: effect.since,
             how: Explanation::ByEffect,
             from: Step(0),
-            until: rule.explains_until(effect.change.until),
+            until: windows.explains_until(effect.change.until),
         })
     }
 
@@ -271,13 +286,12 @@ impl Causes {
     }
 
     /// A root cause changes.
-    fn enter(&mut self, change: &KnownChange) {
-        match self.roots.iter_mut().find(|root| root.path == change.path) {
-            Some(root) => root.spans.push(change.span()),
-            None => {
-                let (path, spans) = (change.path.clone(), vec![change.span()]);
-                self.roots.push(Root { path, spans });
-            }
-        }
+    fn enter(&mut self, windows: &Windows, change: &KnownChange) {
+        let place = self.roots.iter().position(|root| root.path == change.path);
+        let place = place.unwrap_or_else(|| {
+            self.roots.push(Root { path: change.path.clone(), changes: Vec::new() });
+            self.roots.len() - 1
+        });
+        self.roots[place].enter(windows, change.span());
     }
 }

@@ -20,39 +20,22 @@
 
 use names::{ComponentPath, Step};
 
-use super::causes::{Causes, Reason, Span};
+use super::causes::{Causes, Reason};
 use super::judgement::Judgement;
 use super::knowledge::KnownChange;
+use super::windows::Windows;
 use crate::divergence::DivergenceSettings;
 use crate::settings::IsolationSettings;
 
 /// The rule by which changes are judged (an extension of section 4.3 of the paper).
 #[derive(Debug, Clone, Copy)]
-pub struct FirstChange {
-    /// Steps within which changes are simultaneous.
-    tie: u64,
-    /// Steps that effects take to show, and to end.
-    effects: u64,
-    /// Steps that a jump takes to pass through the window.
-    spread: u64,
-    /// D/γ from which on a change is a root cause by its ratio.
-    root_ratio: f64,
-    /// Steps after which what entered the interval leaves it: from, to. `None` if it never does.
-    leaving: Option<(u64, u64)>,
-}
+pub struct FirstChange(Windows);
 
 impl FirstChange {
     /// The rule as a module's settings make it.
     #[must_use]
     pub fn new(isolation: &IsolationSettings, divergence: &DivergenceSettings) -> Self {
-        let IsolationSettings { effect_steps: effects, tie_steps: tie, root_ratio, .. } =
-            *isolation;
-        let spread = (divergence.window + divergence.lag) as u64;
-        let leaving = divergence.interval.vectors().map(|vectors| {
-            let interval = vectors as u64;
-            (interval.saturating_sub(effects), interval + spread + effects)
-        });
-        Self { tie, effects, spread, root_ratio, leaving }
+        Self(Windows::new(isolation, divergence))
     }
 
     /// Why the change of `component` at `step` is a root cause or not. `changes` must be all of the structure,
@@ -76,7 +59,7 @@ impl FirstChange {
     ) -> Option<Reason> {
         let mut causes = causes.clone();
         while !changes.is_empty() {
-            let reasons = causes.take(self, changes);
+            let reasons = causes.take(&self.0, changes);
             let (taken, rest) = changes.split_at(reasons.len());
             let wanted = |change: &&KnownChange| change.step == step && change.path == *component;
             if let Some(place) = taken.iter().position(|change| wanted(&change)) {
@@ -101,49 +84,17 @@ impl FirstChange {
             Some(Reason::Again) => Judgement::Again,
             Some(Reason::First { rivals, .. }) => {
                 let own = rivals.iter().find(|c| c.path == *component && c.step == step);
-                let jumps = own.is_some_and(|change| self.is_root_by_ratio(change));
+                let jumps = own.is_some_and(|change| self.0.is_root_by_ratio(change));
                 if jumps { Judgement::Root } else { Judgement::First }
             }
             Some(Reason::ByRatio) | None => Judgement::Root,
         }
     }
 
-    /// Those of `changes` that are simultaneous with `first`, the first of them.
-    pub(super) fn simultaneous<'a>(
-        &self,
-        changes: &'a [KnownChange],
-        first: &KnownChange,
-    ) -> &'a [KnownChange] {
-        let tie = first.step.plus(self.tie);
-        &changes[..changes.partition_point(|change| change.step <= tie)]
-    }
-
-    /// Did it jump? What may have begun in a gap may as well have grown.
-    pub(super) fn is_root_by_ratio(&self, change: &KnownChange) -> bool {
-        change.ratio >= self.root_ratio && change.step.since(change.onset) <= self.spread
-    }
-
-    /// The last step at which a root cause explains anything that has changed until then; `None` while it
-    /// changes.
-    pub(super) fn explains_until(&self, until: Option<Step>) -> Option<Step> {
-        until.map(|until| until.plus(self.effects))
-    }
-
-    /// The last step at which a change that has gone on until then bears on anything; `None` while it goes on.
-    pub(super) fn forgets(&self, until: Option<Step>) -> Option<Step> {
-        until.map(|until| until.plus(self.leaving.map_or(self.effects, |(_, to)| to)))
-    }
-
-    /// When what entered the interval leaves it: from, until.
-    pub(super) fn leaving(&self, entered: Span) -> Option<(Step, Option<Step>)> {
-        let (from, to) = self.leaving?;
-        Some((entered.since.plus(from), entered.until.map(|until| until.plus(to))))
-    }
-
-    /// Does what entered the interval leave it at this step?
-    pub(super) fn leaves(&self, entered: Span, step: Step) -> bool {
-        let leaves = self.leaving(entered);
-        leaves.is_some_and(|(from, to)| from <= step && to.is_none_or(|to| step <= to))
+    /// Judges the first of `changes` and all that are judged with it, for good: one reason for each, in their
+    /// order.
+    pub(crate) fn take(&self, causes: &mut Causes, changes: &[KnownChange]) -> Vec<Reason> {
+        causes.take(&self.0, changes)
     }
 }
 
@@ -152,13 +103,13 @@ mod tests {
     use super::super::causes::Explanation;
     use super::*;
 
-    const RULE: FirstChange = FirstChange {
+    const RULE: FirstChange = FirstChange(Windows {
         tie: 3,
         effects: 100,
         spread: 20,
         root_ratio: 30.0,
         leaving: Some((900, 1120)),
-    };
+    });
 
     /// A change that goes on for ten steps.
     fn change(path: &str, step: u64, ratio: f64) -> KnownChange {
@@ -312,6 +263,16 @@ mod tests {
     }
 
     #[test]
+    fn what_has_left_the_interval_leaves_it_once() {
+        let changes = [
+            change("m1/sensor/g1", 50, 20.0),
+            change("m1/sensor/g1", 1060, 20.0),
+            change("m1/sensor/g2", 2060, 2.0),
+        ];
+        assert_eq!(judge_all(&changes), [None, None, None]);
+    }
+
+    #[test]
     fn what_may_have_grown_in_a_gap_is_no_jump() {
         let mut changes = [change("m1/sensor/g1", 50, 2.0), change("m1/sensor/g2", 150, 500.0)];
         assert_eq!(judge(&changes, 1), None);
@@ -370,7 +331,7 @@ mod tests {
                 };
                 assert_eq!(found, judge(&all, index), "{change:?}, {taken} taken");
             }
-            taken += causes.take(&RULE, &all[taken..]).len();
+            taken += RULE.take(&mut causes, &all[taken..]).len();
         }
     }
 

@@ -451,7 +451,7 @@ impl Isolator {
         let over = changes.iter().take_while(is_over).count();
         let (mut causes, mut taken) = (self.causes.clone(), 0);
         while taken < over {
-            taken += causes.take(&self.rule, &changes[taken..]).len();
+            taken += self.rule.take(&mut causes, &changes[taken..]).len();
             let last = changes[taken - 1].step;
             if taken <= over && changes.get(taken).is_none_or(|next| next.step > last) {
                 self.causes = causes.clone();

@@ -2,7 +2,6 @@
 
 use names::{Component, ComponentPath, ModuleName, Step};
 
-use super::causes::Span;
 use crate::change::Change;
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
 
@@ -23,6 +22,13 @@ pub struct KnownChange {
     pub ratio: f64,
     /// The last step at which D was at γ or above; `None` if it went on as of the step judged as of.
     pub until: Option<Step>,
+}
+
+/// The first and the last step of a change; `None` while it goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    pub(super) since: Step,
+    pub(super) until: Option<Step>,
 }
 
 impl KnownChange {

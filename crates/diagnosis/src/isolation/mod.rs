@@ -6,6 +6,7 @@ mod isolator;
 mod judgement;
 mod knowledge;
 mod paper;
+mod windows;
 
 pub use causes::{Explanation, Reason};
 pub use first_change::FirstChange;

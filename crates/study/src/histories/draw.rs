@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use names::fault::{Fault, FaultKind};
 use names::{ComponentPath, Step};
 use rand::{Rng, RngExt};
+use rand_chacha::ChaCha8Rng;
 
 use super::pattern::Pattern;
 use crate::campaign::Campaign;
 use crate::error::StudyError;
-use crate::scenario::{draw_fault_of_any_component, generator};
+use crate::scenario::{components_that_can_have, draw_fault, gage_length_m, generator};
 use crate::schedule::{Injection, Schedule};
 
 /// Histories draw from streams of their own, far from those of scenarios and nominal runs.
@@ -122,4 +124,19 @@ fn draw_disturbances(
         }
     }
     disturbances
+}
+
+/// A fault of any kind, of a component that is not among those `taken`.
+fn draw_fault_of_any_component(
+    campaign: &Campaign,
+    taken: &[ComponentPath],
+    generator: &mut ChaCha8Rng,
+) -> Option<(ComponentPath, Fault)> {
+    let Campaign { structure, parameters, ranges, .. } = campaign;
+    let kind = FaultKind::ALL[generator.random_range(0..FaultKind::ALL.len())];
+    let mut fitting = components_that_can_have(structure, kind);
+    fitting.retain(|component| !taken.contains(component));
+    let component = fitting.get(generator.random_range(0..fitting.len().max(1)))?.clone();
+    let length_m = gage_length_m(structure, &component);
+    Some((component, draw_fault(kind, length_m, ranges, parameters, generator)))
 }
