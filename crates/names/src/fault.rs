@@ -45,6 +45,8 @@ pub enum Fault {
     },
     /// The gage reads zero, noise apart.
     ZeroOutput {},
+    /// The gage gives no reading at all: its wire is broken.
+    NoSignal {},
 }
 
 /// A fault without its parameters.
@@ -65,11 +67,25 @@ pub enum FaultKind {
     RandomWalk,
     /// See [`Fault::ZeroOutput`].
     ZeroOutput,
+    /// See [`Fault::NoSignal`].
+    NoSignal,
 }
 
 impl FaultKind {
     /// Every kind, actuators first.
-    pub const ALL: [FaultKind; 7] = [
+    pub const ALL: [FaultKind; 8] = [
+        FaultKind::InternalLeakage,
+        FaultKind::ExternalLeakageA,
+        FaultKind::ExternalLeakageB,
+        FaultKind::HardOver,
+        FaultKind::Bias,
+        FaultKind::RandomWalk,
+        FaultKind::ZeroOutput,
+        FaultKind::NoSignal,
+    ];
+
+    /// The kinds of the paper, which change a residual. A missing signal is no question of detection.
+    pub const OF_RESIDUALS: [FaultKind; 7] = [
         FaultKind::InternalLeakage,
         FaultKind::ExternalLeakageA,
         FaultKind::ExternalLeakageB,
@@ -87,9 +103,10 @@ impl FaultKind {
             | FaultKind::ExternalLeakageA
             | FaultKind::ExternalLeakageB
             | FaultKind::HardOver => ComponentKind::Actuator,
-            FaultKind::Bias | FaultKind::RandomWalk | FaultKind::ZeroOutput => {
-                ComponentKind::Sensor
-            }
+            FaultKind::Bias
+            | FaultKind::RandomWalk
+            | FaultKind::ZeroOutput
+            | FaultKind::NoSignal => ComponentKind::Sensor,
         }
     }
 
@@ -104,6 +121,7 @@ impl FaultKind {
             FaultKind::Bias => "bias",
             FaultKind::RandomWalk => "random_walk",
             FaultKind::ZeroOutput => "zero_output",
+            FaultKind::NoSignal => "no_signal",
         }
     }
 
@@ -118,6 +136,7 @@ impl FaultKind {
             FaultKind::Bias => "bias",
             FaultKind::RandomWalk => "random walk",
             FaultKind::ZeroOutput => "zero output",
+            FaultKind::NoSignal => "no signal",
         }
     }
 }
@@ -153,6 +172,7 @@ impl fmt::Display for Fault {
                 micrometres(increment_m)
             ),
             Fault::ZeroOutput {} => f.write_str("zero output, the gage reads nothing but noise"),
+            Fault::NoSignal {} => f.write_str("no signal, the gage's wire is broken"),
         }
     }
 }
@@ -179,6 +199,7 @@ impl Fault {
             Fault::Bias { .. } => FaultKind::Bias,
             Fault::RandomWalk { .. } => FaultKind::RandomWalk,
             Fault::ZeroOutput {} => FaultKind::ZeroOutput,
+            Fault::NoSignal {} => FaultKind::NoSignal,
         }
     }
 
@@ -217,7 +238,7 @@ impl Fault {
                     "an increment from 0 to 1 m",
                 )
             }
-            Fault::HardOver {} | Fault::ZeroOutput {} => Ok(()),
+            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::NoSignal {} => Ok(()),
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! y = k ζ + b + ε (eq. 12), ζ the elongation of the gage's member and ε normal noise. Healthy:
 //! k = 1, b = 0. Bias: b constant. Random walk: b_{j+1} = b_j + δ_j from b = 0, with δ normal; the
-//! first increment is in the first faulty sample. Zero output: k = 0, the noise remains.
+//! first increment is in the first faulty sample. Zero output: k = 0, the noise remains. No signal: the reading is
+//! not a number.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -46,6 +47,7 @@ pub(crate) enum GageState {
         offset_m: f64,
     },
     ZeroOutput,
+    NoSignal,
 }
 
 #[derive(Debug, Clone)]
@@ -67,6 +69,7 @@ impl Gage {
                 elongation_m + *offset_m + noise
             }
             GageState::ZeroOutput => noise,
+            GageState::NoSignal => f64::NAN,
         }
     }
 }

@@ -65,6 +65,8 @@ pub(crate) struct Making<'a> {
 #[derive(Debug, Clone)]
 struct Buffers {
     elongations_m: Vec<f64>,
+    /// What the controller goes by: the last reading of each gage that gave one.
+    latest_m: Vec<f64>,
     pressures_pa: Vec<[f64; 2]>,
     observed_forces_n: Vec<f64>,
     force_noise_n: Vec<f64>,
@@ -121,6 +123,7 @@ impl Part {
             places,
             buffers: Buffers {
                 elongations_m: vec![0.0; gages],
+                latest_m: vec![0.0; gages],
                 pressures_pa: vec![[0.0; 2]; actuators],
                 observed_forces_n: vec![0.0; actuators],
                 force_noise_n: vec![0.0; actuators],
@@ -135,11 +138,7 @@ impl Part {
     pub(crate) fn advance(&mut self, signals: &mut Signals) {
         self.measure();
         let buffers = &mut self.buffers;
-        self.controller.step(
-            &buffers.elongations_m,
-            &buffers.observed_forces_n,
-            &mut buffers.demands_n,
-        );
+        self.controller.step(&buffers.latest_m, &buffers.observed_forces_n, &mut buffers.demands_n);
         signals.write(
             &self.places,
             &buffers.demands_n,
@@ -182,6 +181,11 @@ impl Part {
             *elongation += live;
         }
         self.gages.read(&mut buffers.elongations_m);
+        for (latest, reading) in buffers.latest_m.iter_mut().zip(&buffers.elongations_m) {
+            if !reading.is_nan() {
+                *latest = *reading;
+            }
+        }
         let pressures = self.hydraulics.pressures_pa();
         self.pressure_sensors.read(pressures, &mut buffers.pressures_pa);
         self.hydraulics.forces(&mut buffers.forces_n);
@@ -221,9 +225,10 @@ fn actuator_state(fault: Fault) -> ActuatorState {
         Fault::ExternalLeakageB { area_m2 } => leaking(0.0, 0.0, area_m2),
         Fault::HardOver {} => ActuatorState::HardOver,
         // Gage faults never come here: the kinds are compared before.
-        Fault::Bias { .. } | Fault::RandomWalk { .. } | Fault::ZeroOutput {} => {
-            ActuatorState::Healthy
-        }
+        Fault::Bias { .. }
+        | Fault::RandomWalk { .. }
+        | Fault::ZeroOutput {}
+        | Fault::NoSignal {} => ActuatorState::Healthy,
     }
 }
 
@@ -236,6 +241,7 @@ fn gage_state(fault: Fault, step_s: f64) -> GageState {
             offset_m: 0.0,
         },
         Fault::ZeroOutput {} => GageState::ZeroOutput,
+        Fault::NoSignal {} => GageState::NoSignal,
         // Actuator faults never come here: the kinds are compared before.
         Fault::InternalLeakage { .. }
         | Fault::ExternalLeakageA { .. }

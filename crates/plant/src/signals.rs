@@ -21,7 +21,7 @@ pub struct ModuleSignals {
     pub demands_n: Vec<f64>,
     /// Measured pressures in the chambers A and B of each actuator \[Pa\].
     pub pressures_pa: Vec<[f64; 2]>,
-    /// Reading of each gage \[m\].
+    /// Reading of each gage \[m\]; not a number if it gives none.
     pub elongations_m: Vec<f64>,
 }
 

@@ -159,6 +159,7 @@ fn each_fault_shows_first_on_its_own_channel_and_nowhere_else() {
         (sensor, Fault::Bias { offset_m: 50e-6 }),
         (sensor, Fault::RandomWalk { drift_m_per_s: 20e-6, increment_m: 6e-6 }),
         (sensor, Fault::ZeroOutput {}),
+        (sensor, Fault::NoSignal {}),
         (actuator, Fault::InternalLeakage { area_m2: 2e-7 }),
         (actuator, Fault::ExternalLeakageA { area_m2: 2e-7 }),
         (actuator, Fault::ExternalLeakageB { area_m2: 2e-7 }),
@@ -195,6 +196,18 @@ fn a_gage_fault_travels_through_the_controller_to_every_demand() {
     faulty.inject(&path("module1/sensor/g1"), Fault::Bias { offset_m: 100e-6 }).unwrap();
     let (faulty, nominal) = (faulty.advance(), nominal.advance());
     assert!(demands(faulty).iter().zip(demands(nominal)).all(|(a, b)| *a != b));
+}
+
+#[test]
+fn the_controller_goes_on_with_the_last_reading_of_a_gage_without_a_signal() {
+    let mut plant = plant(&PlantParameters::default(), 11);
+    plant.advance();
+    plant.inject(&path("module1/sensor/g1"), Fault::NoSignal {}).unwrap();
+    for _ in 0..1000 {
+        let signals = plant.advance();
+        assert!(signals.modules[0].elongations_m[0].is_nan());
+        assert!(demands(signals).iter().all(|demand| demand.abs() < 1e6));
+    }
 }
 
 #[test]

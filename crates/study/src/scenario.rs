@@ -73,7 +73,7 @@ impl Scenario {
         ranges: &ScenarioRanges,
     ) -> Option<Self> {
         let mut generator = generator(campaign_seed, number);
-        let kinds = FaultKind::ALL;
+        let kinds = FaultKind::OF_RESIDUALS;
         let kind = kinds[(number % kinds.len() as u64) as usize];
         let seed = generator.next_u64();
         let [from, to] = ranges.onset_s;
@@ -178,5 +178,6 @@ pub(crate) fn draw_fault(
                 * (parameters.step_s / 1e-3).sqrt(),
         },
         FaultKind::ZeroOutput => Fault::ZeroOutput {},
+        FaultKind::NoSignal => Fault::NoSignal {},
     }
 }

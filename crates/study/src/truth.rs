@@ -68,7 +68,7 @@ fn parameters(fault: &Fault) -> String {
         Fault::RandomWalk { drift_m_per_s, increment_m } => {
             format!("drift_m_per_s={drift_m_per_s:e} increment_m={increment_m:e}")
         }
-        Fault::HardOver {} | Fault::ZeroOutput {} => String::new(),
+        Fault::HardOver {} | Fault::ZeroOutput {} | Fault::NoSignal {} => String::new(),
     }
 }
 

@@ -23,6 +23,7 @@ Faults and what they take:
   external_leakage_b  --area-m2
   hard_over           nothing
   zero_output         nothing
+  no_signal           nothing
   bias                --offset-m
   random_walk         --drift-m-per-s --increment-m
 

@@ -73,6 +73,7 @@ impl Parameters {
                 increment_m: number(self.increment_m),
             },
             FaultKind::ZeroOutput => Fault::ZeroOutput {},
+            FaultKind::NoSignal => Fault::NoSignal {},
         }
     }
 }
@@ -83,7 +84,7 @@ fn names(kind: FaultKind) -> &'static [&'static str] {
         FaultKind::InternalLeakage | FaultKind::ExternalLeakageA | FaultKind::ExternalLeakageB => {
             &["area_m2"]
         }
-        FaultKind::HardOver | FaultKind::ZeroOutput => &[],
+        FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::NoSignal => &[],
         FaultKind::Bias => &["offset_m"],
         FaultKind::RandomWalk => &["drift_m_per_s", "increment_m"],
     }

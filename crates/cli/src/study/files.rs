@@ -89,7 +89,7 @@ impl ScenarioRow {
             Fault::RandomWalk { drift_m_per_s: drift, increment_m: increment } => {
                 (drift_m_per_s, increment_m) = (Some(drift), Some(increment));
             }
-            Fault::HardOver {} | Fault::ZeroOutput {} => {}
+            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::NoSignal {} => {}
         }
         Self {
             number: record.number,

@@ -133,7 +133,7 @@ fn draw_fault_of_any_component(
     generator: &mut ChaCha8Rng,
 ) -> Option<(ComponentPath, Fault)> {
     let Campaign { structure, parameters, ranges, .. } = campaign;
-    let kind = FaultKind::ALL[generator.random_range(0..FaultKind::ALL.len())];
+    let kind = FaultKind::OF_RESIDUALS[generator.random_range(0..FaultKind::OF_RESIDUALS.len())];
     let mut fitting = components_that_can_have(structure, kind);
     fitting.retain(|component| !taken.contains(component));
     let component = fitting.get(generator.random_range(0..fitting.len().max(1)))?.clone();
