@@ -173,7 +173,7 @@ def of_module(status):
         ("samples_missing", diagnosis["samples_missing"]), ("samples_recovered", intake["recovered"]),
         ("recoveries_failed", intake["recoveries_failed"]), ("sample_timestamps_not_increasing", intake["clock_standing"]),
         ("resynchronisations", intake["resynchronised"]), ("sample_timeouts", intake["silences"]),
-        ("runs", diagnosis["runs"]), ("channel_restarts", diagnosis["restarts"]), ("changes", diagnosis["changes"]),
+        ("samples_incomplete", diagnosis["samples_non_finite"]), ("runs", diagnosis["runs"]), ("channel_restarts", diagnosis["restarts"]), ("changes", diagnosis["changes"]),
         ("changes_unjudged", diagnosis["changes_unjudged"]),
         ("questions_asked", diagnosis["questions_asked"]), ("questions_unanswered", diagnosis["questions_unanswered"]),
         ("answers_malformed", diagnosis["answers_malformed"]), ("requests_received", inquiries["received"]),
@@ -184,7 +184,7 @@ def of_module(status):
         expect(f"trusswatch_{name}_total", value)
     for reason in ("dropped", "malformed", "unknown_version", "wrong_message", "other_module", "other_source"):
         expect("trusswatch_samples_rejected_total", intake[reason], reason=reason)
-    for reason in ("repeated", "late", "far_ahead", "wrong_length", "non_finite"):
+    for reason in ("repeated", "late", "far_ahead", "wrong_length"):
         expect("trusswatch_samples_rejected_total", diagnosis[f"samples_{reason}"], reason=reason)
     expect("trusswatch_questions_received_total", diagnosis["answers_given"], outcome="answered")
     expect("trusswatch_questions_received_total", diagnosis["questions_refused"], outcome="refused")

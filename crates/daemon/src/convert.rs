@@ -1,6 +1,6 @@
 //! Between the results of the diagnosis and messages.
 
-use diagnosis::{Answer, Counters, Doubt, Phase, Question, Transition, Verdict};
+use diagnosis::{Answer, Counters, Doubt, Phase, Question, Symptom, Transition, Verdict};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
 use wire::{FaultState, FaultTransition, ModulePhase};
 
@@ -31,6 +31,7 @@ impl Speaker {
             run,
             component,
             verdict,
+            symptom,
             onset,
             detection,
             decided,
@@ -46,6 +47,10 @@ impl Speaker {
         message.evidence = Some(to_wire_evidence(&evidence));
         message.order = order.map(to_wire_order);
         message.state = to_state(&verdict);
+        message.symptom = match symptom {
+            Symptom::Change => wire::Symptom::Change,
+            Symptom::NoSignal => wire::Symptom::NoSignal,
+        };
         match verdict {
             Verdict::Unconfirmed { doubt } => enter_doubt(&mut message, doubt),
             Verdict::Explained { by, since } => {
@@ -127,6 +132,10 @@ fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
             message.unknowing = modules;
             wire::Doubt::Unknowing
         }
+        Doubt::Assumed(actuator) => {
+            message.assumed = Some(actuator);
+            wire::Doubt::Assumed
+        }
         Doubt::RunEnded => wire::Doubt::RunEnded,
     });
 }
@@ -157,6 +166,7 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
             doubt: match message.doubt? {
                 wire::Doubt::Silent => Doubt::Silent(message.silent),
                 wire::Doubt::Unknowing => Doubt::Unknowing(message.unknowing),
+                wire::Doubt::Assumed => Doubt::Assumed(message.assumed?),
                 wire::Doubt::RunEnded => Doubt::RunEnded,
             },
         },
@@ -171,6 +181,10 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
         run: message.run?,
         component: message.component.component,
         verdict,
+        symptom: match message.symptom {
+            wire::Symptom::Change => Symptom::Change,
+            wire::Symptom::NoSignal => Symptom::NoSignal,
+        },
         onset: message.onset_step?,
         detection: message.detection_step?,
         decided: message.decided_step?,

@@ -135,6 +135,8 @@ fn all_mistakes_are_reported_at_once_each_with_its_line() {
     // what stood there becomes a comment, whatever it was
     let mistakes = [
         ("gage_noise_strain = ", "gage_noise_strain = -1.0 #"),
+        ("largest_strain = ", "largest_strain = 0 #"),
+        ("# largest_pressure_pa = ", "largest_pressure_pa = 1.0 #"),
         ("window = ", "window = 0 #"),
         ("warm_up_vectors = ", "warm_up_vectors = 0 #"),
         ("hold_steps = ", "hold_steps = 1 #"),

@@ -110,7 +110,7 @@ impl Knowledge<'_> {
     fn answer(&self, question: Question) -> Answer {
         let Question { run, from, as_of } = question;
         let changes = self.judging.isolator().changes_as_of(from, as_of);
-        let faults = self.judging.ledger().latched_actuators(self.module, run);
+        let faults = self.judging.ledger().faulty(self.module, run);
         let in_time = faults.filter(|(_, since)| since.found <= as_of);
         let actuator_faults = in_time.filter_map(|(path, since)| match path.component {
             Component::Actuator(actuator) => Some(ActuatorFault { actuator, step: since.change }),

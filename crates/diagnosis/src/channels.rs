@@ -9,9 +9,10 @@ use crate::evidence::Evidence;
 use crate::monitor::{Monitor, Observation};
 use crate::phase::Phase;
 use crate::residual::ResidualGenerator;
-use crate::sample::Sample;
+use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, SetupError};
 use crate::unseen::Unseen;
+use crate::validity::{Supply, Validity};
 
 /// What a channel did at a step.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +23,8 @@ pub(crate) enum Occurrence {
     Changed { onset: Step },
     /// Its divergence has stayed below its threshold for long enough.
     Quiet,
+    /// It has had no usable signal for too long.
+    SignalLost { signal: Signal, since: Step },
 }
 
 /// Residuals, divergences and monitors of all channels.
@@ -29,6 +32,7 @@ pub(crate) enum Occurrence {
 pub(crate) struct Channels {
     components: Vec<Component>,
     settings: DivergenceSettings,
+    validity: Validity,
     generator: ResidualGenerator,
     bank: DivergenceBank,
     monitors: Vec<Monitor>,
@@ -72,8 +76,9 @@ impl Channels {
         let monitors: Vec<_> = setup.thresholds.iter().map(monitor).collect();
         Ok(Self {
             evidence: monitors.iter().map(|monitor| *monitor.evidence()).collect(),
-            // A channel has at most two occurrences a step.
-            occurrences: Vec::with_capacity(2 * components.len()),
+            // A channel has at most three occurrences a step.
+            occurrences: Vec::with_capacity(3 * components.len()),
+            validity: Validity::new(setup, setup.isolation.tie_steps),
             longest_filled: setup.isolation.tie_steps,
             unfilled: 0,
             latest: vec![0.0; components.len()],
@@ -104,6 +109,7 @@ impl Channels {
     pub(crate) fn end_run(&mut self) {
         self.generator.restart();
         self.bank.restart();
+        self.validity.forget();
         self.monitors.iter_mut().for_each(Monitor::restart);
         self.coverage = Coverage::default();
         self.unseen.forget();
@@ -120,15 +126,21 @@ impl Channels {
             self.unfilled = missing;
             return;
         }
-        self.coverage.lose(last);
         if follows {
+            self.coverage.cross(last, last.plus(missing + 1));
             self.bank.gap();
             self.unseen.begin(last.plus(1));
         } else {
-            self.unseen.forget();
-            self.bank.restart();
-            self.monitors.iter_mut().for_each(Monitor::relearn);
+            self.coverage.lose(last);
+            self.relearn();
         }
+    }
+
+    /// Nothing is to be compared with what was before.
+    fn relearn(&mut self) {
+        self.unseen.forget();
+        self.bank.restart();
+        self.monitors.iter_mut().for_each(Monitor::relearn);
     }
 
     /// Gives the bank residuals on a straight line to those of the present step in place of the lost ones.
@@ -147,21 +159,30 @@ impl Channels {
 
     /// Takes the next sample.
     pub(crate) fn observe(&mut self, sample: &Sample) {
+        self.occurrences.clear();
+        self.complete(sample);
         let settled = self.generator.is_settled();
-        self.generator.push(sample);
+        self.generator.push(self.validity.completed().unwrap_or(sample));
         self.fill();
-        let residuals = self.generator.residuals();
-        self.latest.copy_from_slice(residuals);
-        let outcomes = if settled { self.bank.push(residuals) } else { self.bank.skip() };
+        for (channel, residual) in self.generator.residuals().iter().enumerate() {
+            if self.validity.supply(channel) == Supply::Good {
+                self.latest[channel] = *residual;
+            }
+        }
+        let outcomes = if settled { self.bank.push(&self.latest) } else { self.bank.skip() };
         let defined = outcomes.iter().any(|outcome| outcome.divergence().is_some());
         self.unseen.observe(sample.step, defined);
-        self.occurrences.clear();
         for (channel, monitor) in self.monitors.iter_mut().enumerate() {
+            if self.validity.supply(channel) == Supply::None {
+                self.evidence[channel].step = sample.step;
+                self.evidence[channel].divergence = None;
+                continue;
+            }
             let outcome = outcomes[channel];
             if let Outcome::Restarted(violation) = outcome {
                 self.occurrences.push((channel, Occurrence::Restarted(violation)));
             }
-            let occurrence = match monitor.observe(sample.step, residuals[channel], outcome) {
+            let occurrence = match monitor.observe(sample.step, self.latest[channel], outcome) {
                 Observation::Nothing => None,
                 Observation::Changed { onset } => {
                     let onset = self.unseen.earliest(onset);
@@ -174,6 +195,55 @@ impl Channels {
         }
     }
 
+    /// Replaces what the sample lacks. A channel that has had a value again after a while is relearnt; after a
+    /// pressure, everything is, for the structure was moved by a force that nobody knows.
+    fn complete(&mut self, sample: &Sample) {
+        let Self { validity, generator, occurrences, bank, monitors, .. } = self;
+        for (channel, monitor) in monitors.iter_mut().enumerate() {
+            if validity.supply(channel) == Supply::None {
+                // Until it has a value, it is as one that begins.
+                bank.restart_channel(channel);
+                monitor.relearn();
+            }
+        }
+        validity.take(
+            sample,
+            |actuator| generator.expected_pressures_pa(actuator),
+            |channel, signal, since| {
+                occurrences.push((channel, Occurrence::SignalLost { signal, since }));
+            },
+        );
+        if validity.pressure_is_back() {
+            generator.restart();
+            self.relearn();
+        }
+    }
+
+    /// Could the present residual come of what the models do not know of the latest gap, if it began there? A gage's
+    /// cannot: the structure is slow.
+    pub(crate) fn may_come_of_gap(&self, channel: usize) -> bool {
+        let evidence = &self.evidence[channel];
+        matches!(self.components[channel], Component::Actuator(_))
+            && (evidence.residual - evidence.level).abs() <= self.generator.swing_n(channel)
+    }
+
+    /// Lacks the latest sample any value?
+    pub(crate) fn is_incomplete(&self) -> bool {
+        self.validity.is_incomplete()
+    }
+
+    /// The actuator without a signal whose force a gage's residual rests on all the same.
+    pub(crate) fn assumes_force_of(&self, channel: usize) -> Option<&Component> {
+        let is_gage = matches!(self.components[channel], Component::Sensor(_));
+        let actuator = self.validity.force_is_assumed().filter(|_| is_gage)?;
+        self.components.get(actuator)
+    }
+
+    /// A channel's missing values are forgotten.
+    pub(crate) fn forgive(&mut self, channel: usize) {
+        self.validity.forgive(channel);
+    }
+
     /// What the channels did at the latest step, in their order.
     pub(crate) fn occurrences(&self) -> &[(usize, Occurrence)] {
         &self.occurrences
@@ -182,9 +252,12 @@ impl Channels {
     /// Notes whether every channel was watched at this step; the phase, if it changed.
     pub(crate) fn update_phase(&mut self, step: Step) -> Option<Phase> {
         // After a gap there is no divergence for a while, and nothing is seen.
-        let sees =
-            |monitor: &Monitor| monitor.is_watched() && monitor.evidence().divergence.is_some();
-        if self.monitors.iter().all(sees) {
+        let sees = |(channel, monitor): (usize, &Monitor)| {
+            let has_divergence = self.evidence[channel].divergence.is_some();
+            // One that is known to be faulty is not waited for.
+            self.validity.is_lost(channel) || monitor.is_watched() && has_divergence
+        };
+        if self.monitors.iter().enumerate().all(sees) {
             self.coverage.watch(step);
         } else {
             self.coverage.lose(step.minus(1));

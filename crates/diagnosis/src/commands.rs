@@ -6,7 +6,7 @@ use crate::channels::Channels;
 use crate::event::Action;
 use crate::judging::Judging;
 use crate::order::{GivenOrder, Order, OrderKind, OrderRefusal};
-use crate::verdict::Verdict;
+use crate::verdict::{Symptom, Verdict};
 
 /// A residual displaced by less than this share of what was found is back.
 const STILL_DISPLACED: f64 = 0.5;
@@ -65,6 +65,7 @@ impl Commands<'_> {
             self.check_evidence_is_gone(channel, component)?;
         }
         self.judging.drop_cases(channel);
+        self.channels.forgive(channel);
         if self.interval_to_pass(channel) != Some(0) {
             // The Gaussian still holds what the fault did to it.
             self.channels.restart(channel);
@@ -104,7 +105,11 @@ impl Commands<'_> {
     /// found, if it is still on that side and not closer to where it was.
     fn displacement(&self, channel: usize) -> Option<(f64, f64)> {
         let component = &self.channels.components()[channel];
-        let found = self.judging.ledger().latest(component)?.evidence;
+        let latest = self.judging.ledger().latest(component)?;
+        let found = latest.evidence;
+        if latest.symptom == Symptom::NoSignal {
+            return None;
+        }
         let now = self.channels.monitor(channel).level() - found.level;
         let then = found.residual - found.level;
         let displaced = now * then > 0.0 && now.abs() >= STILL_DISPLACED * then.abs();

@@ -21,7 +21,7 @@ pub struct Counters {
     pub samples_far_ahead: u64,
     /// Samples with the wrong number of values.
     pub samples_wrong_length: u64,
-    /// Samples with a value that is not a finite number.
+    /// Samples with a value that is missing, not a number or implausible; the others were used.
     pub samples_non_finite: u64,
     /// Runs begun.
     pub runs: u64,
@@ -49,7 +49,6 @@ impl Counters {
     pub(crate) fn count(&mut self, rejection: SampleRejection) {
         let counter = match rejection {
             SampleRejection::WrongLength => &mut self.samples_wrong_length,
-            SampleRejection::NonFinite(_) => &mut self.samples_non_finite,
             SampleRejection::Repeated => &mut self.samples_repeated,
             SampleRejection::Late => &mut self.samples_late,
             SampleRejection::FarAhead => &mut self.samples_far_ahead,

@@ -15,12 +15,14 @@ pub(crate) struct Coverage {
     closed: VecDeque<(Step, Step)>,
     /// The present one begins here.
     open: Option<Step>,
+    /// Where samples are missing, oldest first: the last step before, the first after.
+    gaps: VecDeque<(Step, Step)>,
 }
 
 impl Coverage {
     /// What was watched before a restart.
     pub(crate) fn recalled(since: Step, until: Step) -> Self {
-        Self { closed: VecDeque::from([(since, until)]), open: None }
+        Self { closed: VecDeque::from([(since, until)]), ..Self::default() }
     }
 
     /// Watching goes on, or begins, at `step`. A stretch that reaches this far is continued.
@@ -54,6 +56,20 @@ impl Coverage {
         }
         let stretch = self.closed.iter().find(|(from, until)| (from..=until).contains(&&as_of));
         stretch.map(|(from, _)| *from)
+    }
+
+    /// Samples are missing between these two, and the models are carried across.
+    pub(crate) fn cross(&mut self, last: Step, next: Step) {
+        self.lose(last);
+        if self.gaps.len() == MAX_STRETCHES {
+            self.gaps.pop_front();
+        }
+        self.gaps.push_back((last, next));
+    }
+
+    /// The latest gaps that the models were carried across: the last step before, the first after.
+    pub(crate) fn gaps(&self) -> impl Iterator<Item = (Step, Step)> {
+        self.gaps.iter().copied()
     }
 
     /// Was the module watching from `from` to `as_of`? `None`: it may still turn out, for samples from

@@ -103,6 +103,7 @@ impl Diagnoser {
         self.counters.samples += 1;
         let now = (sample.run, sample.step);
         self.channels.observe(sample);
+        self.counters.samples_non_finite += u64::from(self.channels.is_incomplete());
         for &occurrence in self.channels.occurrences() {
             self.judging.note(occurrence, now, &self.channels, &mut self.counters, actions);
         }

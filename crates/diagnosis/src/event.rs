@@ -9,7 +9,7 @@ use crate::evidence::Evidence;
 use crate::order::{Order, OrderRefusal, OrderToken};
 use crate::phase::Phase;
 use crate::question::{Answer, PeerFailure, Question, Refusal};
-use crate::sample::{Sample, SampleRejection};
+use crate::sample::{Sample, SampleRejection, Signal};
 use crate::verdict::Transition;
 
 /// The shell's token of a question it passed in, returned with the answer.
@@ -135,6 +135,15 @@ pub enum Action {
         from: Step,
         /// How many.
         missing: u64,
+    },
+    /// A signal is lost: too many of its values were missing or implausible. The component is faulty.
+    SignalLost {
+        /// Its component.
+        component: Component,
+        /// Which of its signals.
+        signal: Signal,
+        /// The first step without a value.
+        since: Step,
     },
     /// A channel's Gaussian was lost and restarted (and was counted).
     Restarted {

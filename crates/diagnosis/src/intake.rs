@@ -1,4 +1,4 @@
-//! Which samples are taken: their lengths and values, the run they belong to, the order of their steps.
+//! Which samples are taken: their lengths, the run they belong to, the order of their steps.
 
 use std::cmp::Ordering;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use names::{Component, ModuleName, RunId, Step};
+use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::change::{Change, LoggedChange};
 use crate::channels::{Channels, Occurrence};
@@ -117,11 +117,19 @@ impl Judging {
                 // Whatever the verdict on an earlier change will be, this one is judged too: the
                 // outcome must not depend on when a peer's answer comes.
                 let judge = !self.ledger.verdict(channel).is_latched();
-                self.isolator.change(channel, onset, evidence, judge);
+                let of_gap = channels.may_come_of_gap(channel);
+                self.isolator.change(channel, onset, evidence, judge, of_gap);
                 counters.changes_unjudged = self.isolator.unjudged();
                 let (component, ratio) = (component.clone(), evidence.ratio());
                 let change = Change { component, onset, step, ratio, until: None };
                 actions.push(Action::Report { run, change, evidence });
+            }
+            Occurrence::SignalLost { signal, since } => {
+                self.isolator.drop_cases(channel);
+                let component = component.clone();
+                actions.push(Action::SignalLost { component, signal, since });
+                let lost = self.ledger.lose_signal(run, channel, since, evidence);
+                actions.extend(lost.map(Action::Publish));
             }
             Occurrence::Quiet => {
                 if matches!(self.ledger.verdict(channel), Verdict::Explained { .. }) {
@@ -139,7 +147,11 @@ impl Judging {
         actions: &mut Vec<Action>,
     ) {
         let evidence = channels.evidence();
-        self.isolator.follow(step, |channel| evidence[channel].ratio());
+        // What a channel shows while it warms up is no change, and not the size of one either.
+        self.isolator.follow(step, |channel| match channels.monitor(channel).is_watched() {
+            true => evidence[channel].ratio(),
+            false => 0.0,
+        });
         for (channel, evidence) in evidence.iter().enumerate() {
             if channels.monitor(channel).changed_until() == Some(step) {
                 self.isolator.prolong(channel, step, evidence.ratio());
@@ -171,10 +183,10 @@ impl Judging {
         if self.isolator.is_idle() {
             return;
         }
-        let latched: Vec<_> = (self.ledger.latched_actuators(&self.module, run))
+        let faulty: Vec<_> = (self.ledger.faulty(&self.module, run))
             .map(|(path, since)| (path, since.change))
             .collect();
-        for (case, finding) in self.isolator.findings(now, &latched, channels.coverage()) {
+        for (case, finding) in self.isolator.findings(now, faulty, channels.coverage()) {
             self.enter(run, &case, finding, now, channels, actions);
         }
         for case in self.isolator.new_cases() {
@@ -204,7 +216,14 @@ impl Judging {
                 return;
             }
             Finding::Judged(Judgement::Root | Judgement::First | Judgement::Again) => {
-                (Verdict::Latched, case.decide_at)
+                match channels.assumes_force_of(case.channel) {
+                    Some(actuator) => {
+                        let component = actuator.clone();
+                        let assumed = ComponentPath { module: self.module.clone(), component };
+                        (Verdict::Unconfirmed { doubt: Doubt::Assumed(assumed) }, now)
+                    }
+                    None => (Verdict::Latched, case.decide_at),
+                }
             }
             Finding::Judged(Judgement::Explained { by, since }) => {
                 (Verdict::Explained { by, since }, case.decide_at)

@@ -5,7 +5,7 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use crate::evidence::Evidence;
 use crate::isolation::Case;
 use crate::order::GivenOrder;
-use crate::verdict::{Doubt, Transition, Verdict};
+use crate::verdict::{Doubt, Symptom, Transition, Verdict};
 
 /// The verdict on one component.
 #[derive(Debug, Clone)]
@@ -85,8 +85,8 @@ impl Ledger {
         self.sequence.saturating_add(1)
     }
 
-    /// The actuators declared faulty, with when that began.
-    pub(crate) fn latched_actuators(
+    /// The components declared faulty, with when that began.
+    pub(crate) fn faulty(
         &self,
         module: &ModuleName,
         run: RunId,
@@ -94,10 +94,8 @@ impl Ledger {
         let latched = self.entries.iter().filter(|entry| entry.verdict.is_latched());
         latched.filter_map(move |entry| {
             let since = FaultySince::of(entry.latest.as_ref()?, run, entry.over);
-            matches!(entry.component, Component::Actuator(_)).then(|| {
-                let component = entry.component.clone();
-                (ComponentPath { module: module.clone(), component }, since)
-            })
+            let component = entry.component.clone();
+            Some((ComponentPath { module: module.clone(), component }, since))
         })
     }
 
@@ -109,8 +107,26 @@ impl Ledger {
         verdict: Verdict,
         decided: Step,
     ) -> Option<Transition> {
-        let record = Record { onset: case.onset, detection: case.change, evidence: case.evidence };
+        let record = Record {
+            symptom: Symptom::Change,
+            onset: case.onset,
+            detection: case.change,
+            evidence: case.evidence,
+        };
         self.record(run, case.channel, verdict, decided, record)
+    }
+
+    /// A component has had no usable signal since `since`: it is faulty.
+    pub(crate) fn lose_signal(
+        &mut self,
+        run: RunId,
+        channel: usize,
+        since: Step,
+        evidence: Evidence,
+    ) -> Option<Transition> {
+        let now = evidence.step;
+        let record = Record { symptom: Symptom::NoSignal, onset: since, detection: now, evidence };
+        self.record(run, channel, Verdict::Latched, now, record)
     }
 
     /// Returns a component to normal, unless it is faulty.
@@ -134,9 +150,10 @@ impl Ledger {
 
     /// Gives a component another verdict on the same change.
     fn revise(&mut self, channel: usize, verdict: Verdict, decided: Step) -> Option<Transition> {
-        let Transition { run, onset, detection, evidence, .. } =
+        let Transition { run, symptom, onset, detection, evidence, .. } =
             *self.entries[channel].latest.as_ref()?;
-        self.record(run, channel, verdict, decided, Record { onset, detection, evidence })
+        let record = Record { symptom, onset, detection, evidence };
+        self.record(run, channel, verdict, decided, record)
     }
 
     /// Gives a component the verdict that an operator commands; `None` if it never had a transition.
@@ -177,12 +194,13 @@ impl Ledger {
             return None;
         }
         self.sequence = sequence;
-        let Record { onset, detection, evidence } = record;
+        let Record { symptom, onset, detection, evidence } = record;
         let transition = Transition {
             sequence,
             run,
             component: entry.component.clone(),
             verdict: verdict.clone(),
+            symptom,
             onset,
             detection,
             decided,
@@ -207,6 +225,7 @@ fn keeps_first(entry: &Entry, run: RunId, verdict: &Verdict, record: &Record) ->
 }
 
 struct Record {
+    symptom: Symptom,
     onset: Step,
     detection: Step,
     evidence: Evidence,

@@ -28,6 +28,7 @@ mod settings;
 #[cfg(test)]
 mod testing;
 mod unseen;
+mod validity;
 mod verdict;
 
 pub use change::{Change, MAX_TIE};
@@ -42,5 +43,7 @@ pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken};
 pub use phase::Phase;
 pub use question::{ActuatorFault, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
 pub use sample::{Sample, SampleRejection, Signal};
-pub use settings::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError};
-pub use verdict::{Doubt, Transition, Verdict};
+pub use settings::{
+    DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
+};
+pub use verdict::{Doubt, Symptom, Transition, Verdict};

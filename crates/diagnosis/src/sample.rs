@@ -2,7 +2,8 @@
 
 use names::{RunId, Step};
 
-/// The signals of one module at one step, in the order of its description.
+/// The signals of one module at one step, in the order of its description. A value that is missing is not a
+/// number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// The run that the step is counted in.
@@ -44,9 +45,6 @@ pub enum SampleRejection {
     /// A signal has not as many values as the module has components.
     #[error("wrong number of values")]
     WrongLength,
-    /// A value is not a finite number.
-    #[error("non-finite {0}")]
-    NonFinite(Signal),
     /// The step is the one before once more.
     #[error("step repeated")]
     Repeated,
@@ -60,23 +58,14 @@ pub enum SampleRejection {
 }
 
 impl Sample {
-    /// Checks lengths and values against a module of `actuators` actuators and `gages` gages.
+    /// Checks the lengths against a module of `actuators` actuators and `gages` gages. Values are judged one by
+    /// one (see [`crate::validity`]).
     pub(crate) fn check(&self, actuators: usize, gages: usize) -> Result<(), SampleRejection> {
         let lengths = [self.demands_n.len(), self.pressures_pa.len(), self.elongations_m.len()];
-        if lengths != [actuators, actuators, gages] {
-            return Err(SampleRejection::WrongLength);
+        if lengths == [actuators, actuators, gages] {
+            Ok(())
+        } else {
+            Err(SampleRejection::WrongLength)
         }
-        match self.values().find(|(_, x)| !x.is_finite()) {
-            Some((signal, _)) => Err(SampleRejection::NonFinite(signal)),
-            None => Ok(()),
-        }
-    }
-
-    fn values(&self) -> impl Iterator<Item = (Signal, f64)> {
-        let demands = (0..).map(Signal::Demand).zip(self.demands_n.iter().copied());
-        let pairs = (0..).map(Signal::Pressure).zip(&self.pressures_pa);
-        let pressures = pairs.flat_map(|(signal, pair)| pair.map(|pressure| (signal, pressure)));
-        let elongations = (0..).map(Signal::Elongation).zip(self.elongations_m.iter().copied());
-        demands.chain(pressures).chain(elongations)
     }
 }

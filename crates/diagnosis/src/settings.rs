@@ -54,6 +54,22 @@ pub struct DetectionSettings {
     pub warm_up_vectors: u64,
 }
 
+/// What a signal can be. A value beyond it is none.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SignalSettings {
+    /// No gage survives a larger strain \[m/m\]: 0.1.
+    pub largest_strain: f64,
+    /// No larger pressure is one \[Pa\]; without it, twice that of the supply.
+    pub largest_pressure_pa: Option<f64>,
+}
+
+impl Default for SignalSettings {
+    fn default() -> Self {
+        Self { largest_strain: 0.1, largest_pressure_pa: None }
+    }
+}
+
 /// The whole configuration of a diagnoser.
 #[derive(Debug, Clone)]
 pub struct ModuleSetup {
@@ -67,6 +83,8 @@ pub struct ModuleSetup {
     pub gage_noise_strain: f64,
     /// Length of a step \[s\].
     pub step_s: f64,
+    /// What its signals can be.
+    pub signals: SignalSettings,
     /// Detection.
     pub detection: DetectionSettings,
     /// Isolation.
@@ -167,6 +185,13 @@ impl ModuleSetup {
         require(positive(self.step_s), "step_s", self.step_s.to_string(), above_zero);
         let noise = self.gage_noise_strain;
         require(positive(noise), "gage_noise_strain", noise.to_string(), above_zero);
+        let SignalSettings { largest_strain, largest_pressure_pa } = self.signals;
+        let strain = largest_strain.to_string();
+        require(positive(largest_strain), "largest_strain", strain, above_zero);
+        let supply = self.hydraulics.supply_pa;
+        let pressure = largest_pressure_pa.unwrap_or(f64::MAX);
+        let more = format!("more than supply_pa, {supply}");
+        require(pressure > supply, "largest_pressure_pa", pressure.to_string(), &more);
         let tie = self.isolation.tie_steps;
         let largest = format!("at most {MAX_TIE} steps");
         require(tie <= MAX_TIE as u64, "tie_steps", tie.to_string(), &largest);

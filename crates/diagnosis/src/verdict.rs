@@ -34,6 +34,17 @@ pub enum Verdict {
     Acknowledged,
 }
 
+/// What a verdict rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Symptom {
+    /// The residual changed.
+    #[default]
+    Change,
+    /// There is no usable signal.
+    NoSignal,
+}
+
 /// Why a change cannot be judged.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "doubt", content = "modules", rename_all = "snake_case")]
@@ -42,6 +53,8 @@ pub enum Doubt {
     Silent(Vec<ModuleName>),
     /// These modules, perhaps this one, were not watching when it happened: it can never be judged.
     Unknowing(Vec<ModuleName>),
+    /// The residual rests on the force that is assumed of this actuator, which has no signal.
+    Assumed(ComponentPath),
     /// The run ended before the judgement.
     RunEnded,
 }
@@ -62,6 +75,9 @@ impl fmt::Display for Doubt {
         match self {
             Doubt::Silent(modules) => write!(f, "no usable answer from {}", list(modules)),
             Doubt::Unknowing(modules) => write!(f, "not watched at the time by {}", list(modules)),
+            Doubt::Assumed(actuator) => {
+                write!(f, "it rests on the force of {actuator}, which has no signal")
+            }
             Doubt::RunEnded => f.write_str("the run ended before it was judged"),
         }
     }
@@ -105,6 +121,8 @@ pub struct Transition {
     pub component: Component,
     /// The new verdict.
     pub verdict: Verdict,
+    /// What it rests on.
+    pub symptom: Symptom,
     /// Since when the residual has been changing, as far back as the divergence shows it.
     pub onset: Step,
     /// When the divergence reached its threshold.

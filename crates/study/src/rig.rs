@@ -289,6 +289,7 @@ impl Rig {
             | Action::Rejected { .. }
             | Action::Gap { .. }
             | Action::Restarted { .. }
+            | Action::SignalLost { .. }
             | Action::RunStarted(_) => None,
         }
     }

@@ -17,8 +17,21 @@ pub enum Doubt {
     Silent,
     /// Modules were not watching when it happened, so no verdict will follow.
     Unknowing,
+    /// The residual rests on the force that is assumed of an actuator without a signal.
+    Assumed,
     /// The run ended before there was a verdict.
     RunEnded,
+}
+
+/// What a state rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Symptom {
+    /// The residual changed.
+    #[default]
+    Change,
+    /// There is no usable signal: values are missing, not numbers or implausible.
+    NoSignal,
 }
 
 /// Why nothing is known of a component at present.
@@ -47,6 +60,9 @@ pub struct FaultTransition {
     pub kind: ComponentKind,
     /// The new state.
     pub state: FaultState,
+    /// What the state rests on.
+    #[serde(default)]
+    pub symptom: Symptom,
     /// Counts the module's transitions from 1, without a gap.
     pub sequence: u64,
     /// The run that the steps are counted in.
@@ -75,6 +91,9 @@ pub struct FaultTransition {
     /// If unconfirmed, the modules that were not watching when it happened.
     #[serde(default)]
     pub unknowing: Vec<ModuleName>,
+    /// If unconfirmed because its force is assumed, the actuator without a signal.
+    #[serde(default)]
+    pub assumed: Option<ComponentPath>,
     /// If the module does not watch its components at present, since when and why. A fault that was latched
     /// before stays one.
     #[serde(default)]
@@ -107,6 +126,7 @@ impl FaultTransition {
             kind: component.component.kind(),
             component,
             state: FaultState::Normal,
+            symptom: Symptom::Change,
             sequence: 0,
             run: None,
             onset_step: None,
@@ -119,6 +139,7 @@ impl FaultTransition {
             silent: Vec::new(),
             silent_because: Vec::new(),
             unknowing: Vec::new(),
+            assumed: None,
             unknown: None,
             order: None,
             durable: true,

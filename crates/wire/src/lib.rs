@@ -49,7 +49,7 @@ pub use change::Change;
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;
-pub use fault::{Doubt, FaultTransition, Unknown};
+pub use fault::{Doubt, FaultTransition, Symptom, Unknown};
 pub use fault_state::FaultState;
 pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE};
 pub use injection::{Injected, Injection};

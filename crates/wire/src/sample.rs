@@ -8,8 +8,8 @@ use crate::encoding::Message;
 
 /// A module's measurements at one step, actuators and gages in the order of its description.
 ///
-/// A value that is missing may be `null`; it is read as not-a-number, and the diagnoser counts the
-/// sample as non-finite.
+/// A value that is missing is `null`. The others are used; a component whose values are missing for 50 samples in
+/// a row, or more than one in fifty of them, is latched with the symptom `no_signal`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sample {
     /// The module that was measured.

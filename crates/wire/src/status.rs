@@ -211,7 +211,7 @@ pub struct DiagnosisCounters {
     pub samples_far_ahead: u64,
     /// Samples with the wrong number of values.
     pub samples_wrong_length: u64,
-    /// Samples with a value that is not a finite number.
+    /// Samples with a value that is missing, not a number or implausible; the others were used.
     pub samples_non_finite: u64,
     /// Runs begun.
     pub runs: u64,

@@ -12,8 +12,8 @@ use wire::{
     ActuatorFault, Change, Channel, Divergences, Doubt, Evidence, FaultState, FaultTransition,
     GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message, ModulePhase,
     ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Topic, Unknown,
-    decode, encode,
+    PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Symptom, Topic,
+    Unknown, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -124,6 +124,7 @@ fn events_are_read_back() {
         component: "module1/sensor/g1".parse().unwrap(),
         kind: ComponentKind::Sensor,
         state: FaultState::Explained,
+        symptom: Symptom::NoSignal,
         sequence: 3,
         run: Some(RunId(5)),
         onset_step: Some(Step(40)),
@@ -136,6 +137,7 @@ fn events_are_read_back() {
         silent: vec!["module2".parse().unwrap()],
         silent_because: vec!["not there".into()],
         unknowing: vec!["module3".parse().unwrap()],
+        assumed: Some("module1/actuator/a1".parse().unwrap()),
         unknown: Some(Unknown { since_unix_ns: 8, reason: "no sample for 500 ms".into() }),
         order: Some(GivenOrder {
             order: OrderKind::Reset,

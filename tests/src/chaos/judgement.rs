@@ -26,6 +26,7 @@ impl Seen {
             reasoned: match message.doubt {
                 Some(Doubt::Silent) => !message.silent.is_empty(),
                 Some(Doubt::Unknowing) => !message.unknowing.is_empty(),
+                Some(Doubt::Assumed) => message.assumed.is_some(),
                 Some(Doubt::RunEnded) => true,
                 None => false,
             },

@@ -121,7 +121,8 @@ impl Worker {
 
     /// The command due for a component.
     fn wants(&self, state: &FaultTransition, now: Step) -> Option<OrderKind> {
-        let never = matches!(state.doubt, Some(Doubt::Unknowing | Doubt::RunEnded));
+        let never =
+            matches!(state.doubt, Some(Doubt::Unknowing | Doubt::Assumed | Doubt::RunEnded));
         match state.state {
             FaultState::Latched => Some(OrderKind::Acknowledge),
             FaultState::Acknowledged => self.is_settled(state, now).then_some(OrderKind::Reset),

@@ -80,7 +80,7 @@ async fn collect(
 
 async fn compare_all(speed: &'static str, at_a_time: usize) {
     let mut running = tokio::task::JoinSet::new();
-    for (number, schedule) in (0..).zip(scenarios::ten()) {
+    for (number, schedule) in (0..).zip(scenarios::all()) {
         for order in [Order::PlantFirst, Order::DiagnosersFirst] {
             running.spawn(compare(schedule.clone(), number, speed, order));
             if running.len() >= at_a_time {

@@ -36,6 +36,8 @@ const JUNK: u64 = 100_000;
 const TIME: Duration = Duration::from_secs(10);
 /// Longer than any run takes.
 const STEPS: u64 = 100_000_000;
+/// Of a gage, below the root ratio.
+const SMALL_BIAS_M: f64 = 1.2e-5;
 const BASE: &str = "trusswatch/tower/module1";
 const SAMPLES: &str = "trusswatch/tower/module1/sample";
 /// No sample that is diagnosed is older \[ms\].
@@ -243,7 +245,8 @@ async fn junk_in_place_of_replies_confirms_nothing_and_ends_with_its_sender() {
     let mut faults = scene.observer.faults().await;
     let peer = Impostor::on(&scene.foreign, "trusswatch/tower/module2/state", JUNK).await;
     let store = Impostor::on(&scene.foreign, SAMPLES, JUNK).await;
-    scene.inject("module1/sensor/g4", 4e-4).await;
+    // A jump would need no reply.
+    scene.inject("module1/sensor/g4", SMALL_BIAS_M).await;
     let fault = next_of(&mut faults, FaultState::Unconfirmed).await;
     assert_eq!(fault.component.to_string(), "module1/sensor/g4");
     // By then memory for the junk of several queries has been allocated.

@@ -26,6 +26,8 @@ const STEPS: u64 = 9000;
 const BEFORE: u64 = 20;
 /// How long it stays silent \[steps\].
 const SILENCE: u64 = 2000;
+/// A jump would need no peer.
+const SMALL_BIAS_M: f64 = 1.2e-5;
 const SECOND_MS: f64 = 1000.0;
 /// How soon the querying module settles.
 const SETTLING_MS: f64 = 2000.0;
@@ -101,7 +103,7 @@ struct Measured {
 }
 
 async fn silence(how: Silence) -> Measured {
-    let schedule = scenarios::single(FAULTY, Fault::Bias { offset_m: 1.5e-4 });
+    let schedule = scenarios::single(FAULTY, Fault::Bias { offset_m: SMALL_BIAS_M });
     let deployment = Deployment::of_watched_tower(&schedule);
     let expected = reference::verdicts(&deployment, SEED, RUN, STEPS);
     let hold = deployment.diagnoser_configs()[0].module_setup().isolation.hold_steps;

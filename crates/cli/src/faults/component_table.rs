@@ -1,6 +1,6 @@
 //! The components that are other than normal, as a table.
 
-use wire::FaultTransition;
+use wire::{FaultTransition, Symptom};
 
 use crate::paint::Colour;
 use crate::table::{TextTable, table};
@@ -23,7 +23,8 @@ pub(super) fn components(components: &[&FaultTransition]) -> (TextTable, Vec<Opt
 
 fn row(transition: &FaultTransition) -> [String; 8] {
     let step = |step| or_nothing::<String>(Option::map(step, |step| format!("step {step}")));
-    let evidence = transition.evidence.as_ref();
+    // What was last computed says nothing of a component without a signal.
+    let evidence = transition.evidence.as_ref().filter(|_| transition.symptom == Symptom::Change);
     let why = reason(transition);
     [
         transition.component.to_string(),

@@ -11,6 +11,7 @@ pub(crate) fn why_unconfirmed(
 ) -> String {
     match doubt {
         Some(Doubt::RunEnded) => "the run ended before there was a verdict".to_owned(),
+        Some(Doubt::Assumed) => "it rests on the force of an actuator without a signal".to_owned(),
         Some(Doubt::Unknowing) => unknown_to(unknowing),
         Some(Doubt::Silent) => no_answer_from(silent),
         None if silent.is_empty() => "for an unknown reason".to_owned(),

@@ -1,12 +1,15 @@
 //! Why a component is in the state that it is in.
 
-use wire::{FaultState, FaultTransition, GivenOrder, OrderKind};
+use wire::{FaultState, FaultTransition, GivenOrder, OrderKind, Symptom};
 
 use super::{plain, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
 pub(crate) fn reason(transition: &FaultTransition) -> String {
     let mut reasons = Vec::new();
+    if transition.symptom == Symptom::NoSignal && transition.state != FaultState::Normal {
+        reasons.push("no signal".to_owned());
+    }
     if let Some(root) = &transition.explained_by {
         let since = transition.explained_since_step;
         let since =
@@ -16,6 +19,7 @@ pub(crate) fn reason(transition: &FaultTransition) -> String {
     if transition.state == FaultState::Unconfirmed {
         let FaultTransition { doubt, silent, unknowing, .. } = transition;
         reasons.push(why_unconfirmed(*doubt, silent, unknowing));
+        reasons.extend(transition.assumed.as_ref().map(ToString::to_string));
         let because = silent.iter().zip(&transition.silent_because);
         reasons.extend(because.map(|(module, why)| format!("{module}: {}", plain(why))));
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use diagnosis::residual::NominalHydraulics;
-use diagnosis::{Diagnoser, ModuleSetup, SetupError};
+use diagnosis::{Diagnoser, ModuleSetup, SetupError, SignalSettings};
 use names::{Component, ModuleName, StructureName};
 use pki::Holder;
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,8 @@ struct DiagnoserFile {
     step_s: f64,
     gage_noise_strain: f64,
     hydraulics: NominalHydraulics,
+    #[serde(default)]
+    signals: SignalSettings,
     #[serde(default)]
     detection: DetectionSection,
     #[serde(default)]
@@ -379,6 +381,7 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
         hydraulics: written.hydraulics,
         gage_noise_strain: written.gage_noise_strain,
         step_s: written.step_s,
+        signals: written.signals,
         detection: written.detection.into(),
         isolation: written.isolation.into(),
         thresholds,
@@ -396,6 +399,9 @@ fn place(problem: &SetupError) -> Vec<&str> {
         SetupError::Divergence(SettingsError::PriorScatter(_)) => vec!["gage_noise_strain"],
         SetupError::Hydraulics(error) => vec!["hydraulics", error.name],
         SetupError::Figure { name: name @ ("step_s" | "gage_noise_strain"), .. } => vec![name],
+        SetupError::Figure { name: name @ ("largest_strain" | "largest_pressure_pa"), .. } => {
+            vec!["signals", name]
+        }
         SetupError::Figure { name: name @ "warm_up_vectors", .. } => vec!["detection", name],
         SetupError::Figure { name, .. } => vec!["isolation", name],
         SetupError::Peer(_) => vec!["peers"],

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use diagnosis::{Action, Diagnoser, SampleRejection, Signal, Transition};
-use names::{Component, RunId, Step};
+use diagnosis::{Action, Diagnoser, SampleRejection, Transition};
+use names::{RunId, Step};
 use shell::clock;
 use shell::occurrences::Occurrences;
 use wire::Obeyed;
@@ -28,7 +28,7 @@ pub(crate) struct Performer {
     pub(crate) refusals: Arc<Refusals>,
     /// The phase changed: a status is due.
     pub(crate) status_is_due: bool,
-    rejections: [Occurrences; 3],
+    rejections: [Occurrences; 2],
     gaps: Occurrences,
 }
 
@@ -88,8 +88,9 @@ impl Performer {
                 }
             }
             Action::Phase(_) => self.status_is_due = true,
-            Action::Rejected { step, rejection } => {
-                self.note_rejection(step, rejection, diagnoser.components());
+            Action::Rejected { step, rejection } => self.note_rejection(step, rejection),
+            Action::SignalLost { component, signal, since } => {
+                tracing::warn!(%component, %signal, %since, "no usable signal");
             }
             Action::Gap { from, missing } => {
                 if let Some(times) = self.gaps.note() {
@@ -151,30 +152,15 @@ impl Performer {
         self.outbox.event(Outgoing::Obeyed { query, obeyed });
     }
 
-    fn note_rejection(&mut self, step: Step, rejection: SampleRejection, components: &[Component]) {
-        let [lengths, values, steps] = &mut self.rejections;
+    fn note_rejection(&mut self, step: Step, rejection: SampleRejection) {
+        let [lengths, steps] = &mut self.rejections;
         let occurrences = match rejection {
             SampleRejection::WrongLength => lengths,
-            SampleRejection::NonFinite(_) => values,
             SampleRejection::Repeated | SampleRejection::Late | SampleRejection::FarAhead => steps,
         };
-        let reason = in_words(rejection, components);
         if let Some(times) = occurrences.note() {
-            tracing::warn!(%step, times, "sample not used: {reason}");
+            tracing::warn!(%step, times, "sample not used: {rejection}");
         }
-        self.refusals.note(reason, std::time::Instant::now());
-    }
-}
-
-/// Why a sample is not used, with the component whose value it is. Actuators come before sensors.
-fn in_words(rejection: SampleRejection, components: &[Component]) -> String {
-    let SampleRejection::NonFinite(signal) = rejection else { return rejection.to_string() };
-    let mut kind = components.iter().filter(|component| {
-        matches!(component, Component::Sensor(_)) == matches!(signal, Signal::Elongation(_))
-    });
-    let (Signal::Demand(number) | Signal::Pressure(number) | Signal::Elongation(number)) = signal;
-    match kind.nth(number) {
-        Some(component) => format!("{rejection} of {component}"),
-        None => rejection.to_string(),
+        self.refusals.note(rejection.to_string(), std::time::Instant::now());
     }
 }

@@ -124,11 +124,12 @@ mod tests {
             ("dropped", intake.dropped),
             ("other_source", intake.other_source),
             ("late", status.diagnosis.samples_late),
-            ("non_finite", status.diagnosis.samples_non_finite),
         ] {
             let labels = format!(",reason=\"{reason}\"");
             assert_eq!(count("trusswatch_samples_rejected_total", &labels), whole(expected));
         }
+        let incomplete = whole(status.diagnosis.samples_non_finite);
+        assert_eq!(count("trusswatch_samples_incomplete_total", ""), incomplete);
         let labels = r#",peer="module3",outcome="timed_out""#;
         let timed_out = whole(status.peers[1].timed_out);
         assert_eq!(count("trusswatch_peer_questions_total", labels), timed_out);

@@ -120,10 +120,11 @@ fn write_samples(
         ("late", diagnosis.samples_late),
         ("far_ahead", diagnosis.samples_far_ahead),
         ("wrong_length", diagnosis.samples_wrong_length),
-        ("non_finite", diagnosis.samples_non_finite),
     ];
     let help = "Samples that were not diagnosed, by reason.";
     sheet.counters("trusswatch_samples_rejected", help, "reason", rejected)?;
+    let help = "Samples with a value that is missing or implausible; the others were used.";
+    sheet.counter("trusswatch_samples_incomplete", help, diagnosis.samples_non_finite)?;
     let missing = diagnosis.samples_missing;
     sheet.counter("trusswatch_samples_missing", "Steps for which no sample came.", missing)?;
     let help = "Missed samples recovered from the publisher.";

@@ -8,9 +8,9 @@ use super::windows::Windows;
 /// What leaves the interval looks like what entered it, up to this factor of its ratio.
 const ALIKE: f64 = 3.0;
 
-/// A root cause with so many changes in the interval comes and goes. The Gaussian has learnt that and may show no
-/// more of them, so it explains for as long as the interval remembers.
-const RESTLESS: usize = 4;
+/// A fault that comes and is repaired changes so often, for both leave the interval. With more changes it comes and
+/// goes. The Gaussian learns that and may show no more of them, so it explains for as long as the interval remembers.
+const COMES_AND_IS_REPAIRED: usize = 4;
 
 /// Why a change is a root cause or not.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +57,8 @@ pub enum Explanation {
 struct Root {
     path: ComponentPath,
     changes: Vec<RootChange>,
+    /// It comes and goes.
+    restless: bool,
 }
 
 /// A change of a root cause.
@@ -72,10 +74,10 @@ impl Root {
         let leaves = |change: &RootChange| !change.left && windows.leaves(change.span, span.since);
         let left = self.changes.iter().any(leaves);
         self.changes.push(RootChange { span, left });
-    }
-
-    fn is_restless(&self) -> bool {
-        self.changes.iter().filter(|change| !change.left).count() >= RESTLESS
+        let entered = self.changes.iter().filter(|change| !change.left).count();
+        // As many without their leaving are as many faults.
+        self.restless |=
+            entered >= COMES_AND_IS_REPAIRED || self.changes.len() > COMES_AND_IS_REPAIRED;
     }
 }
 
@@ -109,6 +111,8 @@ impl Explaining<'_> {
 pub(crate) struct Causes {
     roots: Vec<Root>,
     effects: Vec<Effect>,
+    /// Components that are known to be faulty, and since when: what they did before may be forgotten.
+    pub(super) faulty: Vec<(ComponentPath, Step)>,
 }
 
 impl Causes {
@@ -204,7 +208,9 @@ impl Causes {
     }
 
     fn is_root(&self, change: &KnownChange) -> bool {
-        self.roots.iter().any(|root| root.path == change.path)
+        let faulty =
+            |(path, since): &(ComponentPath, Step)| *path == change.path && *since <= change.step;
+        self.roots.iter().any(|root| root.path == change.path) || self.faulty.iter().any(faulty)
     }
 
     /// The effect in the same channel that leaves the interval with this change.
@@ -239,7 +245,7 @@ impl Causes {
             since: span.since,
             how: Explanation::Earlier,
             from: Step(0),
-            until: match root.is_restless() {
+            until: match root.restless {
                 true => windows.forgets(span.until),
                 false => windows.explains_until(span.until),
             },
@@ -289,7 +295,8 @@ impl Causes {
     fn enter(&mut self, windows: &Windows, change: &KnownChange) {
         let place = self.roots.iter().position(|root| root.path == change.path);
         let place = place.unwrap_or_else(|| {
-            self.roots.push(Root { path: change.path.clone(), changes: Vec::new() });
+            let path = change.path.clone();
+            self.roots.push(Root { path, changes: Vec::new(), restless: false });
             self.roots.len() - 1
         });
         self.roots[place].enter(windows, change.span());

@@ -6,9 +6,11 @@
 //! own residual at once, but its effects arrive by way of cylinders and masses.
 //!
 //! - A change whose D/γ reaches the root ratio within the tie is no effect: it is a root cause of its own.
-//! - A component that was a root cause is one again whenever it changes before the interval has forgotten it:
-//!   it is repaired, it is back, or its fault leaves the interval. It explains what follows from that, too.
+//! - A component that was a root cause is one again whenever it changes before the interval has forgotten it, or
+//!   as long as it is known to be faulty: it is repaired, it is back, or its fault leaves the interval. It explains
+//!   what follows from that, too.
 //! - A root cause that comes and goes explains for as long as the interval remembers, for the Gaussian learns it.
+//!   More changes than an onset, a repair and their leaving are coming and going.
 //! - An effect leaves the interval as it entered it: with the same explanation. What begins to change while a root
 //!   cause's change leaves the interval is explained by it too, for it may have been too small to show before.
 //! - An effect may be another fault that hides behind the root cause. What begins while it changes, and for an
@@ -68,6 +70,11 @@ impl FirstChange {
             changes = rest;
         }
         None
+    }
+
+    /// How long changes bear on each other.
+    pub(super) fn windows(&self) -> &Windows {
+        &self.0
     }
 
     /// Judges the change of `component` at `step`, which must be among the `changes` that follow those that

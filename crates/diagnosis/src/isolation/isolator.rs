@@ -2,10 +2,12 @@
 
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
+use super::case::{Case, Finding};
 use super::causes::Causes;
 use super::first_change::FirstChange;
 use super::judgement::Judgement;
 use super::knowledge::{KnownChange, PeerKnowledge};
+use super::open_cases::OpenCases;
 use super::paper::judge as judge_by_the_paper;
 use crate::change::{Change, LoggedChange};
 use crate::change_log::ChangeLog;
@@ -13,47 +15,11 @@ use crate::coverage::Coverage;
 use crate::evidence::Evidence;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::{IsolationSettings, ModuleSetup, Rule};
-use crate::verdict::{Doubt, Transition, Verdict};
-
-/// Most changes of one channel that await their judgement. Reached only while peers stay silent for long; then
-/// the smallest of the later ones is given up, and counted.
-const MAX_PENDING: usize = 8;
+use crate::verdict::Transition;
 
 /// Steps without divergences after which the models are as good as before, for a change that began meanwhile: a
 /// gap that the force loops are stepped through, and the window after it.
 const SHORT_GAP: u64 = 40;
-
-/// A change that awaits its judgement.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Case {
-    /// Number of the channel.
-    pub(crate) channel: usize,
-    /// The step of the change.
-    pub(crate) change: Step,
-    /// Since when the residual had been changing.
-    pub(crate) onset: Step,
-    /// The channel at the change.
-    pub(crate) evidence: Evidence,
-    /// As of which step it is judged.
-    pub(crate) decide_at: Step,
-    /// Not yet published as tentative.
-    new: bool,
-    /// The peers that were last reported as silent.
-    reported: Vec<ModuleName>,
-    /// Taken up after a restart: it is not certain what the module itself saw meanwhile.
-    recalled: bool,
-}
-
-/// What was found about a case.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Finding {
-    /// It is judged, and closed.
-    Judged(Judgement),
-    /// These peers' answers are missing; it stays open.
-    Silent(Vec<ModuleName>),
-    /// These modules were not watching then; it is closed without a judgement.
-    Unknowing(Vec<ModuleName>),
-}
 
 /// The part of a diagnoser that judges its changes.
 #[derive(Debug, Clone)]
@@ -64,9 +30,7 @@ pub(crate) struct Isolator {
     rule: FirstChange,
     log: ChangeLog,
     peers: Vec<PeerKnowledge>,
-    cases: Vec<Case>,
-    /// Changes given up without a judgement.
-    unjudged: u64,
+    cases: OpenCases,
     /// What the changes up to some step come to that bears on later ones. They are over, and forgotten.
     causes: Causes,
     taken_until: Option<Step>,
@@ -81,8 +45,7 @@ impl Isolator {
             rule: FirstChange::new(&setup.isolation, &setup.detection.divergence),
             log: ChangeLog::default(),
             peers: setup.peers.iter().cloned().map(PeerKnowledge::new).collect(),
-            cases: Vec::new(),
-            unjudged: 0,
+            cases: OpenCases::default(),
             causes: Causes::default(),
             taken_until: None,
         }
@@ -131,65 +94,30 @@ impl Isolator {
         })
     }
 
-    /// Logs a change of a channel's own; `judge` says whether its verdict is open.
-    pub(crate) fn change(&mut self, channel: usize, onset: Step, evidence: Evidence, judge: bool) {
-        let step = evidence.step;
-        self.log.push(LoggedChange::new(channel, onset, step, evidence.ratio()));
+    /// Logs a change of a channel's own; `judge` says whether its verdict is open, `of_gap` whether it may come of
+    /// the models' ignorance of a gap, if it began in one.
+    pub(crate) fn change(
+        &mut self,
+        channel: usize,
+        onset: Step,
+        evidence: Evidence,
+        judge: bool,
+        of_gap: bool,
+    ) {
+        self.log.push(LoggedChange::new(channel, onset, evidence.step, evidence.ratio()));
         if judge {
-            let decide_at = step.plus(self.hold(channel));
-            self.cases.push(Case {
-                channel,
-                change: step,
-                onset,
-                evidence,
-                decide_at,
-                new: true,
-                reported: Vec::new(),
-                recalled: false,
-            });
-            self.give_up_smallest(channel);
-        }
-    }
-
-    /// The first open change of a channel stays: it tells when the fault began.
-    fn give_up_smallest(&mut self, channel: usize) {
-        let open = || self.cases.iter().enumerate().filter(|(_, case)| case.channel == channel);
-        if open().count() <= MAX_PENDING {
-            return;
-        }
-        let first = open().min_by_key(|(_, case)| case.change).map(|(place, _)| place);
-        let later = open().filter(|(place, _)| Some(*place) != first);
-        let ratio = |case: &Case| case.evidence.ratio();
-        let smallest = later.min_by(|(_, a), (_, b)| ratio(a).total_cmp(&ratio(b)));
-        if let Some((place, _)) = smallest {
-            self.cases.remove(place);
-            self.unjudged += 1;
+            self.cases.open(Case::new(channel, onset, evidence, self.hold(channel), of_gap));
         }
     }
 
     /// How many changes were given up without a judgement.
     pub(crate) fn unjudged(&self) -> u64 {
-        self.unjudged
+        self.cases.given_up()
     }
 
     /// Takes up, after a restart, a change whose verdict is still open.
     pub(crate) fn recall_case(&mut self, channel: usize, open: &Transition) {
-        let Transition { onset, detection, evidence, .. } = *open;
-        let reported = match &open.verdict {
-            Verdict::Unconfirmed { doubt: Doubt::Silent(silent) } => silent.clone(),
-            _ => Vec::new(),
-        };
-        let decide_at = detection.plus(self.hold(channel));
-        self.cases.push(Case {
-            channel,
-            change: detection,
-            onset,
-            evidence,
-            decide_at,
-            new: false,
-            reported,
-            recalled: true,
-        });
+        self.cases.recall(Case::recalled(channel, open, self.hold(channel)));
     }
 
     /// Takes up, after a restart, the changes known before, oldest first.
@@ -209,7 +137,7 @@ impl Isolator {
 
     /// Drops the open cases of a channel: an operator has decided.
     pub(crate) fn drop_cases(&mut self, channel: usize) {
-        self.cases.retain(|case| case.channel != channel);
+        self.cases.close_all_of(channel);
     }
 
     /// Steps from a change of this channel to its judgement. By the paper an actuator fault is found
@@ -232,63 +160,98 @@ impl Isolator {
     }
 
     /// Judges every case that can be judged at step `now`. Returns the findings in the order of the
-    /// changes. `latched` lists the module's own actuators that are declared faulty, `coverage` what
+    /// changes. `faulty` lists the module's own components that are declared faulty, `coverage` what
     /// the module itself has watched.
     pub(crate) fn findings(
         &mut self,
         now: Step,
-        latched: &[(ComponentPath, Step)],
+        faulty: Vec<(ComponentPath, Step)>,
         coverage: &Coverage,
     ) -> Vec<(Case, Finding)> {
         let mut findings = Vec::new();
-        let mut latched = latched.to_vec();
-        self.cases.sort_by_key(|case| (case.decide_at, case.channel));
-        for mut case in std::mem::take(&mut self.cases) {
-            if now < case.decide_at {
-                self.cases.push(case);
-                continue;
-            }
-            let at_home = self.is_at_home(&case, &latched);
-            let own = self.own_knowledge(&case, coverage);
-            let unknowing = self.unknowing(&case, own);
-            let silent = self.silent_peers(&case);
-            if own.is_none() {
-                self.cases.push(case);
-            } else if !at_home && !unknowing.is_empty() {
-                findings.push((case, Finding::Unknowing(unknowing)));
-            } else if !at_home && !silent.is_empty() {
-                if case.reported != silent {
-                    case.reported.clone_from(&silent);
-                    findings.push((case.clone(), Finding::Silent(silent)));
+        let is_actuator =
+            |(path, _): &&(ComponentPath, Step)| matches!(path.component, Component::Actuator(_));
+        let mut latched: Vec<_> = faulty.iter().filter(is_actuator).cloned().collect();
+        let of_peers = self.peers.iter().flat_map(|peer| peer.actuator_faults.iter().cloned());
+        self.causes.faulty = faulty.into_iter().chain(of_peers).collect();
+        for mut case in self.cases.take_due(now) {
+            match self.find(&case, &latched, coverage) {
+                None => self.cases.keep(case),
+                Some(Finding::Silent(silent)) => {
+                    if case.reported != silent {
+                        case.reported.clone_from(&silent);
+                        findings.push((case.clone(), Finding::Silent(silent)));
+                    }
+                    self.cases.keep(case);
                 }
-                self.cases.push(case);
-            } else if at_home || self.is_known(&case) {
-                let judgement = self.judge(&case, &latched);
-                let blind = self.blind_before(&case, coverage);
-                if judgement == Judgement::First && !blind.is_empty() {
-                    findings.push((case, Finding::Unknowing(blind)));
-                    continue;
+                Some(finding) => {
+                    let is_root = finding == Finding::Judged(Judgement::Root);
+                    if is_root && self.is_actuator(case.channel) {
+                        latched.push((self.path(case.channel), case.change));
+                    }
+                    findings.push((case, finding));
                 }
-                if judgement == Judgement::Root && self.is_actuator(case.channel) {
-                    latched.push((self.path(case.channel), case.change));
-                }
-                findings.push((case, Finding::Judged(judgement)));
-            } else {
-                self.cases.push(case);
             }
         }
         self.forget_what_is_over(now);
         findings
     }
 
+    /// What is found about a case that is due; `None` as long as answers may come. A jump is no effect, so it
+    /// needs nobody who does not answer, or was not watching.
+    fn find(
+        &self,
+        case: &Case,
+        latched: &[(ComponentPath, Step)],
+        coverage: &Coverage,
+    ) -> Option<Finding> {
+        let own = self.own_knowledge(case, coverage)?;
+        if self.is_at_home(case, latched) {
+            return Some(Finding::Judged(self.judge(case, latched)));
+        }
+        if !self.is_jump(case) {
+            let (unknowing, silent) = (self.unknowing(case, own), self.silent_peers(case));
+            if !unknowing.is_empty() {
+                return Some(Finding::Unknowing(unknowing));
+            }
+            if !silent.is_empty() {
+                return Some(Finding::Silent(silent));
+            }
+        }
+        if self.peers.iter().any(|peer| peer.may_still_tell(case.change, case.decide_at)) {
+            return None;
+        }
+        let judgement = self.judge(case, latched);
+        let blind = match judgement {
+            Judgement::First => self.blind_before(case, coverage),
+            _ => Vec::new(),
+        };
+        Some(if blind.is_empty() { Finding::Judged(judgement) } else { Finding::Unknowing(blind) })
+    }
+
+    /// Is the change that of no effect, by its ratio? What leaves the interval is as large as what entered it, and
+    /// tells no more.
+    fn is_jump(&self, case: &Case) -> bool {
+        if self.settings.rule == Rule::Paper {
+            return false;
+        }
+        let windows = self.rule.windows();
+        let until = case.decide_at;
+        let of_channel = self.log.between(Step(0), case.change);
+        let of_channel = of_channel.filter(|change| change.channel == case.channel);
+        let (mut is_jump, mut leaves) = (false, false);
+        for change in of_channel.map(|change| self.known(change, until)) {
+            match change.step == case.change {
+                true => is_jump = windows.is_root_by_ratio(&change),
+                false => leaves |= windows.leaves(change.span(), case.change),
+            }
+        }
+        is_jump && !leaves
+    }
+
     /// The open cases that were not returned here before.
     pub(crate) fn new_cases(&mut self) -> Vec<Case> {
-        let new = self.cases.iter_mut().filter(|case| case.new);
-        new.map(|case| {
-            case.new = false;
-            case.clone()
-        })
-        .collect()
+        self.cases.take_new()
     }
 
     /// Which questions must be put at step `now`? They count as put.
@@ -365,22 +328,27 @@ impl Isolator {
     }
 
     /// The modules that have answered, but were not watching then.
-    fn unknowing(&self, case: &Case, own: Option<bool>) -> Vec<ModuleName> {
-        let itself = (own == Some(false)).then(|| self.module.clone());
+    fn unknowing(&self, case: &Case, own: bool) -> Vec<ModuleName> {
+        let itself = (!own).then(|| self.module.clone());
         let peers = self.peers.iter().filter(|p| p.cannot_know(case.change, case.decide_at));
         itself.into_iter().chain(peers.map(|peer| peer.name.clone())).collect()
     }
 
     /// The modules that were not watching at some time in which something may have happened that explains the
-    /// case. What may have begun in a short gap of this module's own is judged: it is the first that shows after it,
-    /// and the models have crossed the gap.
+    /// case: right before it, or when that entered which leaves the interval with it. What may have begun in a short
+    /// gap of this module's own is judged: it is the first that shows after it, and the models have crossed the gap,
+    /// unless the demand has moved by as much meanwhile.
     fn blind_before(&self, case: &Case, coverage: &Coverage) -> Vec<ModuleName> {
         let from = case.onset.minus(self.settings.effect_steps);
         let watched = coverage.since(case.decide_at).is_some_and(|since| {
             let begun_in_gap = coverage.since(case.onset).is_none();
-            since <= from || begun_in_gap && since.since(case.onset) <= SHORT_GAP
+            let is_short = since.since(case.onset) <= SHORT_GAP;
+            since <= from || begun_in_gap && is_short && !case.of_gap
         });
-        let itself = (!watched).then(|| self.module.clone());
+        let leaves = |(_, next)| self.rule.windows().forgets(Some(next)) >= Some(case.onset);
+        let in_interval = |gap: (Step, Step)| gap.1 <= case.onset && leaves(gap);
+        let gap = coverage.gaps().any(|gap| gap.1.since(gap.0) > SHORT_GAP && in_interval(gap));
+        let itself = (!watched || gap).then(|| self.module.clone());
         let peers = self.peers.iter().filter(|peer| !peer.suffices(from, case.decide_at));
         itself.into_iter().chain(peers.map(|peer| peer.name.clone())).collect()
     }
@@ -390,10 +358,6 @@ impl Isolator {
         if let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) {
             peer.retry_now(now);
         }
-    }
-
-    fn is_known(&self, case: &Case) -> bool {
-        self.peers.iter().all(|peer| peer.suffices(case.change, case.decide_at))
     }
 
     fn judge(&self, case: &Case, latched: &[(ComponentPath, Step)]) -> Judgement {
@@ -412,16 +376,21 @@ impl Isolator {
         }
     }
 
-    /// Every known change that bears on a judgement as of `until` and has not been taken yet, sorted by step.
-    fn changes_until(&self, until: Step) -> Vec<KnownChange> {
-        let from = self.taken_until.map_or(Step(0), |taken| taken.plus(1));
-        let own = self.log.between(from, until).map(|change| KnownChange {
+    /// One of the module's own changes, as it stood at `until`.
+    fn known(&self, change: &LoggedChange, until: Step) -> KnownChange {
+        KnownChange {
             path: self.path(change.channel),
             onset: change.onset,
             step: change.step,
             ratio: change.ratio_as_of(until),
             until: change.ended_as_of(until, self.settings.quiet_steps),
-        });
+        }
+    }
+
+    /// Every known change that bears on a judgement as of `until` and has not been taken yet, sorted by step.
+    fn changes_until(&self, until: Step) -> Vec<KnownChange> {
+        let from = self.taken_until.map_or(Step(0), |taken| taken.plus(1));
+        let own = self.log.between(from, until).map(|change| self.known(change, until));
         let of_peers = self.peers.iter().flat_map(|peer| &peer.changes);
         let in_time = of_peers.filter(|change| (from..=until).contains(&change.step));
         let as_of_then = in_time.map(|change| KnownChange {

@@ -97,6 +97,11 @@ impl PeerKnowledge {
         self.answered_until.is_some_and(|until| until >= as_of) && !self.suffices(change, as_of)
     }
 
+    /// May an answer still come that bears on a change at `change` as of `as_of`?
+    pub(crate) fn may_still_tell(&self, change: Step, as_of: Step) -> bool {
+        !self.suffices(change, as_of) && !self.cannot_know(change, as_of) && !self.is_silent()
+    }
+
     /// May the peer be asked now?
     pub(crate) fn may_be_asked(&self, now: Step) -> bool {
         self.outstanding.is_none() && self.retry.is_none_or(|retry| retry.at <= now)

@@ -34,6 +34,12 @@ impl ForceLoop {
         self.pressures = pressures;
     }
 
+    /// The nominal chamber pressures \[Pa\].
+    #[must_use]
+    pub fn pressures_pa(&self) -> [f64; 2] {
+        self.pressures
+    }
+
     /// The nominal force F̂ \[N\].
     #[must_use]
     pub fn force_n(&self) -> f64 {

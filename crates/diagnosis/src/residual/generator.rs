@@ -70,6 +70,9 @@ pub struct ResidualGenerator {
     between: Signals,
     /// Lost samples before the next one.
     missing: u64,
+    /// How far each actuator's demand moved across the latest gap \[N\]. On which way is not known: the nominal
+    /// force may be wrong by as much.
+    swings_n: Vec<f64>,
     residuals: Vec<f64>,
     structure_follows: bool,
     loops_follow: bool,
@@ -99,6 +102,7 @@ impl ResidualGenerator {
             earlier: Signals::none(actuators),
             between: Signals::none(actuators),
             missing: 0,
+            swings_n: vec![0.0; actuators],
             residuals: vec![0.0; actuators + local.gage_count()],
             local,
             structure_follows: false,
@@ -166,6 +170,16 @@ impl ResidualGenerator {
         &self.residuals
     }
 
+    /// The pressures that the nominal force loop of an actuator has reached \[Pa\].
+    pub(crate) fn expected_pressures_pa(&self, actuator: usize) -> [f64; 2] {
+        self.loops[actuator].pressures_pa()
+    }
+
+    /// How far an actuator's demand moved across the latest gap \[N\].
+    pub(crate) fn swing_n(&self, actuator: usize) -> f64 {
+        self.swings_n[actuator]
+    }
+
     /// The residuals of the latest sample.
     pub(crate) fn residuals(&self) -> &[f64] {
         &self.residuals
@@ -174,6 +188,12 @@ impl ResidualGenerator {
     /// Steps the models through the lost samples before the latest one.
     fn cross_gap(&mut self) {
         let missing = std::mem::take(&mut self.missing);
+        if missing > 0 {
+            let ends = self.demands.iter().zip(&self.earlier.demands);
+            for (swing, (after, before)) in self.swings_n.iter_mut().zip(ends) {
+                *swing = (after - before).abs();
+            }
+        }
         for place in 1..=missing {
             let share = place as f64 / (missing + 1) as f64;
             blend(&mut self.between.forces, &self.earlier.forces, &self.forces, share);

@@ -5,7 +5,7 @@
 
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::residual::{ActuatorResidual, NominalHydraulics};
-use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, Verdict};
+use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, SignalSettings, Verdict};
 use names::fault::Fault;
 use names::{ComponentPath, RunId, Step};
 use plant::PlantParameters;
@@ -50,6 +50,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
         },
         gage_noise_strain: parameters.gages.noise_strain,
         step_s: parameters.step_s,
+        signals: SignalSettings::default(),
         detection: DetectionSettings {
             divergence: DivergenceSettings {
                 window: 12,

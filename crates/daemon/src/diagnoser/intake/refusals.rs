@@ -72,11 +72,10 @@ mod tests {
         let start = Instant::now();
         assert_eq!(refusals.present(start, SPAN), None);
         for ms in 0..1500 {
-            refusals.note("non-finite elongation of sensor/g5".to_owned(), start + ms * MS);
+            refusals.note("wrong number of values".to_owned(), start + ms * MS);
         }
         let now = start + 1500 * MS;
-        let expected =
-            "samples arrive and are refused: non-finite elongation of sensor/g5 (1000 a second)";
+        let expected = "samples arrive and are refused: wrong number of values (1000 a second)";
         assert_eq!(refusals.present(now, 500 * MS).as_deref(), Some(expected));
         assert_eq!(refusals.present(now + 500 * MS, 500 * MS), None, "they have stopped");
     }
