@@ -140,9 +140,9 @@ impl Causes {
 
     /// Explains a change that is an effect for certain.
     fn explain(&mut self, windows: &Windows, change: &KnownChange) -> Option<Reason> {
-        if let Some(entered) = self.entered(windows, change) {
-            let Effect { by, since, .. } = entered.clone();
-            return Some(Reason::Effect { by, since, how: Explanation::Leaving });
+        if let Some(Effect { by, since, .. }) = self.entered(windows, change) {
+            let (by, since) = (by.clone(), *since);
+            return Some(self.effect(change, by, since, Explanation::Leaving));
         }
         if self.is_root(change) || windows.is_root_by_ratio(change) {
             return None;
@@ -170,7 +170,7 @@ impl Causes {
                 match self.entered(windows, change) {
                     Some(Effect { by, since, .. }) => {
                         let (by, since) = (by.clone(), *since);
-                        Reason::Effect { by, since, how: Explanation::Leaving }
+                        self.effect(change, by, since, Explanation::Leaving)
                     }
                     None => self.effect(change, by, since, Explanation::Tie),
                 }
@@ -269,8 +269,7 @@ impl Causes {
 
     /// An effect of an effect explains nothing: there would be no end to it.
     fn by_effects(&self, windows: &Windows) -> impl Iterator<Item = Explaining<'_>> {
-        let direct =
-            |effect: &&Effect| matches!(effect.how, Explanation::Earlier | Explanation::Tie);
+        let direct = |effect: &&Effect| effect.how != Explanation::ByEffect;
         self.effects.iter().filter(direct).map(|effect| Explaining {
             root: &effect.by,
             since: effect.since,

@@ -13,8 +13,8 @@
 //!   More changes than an onset, a repair and their leaving are coming and going.
 //! - An effect leaves the interval as it entered it: with the same explanation. What begins to change while a root
 //!   cause's change leaves the interval is explained by it too, for it may have been too small to show before.
-//! - An effect may be another fault that hides behind the root cause. What begins while it changes, and for an
-//!   effect time afterwards, is explained by the same root cause; that is where it ends.
+//! - An effect may be another fault that hides behind the root cause, as may what leaves the interval. What begins
+//!   while it changes, and for an effect time afterwards, is explained by the same root cause; that is where it ends.
 //!
 //! The verdict on a change at step a depends on nothing after step a + 2·tie: changes up to a + tie may be its
 //! rivals, and their ratios are final a tie later. Every module that knows all changes up to there reaches the
