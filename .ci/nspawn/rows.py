@@ -275,14 +275,14 @@ def loss_of_power(table, first, second, subscriber):
     subscriber.forget()
     second.lose_power()
     # Small: a jump is no effect of anything, and is latched without module2.
-    subscriber.inject("module1/sensor/g7", {"kind": "bias", "offset_m": 1.2e-5})
-    fault = subscriber.fault("module1/sensor/g7", "unconfirmed", 10)
+    subscriber.inject("module1/sensor/g3", {"kind": "bias", "offset_m": 1.2e-5})
+    fault = subscriber.fault("module1/sensor/g3", "unconfirmed", 10)
     require(fault["silent"] == ["module2"], f"silent: {fault['silent']}")
     table.row("power loss of module2's computer, fault in module1", "unconfirmed: module2 is silent",
               f"{fault['state']}: {' '.join(fault['silent'])} is silent")
     start = time.monotonic()
     second.boot()
-    fault = subscriber.fault("module1/sensor/g7", "latched", 15)
+    fault = subscriber.fault("module1/sensor/g3", "latched", 15)
     table.row("power is back", "the fault is confirmed", f"latched {time.monotonic() - start:.1f} s after")
     text = until("module2 in service", 20, lambda: in_service(second, UNIT2))
     after = until("module2 answers", 10, lambda: held(MODULE2, "module2/actuator/a4"))

@@ -13,7 +13,8 @@ from expectations import require, until
 from rig import APART, MODULES, NETWORK, Watcher, docker, ever_faulty, nothing_is_wrong, play, run
 
 LEAK = ("external_leakage_a", "--area-m2", "3e-7")
-# Small: a jump is no effect of anything, and is latched though a peer is silent.
+# Thirteen times the noise of a gage on a column: a jump is no effect of anything, and is latched though a peer is
+# silent.
 BIAS = ("bias", "--offset-m", "1.2e-5")
 LATCHED_BEFORE = "module2/actuator/a4"
 
@@ -84,7 +85,7 @@ def killed_diagnoser(stage):
 
 
 def stopped_diagnoser(stage):
-    rig, component = stage.rig, "module1/sensor/g7"
+    rig, component = stage.rig, "module1/sensor/g3"
     before = stage.held(LATCHED_BEFORE)
     docker("stop", rig.containers["module2"])
     seen = until("module2 is missed", 20, lambda: rig.phase("module2") == "not answering" and rig.picture())
@@ -102,7 +103,7 @@ def stopped_diagnoser(stage):
 
 
 def paused_diagnoser(stage):
-    rig, component = stage.rig, "module2/sensor/g5"
+    rig, component = stage.rig, "module2/sensor/g3"
     stage.rig.until_step(stage.free_from)
     docker("pause", rig.containers["module1"])
     try:
