@@ -84,16 +84,11 @@ impl FaultKind {
         FaultKind::NoSignal,
     ];
 
-    /// The kinds of the paper, which change a residual. A missing signal is no question of detection.
-    pub const OF_RESIDUALS: [FaultKind; 7] = [
-        FaultKind::InternalLeakage,
-        FaultKind::ExternalLeakageA,
-        FaultKind::ExternalLeakageB,
-        FaultKind::HardOver,
-        FaultKind::Bias,
-        FaultKind::RandomWalk,
-        FaultKind::ZeroOutput,
-    ];
+    /// The kinds of the paper, which change a residual. A missing signal, the last, is no question of detection.
+    pub const OF_RESIDUALS: &[FaultKind] = match Self::ALL.split_last() {
+        Some((_no_signal, kinds)) => kinds,
+        None => &[],
+    };
 
     /// The kind of component that can have this fault.
     #[must_use]

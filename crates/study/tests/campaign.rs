@@ -39,7 +39,7 @@ fn scenarios_follow_from_seed_and_number_alone_and_stay_within_their_ranges() {
             _ => {}
         }
     }
-    for kind in FaultKind::OF_RESIDUALS {
+    for &kind in FaultKind::OF_RESIDUALS {
         assert_eq!(scenarios.iter().filter(|s| s.kind() == kind).count(), 100);
     }
     let other = Campaign { seed: 43, ..campaign.clone() };

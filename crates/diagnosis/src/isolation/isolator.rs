@@ -117,7 +117,7 @@ impl Isolator {
 
     /// Takes up, after a restart, a change whose verdict is still open.
     pub(crate) fn recall_case(&mut self, channel: usize, open: &Transition) {
-        self.cases.recall(Case::recalled(channel, open, self.hold(channel)));
+        self.cases.keep(Case::recalled(channel, open, self.hold(channel)));
     }
 
     /// Takes up, after a restart, the changes known before, oldest first.
@@ -218,7 +218,7 @@ impl Isolator {
                 return Some(Finding::Silent(silent));
             }
         }
-        if self.peers.iter().any(|peer| peer.may_still_tell(case.change, case.decide_at)) {
+        if self.peers.iter().any(|peer| !peer.has_answered(case.decide_at) && !peer.is_silent()) {
             return None;
         }
         let judgement = self.judge(case, latched);
@@ -264,10 +264,7 @@ impl Isolator {
         let cases = &self.cases;
         let lacking = |peer: &PeerKnowledge| {
             let due = cases.iter().filter(|case| case.decide_at <= now);
-            due.into_iter().any(|case| {
-                !peer.suffices(case.change, case.decide_at)
-                    && !peer.cannot_know(case.change, case.decide_at)
-            })
+            due.into_iter().any(|case| !peer.has_answered(case.decide_at))
         };
         let mut questions = Vec::new();
         for index in 0..self.peers.len() {

@@ -86,20 +86,19 @@ impl PeerKnowledge {
         self.retry.is_some()
     }
 
+    /// Has the peer answered as of `as_of`?
+    pub(crate) fn has_answered(&self, as_of: Step) -> bool {
+        self.answered_until.is_some_and(|until| until >= as_of)
+    }
+
     /// Is enough known to judge a change at `change` as of `as_of`?
     pub(crate) fn suffices(&self, change: Step, as_of: Step) -> bool {
-        self.answered_until.is_some_and(|until| until >= as_of)
-            && self.watching_since.is_some_and(|since| since <= change)
+        self.has_answered(as_of) && self.watching_since.is_some_and(|since| since <= change)
     }
 
     /// Has the peer answered as of `as_of`, but without having watched at `change`?
     pub(crate) fn cannot_know(&self, change: Step, as_of: Step) -> bool {
-        self.answered_until.is_some_and(|until| until >= as_of) && !self.suffices(change, as_of)
-    }
-
-    /// May an answer still come that bears on a change at `change` as of `as_of`?
-    pub(crate) fn may_still_tell(&self, change: Step, as_of: Step) -> bool {
-        !self.suffices(change, as_of) && !self.cannot_know(change, as_of) && !self.is_silent()
+        self.has_answered(as_of) && !self.suffices(change, as_of)
     }
 
     /// May the peer be asked now?

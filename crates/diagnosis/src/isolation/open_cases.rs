@@ -45,11 +45,6 @@ impl OpenCases {
         self.given_up
     }
 
-    /// Takes one up after a restart.
-    pub(super) fn recall(&mut self, case: Case) {
-        self.cases.push(case);
-    }
-
     /// Drops those of a channel.
     pub(super) fn close_all_of(&mut self, channel: usize) {
         self.cases.retain(|case| case.channel != channel);
@@ -62,7 +57,7 @@ impl OpenCases {
         self.cases.drain(..due).collect()
     }
 
-    /// One that was due stays open.
+    /// One that was due, or is taken up after a restart, stays open.
     pub(super) fn keep(&mut self, case: Case) {
         self.cases.push(case);
     }
