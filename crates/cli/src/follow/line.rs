@@ -3,7 +3,7 @@
 use names::StructureName;
 use observer::News;
 use serde::Serialize;
-use wire::{FaultTransition, PhaseChange};
+use wire::{FaultTransition, PhaseChange, Symptom};
 
 use crate::paint::{Colour, Paint};
 use crate::wording::{now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc};
@@ -60,11 +60,11 @@ pub(super) fn line(event: &News, paint: Paint) -> String {
 type Parts = (u64, String, String, String, Option<Colour>);
 
 fn fault(transition: &FaultTransition) -> Parts {
-    let mut why: Vec<String> = transition
-        .detection_step
-        .map(|step| format!("changed at step {step}"))
-        .into_iter()
-        .collect();
+    let began = match transition.symptom {
+        Symptom::Change => transition.detection_step.map(|step| format!("changed at step {step}")),
+        Symptom::NoSignal => transition.onset_step.map(|step| format!("since step {step}")),
+    };
+    let mut why: Vec<String> = began.into_iter().collect();
     why.extend(Some(reason(transition)).filter(|reason| !reason.is_empty()));
     (
         transition.time_unix_ns,

@@ -70,7 +70,7 @@ impl Staleness {
             ModulePhase::Initialising => {
                 "a channel rests on too few samples, or samples are missing".to_owned()
             }
-            ModulePhase::InService => "every channel is watched".to_owned(),
+            ModulePhase::InService => "every channel with a signal is watched".to_owned(),
             ModulePhase::Stale => {
                 format!("no sample for {} ms", self.stale_after.as_millis())
             }
