@@ -176,7 +176,8 @@ def of_module(status):
         ("samples_incomplete", diagnosis["samples_non_finite"]), ("runs", diagnosis["runs"]), ("channel_restarts", diagnosis["restarts"]), ("changes", diagnosis["changes"]),
         ("changes_unjudged", diagnosis["changes_unjudged"]),
         ("questions_asked", diagnosis["questions_asked"]), ("questions_unanswered", diagnosis["questions_unanswered"]),
-        ("answers_malformed", diagnosis["answers_malformed"]), ("requests_received", inquiries["received"]),
+        ("answers_malformed", diagnosis["answers_malformed"]), ("verdicts_disputed", diagnosis["verdicts_disputed"]),
+        ("requests_received", inquiries["received"]),
         ("events_published", status["publisher"]["events"]), ("events_lost", status["publisher"]["events_lost"]),
         ("replies_lost", status["publisher"]["replies_lost"]), ("journal_records_lost", status["journal"]["lost"]),
         ("journal_records_damaged", status["journal"]["damaged"]),
@@ -200,6 +201,7 @@ def of_module(status):
         expect("trusswatch_peer_present", float(peer["present"]), peer=peer["module"])
         for outcome in ("answered", "refused", "timed_out", "absent", "malformed"):
             expect("trusswatch_peer_questions_total", peer[outcome], peer=peer["module"], outcome=outcome)
+        expect("trusswatch_peer_verdicts_disputed_total", peer["disputed"], peer=peer["module"])
     return said
 
 

@@ -36,6 +36,7 @@ impl Speaker {
             detection,
             decided,
             evidence,
+            disputed,
             order,
         } = transition;
         let mut message = self.untouched(&component, time_unix_ns);
@@ -47,6 +48,7 @@ impl Speaker {
         message.evidence = Some(to_wire_evidence(&evidence));
         message.order = order.map(to_wire_order);
         message.state = to_state(&verdict);
+        message.disputed = disputed;
         message.symptom = match symptom {
             Symptom::Change => wire::Symptom::Change,
             Symptom::NoSignal => wire::Symptom::NoSignal,
@@ -104,7 +106,7 @@ impl Speaker {
     }
 
     pub(crate) fn answer(&self, answer: Answer) -> wire::StateAnswer {
-        let Answer { question, watching_since, changes, actuator_faults } = answer;
+        let Answer { question, watching_since, changes, actuator_faults, alarms } = answer;
         let changes = changes.into_iter().map(to_change);
         let faults = actuator_faults
             .into_iter()
@@ -118,6 +120,7 @@ impl Speaker {
             watching_since_step: watching_since,
             changes: changes.collect(),
             actuator_faults: faults.collect(),
+            alarms: alarms.map(|alarms| alarms.into_iter().map(to_alarm).collect()),
         }
     }
 }
@@ -154,6 +157,7 @@ pub(crate) fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diag
         wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
         wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force },
     };
+    let component = component.component;
     diagnosis::Order { component, given: diagnosis::GivenOrder { kind, by, note } }
 }
 
@@ -189,6 +193,7 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
         detection: message.detection_step?,
         decided: message.decided_step?,
         evidence: from_wire_evidence(&message.evidence?),
+        disputed: message.disputed,
         order: message.order.map(from_given_order),
     })
 }
@@ -246,7 +251,18 @@ pub(crate) fn from_answer(answer: wire::StateAnswer) -> Answer {
         watching_since: answer.watching_since_step,
         changes: changes.collect(),
         actuator_faults: faults.collect(),
+        alarms: answer.alarms.map(|alarms| alarms.into_iter().map(from_alarm).collect()),
     }
+}
+
+fn to_alarm(alarm: diagnosis::Alarm) -> wire::Alarm {
+    let diagnosis::Alarm { component, step, faulty } = alarm;
+    wire::Alarm { component, step, faulty }
+}
+
+fn from_alarm(alarm: wire::Alarm) -> diagnosis::Alarm {
+    let wire::Alarm { component, step, faulty } = alarm;
+    diagnosis::Alarm { component, step, faulty }
 }
 
 pub(crate) fn to_state(verdict: &Verdict) -> FaultState {
@@ -284,6 +300,7 @@ pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
         questions_asked,
         questions_unanswered,
         answers_malformed,
+        verdicts_disputed,
         answers_given,
         questions_refused,
     } = *counters;
@@ -302,6 +319,7 @@ pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
         questions_asked,
         questions_unanswered,
         answers_malformed,
+        verdicts_disputed,
         answers_given,
         questions_refused,
     }

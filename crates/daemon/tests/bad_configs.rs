@@ -53,7 +53,7 @@ impl Copy {
 #[test]
 fn a_misspelt_key_is_refused_with_its_line_and_the_keys_that_exist() {
     for (from, to) in [
-        ("hold_steps", "holdsteps"),
+        ("hold_ms = 6", "holdms = 6"),
         ("window = 12", "windows = 12"),
         ("peers =", "pears ="),
         ("area_a_m2", "area_a_mm2"),
@@ -139,7 +139,7 @@ fn all_mistakes_are_reported_at_once_each_with_its_line() {
         ("# largest_pressure_pa = ", "largest_pressure_pa = 1.0 #"),
         ("window = ", "window = 0 #"),
         ("warm_up_vectors = ", "warm_up_vectors = 0 #"),
-        ("hold_steps = ", "hold_steps = 1 #"),
+        ("hold_ms = 6", "hold_ms = 1 # 6"),
         ("tank_pa = ", "tank_pa = nan #"),
         ("status_every_ms = ", "status_every_ms = 0 #"),
         ("pause_ms = ", "pause_ms = 99999 #"),

@@ -306,6 +306,86 @@ async fn without_its_peer_a_small_change_is_unconfirmed_and_a_jump_is_latched() 
     session::close(&observer).await;
 }
 
+/// Answers in the name of the module `upper`, in whose place nobody else is: its cylinder changed shortly before the
+/// first question's step. It never raises the alarm for that.
+async fn declare_a_liar(session: &Session) -> Queryable<()> {
+    let key = "trusswatch/small/upper/state";
+    let first = std::sync::OnceLock::new();
+    let answer = move |query: Query| {
+        let question = StateQuestion::from_parameters(query.parameters().as_str()).unwrap();
+        let changed = *first.get_or_init(|| Step(question.step.0 - 20));
+        let component = "actuator/a1".parse().unwrap();
+        let change = wire::StateChange {
+            until_step: Some(changed),
+            ..wire::StateChange::at(component, changed, 12.0)
+        };
+        let answer = StateAnswer {
+            structure: "small".parse().unwrap(),
+            module: "upper".parse().unwrap(),
+            run: question.run.unwrap(),
+            from_step: question.from,
+            as_of_step: question.step,
+            watching_since_step: Some(Step(0)),
+            changes: if changed >= question.from { vec![change] } else { Vec::new() },
+            actuator_faults: Vec::new(),
+            alarms: Some(Vec::new()),
+        };
+        query.reply(key, wire::encode(&answer).unwrap()).wait().unwrap();
+    };
+    session.declare_queryable(key).complete(true).callback(answer).await.unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_only_a_liar_explains_is_latched() {
+    let flags = PlantFlags { speed: Some(Speed::Factor(4.0)), ..PlantFlags::default() };
+    let mut rig = Rig::new("small/plant.toml", &SMALL, &flags);
+    rig.plant.wait_for = vec!["lower".parse().unwrap()];
+    let lower = rig.start_diagnoser(0);
+    let observer = rig.observer().await;
+    let structure = rig.plant.structure.name.clone();
+    let token = observer.liveliness().declare_token("trusswatch/small/upper/alive").await.unwrap();
+    let liar = declare_a_liar(&observer).await;
+    let plant = rig.start_plant();
+    status(&observer, |status| {
+        let peer_is_there = status.peers.iter().all(|peer| peer.present);
+        status.in_service_since_step.is_some() && peer_is_there
+    })
+    .await;
+    let faults = "trusswatch/small/lower/fault/sensor/g1";
+    let faults = observer.declare_subscriber(faults).await.unwrap();
+    let order = Injection {
+        component: "lower/sensor/g1".parse().unwrap(),
+        fault: Some(Fault::Bias { offset_m: 1.2e-5 }),
+        at_step: None,
+    };
+    observer::inject(&observer, &structure, &order, Duration::from_secs(5)).await.unwrap();
+    let mut states = Vec::new();
+    let latched = in_time("latched", async {
+        loop {
+            let received = faults.recv_async().await.unwrap();
+            let published: wire::FaultTransition =
+                wire::decode(&received.payload().to_bytes()).unwrap();
+            states.push(published.state);
+            if published.state == wire::FaultState::Latched {
+                return published;
+            }
+        }
+    })
+    .await;
+    assert!(states.contains(&wire::FaultState::Explained), "{states:?}");
+    assert!(!states.contains(&wire::FaultState::Normal), "{states:?}");
+    assert_eq!(latched.disputed, Some("upper/actuator/a1".parse().unwrap()));
+    let of_peer = |status: &wire::ModuleStatus| status.peers[0].disputed;
+    let status = status(&observer, |status| of_peer(status) > 0).await;
+    assert_eq!((of_peer(&status), status.diagnosis.verdicts_disputed), (1, 1));
+    liar.undeclare().await.unwrap();
+    token.undeclare().await.unwrap();
+    for process in [lower, plant] {
+        process.stop().await;
+    }
+    session::close(&observer).await;
+}
+
 async fn plant_status(observer: &Session, wanted: impl Fn(&PlantStatus) -> bool) -> PlantStatus {
     let read = |received: &zenoh::sample::Sample| {
         let status: PlantStatus = wire::decode(&received.payload().to_bytes()).unwrap();
@@ -348,6 +428,11 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
         (order("lower/actuator/a1", bias, None), "cannot have the fault"),
         (order("lower/sensor/g1", bias, Some(0)), "step 0 is over"),
         (order("lower/sensor/g9", None, None), "there is no `lower/sensor/g9`"),
+        (
+            order("sensor/g1", bias, None),
+            "`sensor/g1` may be `lower/sensor/g1` or `upper/sensor/g1`; write which",
+        ),
+        (order("sensor/g9", bias, None), "no module has a component `sensor/g9`"),
     ] {
         match send(&order).await {
             Err(OrderError::Refused(found)) => assert!(found.contains(reason), "{found}"),
@@ -371,6 +456,10 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
         assert!(refused.reason.contains(reason), "{payload}: {}", refused.reason);
     }
 
+    // Only one module has such a cylinder.
+    let short = send(&order("actuator/a2", Some(Fault::HardOver {}), None)).await.unwrap();
+    assert_eq!(short.component.to_string(), "lower/actuator/a2");
+    send(&order("actuator/a2", None, None)).await.unwrap();
     send(&order("lower/sensor/g1", None, None)).await.unwrap();
     plant_status(&observer, |status| status.faults.is_empty()).await;
     plant.stop().await;

@@ -58,11 +58,11 @@ fn an_invalid_configuration_is_exit_code_3_whether_checked_or_run() {
     let folder = TempDir::new().unwrap();
     let file = without_network(&folder, "module1.toml");
     let text = std::fs::read_to_string(&file).unwrap();
-    std::fs::write(&file, text.replace("tie_steps", "tie_step")).unwrap();
+    std::fs::write(&file, text.replace("tie_ms", "tie_m")).unwrap();
     for command in ["check", "run"] {
         let (code, _, stderr) = output(DIAGNOSER, &[command, file.to_str().unwrap()]);
         assert_eq!(code, 3, "{stderr}");
-        assert!(stderr.contains("unknown field `tie_step`"), "{stderr}");
+        assert!(stderr.contains("unknown field `tie_m`"), "{stderr}");
     }
     let (code, _, stderr) = output(PLANT, &["run", "/nowhere/plant.toml"]);
     assert_eq!(code, 3);

@@ -9,9 +9,10 @@ use crate::held_questions::HeldQuestions;
 use crate::intake::Intake;
 use crate::judging::Judging;
 use crate::question::{ActuatorFault, Answer, Question, Refusal};
+use crate::settings::Sampling;
 
 /// The questions of peers that wait for their step.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Answering {
     held: HeldQuestions,
 }
@@ -26,6 +27,10 @@ pub(crate) struct Knowledge<'a> {
 }
 
 impl Answering {
+    pub(crate) fn new(sampling: Sampling) -> Self {
+        Self { held: HeldQuestions::new(sampling) }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.held.len()
     }
@@ -110,7 +115,8 @@ impl Knowledge<'_> {
     fn answer(&self, question: Question) -> Answer {
         let Question { run, from, as_of } = question;
         let changes = self.judging.isolator().changes_as_of(from, as_of);
-        let faults = self.judging.ledger().faulty(self.module, run);
+        let ledger = self.judging.ledger();
+        let faults = ledger.faulty(self.module, run);
         let in_time = faults.filter(|(_, since)| since.found <= as_of);
         let actuator_faults = in_time.filter_map(|(path, since)| match path.component {
             Component::Actuator(actuator) => Some(ActuatorFault { actuator, step: since.change }),
@@ -121,6 +127,7 @@ impl Knowledge<'_> {
             watching_since: self.watching_since(as_of),
             changes: changes.collect(),
             actuator_faults: actuator_faults.collect(),
+            alarms: Some(ledger.alarms(run, as_of)),
         }
     }
 

@@ -14,7 +14,8 @@ pub struct Change {
     pub onset: Step,
     /// The step at which D rose to γ or above.
     pub step: Step,
-    /// Largest D/γ from that step until the tie window was over (or until the step asked for).
+    /// Largest D/γ from that step until the tie window was over (or until the step asked for), less what a cylinder's
+    /// demand explains of it; 1 if that is all.
     pub ratio: f64,
     /// The last step at which D was at γ or above, once the channel is quiet; `None` while it is not.
     pub until: Option<Step>,

@@ -219,6 +219,19 @@ impl Channels {
         }
     }
 
+    /// D/γ of a channel, less what the demand's motion explains of it, though not less than 1: D grows with the fourth
+    /// power of what the residual is off.
+    pub(crate) fn excess(&self, channel: usize) -> f64 {
+        let evidence = &self.evidence[channel];
+        let (ratio, margin) = (evidence.ratio(), self.generator.margin_n(channel));
+        if ratio <= 1.0 || margin == 0.0 {
+            return ratio;
+        }
+        let off = (evidence.residual - evidence.level).abs();
+        let left = if off > margin { 1.0 - margin / off } else { 0.0 };
+        (ratio * left.powi(4)).max(1.0)
+    }
+
     /// Could the present residual come of what the models do not know of the latest gap, if it began there? A gage's
     /// cannot: the structure is slow.
     pub(crate) fn may_come_of_gap(&self, channel: usize) -> bool {

@@ -38,6 +38,9 @@ pub struct Counters {
     pub questions_unanswered: u64,
     /// Answers that did not fit a question.
     pub answers_malformed: u64,
+    /// Verdicts that rested on a peer's word, by which it did not stand.
+    #[serde(default)]
+    pub verdicts_disputed: u64,
     /// Peers' questions answered.
     pub answers_given: u64,
     /// Peers' questions refused.

@@ -47,10 +47,10 @@ impl Diagnoser {
         }
         let channels = Channels::new(&setup)?;
         Ok(Self {
-            intake: Intake::new(channels.components()),
+            intake: Intake::new(channels.components(), setup.sampling()),
             judging: Judging::new(&setup, channels.components()),
             channels,
-            answering: Answering::default(),
+            answering: Answering::new(setup.sampling()),
             counters: Counters::default(),
             module: setup.module,
             peers: setup.peers,
@@ -67,6 +67,12 @@ impl Diagnoser {
             self.channels.recall(Coverage::recalled(since, until));
         }
         self.judging.recall_changes(&past, &self.channels);
+    }
+
+    /// D/γ of a channel, less what a cylinder's demand explains of it: by this ties are decided and jumps recognised.
+    #[must_use]
+    pub fn excess(&self, channel: usize) -> f64 {
+        self.channels.excess(channel)
     }
 
     /// Takes an event; appends what is to be done.
@@ -132,7 +138,8 @@ impl Diagnoser {
 
     fn take_answer(&mut self, peer: &ModuleName, answer: Answer, actions: &mut Vec<Action>) {
         let Some(now) = self.intake.position() else { return };
-        self.judging.answered(peer, answer, now.1, &mut self.counters);
+        let (channels, counters) = (&self.channels, &mut self.counters);
+        self.judging.answered((peer, answer), now, channels, counters, actions);
         self.judge(now, actions);
     }
 

@@ -1,7 +1,7 @@
 //! Inputs and outputs of a diagnoser: events in, actions out. The shell around it carries samples,
 //! questions and answers; the diagnoser has no clock and no network.
 
-use names::{Component, ModuleName, RunId, Step};
+use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::change::Change;
 use crate::divergence::Violation;
@@ -144,6 +144,20 @@ pub enum Action {
         signal: Signal,
         /// The first step without a value.
         since: Step,
+    },
+    /// A peer's answer does not fit (and was counted): it counts as none.
+    AnswerRejected {
+        /// The peer.
+        peer: ModuleName,
+        /// What is wrong with it.
+        failure: PeerFailure,
+    },
+    /// A peer does not stand by what it said (and was counted): that its component changed first.
+    WordBroken {
+        /// The component here whose change that explained.
+        component: Component,
+        /// The peer's component.
+        by: ComponentPath,
     },
     /// A channel's Gaussian was lost and restarted (and was counted).
     Restarted {

@@ -4,19 +4,25 @@ use names::Step;
 
 use crate::event::QuestionToken;
 use crate::question::{Question, Refusal};
+use crate::settings::Sampling;
 
 /// Most questions held at a time.
 pub(crate) const MAX_HELD_QUESTIONS: usize = 1024;
-/// A question about a step this far ahead cannot be meant.
-const FARTHEST_AHEAD: u64 = 60_000;
+/// A question about a step this far ahead cannot be meant \[s\].
+const FARTHEST_AHEAD_S: f64 = 60.0;
 
 /// Questions waiting for their step.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct HeldQuestions {
     held: Vec<(QuestionToken, Question)>,
+    farthest_ahead: u64,
 }
 
 impl HeldQuestions {
+    pub(crate) fn new(sampling: Sampling) -> Self {
+        Self { held: Vec::new(), farthest_ahead: sampling.steps(FARTHEST_AHEAD_S) }
+    }
+
     /// Holds a question until `question.as_of` has been processed.
     ///
     /// # Errors
@@ -30,7 +36,7 @@ impl HeldQuestions {
         if self.held.len() >= MAX_HELD_QUESTIONS {
             return Err(Refusal::TooMany(self.held.len()));
         }
-        if question.as_of.since(now) > FARTHEST_AHEAD {
+        if question.as_of.since(now) > self.farthest_ahead {
             return Err(Refusal::TooFarAhead { asked: question.as_of, present: now });
         }
         self.held.push((token, question));

@@ -5,13 +5,14 @@ use std::cmp::Ordering;
 use names::{Component, RunId, Step};
 
 use crate::sample::{Sample, SampleRejection};
+use crate::settings::Sampling;
 
-/// Most steps that a single sample may lie ahead of the one before it: ten seconds at 1 kHz.
-const LONGEST_STEP_JUMP: u64 = 10_000;
+/// How far a single sample may lie ahead of the one before it \[s\].
+const LONGEST_STEP_JUMP_S: f64 = 10.0;
 
-/// So many samples whose steps follow one another, all of them passed already, come from a publisher that has
-/// begun again with the same run: what comes late comes a few at a time.
-const BEGUN_AGAIN: u64 = 50;
+/// Samples whose steps follow one another for so long \[s\], all of them passed already, come from a publisher that
+/// has begun again with the same run: what comes late comes a few at a time.
+const BEGUN_AGAIN_S: f64 = 0.05;
 
 /// How a sample that is taken follows the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +36,7 @@ pub(crate) enum Admission {
 pub(crate) struct Intake {
     actuators: usize,
     gages: usize,
+    sampling: Sampling,
     /// Run and step of the latest sample taken.
     position: Option<(RunId, Step)>,
     /// The run that was being diagnosed before a restart, until the first sample comes.
@@ -47,10 +49,18 @@ pub(crate) struct Intake {
 
 impl Intake {
     /// Takes samples of a module with these components.
-    pub(crate) fn new(components: &[Component]) -> Self {
+    pub(crate) fn new(components: &[Component], sampling: Sampling) -> Self {
         let actuators = components.iter().filter(|c| matches!(c, Component::Actuator(_))).count();
         let gages = components.len() - actuators;
-        Self { actuators, gages, position: None, recalled_run: None, step_jump: None, late: None }
+        Self {
+            actuators,
+            gages,
+            sampling,
+            position: None,
+            recalled_run: None,
+            step_jump: None,
+            late: None,
+        }
     }
 
     /// The run that was being diagnosed before a restart.
@@ -111,7 +121,7 @@ impl Intake {
         let follows = |(before, _): &(Step, u64)| before.plus(1) == step;
         let count = self.late.filter(follows).map_or(0, |(_, count)| count) + 1;
         self.late = Some((step, count));
-        count >= BEGUN_AGAIN
+        count >= self.sampling.steps(BEGUN_AGAIN_S)
     }
 
     fn follow(&mut self, last: Step, step: Step) -> Result<Admission, SampleRejection> {
@@ -128,7 +138,7 @@ impl Intake {
     fn check_step_jump(&mut self, last: Step, step: Step) -> Result<(), SampleRejection> {
         let landed = self.step_jump.replace(step);
         let follows = landed.map(|landed| landed.plus(1)) == Some(step);
-        if step.since(last) > LONGEST_STEP_JUMP && !follows {
+        if step.since(last) > self.sampling.steps(LONGEST_STEP_JUMP_S) && !follows {
             return Err(SampleRejection::FarAhead);
         }
         self.step_jump = None;

@@ -8,10 +8,10 @@ use crate::change::{Change, LoggedChange};
 use crate::channels::{Channels, Occurrence};
 use crate::counters::Counters;
 use crate::event::Action;
-use crate::isolation::{Case, Finding, Isolator, Judgement};
+use crate::isolation::{Case, Finding, Isolator, Judgement, Word};
 use crate::ledger::Ledger;
 use crate::memory::PastWatch;
-use crate::question::{Answer, PeerFailure, Question};
+use crate::question::{Answer, Question};
 use crate::settings::ModuleSetup;
 use crate::verdict::{Doubt, Transition, Verdict};
 
@@ -66,6 +66,11 @@ impl Judging {
         self.isolator.recall_changes(known.into_values());
         for (channel, component) in channels.components().iter().enumerate() {
             let Some(latest) = self.ledger.latest(component) else { continue };
+            if latest.run == past.run
+                && let Verdict::Explained { by, since } = &latest.verdict
+            {
+                self.isolator.recall_claim(channel, latest, by, *since);
+            }
             let open = matches!(
                 latest.verdict,
                 Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) }
@@ -111,17 +116,18 @@ impl Judging {
                 actions.push(Action::Restarted { component: component.clone(), violation });
             }
             Occurrence::Changed { .. }
-                if self.isolator.merge_repeat(channel, step, evidence.ratio()) => {}
+                if self.isolator.merge_repeat(channel, step, channels.excess(channel)) => {}
             Occurrence::Changed { onset } => {
                 counters.changes += 1;
                 // Whatever the verdict on an earlier change will be, this one is judged too: the
                 // outcome must not depend on when a peer's answer comes.
                 let judge = !self.ledger.verdict(channel).is_latched();
                 let of_gap = channels.may_come_of_gap(channel);
-                self.isolator.change(channel, onset, evidence, judge, of_gap);
+                let excess = channels.excess(channel);
+                self.isolator.change((channel, onset, excess), evidence, judge, of_gap);
                 counters.changes_unjudged = self.isolator.unjudged();
-                let (component, ratio) = (component.clone(), evidence.ratio());
-                let change = Change { component, onset, step, ratio, until: None };
+                let component = component.clone();
+                let change = Change { component, onset, step, ratio: excess, until: None };
                 actions.push(Action::Report { run, change, evidence });
             }
             Occurrence::SignalLost { signal, since } => {
@@ -132,7 +138,8 @@ impl Judging {
                 actions.extend(lost.map(Action::Publish));
             }
             Occurrence::Quiet => {
-                if matches!(self.ledger.verdict(channel), Verdict::Explained { .. }) {
+                let explained = matches!(self.ledger.verdict(channel), Verdict::Explained { .. });
+                if explained && !self.isolator.rests_on_a_word(channel) {
                     actions.extend(self.ledger.clear(channel, step).map(Action::Publish));
                 }
             }
@@ -146,15 +153,14 @@ impl Judging {
         channels: &Channels,
         actions: &mut Vec<Action>,
     ) {
-        let evidence = channels.evidence();
         // What a channel shows while it warms up is no change, and not the size of one either.
         self.isolator.follow(step, |channel| match channels.monitor(channel).is_watched() {
-            true => evidence[channel].ratio(),
+            true => channels.excess(channel),
             false => 0.0,
         });
-        for (channel, evidence) in evidence.iter().enumerate() {
+        for channel in 0..channels.components().len() {
             if channels.monitor(channel).changed_until() == Some(step) {
-                self.isolator.prolong(channel, step, evidence.ratio());
+                self.isolator.prolong(channel, step, channels.excess(channel));
             }
         }
         let of = |change: &LoggedChange, until| Change {
@@ -180,7 +186,7 @@ impl Judging {
         counters: &mut Counters,
         actions: &mut Vec<Action>,
     ) {
-        if self.isolator.is_idle() {
+        if self.isolator.is_idle(now) {
             return;
         }
         let faulty: Vec<_> = (self.ledger.faulty(&self.module, run))
@@ -233,26 +239,76 @@ impl Judging {
                 (Verdict::Unconfirmed { doubt: Doubt::Unknowing(modules) }, now)
             }
         };
-        let explained = matches!(verdict, Verdict::Explained { .. });
+        if let Verdict::Explained { by, since } = &verdict {
+            self.isolator.rest_on(case, by, *since);
+        }
         actions.extend(self.ledger.enter(run, case, verdict, decided).map(Action::Publish));
-        if explained && !channels.monitor(case.channel).is_active() {
-            actions.extend(self.ledger.clear(case.channel, now).map(Action::Publish));
+        self.clear_if_over(case.channel, now, channels, actions);
+    }
+
+    /// An explained change that is over leaves nothing, once nobody's word is needed for that.
+    fn clear_if_over(
+        &mut self,
+        channel: usize,
+        now: Step,
+        channels: &Channels,
+        actions: &mut Vec<Action>,
+    ) {
+        let explained = matches!(self.ledger.verdict(channel), Verdict::Explained { .. });
+        let is_over = !channels.monitor(channel).is_active();
+        if explained && is_over && !self.isolator.rests_on_a_word(channel) {
+            actions.extend(self.ledger.clear(channel, now).map(Action::Publish));
         }
     }
 
     /// Takes a peer's answer.
     pub(crate) fn answered(
         &mut self,
-        peer: &ModuleName,
-        answer: Answer,
-        now: Step,
+        (peer, answer): (&ModuleName, Answer),
+        (run, now): (RunId, Step),
+        channels: &Channels,
         counters: &mut Counters,
+        actions: &mut Vec<Action>,
     ) {
+        let as_of = answer.question.as_of;
         match self.isolator.answered(peer, answer, now) {
-            Ok(()) => {}
-            Err(PeerFailure::Malformed(_)) => counters.answers_malformed += 1,
-            Err(_) => counters.questions_unanswered += 1,
+            Ok(words) => {
+                for (case, word) in words {
+                    self.take_word(&case, word, (run, as_of), channels, counters, actions);
+                }
+            }
+            Err(failure) => {
+                counters.answers_malformed += 1;
+                actions.push(Action::AnswerRejected { peer: peer.clone(), failure });
+            }
         }
+    }
+
+    /// A peer stands by what explains a case, or does not.
+    fn take_word(
+        &mut self,
+        case: &Case,
+        word: Word,
+        (run, as_of): (RunId, Step),
+        channels: &Channels,
+        counters: &mut Counters,
+        actions: &mut Vec<Action>,
+    ) {
+        let transition = match word {
+            Word::Kept => None,
+            Word::Broken(by) => {
+                counters.verdicts_disputed += 1;
+                let component = channels.components()[case.channel].clone();
+                actions.push(Action::WordBroken { component, by: by.clone() });
+                self.ledger.dispute(run, case, by, as_of)
+            }
+            Word::Forgotten(peer) => {
+                let doubt = Doubt::Unknowing(vec![peer]);
+                self.ledger.enter(run, case, Verdict::Unconfirmed { doubt }, as_of)
+            }
+        };
+        actions.extend(transition.map(Action::Publish));
+        self.clear_if_over(case.channel, as_of, channels, actions);
     }
 
     /// A peer did not answer; was the question still open?

@@ -5,6 +5,7 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use crate::evidence::Evidence;
 use crate::isolation::Case;
 use crate::order::GivenOrder;
+use crate::question::Alarm;
 use crate::verdict::{Doubt, Symptom, Transition, Verdict};
 
 /// The verdict on one component.
@@ -99,6 +100,21 @@ impl Ledger {
         })
     }
 
+    /// The components for which the alarm is raised as of a step.
+    pub(crate) fn alarms(&self, run: RunId, as_of: Step) -> Vec<Alarm> {
+        let alarm = |entry: &Entry| {
+            let latest = entry.latest.as_ref()?;
+            let since = FaultySince::of(latest, run, entry.over);
+            let faulty = entry.verdict.is_latched();
+            let was_reset = entry.verdict == Verdict::Normal && latest.order.is_some();
+            let is_open = matches!(entry.verdict, Verdict::Unconfirmed { .. });
+            let raised = faulty && since.found <= as_of || is_open || was_reset;
+            let (component, step) = (entry.component.clone(), since.change);
+            (raised && step <= as_of).then_some(Alarm { component, step, faulty })
+        };
+        self.entries.iter().filter_map(alarm).collect()
+    }
+
     /// Gives a component a new verdict on a case; `None` if it has that verdict already.
     pub(crate) fn enter(
         &mut self,
@@ -107,13 +123,19 @@ impl Ledger {
         verdict: Verdict,
         decided: Step,
     ) -> Option<Transition> {
-        let record = Record {
-            symptom: Symptom::Change,
-            onset: case.onset,
-            detection: case.change,
-            evidence: case.evidence,
-        };
-        self.record(run, case.channel, verdict, decided, record)
+        self.record(run, case.channel, verdict, decided, Record::of(case))
+    }
+
+    /// A component is faulty: `by` was said to explain its change, and its module does not stand by that.
+    pub(crate) fn dispute(
+        &mut self,
+        run: RunId,
+        case: &Case,
+        by: ComponentPath,
+        decided: Step,
+    ) -> Option<Transition> {
+        let record = Record { disputed: Some(by), ..Record::of(case) };
+        self.record(run, case.channel, Verdict::Latched, decided, record)
     }
 
     /// A component has had no usable signal since `since`: it is faulty.
@@ -125,7 +147,13 @@ impl Ledger {
         evidence: Evidence,
     ) -> Option<Transition> {
         let now = evidence.step;
-        let record = Record { symptom: Symptom::NoSignal, onset: since, detection: now, evidence };
+        let record = Record {
+            symptom: Symptom::NoSignal,
+            onset: since,
+            detection: now,
+            evidence,
+            disputed: None,
+        };
         self.record(run, channel, Verdict::Latched, now, record)
     }
 
@@ -152,7 +180,7 @@ impl Ledger {
     fn revise(&mut self, channel: usize, verdict: Verdict, decided: Step) -> Option<Transition> {
         let Transition { run, symptom, onset, detection, evidence, .. } =
             *self.entries[channel].latest.as_ref()?;
-        let record = Record { symptom, onset, detection, evidence };
+        let record = Record { symptom, onset, detection, evidence, disputed: None };
         self.record(run, channel, verdict, decided, record)
     }
 
@@ -194,7 +222,7 @@ impl Ledger {
             return None;
         }
         self.sequence = sequence;
-        let Record { symptom, onset, detection, evidence } = record;
+        let Record { symptom, onset, detection, evidence, disputed } = record;
         let transition = Transition {
             sequence,
             run,
@@ -205,6 +233,7 @@ impl Ledger {
             detection,
             decided,
             evidence,
+            disputed,
             order: None,
         };
         entry.verdict = verdict;
@@ -229,4 +258,17 @@ struct Record {
     onset: Step,
     detection: Step,
     evidence: Evidence,
+    disputed: Option<ComponentPath>,
+}
+
+impl Record {
+    fn of(case: &Case) -> Self {
+        Self {
+            symptom: Symptom::Change,
+            onset: case.onset,
+            detection: case.change,
+            evidence: case.evidence,
+            disputed: None,
+        }
+    }
 }

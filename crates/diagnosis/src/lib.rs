@@ -41,7 +41,9 @@ pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
 pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken};
 pub use phase::Phase;
-pub use question::{ActuatorFault, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
+pub use question::{
+    ActuatorFault, Alarm, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal,
+};
 pub use sample::{Sample, SampleRejection, Signal};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,

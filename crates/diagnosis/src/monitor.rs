@@ -5,8 +5,8 @@ use names::Step;
 use crate::divergence::Outcome;
 use crate::evidence::Evidence;
 
-/// Time constant of the residual's slow mean, in steps.
-const LEVEL_STEPS: f64 = 500.0;
+/// Time constant of the residual's slow mean, in times that a channel takes to be quiet: half a second of 40 ms.
+const LEVEL_QUIETS: f64 = 12.5;
 
 /// The onset of a change is traced back for as long as D stayed above this share of γ.
 const ONSET_SHARE: f64 = 0.25;
@@ -109,7 +109,7 @@ impl Monitor {
     /// Takes the channel's next residual with what the estimator made of it.
     pub fn observe(&mut self, step: Step, residual: f64, outcome: Outcome) -> Observation {
         let level = self.level.unwrap_or(residual);
-        self.level = Some(level + (residual - level) / LEVEL_STEPS);
+        self.level = Some(level + (residual - level) / (LEVEL_QUIETS * self.quiet_steps as f64));
         let divergence = outcome.divergence();
         self.evidence = Evidence { step, residual, level, divergence, ..self.evidence };
         match outcome {

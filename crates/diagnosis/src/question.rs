@@ -4,7 +4,7 @@
 //! processed step b holds its answer until it has. The verdicts of the modules together are then those
 //! of one process, whatever the network's timing.
 
-use names::{ActuatorName, RunId, Step};
+use names::{ActuatorName, Component, RunId, Step};
 
 use crate::change::Change;
 
@@ -31,6 +31,17 @@ pub struct ActuatorFault {
     pub step: Step,
 }
 
+/// A component for which the answering module raises the alarm: it is faulty, or may be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Alarm {
+    /// The component.
+    pub component: Component,
+    /// The step of the change that is the reason.
+    pub step: Step,
+    /// It is declared faulty. Otherwise its change could not be judged, or an operator has reset it.
+    pub faulty: bool,
+}
+
 /// A peer's answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
@@ -43,6 +54,8 @@ pub struct Answer {
     pub changes: Vec<Change>,
     /// Actuators declared faulty as of the step asked for, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
+    /// The components for which it raises the alarm as of the step asked for; `None` from a former version.
+    pub alarms: Option<Vec<Alarm>>,
 }
 
 /// How a question went unanswered.

@@ -70,6 +70,19 @@ impl Default for SignalSettings {
     }
 }
 
+/// How often the signals are sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sampling {
+    step_s: f64,
+}
+
+impl Sampling {
+    /// So many seconds in steps, at least one.
+    pub(crate) fn steps(self, seconds: f64) -> u64 {
+        ((seconds / self.step_s).round() as u64).max(1)
+    }
+}
+
 /// The whole configuration of a diagnoser.
 #[derive(Debug, Clone)]
 pub struct ModuleSetup {
@@ -159,6 +172,11 @@ impl ModuleSetup {
         problems
     }
 
+    /// How often its signals are sampled.
+    pub(crate) fn sampling(&self) -> Sampling {
+        Sampling { step_s: self.step_s }
+    }
+
     /// ε of each channel, actuators first, then gages, in the order of the description: the variance
     /// that the noise of the channel's own sensors gives its residual, in N² and m². Empty if the
     /// structure has no such module.
@@ -193,19 +211,24 @@ impl ModuleSetup {
         let more = format!("more than supply_pa, {supply}");
         require(pressure > supply, "largest_pressure_pa", pressure.to_string(), &more);
         let tie = self.isolation.tie_steps;
-        let largest = format!("at most {MAX_TIE} steps");
-        require(tie <= MAX_TIE as u64, "tie_steps", tie.to_string(), &largest);
+        let step_ms = 1e3 * self.step_s;
+        let ms = |steps: u64| (steps as f64 * step_ms).to_string();
+        let largest = format!("at most {MAX_TIE} steps of {step_ms} ms");
+        require(tie <= MAX_TIE as u64, "tie_ms", ms(tie), &largest);
         let hold = self.isolation.hold_steps;
         let enough = self.isolation.rule == Rule::Paper || hold >= 2 * tie;
-        let twice = format!("at least twice tie_steps, {}", 2 * tie);
-        require(enough, "hold_steps", hold.to_string(), &twice);
+        let twice = format!("at least twice tie_ms, {}", ms(2 * tie));
+        require(enough, "hold_ms", ms(hold), &twice);
         let ratio = self.isolation.root_ratio;
         require(ratio > 1.0, "root_ratio", ratio.to_string(), "a number above 1, inf for never");
         let quiet = self.isolation.quiet_steps;
-        require(quiet >= 1, "quiet_steps", quiet.to_string(), "at least 1 step");
+        require(quiet >= 1, "quiet_ms", ms(quiet), &format!("at least one step, {step_ms}"));
         let effects = self.isolation.effect_steps;
-        let no_less = format!("at least quiet_steps, {quiet}");
-        require(effects >= quiet, "effect_steps", effects.to_string(), &no_less);
+        let no_less = format!("at least quiet_ms, {}", ms(quiet));
+        require(effects >= quiet, "effect_ms", ms(effects), &no_less);
+        let interval = self.detection.divergence.interval.vectors().map_or(u64::MAX, |m| m as u64);
+        let no_more = format!("at most as long as the interval, {}", ms(interval));
+        require(effects <= interval, "effect_ms", ms(effects), &no_more);
         let warm_up = self.detection.warm_up_vectors;
         let interval = self.detection.divergence.interval.vectors().map_or(2, |m| m as u64);
         let full = format!("at least {interval}: a full interval");

@@ -15,5 +15,6 @@ pub(crate) fn hydraulics() -> NominalHydraulics {
         supply_pa: 200e5,
         tank_pa: 1e5,
         pressure_noise_pa: 1e4,
+        speed_uncertainty: 0.25,
     }
 }

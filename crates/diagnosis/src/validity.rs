@@ -3,19 +3,19 @@
 //!
 //! A value that is missing, not a number or outside its plausible range is replaced, so that the models go on:
 //! for a few steps by the last good one, then a pressure by the one that the nominal force loop expects. A signal
-//! that was missing for [`LOST_STEPS`] in a row is lost; every good value pays one fiftieth of a missing one back,
+//! that was missing for [`LOST_S`] in a row is lost; every good value pays one fiftieth of a missing one back,
 //! so an intermittent one is lost as well if more than one in fifty of its values is missing.
 
 use names::Step;
 
 use crate::sample::{Sample, Signal};
-use crate::settings::ModuleSetup;
+use crate::settings::{ModuleSetup, Sampling};
 
-/// Steps without a value after which a signal is lost.
-const LOST_STEPS: u64 = 50;
-/// A lost signal is used again after so many good values in a row: what comes and goes would keep the models from
-/// settling.
-const BACK_STEPS: u64 = 1000;
+/// Time without a value after which a signal is lost \[s\].
+const LOST_S: f64 = 0.05;
+/// A lost signal is used again after so long with good values only \[s\]: what comes and goes would keep the models
+/// from settling.
+const BACK_S: f64 = 1.0;
 /// Good values that make up for one that is missing.
 const GOOD_FOR_ONE: u64 = 50;
 
@@ -65,6 +65,19 @@ impl Plausible {
     }
 }
 
+/// How long a signal may be missing, and has to be back, in steps.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    lost: u64,
+    back: u64,
+}
+
+impl Limits {
+    fn new(sampling: Sampling) -> Self {
+        Self { lost: sampling.steps(LOST_S), back: sampling.steps(BACK_S) }
+    }
+}
+
 /// One signal.
 #[derive(Debug, Clone, Copy, Default)]
 struct Feed {
@@ -82,9 +95,9 @@ struct Feed {
 
 impl Feed {
     /// Takes whether there is a value; is the signal lost with this step?
-    fn take(&mut self, good: bool, step: Step) -> bool {
+    fn take(&mut self, good: bool, step: Step, limits: Limits) -> bool {
         self.good = if good { self.good + 1 } else { 0 };
-        if good && (!self.lost || self.good >= BACK_STEPS) {
+        if good && (!self.lost || self.good >= limits.back) {
             self.missing = 0;
         } else {
             self.missing += 1;
@@ -96,8 +109,9 @@ impl Feed {
         if self.owed == 0 {
             self.since = step;
         }
-        self.owed = (self.owed + GOOD_FOR_ONE).min(LOST_STEPS * GOOD_FOR_ONE);
-        let lost = !self.lost && self.owed == LOST_STEPS * GOOD_FOR_ONE;
+        let most = limits.lost * GOOD_FOR_ONE;
+        self.owed = (self.owed + GOOD_FOR_ONE).min(most);
+        let lost = !self.lost && self.owed == most;
         self.lost |= lost;
         lost
     }
@@ -128,6 +142,7 @@ pub(crate) struct Validity {
     feeds: Vec<Feed>,
     /// Most steps in a row that are held.
     longest_held: u64,
+    limits: Limits,
     /// The present sample with every value that it lacks replaced.
     completed: Option<Sample>,
     /// A pressure is back that the models had gone on without.
@@ -145,6 +160,7 @@ impl Validity {
             actuators,
             feeds: vec![Feed::default(); 2 * actuators + gages],
             longest_held,
+            limits: Limits::new(setup.sampling()),
             completed: None,
             pressure_is_back: false,
         }
@@ -181,7 +197,7 @@ impl Validity {
             let good = self.plausible.has(sample, signal);
             let feed = &mut self.feeds[place];
             let was_away = feed.missing > self.longest_held;
-            if feed.take(good, sample.step) {
+            if feed.take(good, sample.step, self.limits) {
                 lost(channel_of(signal, self.actuators), signal, feed.since);
             }
             let (used, is_away) = (feed.is_used(), feed.missing > self.longest_held);
@@ -275,9 +291,11 @@ fn at_rest(sample: &Sample) -> Sample {
 mod tests {
     use super::*;
 
+    const LIMITS: Limits = Limits { lost: 50, back: 1000 };
+
     fn lost_after(good: impl Fn(u64) -> bool) -> Option<u64> {
         let mut feed = Feed::default();
-        (0..100_000_u64).find(|&step| feed.take(good(step), Step(step)))
+        (0..100_000_u64).find(|&step| feed.take(good(step), Step(step), LIMITS))
     }
 
     #[test]
@@ -290,13 +308,13 @@ mod tests {
     fn a_lost_one_is_used_again_after_a_second_of_good_values() {
         let mut feed = Feed::default();
         for step in 0..60 {
-            feed.take(false, Step(step));
+            feed.take(false, Step(step), LIMITS);
         }
         let used = (60..5000).find(|&step| {
-            feed.take(step != 900, Step(step));
+            feed.take(step != 900, Step(step), LIMITS);
             feed.is_used()
         });
-        assert_eq!(used, Some(900 + BACK_STEPS));
+        assert_eq!(used, Some(900 + LIMITS.back));
     }
 
     #[test]

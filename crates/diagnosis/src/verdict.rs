@@ -131,6 +131,8 @@ pub struct Transition {
     pub decided: Step,
     /// The channel at the detection.
     pub evidence: Evidence,
+    /// What was said to explain the change, though its module does not stand by that.
+    pub disputed: Option<ComponentPath>,
     /// The command that led to this, if one did.
     pub order: Option<GivenOrder>,
 }

@@ -22,6 +22,7 @@ fn answer(question: Question, changes: Vec<Change>) -> Event {
         watching_since: Some(Step(WARM_UP)),
         changes,
         actuator_faults: Vec::new(),
+        alarms: None,
     };
     Event::Answered { peer: name("upper"), answer }
 }
@@ -181,8 +182,13 @@ fn too_many_open_changes_are_counted_and_the_first_is_kept() {
 fn a_jump_is_latched_though_a_peer_is_silent_or_was_not_watching() {
     let ignorant = |question: Question| {
         let watching_since = Some(question.as_of);
-        let answer =
-            Answer { question, watching_since, changes: Vec::new(), actuator_faults: Vec::new() };
+        let answer = Answer {
+            question,
+            watching_since,
+            changes: Vec::new(),
+            actuator_faults: Vec::new(),
+            alarms: None,
+        };
         Event::Answered { peer: name("upper"), answer }
     };
     let refusing = |question| {
@@ -206,8 +212,13 @@ fn a_jump_is_latched_though_a_peer_is_silent_or_was_not_watching() {
 fn a_peer_that_was_not_watching_cannot_clear_anybody() {
     let (mut bench, question) = biased();
     let watching_since = Some(question.as_of);
-    let ignorant =
-        Answer { question, watching_since, changes: Vec::new(), actuator_faults: Vec::new() };
+    let ignorant = Answer {
+        question,
+        watching_since,
+        changes: Vec::new(),
+        actuator_faults: Vec::new(),
+        alarms: None,
+    };
     bench.give(Event::Answered { peer: name("upper"), answer: ignorant });
     assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
     assert_eq!(bench.latched(), [""; 0]);
@@ -273,6 +284,7 @@ fn by_the_paper_a_peers_actuator_fault_explains_a_sensor_and_a_peers_sensor_does
             watching_since: Some(Step(WARM_UP)),
             changes: vec![change("sensor/g1", question.as_of.minus(10), 9.0)],
             actuator_faults: if faulty { vec![fault] } else { Vec::new() },
+            alarms: None,
         };
         bench.give(Event::Answered { peer: name("upper"), answer });
         assert_eq!(bench.latched(), latched);
@@ -500,6 +512,7 @@ fn answers_that_do_not_fit_are_counted_and_ignored() {
             watching_since: Some(Step(WARM_UP)),
             changes: Vec::new(),
             actuator_faults: Vec::new(),
+            alarms: None,
         };
         let with = |changes| Answer { changes, ..honest.clone() };
         let fault = |step| ActuatorFault { actuator: "a1".parse().unwrap(), step };
@@ -527,6 +540,7 @@ fn answers_that_do_not_fit_are_counted_and_ignored() {
             watching_since: Some(Step(0)),
             changes: Vec::new(),
             actuator_faults: Vec::new(),
+            alarms: None,
         },
     };
     bench.give(impostor);
@@ -580,7 +594,7 @@ fn everything_wrong_with_a_setup_is_reported_at_once() {
     let problems = diagnosis::Diagnoser::new(bad).unwrap_err();
     let text: Vec<String> = problems.iter().map(ToString::to_string).collect();
     let text = text.join("\n");
-    for named in ["window is 0", "volume_a_m3", "hold_steps", "threshold of a2", "peer `lower`"] {
+    for named in ["window is 0", "volume_a_m3", "hold_ms", "threshold of a2", "peer `lower`"] {
         assert!(text.contains(named), "{named} is missing in:\n{text}");
     }
 }

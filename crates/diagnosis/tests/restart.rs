@@ -15,8 +15,13 @@ const BIAS_M: f64 = 50e-6;
 
 fn quiet(question: Question) -> Event {
     let watching_since = Some(Step(WARM_UP));
-    let answer =
-        Answer { question, watching_since, changes: Vec::new(), actuator_faults: Vec::new() };
+    let answer = Answer {
+        question,
+        watching_since,
+        changes: Vec::new(),
+        actuator_faults: Vec::new(),
+        alarms: None,
+    };
     Event::Answered { peer: name("upper"), answer }
 }
 

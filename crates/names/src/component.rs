@@ -14,6 +14,9 @@ const PATTERN: &str = "^(actuator|sensor)/[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$";
 #[cfg(feature = "schema")]
 const PATH_PATTERN: &str =
     "^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}/(actuator|sensor)/[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$";
+#[cfg(feature = "schema")]
+const MENTION_PATTERN: &str =
+    "^([A-Za-z0-9_][A-Za-z0-9_-]{0,63}/)?(actuator|sensor)/[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$";
 
 /// What kind of component a channel watches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -80,6 +83,9 @@ pub enum ComponentError {
     /// Neither `actuator/…` nor `sensor/…`.
     #[error("`{0}` names no component: write `actuator/NAME` or `sensor/NAME`")]
     Kind(String),
+    /// The same, of a component somewhere in the structure.
+    #[error("`{0}` names no component: write `MODULE/actuator/NAME` or `MODULE/sensor/NAME`")]
+    Path(String),
     /// The part after the slash is not a name.
     #[error(transparent)]
     Name(#[from] NameError),
@@ -132,10 +138,13 @@ impl FromStr for ComponentPath {
     type Err = ComponentError;
 
     fn from_str(text: &str) -> Result<Self, ComponentError> {
-        let (module, component) = text
-            .split_once('/')
-            .ok_or_else(|| ComponentError::Kind(quotation(text, 2 * MAX_NAME_LENGTH)))?;
-        Ok(ComponentPath { module: module.parse()?, component: component.parse()? })
+        let unusable = || ComponentError::Path(quotation(text, 3 * MAX_NAME_LENGTH));
+        let (module, component) = text.split_once('/').ok_or_else(unusable)?;
+        let component = component.parse().map_err(|error| match error {
+            ComponentError::Kind(_) => unusable(),
+            other => other,
+        })?;
+        Ok(ComponentPath { module: module.parse()?, component })
     }
 }
 
@@ -152,6 +161,72 @@ impl From<ComponentPath> for String {
     }
 }
 
+/// A component as somebody mentions it: with its module, or without where that is clear.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("pattern" = MENTION_PATTERN)))]
+pub struct Mention {
+    /// The module that the component is said to belong to.
+    pub module: Option<ModuleName>,
+    /// The component.
+    pub component: Component,
+}
+
+impl Mention {
+    /// Is this the component that is meant?
+    #[must_use]
+    pub fn may_be(&self, path: &ComponentPath) -> bool {
+        self.component == path.component
+            && self.module.as_ref().is_none_or(|module| *module == path.module)
+    }
+}
+
+impl From<ComponentPath> for Mention {
+    fn from(path: ComponentPath) -> Self {
+        Self { module: Some(path.module), component: path.component }
+    }
+}
+
+impl From<Component> for Mention {
+    fn from(component: Component) -> Self {
+        Self { module: None, component }
+    }
+}
+
+impl fmt::Display for Mention {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.module {
+            Some(module) => write!(f, "{module}/{}", self.component),
+            None => self.component.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Mention {
+    type Err = ComponentError;
+
+    fn from_str(text: &str) -> Result<Self, ComponentError> {
+        match text.matches('/').count() {
+            1 => text.parse::<Component>().map(Self::from),
+            _ => text.parse::<ComponentPath>().map(Self::from),
+        }
+    }
+}
+
+impl TryFrom<String> for Mention {
+    type Error = ComponentError;
+    fn try_from(text: String) -> Result<Self, ComponentError> {
+        text.parse()
+    }
+}
+
+impl From<Mention> for String {
+    fn from(mention: Mention) -> String {
+        mention.to_string()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,5 +239,23 @@ mod tests {
         }
         assert!("module1/valve/x".parse::<ComponentPath>().is_err());
         assert!("module1".parse::<ComponentPath>().is_err());
+        let error = "sensor/g1".parse::<ComponentPath>().unwrap_err().to_string();
+        assert!(error.starts_with("`sensor/g1` names no component: write `MODULE/"), "{error}");
+    }
+
+    #[test]
+    fn components_are_mentioned_with_or_without_their_module() {
+        let path: ComponentPath = "module1/sensor/g1".parse().unwrap();
+        for text in ["module1/sensor/g1", "sensor/g1"] {
+            let mention: Mention = text.parse().unwrap();
+            assert!(mention.may_be(&path));
+            assert_eq!(mention.to_string(), text);
+        }
+        for text in ["module2/sensor/g1", "actuator/g1", "sensor/g2"] {
+            assert!(!text.parse::<Mention>().unwrap().may_be(&path));
+        }
+        for text in ["g1", "a/b/c", "module1/sensor/g1/x", "valve/g1", ""] {
+            assert!(text.parse::<Mention>().is_err(), "{text}");
+        }
     }
 }

@@ -9,7 +9,7 @@ mod name;
 mod quotation;
 mod step;
 
-pub use component::{Component, ComponentError, ComponentKind, ComponentPath};
+pub use component::{Component, ComponentError, ComponentKind, ComponentPath, Mention};
 pub use name::{
     ActuatorName, GageName, MAX_NAME_LENGTH, MaterialName, MemberName, ModuleName, NameError,
     NodeName, SectionName, StructureName,

@@ -22,7 +22,7 @@ pub async fn order(
 ) -> Result<Obeyed, OrderError> {
     let key = Key::of_module(structure, module, Topic::Command(kind));
     let obeyed: Obeyed = ask(session, &key, Question::of_message(order)?, timeout).await?;
-    if obeyed.component != order.component {
+    if obeyed.component != order.component.component {
         let (replied, meant) = (&obeyed.component, &order.component);
         return Err(senseless(format!("it is about `{replied}`, the order was about `{meant}`")));
     }

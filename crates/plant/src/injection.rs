@@ -107,6 +107,10 @@ impl Injections {
         Ok((self.present.len() < before).then_some(place))
     }
 
+    pub(crate) fn components(&self) -> impl Iterator<Item = &ComponentPath> {
+        self.components.iter().map(|(path, _)| path)
+    }
+
     pub(crate) fn present(&self) -> &[(ComponentPath, Fault)] {
         &self.present
     }

@@ -135,6 +135,11 @@ impl Plant {
         Ok(())
     }
 
+    /// All components that may have a fault.
+    pub fn components(&self) -> impl Iterator<Item = &ComponentPath> {
+        self.injections.components()
+    }
+
     /// The faults that are present, oldest first.
     #[must_use]
     pub fn faults(&self) -> &[(ComponentPath, Fault)] {

@@ -20,6 +20,7 @@ fn campaign() -> Campaign {
         parameters,
         setups,
         mismatch: 0.1,
+        controllers: Vec::new(),
         seed: 1,
         ranges: ScenarioRanges::default(),
     }

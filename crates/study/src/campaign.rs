@@ -7,6 +7,7 @@ use truss::Structure;
 
 use crate::calibration::plant;
 use crate::closest::ClosestSoFar;
+use crate::controller::Controller;
 use crate::error::StudyError;
 use crate::record::{NominalRecord, ScenarioRecord, Watch};
 use crate::rig::{Occurrence, Rig};
@@ -24,6 +25,8 @@ pub struct Campaign {
     pub setups: Vec<ModuleSetup>,
     /// By how much each run's plant differs from the nominal model; 0 for no mismatch.
     pub mismatch: f64,
+    /// The controllers that runs have in turn; none for the shipped one.
+    pub controllers: Vec<Controller>,
     /// Seed of the campaign.
     pub seed: u64,
     /// From what its scenarios are drawn.
@@ -52,12 +55,21 @@ impl Campaign {
             .ok_or(StudyError::NothingToBreak)
     }
 
+    /// The controller of the run with this seed.
+    #[must_use]
+    pub fn controller_of(&self, seed: u64) -> Controller {
+        let count = self.controllers.len().max(1) as u64;
+        let place = usize::try_from(seed % count).unwrap_or_default();
+        self.controllers.get(place).copied().unwrap_or(Controller::Shipped)
+    }
+
     /// The rig of a run with this schedule, before its first step.
     ///
     /// # Errors
     /// A plant or diagnosers that cannot be made.
     pub fn rig(&self, seed: u64, schedule: Schedule) -> Result<Rig, StudyError> {
-        let plant = plant(&self.structure, &self.parameters, self.mismatch, seed)?;
+        let parameters = self.controller_of(seed).of(&self.parameters);
+        let plant = plant(&self.structure, &parameters, self.mismatch, seed)?;
         Ok(Rig::new(plant, self.setups.clone(), schedule, RunId(seed))?)
     }
 

@@ -4,6 +4,7 @@
 mod calibration;
 mod campaign;
 mod closest;
+mod controller;
 mod error;
 mod explain;
 mod export;
@@ -29,6 +30,7 @@ pub use calibration::{
 };
 pub use campaign::Campaign;
 pub use closest::Closest;
+pub use controller::Controller;
 pub use error::StudyError;
 pub use explain::{Explanation, Line, LineKind, explain};
 pub use export::{Exported, RecordedChange, export_nominal, export_scenario};

@@ -40,7 +40,7 @@ pub enum Occurrence {
         /// The module.
         module: ModuleName,
         /// The transition.
-        transition: Transition,
+        transition: Box<Transition>,
     },
 }
 
@@ -256,6 +256,7 @@ impl Rig {
                 None
             }
             Action::Publish(transition) => {
+                let transition = Box::new(transition);
                 self.occurrences.push(Occurrence::Transition { module, transition });
                 None
             }
@@ -290,6 +291,8 @@ impl Rig {
             | Action::Gap { .. }
             | Action::Restarted { .. }
             | Action::SignalLost { .. }
+            | Action::AnswerRejected { .. }
+            | Action::WordBroken { .. }
             | Action::RunStarted(_) => None,
         }
     }

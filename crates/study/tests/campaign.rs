@@ -13,7 +13,7 @@ mod tower;
 fn campaign(mismatch: f64) -> Campaign {
     let (structure, parameters, setups) = tower::parts();
     let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.5, 4.0], ..ScenarioRanges::default() };
-    Campaign { structure, parameters, setups, mismatch, seed: 42, ranges }
+    Campaign { structure, parameters, setups, mismatch, controllers: Vec::new(), seed: 42, ranges }
 }
 
 #[test]

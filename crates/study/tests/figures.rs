@@ -18,7 +18,15 @@ const LARGEST: usize = 400_000;
 fn campaign() -> Campaign {
     let (structure, parameters, setups) = tower::parts();
     let ranges = ScenarioRanges::default();
-    Campaign { structure, parameters, setups, mismatch: 0.1, seed: 1, ranges }
+    Campaign {
+        structure,
+        parameters,
+        setups,
+        mismatch: 0.1,
+        controllers: Vec::new(),
+        seed: 1,
+        ranges,
+    }
 }
 
 fn all_of(figure: impl Fn(&Campaign, u64) -> Result<String, StudyError>) -> String {

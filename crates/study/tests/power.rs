@@ -13,7 +13,15 @@ const RUNS: u64 = 3;
 fn campaign() -> Campaign {
     let (structure, parameters, setups) = tower::parts();
     let ranges = ScenarioRanges::default();
-    Campaign { structure, parameters, setups, mismatch: 0.0, seed: 4, ranges }
+    Campaign {
+        structure,
+        parameters,
+        setups,
+        mismatch: 0.0,
+        controllers: Vec::new(),
+        seed: 4,
+        ranges,
+    }
 }
 
 fn measured(fault: SizedFault, jobs: usize) -> PowerCurve {

@@ -65,19 +65,19 @@ struct Response {
 
 /// Underdamped, critical and barely overdamped.
 fn oscillating(decay: f64, squared_angle: f64) -> Response {
-    let envelope = (-decay).exp();
+    let envelope = libm::exp(-decay);
     let (versine, quotient) = if squared_angle.abs() <= SERIES_BELOW {
         series(squared_angle)
     } else {
         let angle = squared_angle.sqrt();
-        let half = (0.5 * angle).sin();
-        (2.0 * half * half, angle.sin() / angle)
+        let half = libm::sin(0.5 * angle);
+        (2.0 * half * half, libm::sin(angle) / angle)
     };
     Response {
         cosine: envelope * (1.0 - versine),
         sine_quotient: envelope * quotient,
         // 1 − e⁻ˣ·(cos θ + x·sin θ/θ) with the ones taken out beforehand.
-        step: -(-decay).exp_m1() + envelope * (versine - decay * quotient),
+        step: -libm::expm1(-decay) + envelope * (versine - decay * quotient),
     }
 }
 
@@ -91,10 +91,10 @@ fn series(s: f64) -> (f64, f64) {
 fn overdamped(turn: f64, decay: f64, spread: f64) -> Response {
     let fast = decay + spread;
     let slow = turn * turn / fast;
-    let (slow_rest, fast_rest) = ((-slow).exp(), (-fast).exp());
+    let (slow_rest, fast_rest) = (libm::exp(-slow), libm::exp(-fast));
     Response {
         cosine: 0.5 * (slow_rest + fast_rest),
         sine_quotient: (slow_rest - fast_rest) / (2.0 * spread),
-        step: (slow * (-fast).exp_m1() - fast * (-slow).exp_m1()) / (2.0 * spread),
+        step: (slow * libm::expm1(-fast) - fast * libm::expm1(-slow)) / (2.0 * spread),
     }
 }

@@ -79,6 +79,9 @@ pub struct FaultTransition {
     pub explained_by: Option<ComponentPath>,
     /// If explained, when that component changed.
     pub explained_since_step: Option<Step>,
+    /// If latched, what was said to explain the change, though its module does not raise the alarm for it.
+    #[serde(default)]
+    pub disputed: Option<ComponentPath>,
     /// If unconfirmed, why.
     #[serde(default)]
     pub doubt: Option<Doubt>,
@@ -135,6 +138,7 @@ impl FaultTransition {
             evidence: None,
             explained_by: None,
             explained_since_step: None,
+            disputed: None,
             doubt: None,
             silent: Vec::new(),
             silent_because: Vec::new(),

@@ -1,7 +1,7 @@
 //! Orders to the simulated plant.
 
 use names::fault::Fault;
-use names::{ComponentPath, Step};
+use names::{ComponentPath, Mention, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +11,8 @@ use crate::encoding::Message;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(extend("required" = ["component", "fault"]))]
 pub struct Injection {
-    /// The component.
-    pub component: ComponentPath,
+    /// The component, with its module, or without if only one module has it.
+    pub component: Mention,
     /// The fault, in place of any it has; `null` repairs the component.
     #[serde(deserialize_with = "Option::deserialize")]
     pub fault: Option<Fault>,

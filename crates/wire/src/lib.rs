@@ -63,7 +63,7 @@ pub use recording::SampleQuestion;
 pub use refusal::Refused;
 pub use sample::Sample;
 pub use schema::schema;
-pub use state::{ActuatorFault, StateAnswer, StateChange, StateQuestion};
+pub use state::{ActuatorFault, Alarm, StateAnswer, StateChange, StateQuestion};
 pub use status::{
     DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
     PeerStatus, PublisherCounters,

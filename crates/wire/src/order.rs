@@ -3,7 +3,7 @@
 //! An order is the payload of a query on `{module}/command/acknowledge` or `{module}/command/reset`. The
 //! reply is [`Obeyed`], once the transition is in the journal, or [`crate::Refused`].
 
-use names::Component;
+use names::{Component, Mention};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -39,8 +39,8 @@ impl OrderKind {
 /// An order concerning one component.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Order {
-    /// The component.
-    pub component: Component,
+    /// The component, with its module or without: the key says which it is.
+    pub component: Mention,
     /// Who issued the command.
     pub by: String,
     /// Why.

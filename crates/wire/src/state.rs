@@ -61,6 +61,10 @@ pub struct StateAnswer {
     pub changes: Vec<StateChange>,
     /// Actuators held for faulty as of that step, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
+    /// The components for which the module raises the alarm as of that step. A module whose component explains a
+    /// change elsewhere is asked for it. `null` from former versions, which do not say.
+    #[serde(default)]
+    pub alarms: Option<Vec<Alarm>>,
 }
 
 /// A change in an answer.
@@ -98,6 +102,17 @@ pub struct ActuatorFault {
     pub actuator: ActuatorName,
     /// The step of the change that named it.
     pub step: Step,
+}
+
+/// A component for which a module raises the alarm.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Alarm {
+    /// The component.
+    pub component: Component,
+    /// The step of the change that is the reason.
+    pub step: Step,
+    /// It is held for faulty. Otherwise its change could not be judged, or an operator has reset it.
+    pub faulty: bool,
 }
 
 impl Message for StateAnswer {

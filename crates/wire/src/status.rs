@@ -172,8 +172,11 @@ pub struct PeerStatus {
     pub timed_out: u64,
     /// Questions that met nobody.
     pub absent: u64,
-    /// Answers that did not fit.
+    /// Answers that did not fit, or contradict a former one.
     pub malformed: u64,
+    /// Verdicts that it was said to explain, and by which it did not stand.
+    #[serde(default)]
+    pub disputed: u64,
 }
 
 impl PeerStatus {
@@ -190,6 +193,7 @@ impl PeerStatus {
             timed_out: 0,
             absent: 0,
             malformed: 0,
+            disputed: 0,
         }
     }
 }
@@ -228,6 +232,9 @@ pub struct DiagnosisCounters {
     pub questions_unanswered: u64,
     /// Answers that did not fit a question.
     pub answers_malformed: u64,
+    /// Verdicts that rested on a peer's word, by which it did not stand.
+    #[serde(default)]
+    pub verdicts_disputed: u64,
     /// Peers' questions answered.
     pub answers_given: u64,
     /// Peers' questions refused.

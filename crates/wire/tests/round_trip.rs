@@ -9,11 +9,11 @@ use proptest::prelude::*;
 use support::{plain_topics, plant_topics};
 use wire::keys::PLANT;
 use wire::{
-    ActuatorFault, Change, Channel, Divergences, Doubt, Evidence, FaultState, FaultTransition,
-    GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message, ModulePhase,
-    ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange, Symptom, Topic,
-    Unknown, decode, encode,
+    ActuatorFault, Alarm, Change, Channel, Divergences, Doubt, Evidence, FaultState,
+    FaultTransition, GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message,
+    ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange,
+    PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange,
+    Symptom, Topic, Unknown, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -137,6 +137,7 @@ fn events_are_read_back() {
         silent: vec!["module2".parse().unwrap()],
         silent_because: vec!["not there".into()],
         unknowing: vec!["module3".parse().unwrap()],
+        disputed: Some("module2/sensor/g1".parse().unwrap()),
         assumed: Some("module1/actuator/a1".parse().unwrap()),
         unknown: Some(Unknown { since_unix_ns: 8, reason: "no sample for 500 ms".into() }),
         order: Some(GivenOrder {
@@ -200,6 +201,11 @@ fn answers_orders_and_refusals_are_read_back() {
         watching_since_step: None,
         changes: vec![over, going_on],
         actuator_faults: vec![ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(2) }],
+        alarms: Some(vec![Alarm {
+            component: "sensor/g1".parse().unwrap(),
+            step: Step(2),
+            faulty: true,
+        }]),
     };
     assert_eq!(back(&answer), answer);
     let refused = Refused { reason: "no sample yet".into() };
@@ -210,7 +216,7 @@ fn answers_orders_and_refusals_are_read_back() {
         (Some(Fault::ZeroOutput {}), None),
         (None, None),
     ] {
-        let injection = Injection { component: component.clone(), fault, at_step };
+        let injection = Injection { component: component.clone().into(), fault, at_step };
         assert_eq!(back(&injection), injection);
     }
     let injected = Injected { component, effective_step: Step(8) };
@@ -282,6 +288,7 @@ fn statuses_are_read_back() {
             timed_out: 3,
             absent: 4,
             malformed: 5,
+            disputed: 6,
         }],
         inquiries: wire::InquiryCounters { received: 3, ..Default::default() },
         intake: wire::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },

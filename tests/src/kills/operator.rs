@@ -101,7 +101,7 @@ impl Worker {
                 let Some(kind) = self.wants(&state, now) else { continue };
                 number += 1;
                 let order = Order {
-                    component: state.component.component,
+                    component: state.component.component.into(),
                     by: "operator".into(),
                     // Makes this command unique.
                     note: Some(format!("order {number}")),

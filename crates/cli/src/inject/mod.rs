@@ -6,7 +6,7 @@ mod report;
 use std::time::Duration;
 
 use names::fault::FaultKind;
-use names::{ComponentPath, Step, StructureName};
+use names::{Mention, Step, StructureName};
 use observer::OrderError;
 use wire::{Injected, Injection};
 use zenoh::Session;
@@ -41,7 +41,7 @@ Examples:
 pub(crate) struct Arguments {
     /// Component, e.g. `module1/sensor/g2`
     #[arg(value_name = "COMPONENT")]
-    component: ComponentPath,
+    component: Mention,
     /// Its fault
     #[arg(
         value_name = "FAULT", value_parser = parameters::kinds(),

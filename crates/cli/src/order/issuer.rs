@@ -14,7 +14,7 @@ impl Issuer {
     /// A command concerning a component.
     pub(super) fn order(&self, component: &ComponentPath, force: bool) -> Order {
         let Issuer { by, note } = self.clone();
-        Order { component: component.component.clone(), by, note, force }
+        Order { component: component.component.clone().into(), by, note, force }
     }
 }
 

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use study::Controller;
 
 use crate::table::WidthArguments;
 
@@ -56,6 +57,39 @@ pub(super) struct CampaignArguments {
     /// Mismatch of each run's plant against the nominal model, e.g. 0.1
     #[arg(long, default_value_t = 0.0, value_name = "X", allow_hyphen_values = true)]
     pub(super) mismatch: f64,
+    /// Controllers of the plant, which the runs have in turn
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "shipped",
+        value_name = "NAME,…"
+    )]
+    pub(super) controllers: Vec<ControllerName>,
+}
+
+/// How the simulated plant is controlled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum ControllerName {
+    /// As the plant's file has it
+    Shipped,
+    /// Demands hardly move
+    Gentle,
+    /// Demands jump
+    Aggressive,
+    /// Demands jump as far as a low limit
+    Saturating,
+}
+
+impl From<ControllerName> for Controller {
+    fn from(name: ControllerName) -> Self {
+        match name {
+            ControllerName::Shipped => Controller::Shipped,
+            ControllerName::Gentle => Controller::Gentle,
+            ControllerName::Aggressive => Controller::Aggressive,
+            ControllerName::Saturating => Controller::Saturating,
+        }
+    }
 }
 
 /// How many runs, and how many at a time.

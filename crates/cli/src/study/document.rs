@@ -3,9 +3,8 @@
 
 use serde::Serialize;
 use study::summary::Summary;
+use study::{Campaign, Controller};
 
-use super::arguments::CampaignArguments;
-use super::preset;
 use crate::versioned;
 
 /// What was asked for and what came of it.
@@ -14,6 +13,7 @@ pub(super) struct Document<'a> {
     preset: &'a str,
     seed: u64,
     mismatch: f64,
+    controllers: &'a [Controller],
     /// Were all runs made that were asked for?
     complete: bool,
     #[serde(flatten)]
@@ -21,10 +21,14 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    pub(super) fn new(arguments: &CampaignArguments, complete: bool, summary: &'a Summary) -> Self {
-        let (seed, mismatch) = (arguments.seed, arguments.mismatch);
-        let preset = preset::name(arguments);
-        Self { preset, seed, mismatch, complete, summary }
+    pub(super) fn new(
+        preset: &'a str,
+        campaign: &'a Campaign,
+        complete: bool,
+        summary: &'a Summary,
+    ) -> Self {
+        let Campaign { seed, mismatch, controllers, .. } = campaign;
+        Self { preset, seed: *seed, mismatch: *mismatch, controllers, complete, summary }
     }
 
     /// The text, with a line end.

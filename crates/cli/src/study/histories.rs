@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 use study::histories::{History, HistoryRecord, HistoryTally, Named, run_history};
 use study::summary::{Found, Interval95};
-use study::{Campaign, Occurrence, parallel};
+use study::{Campaign, Controller, Occurrence, parallel};
 
 use super::arguments::HistoriesArguments;
 use super::runs::unusable;
@@ -23,6 +23,7 @@ struct HistoriesDocument<'a> {
     preset: &'a str,
     seed: u64,
     mismatch: f64,
+    controllers: &'a [Controller],
     from: u64,
     complete: bool,
     all: &'a HistoryTally,
@@ -48,6 +49,7 @@ pub(super) fn run(
             preset: preset::name(&arguments.campaign),
             seed: campaign.seed,
             mismatch: campaign.mismatch,
+            controllers: &campaign.controllers,
             from: arguments.from,
             complete,
             healthy_named_95: tally.healthy_named_95(),
@@ -95,12 +97,15 @@ fn make(
 
 fn defect(campaign: &Campaign, first: &HistoryRecord, count: usize) -> String {
     let names: Vec<String> = first.healthy().map(|named| named.component.to_string()).collect();
+    let controllers: Vec<String> = campaign.controllers.iter().map(ToString::to_string).collect();
     format!(
         "a healthy component was named in {count} of the histories, {} in history {}; see what happens there: \
-         `trusswatch study histories --seed {} --from {} --show`",
+         `trusswatch study histories --seed {} --mismatch {} --controllers {} --from {} --show`",
         names.join(", "),
         first.number,
         campaign.seed,
+        campaign.mismatch,
+        controllers.join(","),
         first.number,
     )
 }
@@ -180,7 +185,8 @@ fn print(occurrence: &Occurrence, out: &mut impl Write) -> io::Result<()> {
             writeln!(out, "step {step:>7}  change      {module}/{} {ratio:.1}", change.component)
         }
         Occurrence::Transition { module, transition } => {
-            let diagnosis::Transition { decided, component, verdict, detection, .. } = transition;
+            let diagnosis::Transition { decided, component, verdict, detection, .. } =
+                transition.as_ref();
             writeln!(
                 out,
                 "step {decided:>7}  verdict     {module}/{component} {verdict:?} ({detection})"

@@ -132,9 +132,10 @@ fn read(path: &Path, text: &str, expected: &Heading) -> Result<(Done, usize), Fa
 impl Heading {
     fn of(preset: &str, campaign: &Campaign) -> Heading {
         // Debug prints every bit of every figure, which is what a fingerprint needs.
-        let Campaign { structure, parameters, setups, ranges, .. } = campaign;
+        let Campaign { structure, parameters, setups, ranges, controllers, .. } = campaign;
         let mut hasher = FnvHasher::default();
-        hasher.write(format!("{structure:?} {parameters:?} {setups:?} {ranges:?}").as_bytes());
+        let all = format!("{structure:?} {parameters:?} {setups:?} {ranges:?} {controllers:?}");
+        hasher.write(all.as_bytes());
         Heading {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             preset: preset.to_owned(),

@@ -60,7 +60,7 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), Failure> {
     let stop = interrupt::listen()?;
     let runs = runs::make(runs, &campaign, kept, &stop)?;
     let summary = Summary::of(&runs.scenarios, &runs.nominal, campaign.parameters.step_s);
-    let document = Document::new(asked, runs.complete, &summary).text()?;
+    let document = Document::new(preset, &campaign, runs.complete, &summary).text()?;
     let heading = heading(preset, &campaign, &runs);
     let tables = tables::tables(&summary);
     let mut out = io::stdout().lock();
@@ -102,8 +102,10 @@ fn heading(preset: &str, campaign: &Campaign, runs: &Runs) -> String {
         0.0 => "nominal model, no mismatch".to_owned(),
         share => format!("plant within ±{} % of the nominal model", 100.0 * share),
     };
+    let controllers: Vec<String> = campaign.controllers.iter().map(ToString::to_string).collect();
+    let controllers = controllers.join(", ");
     format!(
-        "preset {preset}, seed {}, {truth}: {} scenarios and {} nominal runs, {hours:.2} h of the tower's time",
+        "preset {preset}, seed {}, {truth}, controllers {controllers}: {} scenarios and {} nominal runs, {hours:.2} h of the tower's time",
         campaign.seed,
         runs.scenarios.len(),
         runs.nominal.len(),

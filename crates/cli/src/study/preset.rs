@@ -80,6 +80,7 @@ fn load(
         parameters: plant.parameters,
         setups,
         mismatch: arguments.mismatch,
+        controllers: arguments.controllers.iter().map(|name| (*name).into()).collect(),
         seed: arguments.seed,
         ranges: ScenarioRanges::default(),
     })

@@ -16,6 +16,10 @@ pub(crate) fn reason(transition: &FaultTransition) -> String {
             since.map_or_else(String::new, |step| format!(", which changed at step {step}"));
         reasons.push(format!("explained by {root}{since}"));
     }
+    if let Some(root) = transition.disputed.as_ref().filter(|_| transition.state.is_fault()) {
+        let module = &root.module;
+        reasons.push(format!("disputed: {root} explained it, but {module} raises no alarm for it"));
+    }
     if transition.state == FaultState::Unconfirmed {
         let FaultTransition { doubt, silent, unknowing, .. } = transition;
         reasons.push(why_unconfirmed(*doubt, silent, unknowing));

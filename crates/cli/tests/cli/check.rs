@@ -51,7 +51,7 @@ fn every_mistake_in_every_file_is_reported_with_file_and_line() {
     let copy = copy_of_configs();
     let place = |name: &str| copy.path().join(name);
     spoil(&place("module1.toml"), "window = 12", "window = 0");
-    spoil(&place("module1.toml"), "effect_steps", "effects");
+    spoil(&place("module1.toml"), "effect_ms", "effects");
     spoil(&place("plant.toml"), "structure = ", "colour = 1\nstructure = ");
     spoil(&place("thresholds/module2.toml"), "\"sensor/g5\" = ", "\"sensor/g5\" = -");
     let files = ["module1.toml", "plant.toml", "thresholds/module2.toml", "tower.toml", "no.toml"];

@@ -21,6 +21,7 @@ fn campaign() -> Campaign {
         parameters: plant.parameters,
         setups: vec![setup("module1.toml"), setup("module2.toml")],
         mismatch: 0.1,
+        controllers: Vec::new(),
         seed: 7,
         ranges: ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() },
     }

@@ -11,14 +11,14 @@ use crate::stand_in::{Judge, StandIn, nowhere};
 
 /// Obeys, but for `sensor/g9`.
 fn reasonable(kind: OrderKind, order: &Order) -> Result<Obeyed, String> {
-    if order.component.name() == "g9" {
+    if order.component.component.name() == "g9" {
         return Err("`sensor/g9` is normal; there is nothing to acknowledge".to_owned());
     }
     let state = match kind {
         OrderKind::Acknowledge => FaultState::Acknowledged,
         OrderKind::Reset => FaultState::Normal,
     };
-    Ok(Obeyed { component: order.component.clone(), state, sequence: 7 })
+    Ok(Obeyed { component: order.component.component.clone(), state, sequence: 7 })
 }
 
 #[tokio::test(flavor = "multi_thread")]

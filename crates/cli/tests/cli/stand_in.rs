@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use names::{ModuleName, Step, StructureName};
+use names::{ComponentPath, Mention, ModuleName, Step, StructureName};
 use session::Network;
 use tokio::task::JoinHandle;
 use wire::{
@@ -152,7 +152,8 @@ impl StandIn {
         let taken = injections.clone();
         self.serve(key.clone(), move |query| {
             let injection: Injection = wire::decode(&query.payload().unwrap().to_bytes()).unwrap();
-            let component = injection.component.clone();
+            let Mention { module, component } = injection.component.clone();
+            let component = ComponentPath { module: module.unwrap(), component };
             if component.component.name() == "g9" {
                 refuse(&query, format!("there is no `{component}`"));
             } else {

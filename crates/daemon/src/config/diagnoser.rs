@@ -383,7 +383,7 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
         step_s: written.step_s,
         signals: written.signals,
         detection: written.detection.into(),
-        isolation: written.isolation.into(),
+        isolation: written.isolation.in_steps_of(written.step_s),
         thresholds,
         peers: written.peers.clone(),
     }
@@ -418,6 +418,15 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         if name.as_str() == wire::keys::PLANT {
             let problem = format!("no module may be called `{name}`: keys need the word");
             errors.add(&document.file, document.line(&[key]), problem);
+        }
+    }
+    let IsolationSection { hold_ms, tie_ms, effect_ms, quiet_ms, .. } = written.isolation;
+    for (key, value) in
+        [("hold_ms", hold_ms), ("tie_ms", tie_ms), ("effect_ms", effect_ms), ("quiet_ms", quiet_ms)]
+    {
+        if !(0.0..=60_000.0).contains(&value) {
+            let problem = format!("`{key}` is {value}; use 0 to 60000");
+            errors.add(&document.file, document.line(&["isolation", key]), problem);
         }
     }
     let PublishSettings {

@@ -86,35 +86,84 @@ impl DetectionSection {
 pub struct IsolationSection {
     /// `"first_change"`, the default, or `"paper"`.
     pub rule: Rule,
-    /// Steps from a change to its judgement: 6.
-    pub hold_steps: u64,
-    /// Changes at most this many steps apart are simultaneous: 3.
-    pub tie_steps: u64,
+    /// Time from a change to its judgement: 6.
+    pub hold_ms: f64,
+    /// Changes at most this far apart are simultaneous: 3.
+    pub tie_ms: f64,
     /// A change whose ratio to its threshold reaches this within the tie is a root cause of its own: 30.
     pub root_ratio: f64,
-    /// Steps that effects take; a root explains for so long after it has stopped changing: 250.
-    pub effect_steps: u64,
-    /// Steps below the threshold after which a channel is quiet again: 40.
-    pub quiet_steps: u64,
+    /// Time that effects take; a root explains for so long after it has stopped changing: 250.
+    pub effect_ms: f64,
+    /// Time below the threshold after which a channel is quiet again: 40.
+    pub quiet_ms: f64,
+    /// What former versions have in place of `hold_ms`, in steps.
+    pub hold_steps: Option<u64>,
+    /// The same for `tie_ms`.
+    pub tie_steps: Option<u64>,
+    /// The same for `effect_ms`.
+    pub effect_steps: Option<u64>,
+    /// The same for `quiet_ms`.
+    pub quiet_steps: Option<u64>,
 }
 
 impl Default for IsolationSection {
     fn default() -> Self {
         Self {
             rule: Rule::FirstChange,
-            hold_steps: 6,
-            tie_steps: 3,
+            hold_ms: 6.0,
+            tie_ms: 3.0,
             root_ratio: 30.0,
-            effect_steps: 250,
-            quiet_steps: 40,
+            effect_ms: 250.0,
+            quiet_ms: 40.0,
+            hold_steps: None,
+            tie_steps: None,
+            effect_steps: None,
+            quiet_steps: None,
         }
     }
 }
 
-impl From<IsolationSection> for IsolationSettings {
-    fn from(section: IsolationSection) -> Self {
-        let IsolationSection { rule, hold_steps, tie_steps, root_ratio, effect_steps, quiet_steps } =
-            section;
-        Self { rule, hold_steps, tie_steps, root_ratio, effect_steps, quiet_steps }
+impl IsolationSection {
+    /// In steps of this length \[s\]; a part of a step is a whole one. What a file of a former version has in steps
+    /// stays as it is.
+    #[must_use]
+    pub fn in_steps_of(&self, step_s: f64) -> IsolationSettings {
+        let step_ms = 1e3 * step_s;
+        // What is whole but for rounding gets no step more.
+        let steps = |time_ms: f64| (time_ms / step_ms * (1.0 - 1e-9)).ceil() as u64;
+        IsolationSettings {
+            rule: self.rule,
+            hold_steps: self.hold_steps.unwrap_or_else(|| steps(self.hold_ms)),
+            tie_steps: self.tie_steps.unwrap_or_else(|| steps(self.tie_ms)),
+            root_ratio: self.root_ratio,
+            effect_steps: self.effect_steps.unwrap_or_else(|| steps(self.effect_ms)),
+            quiet_steps: self.quiet_steps.unwrap_or_else(|| steps(self.quiet_ms)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(step_s: f64, section: &str) -> [u64; 4] {
+        let section: IsolationSection = toml::from_str(section).unwrap();
+        let settings = section.in_steps_of(step_s);
+        let IsolationSettings { hold_steps, tie_steps, effect_steps, quiet_steps, .. } = settings;
+        [hold_steps, tie_steps, effect_steps, quiet_steps]
+    }
+
+    #[test]
+    fn times_are_steps_at_any_sampling_rate() {
+        assert_eq!(steps(1e-3, ""), [6, 3, 250, 40]);
+        assert_eq!(steps(0.25e-3, ""), [24, 12, 1000, 160]);
+        assert_eq!(steps(5e-3, ""), [2, 1, 50, 8]);
+        assert_eq!(steps(1.0 / 1024.0, "hold_ms = 0"), [0, 4, 256, 41]);
+    }
+
+    #[test]
+    fn the_steps_of_former_versions_are_kept() {
+        let former = "hold_steps = 6\ntie_steps = 3\neffect_steps = 250\nquiet_steps = 40";
+        assert_eq!(steps(5e-3, former), [6, 3, 250, 40]);
     }
 }

@@ -259,6 +259,13 @@ impl DiagnosisLoop {
 
     fn order(&mut self, inquiry: OrderInquiry) {
         let OrderInquiry { kind, order, query } = inquiry;
+        let own = self.performer.speaker.path(&order.component.component);
+        if !order.component.may_be(&own) {
+            let module = &own.module;
+            let reason = format!("`{}` is none of this module, `{module}`", order.component);
+            self.performer.refuse_order(query, reason);
+            return;
+        }
         if kind == OrderKind::Reset && !order.force && self.staleness.is_stale() {
             let why = self.staleness.reason(ModulePhase::Stale);
             let reason = format!("{why}: nothing is known of `{}` now", order.component);

@@ -97,6 +97,15 @@ impl Performer {
                     tracing::warn!(%from, missing, times, "samples missing");
                 }
             }
+            Action::AnswerRejected { peer, failure } => {
+                tracing::warn!(%peer, "answer not used: {failure}");
+                self.peers.note_rejection(&peer, failure.to_string());
+            }
+            Action::WordBroken { component, by } => {
+                tracing::warn!(%component, %by, "disputed: {by} explained this, but {} does not \
+                    raise the alarm for it", by.module);
+                self.peers.note_dispute(&by.module);
+            }
             Action::Restarted { component, violation } => {
                 let step = diagnoser.last_step().unwrap_or_default();
                 tracing::warn!(%component, %step, "channel restarted: {violation}");
@@ -130,6 +139,7 @@ impl Performer {
             state = %message.state,
             detection = ?message.detection_step.map(|step| step.0),
             explained_by = ?message.explained_by.as_ref().map(ToString::to_string),
+            disputed = ?message.disputed.as_ref().map(ToString::to_string),
             silent = %message.silent_because.join("; "),
             by = ?message.order.as_ref().map(|order| &order.by),
             "verdict"

@@ -152,6 +152,8 @@ fn write_diagnosis(counters: &DiagnosisCounters, sheet: &mut Sheet<'_>) -> fmt::
     sheet.counter("trusswatch_questions_unanswered", help, counters.questions_unanswered)?;
     let help = "Answers of peers that did not fit.";
     sheet.counter("trusswatch_answers_malformed", help, counters.answers_malformed)?;
+    let help = "Explained changes whose explanation the peer did not stand by.";
+    sheet.counter("trusswatch_verdicts_disputed", help, counters.verdicts_disputed)?;
     let help = "Peers' queries, by outcome.";
     let outcomes = [("answered", counters.answers_given), ("refused", counters.questions_refused)];
     sheet.counters("trusswatch_questions_received", help, "outcome", outcomes)
@@ -211,7 +213,10 @@ fn write_peers(peers: &[PeerStatus], sheet: &mut Sheet<'_>) -> fmt::Result {
         .map(|(outcome, count)| ([peer.module.as_str(), outcome], count))
     });
     let help = "Queries to each peer, by outcome.";
-    sheet.counters_of_two("trusswatch_peer_questions", help, ["peer", "outcome"], outcomes)
+    sheet.counters_of_two("trusswatch_peer_questions", help, ["peer", "outcome"], outcomes)?;
+    let disputed = peers.iter().map(|peer| (peer.module.as_str(), peer.disputed));
+    let help = "Explained changes whose explanation this peer did not stand by.";
+    sheet.counters("trusswatch_peer_verdicts_disputed", help, "peer", disputed)
 }
 
 pub(super) fn seconds_of_ms(time_ms: f64) -> f64 {

@@ -39,6 +39,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         timed_out: 0,
         absent: 0,
         malformed: 0,
+        disputed: 0,
     };
     let status = ModuleStatus {
         structure,

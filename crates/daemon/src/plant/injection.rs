@@ -3,7 +3,7 @@
 use std::sync::mpsc as std_mpsc;
 use std::sync::mpsc::TrySendError;
 
-use names::{Step, StructureName};
+use names::{ComponentPath, Mention, Step, StructureName};
 use plant::Plant;
 use tokio::sync::mpsc;
 use wire::{Injected, Injection, Key, PlantTopic, Refused};
@@ -82,6 +82,7 @@ pub(crate) fn obey(
     agenda: &mut Agenda,
 ) -> Result<Injected, String> {
     let Injection { component, fault, at_step } = injection;
+    let component = meant(&component, plant)?;
     let next_step = plant.next_step();
     let step = at_step.unwrap_or(next_step);
     if step < next_step {
@@ -96,6 +97,22 @@ pub(crate) fn obey(
         agenda.add(item);
     }
     Ok(Injected { component, effective_step: step })
+}
+
+/// The component that is mentioned: where no module is given, the only one of that name.
+fn meant(mention: &Mention, plant: &Plant) -> Result<ComponentPath, String> {
+    if let Mention { module: Some(module), component } = mention {
+        return Ok(ComponentPath { module: module.clone(), component: component.clone() });
+    }
+    let all: Vec<_> = plant.components().filter(|path| mention.may_be(path)).collect();
+    match all.as_slice() {
+        [only] => Ok((*only).clone()),
+        [] => Err(format!("no module has a component `{mention}`")),
+        several => {
+            let paths: Vec<String> = several.iter().map(|path| format!("`{path}`")).collect();
+            Err(format!("`{mention}` may be {}; write which", paths.join(" or ")))
+        }
+    }
 }
 
 /// Applies an item to its component.

@@ -176,7 +176,7 @@ impl EstimatorGroup {
             let scale_term = if widening == 0.0 {
                 0.0
             } else {
-                self.settings.window as f64 * (widening - widening.ln_1p())
+                self.settings.window as f64 * (widening - libm::log1p(widening))
                     - widening * sums.trace_loss[lane]
             };
             let mean_term = (count[lane] - 1.0) * distance[lane];

@@ -105,7 +105,7 @@ impl RecentChanges {
         for lane in 0..LANES {
             let growth = change.growth[lane];
             term.settled[lane] = growth / (1.0 + growth);
-            term.surplus[lane] = growth.ln_1p() - term.settled[lane];
+            term.surplus[lane] = libm::log1p(growth) - term.settled[lane];
         }
         self.terms[self.next] = term;
         self.advance();

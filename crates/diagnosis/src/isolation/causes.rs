@@ -43,11 +43,13 @@ pub enum Reason {
 pub enum Explanation {
     /// The root cause changed before.
     Earlier,
-    /// An effect of the root cause was still changing, or had just been: that may be another fault, hidden
+    /// An effect of the root cause was still changing, had just been, or leaves: that may be another fault, hidden
     /// behind the root cause, with effects of its own.
     ByEffect,
     /// They are simultaneous, and the root cause outranks it.
     Tie,
+    /// It is a cylinder that does what is demanded of it, as well as it can, and the root cause is faulty still.
+    Demand,
     /// What happened then leaves the interval.
     Leaving,
 }
@@ -155,6 +157,9 @@ impl Causes {
     /// Begins with these simultaneous changes: one of them is the root cause.
     fn begin(&mut self, windows: &Windows, rivals: &[KnownChange]) -> Vec<Reason> {
         let Some(root) = self.choose(windows, rivals) else { return Vec::new() };
+        if let Some(reasons) = self.explain_by_demand(rivals, root) {
+            return reasons;
+        }
         let before = self.explained_until(windows);
         let is_new = !self.is_root(root);
         let again = |change| match windows.is_root_by_ratio(change) {
@@ -185,6 +190,23 @@ impl Causes {
         let reasons = reasons.collect();
         self.enter(windows, root);
         reasons
+    }
+
+    /// A component that is known to be faulty moves the demands of others for as long as it is not repaired.
+    fn explain_by_demand(
+        &mut self,
+        rivals: &[KnownChange],
+        root: &KnownChange,
+    ) -> Option<Vec<Reason>> {
+        if self.is_root(root) || !root.follows_demand() {
+            return None;
+        }
+        let until = |(_, since): &&(ComponentPath, Step)| *since <= root.step;
+        let (by, since) = self.faulty.iter().filter(until).max_by_key(|(_, since)| *since)?.clone();
+        let of = |causes: &mut Self, change: &KnownChange| {
+            causes.effect(change, by.clone(), since, Explanation::Demand)
+        };
+        Some(rivals.iter().map(|change| of(self, change)).collect())
     }
 
     /// The root cause among simultaneous changes: one that was a root cause before, unless another has the
@@ -253,13 +275,18 @@ impl Causes {
     }
 
     /// What a root cause did leaves the interval, and what followed from it, though that may have been too small
-    /// to show when it entered.
+    /// to show when it entered. What was taken for the leaving of one change may have been another, and leaves as well.
     fn by_leaving(&self, windows: &Windows) -> impl Iterator<Item = Explaining<'_>> {
         let entered = self.changes().filter(|(_, change)| !change.left);
-        entered.filter_map(|(root, RootChange { span, .. })| {
+        let of_roots = entered.map(|(root, RootChange { span, .. })| {
+            (&root.path, span.since, span, Explanation::Leaving)
+        });
+        let leaving = self.effects.iter().filter(|effect| effect.how == Explanation::Leaving);
+        let of_effects = leaving
+            .map(|effect| (&effect.by, effect.since, effect.change.span(), Explanation::ByEffect));
+        of_roots.chain(of_effects).filter_map(|(root, since, span, how)| {
             let (from, until) = windows.leaving(span)?;
-            let how = Explanation::Leaving;
-            Some(Explaining { root: &root.path, since: span.since, how, from, until })
+            Some(Explaining { root, since, how, from, until })
         })
     }
 

@@ -12,7 +12,8 @@
 //! - A root cause that comes and goes explains for as long as the interval remembers, for the Gaussian learns it.
 //!   More changes than an onset, a repair and their leaving are coming and going.
 //! - An effect leaves the interval as it entered it: with the same explanation. What begins to change while a root
-//!   cause's change leaves the interval is explained by it too, for it may have been too small to show before.
+//!   cause's change leaves the interval is explained by it too, for it may have been too small to show before. What was
+//!   taken for that may have been something else, and leaves in its turn; that is where it ends.
 //! - An effect may be another fault that hides behind the root cause, as may what leaves the interval. What begins
 //!   while it changes, and for an effect time afterwards, is explained by the same root cause; that is where it ends.
 //!

@@ -4,22 +4,21 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use super::case::{Case, Finding};
 use super::causes::Causes;
+use super::claims::{Claims, Word};
 use super::first_change::FirstChange;
 use super::judgement::Judgement;
 use super::knowledge::{KnownChange, PeerKnowledge};
 use super::open_cases::OpenCases;
+use super::pace::Pace;
 use super::paper::judge as judge_by_the_paper;
 use crate::change::{Change, LoggedChange};
 use crate::change_log::ChangeLog;
 use crate::coverage::Coverage;
 use crate::evidence::Evidence;
 use crate::question::{Answer, PeerFailure, Question};
+use crate::residual::longest_gap_of_loops;
 use crate::settings::{IsolationSettings, ModuleSetup, Rule};
 use crate::verdict::Transition;
-
-/// Steps without divergences after which the models are as good as before, for a change that began meanwhile: a
-/// gap that the force loops are stepped through, and the window after it.
-const SHORT_GAP: u64 = 40;
 
 /// The part of a diagnoser that judges its changes.
 #[derive(Debug, Clone)]
@@ -27,10 +26,15 @@ pub(crate) struct Isolator {
     module: ModuleName,
     components: Vec<Component>,
     settings: IsolationSettings,
+    pace: Pace,
+    /// Steps without divergences after which the models are as good as before, for a change that began meanwhile: a
+    /// gap that the force loops are stepped through, the window after it and a tie.
+    short_gap: u64,
     rule: FirstChange,
     log: ChangeLog,
     peers: Vec<PeerKnowledge>,
     cases: OpenCases,
+    claims: Claims,
     /// What the changes up to some step come to that bears on later ones. They are over, and forgotten.
     causes: Causes,
     taken_until: Option<Step>,
@@ -38,10 +42,17 @@ pub(crate) struct Isolator {
 
 impl Isolator {
     pub(crate) fn new(setup: &ModuleSetup, components: Vec<Component>) -> Self {
+        let of_loops = longest_gap_of_loops(&setup.hydraulics, setup.step_s);
+        let divergence = &setup.detection.divergence;
+        let window = (divergence.window + divergence.lag) as u64;
+        let pace = Pace::new(setup.sampling());
         Self {
             module: setup.module.clone(),
             components,
             settings: setup.isolation,
+            claims: Claims::new(pace),
+            pace,
+            short_gap: of_loops + window + setup.isolation.tie_steps,
             rule: FirstChange::new(&setup.isolation, &setup.detection.divergence),
             log: ChangeLog::default(),
             peers: setup.peers.iter().cloned().map(PeerKnowledge::new).collect(),
@@ -55,6 +66,7 @@ impl Isolator {
     pub(crate) fn restart(&mut self) {
         self.log.clear();
         self.cases.clear();
+        self.claims.clear();
         self.causes = Causes::default();
         self.taken_until = None;
         for peer in &mut self.peers {
@@ -94,17 +106,16 @@ impl Isolator {
         })
     }
 
-    /// Logs a change of a channel's own; `judge` says whether its verdict is open, `of_gap` whether it may come of
-    /// the models' ignorance of a gap, if it began in one.
+    /// Logs a change of a channel's own, with its onset and ratio; `judge` says whether its verdict is open, `of_gap`
+    /// whether it may come of the models' ignorance of a gap, if it began in one.
     pub(crate) fn change(
         &mut self,
-        channel: usize,
-        onset: Step,
+        (channel, onset, ratio): (usize, Step, f64),
         evidence: Evidence,
         judge: bool,
         of_gap: bool,
     ) {
-        self.log.push(LoggedChange::new(channel, onset, evidence.step, evidence.ratio()));
+        self.log.push(LoggedChange::new(channel, onset, evidence.step, ratio));
         if judge {
             self.cases.open(Case::new(channel, onset, evidence, self.hold(channel), of_gap));
         }
@@ -138,6 +149,7 @@ impl Isolator {
     /// Drops the open cases of a channel: an operator has decided.
     pub(crate) fn drop_cases(&mut self, channel: usize) {
         self.cases.close_all_of(channel);
+        self.claims.close_all_of(channel);
     }
 
     /// Steps from a change of this channel to its judgement. By the paper an actuator fault is found
@@ -172,7 +184,7 @@ impl Isolator {
         let is_actuator =
             |(path, _): &&(ComponentPath, Step)| matches!(path.component, Component::Actuator(_));
         let mut latched: Vec<_> = faulty.iter().filter(is_actuator).cloned().collect();
-        let of_peers = self.peers.iter().flat_map(|peer| peer.actuator_faults.iter().cloned());
+        let of_peers = self.peers.iter().flat_map(|peer| peer.faults.iter().cloned());
         self.causes.faulty = faulty.into_iter().chain(of_peers).collect();
         for mut case in self.cases.take_due(now) {
             match self.find(&case, &latched, coverage) {
@@ -256,29 +268,48 @@ impl Isolator {
 
     /// Which questions must be put at step `now`? They count as put.
     pub(crate) fn questions(&mut self, run: RunId, now: Step) -> Vec<(ModuleName, Question)> {
-        let due = self.cases.iter().filter(|case| case.decide_at <= now);
-        let Some(as_of) = due.map(|case| case.decide_at).max() else {
-            return Vec::new();
-        };
+        let due = || self.cases.iter().map(|case| case.decide_at).filter(|step| *step <= now);
+        let latest = due().max();
         let tie = self.settings.tie_steps;
-        let cases = &self.cases;
-        let lacking = |peer: &PeerKnowledge| {
-            let due = cases.iter().filter(|case| case.decide_at <= now);
-            due.into_iter().any(|case| !peer.has_answered(case.decide_at))
-        };
         let mut questions = Vec::new();
-        for index in 0..self.peers.len() {
-            let peer = &self.peers[index];
-            if peer.may_be_asked(now) && lacking(peer) {
-                let question = Question { run, from: peer.unknown_from(tie), as_of };
-                questions.push((peer.name.clone(), question));
-                self.peers[index].outstanding = Some(question);
-            }
+        for peer in self.peers.iter_mut().filter(|peer| peer.may_be_asked(now)) {
+            let of_cases = latest.filter(|_| due().any(|step| !peer.has_answered(step)));
+            let of_claims = self.claims.due_of(&peer.name, now);
+            let Some(as_of) = of_cases.max(of_claims) else { continue };
+            let question = Question { run, from: peer.unknown_from(tie), as_of };
+            questions.push((peer.name.clone(), question));
+            peer.outstanding = Some(question);
         }
         questions
     }
 
-    /// A peer answered.
+    /// A case was found to be the effect of what `by` did at `since`. If that is a peer's, it rests on its word.
+    pub(crate) fn rest_on(&mut self, case: &Case, by: &ComponentPath, since: Step) {
+        let peer = self.peers.iter().find(|peer| peer.name == by.module);
+        let stands =
+            peer.is_none_or(|peer| peer.has_answered(since) && peer.stands_by(&by.component));
+        if self.settings.rule == Rule::FirstChange && !stands {
+            self.claims.open(case.clone(), by.clone(), since);
+        }
+    }
+
+    /// The same, taken up after a restart.
+    pub(crate) fn recall_claim(
+        &mut self,
+        channel: usize,
+        explained: &Transition,
+        by: &ComponentPath,
+        since: Step,
+    ) {
+        self.rest_on(&Case::recalled(channel, explained, self.hold(channel)), by, since);
+    }
+
+    /// Does the verdict on a channel rest on a peer's word?
+    pub(crate) fn rests_on_a_word(&self, channel: usize) -> bool {
+        self.claims.are_open(channel)
+    }
+
+    /// A peer answered. Returns the cases that rested on its word, with what has become of it.
     ///
     /// # Errors
     /// An answer that does not fit: it counts as none.
@@ -287,7 +318,7 @@ impl Isolator {
         peer: &ModuleName,
         answer: Answer,
         now: Step,
-    ) -> Result<(), PeerFailure> {
+    ) -> Result<Vec<(Case, Word)>, PeerFailure> {
         let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) else {
             return Err(PeerFailure::Malformed(format!("`{peer}` is not a peer")));
         };
@@ -295,7 +326,8 @@ impl Isolator {
             return Err(PeerFailure::Malformed("nothing was asked".into()));
         }
         let quiet = self.settings.quiet_steps;
-        peer.take(answer, quiet).inspect_err(|_| peer.fail(now))
+        peer.take(answer.clone(), quiet).inspect_err(|_| peer.fail(now, self.pace))?;
+        Ok(self.claims.check(&peer.name, &answer))
     }
 
     /// A peer did not answer. Returns whether it had been asked this.
@@ -303,7 +335,7 @@ impl Isolator {
         let asked = |p: &&mut PeerKnowledge| p.name == *peer && p.outstanding == Some(question);
         match self.peers.iter_mut().find(asked) {
             Some(peer) => {
-                peer.fail(now);
+                peer.fail(now, self.pace);
                 true
             }
             None => false,
@@ -339,12 +371,13 @@ impl Isolator {
         let from = case.onset.minus(self.settings.effect_steps);
         let watched = coverage.since(case.decide_at).is_some_and(|since| {
             let begun_in_gap = coverage.since(case.onset).is_none();
-            let is_short = since.since(case.onset) <= SHORT_GAP;
+            let is_short = since.since(case.onset) <= self.short_gap;
             since <= from || begun_in_gap && is_short && !case.of_gap
         });
         let leaves = |(_, next)| self.rule.windows().forgets(Some(next)) >= Some(case.onset);
         let in_interval = |gap: (Step, Step)| gap.1 <= case.onset && leaves(gap);
-        let gap = coverage.gaps().any(|gap| gap.1.since(gap.0) > SHORT_GAP && in_interval(gap));
+        let gap =
+            coverage.gaps().any(|gap| gap.1.since(gap.0) > self.short_gap && in_interval(gap));
         let itself = (!watched || gap).then(|| self.module.clone());
         let peers = self.peers.iter().filter(|peer| !peer.suffices(from, case.decide_at));
         itself.into_iter().chain(peers.map(|peer| peer.name.clone())).collect()
@@ -353,7 +386,7 @@ impl Isolator {
     /// A peer is back: what it failed to answer may be asked at once.
     pub(crate) fn returned(&mut self, peer: &ModuleName, now: Step) {
         if let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) {
-            peer.retry_now(now);
+            peer.retry_now(now, self.pace);
         }
     }
 
@@ -426,7 +459,7 @@ impl Isolator {
         }
         let Some(taken_until) = self.taken_until else { return };
         for peer in &mut self.peers {
-            peer.changes.retain(|change| change.step > taken_until);
+            peer.forget_until(taken_until);
         }
     }
 
@@ -434,8 +467,8 @@ impl Isolator {
         ComponentPath { module: self.module.clone(), component: self.components[channel].clone() }
     }
 
-    /// Is any change awaiting its judgement?
-    pub(crate) fn is_idle(&self) -> bool {
-        self.cases.is_empty()
+    /// Does no change await its judgement, and is no peer to be asked?
+    pub(crate) fn is_idle(&self, now: Step) -> bool {
+        self.cases.is_empty() && !self.claims.is_any_due(now)
     }
 }

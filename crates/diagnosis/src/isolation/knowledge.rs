@@ -2,12 +2,12 @@
 
 use names::{Component, ComponentPath, ModuleName, Step};
 
+use super::pace::Pace;
 use crate::change::Change;
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
 
-/// Steps after which an unanswered question is put again; doubled at every failure.
-const FIRST_RETRY_STEPS: u64 = 250;
-const LONGEST_RETRY_STEPS: u64 = 1000;
+/// No plausible value gives a larger D/γ: a gage's strain is at most a million times its noise, which makes D 10¹².
+const LARGEST_RATIO: f64 = 1e15;
 
 /// A change somewhere in the structure.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +18,8 @@ pub struct KnownChange {
     pub onset: Step,
     /// The step at which D rose to γ or above.
     pub step: Step,
-    /// Largest D/γ from that step until the tie window was over (or until the step judged as of).
+    /// Largest D/γ from that step until the tie window was over (or until the step judged as of), less what a
+    /// cylinder's demand explains of it; 1 if that is all.
     pub ratio: f64,
     /// The last step at which D was at γ or above; `None` if it went on as of the step judged as of.
     pub until: Option<Step>,
@@ -34,6 +35,11 @@ pub(super) struct Span {
 impl KnownChange {
     pub(super) fn span(&self) -> Span {
         Span { since: self.step, until: self.until }
+    }
+
+    /// A cylinder's, and nothing but its demand's motion? Whatever moved the demand explains it.
+    pub(super) fn follows_demand(&self) -> bool {
+        matches!(self.path.component, Component::Actuator(_)) && self.ratio <= 1.0
     }
 
     /// Is this the likelier root of two simultaneous changes? The larger ratio is; an exact draw
@@ -53,9 +59,15 @@ pub(crate) struct PeerKnowledge {
     /// Changes reported, sorted by step.
     pub(crate) changes: Vec<KnownChange>,
     pub(crate) actuator_faults: Vec<(ComponentPath, Step)>,
+    /// Components of whatever kind that it has declared faulty, as far as it tells.
+    pub(crate) faults: Vec<(ComponentPath, Step)>,
+    /// The components for which it raised the alarm in its latest answer, if it tells.
+    pub(crate) alarms: Option<Vec<Component>>,
     /// All is known up to this step.
     pub(crate) answered_until: Option<Step>,
     pub(crate) watching_since: Option<Step>,
+    /// The first step whose changes are kept.
+    kept_from: Step,
     /// The question under way.
     pub(crate) outstanding: Option<Question>,
     /// The latest question failed: not asked again before this step.
@@ -74,11 +86,20 @@ impl PeerKnowledge {
             name,
             changes: Vec::new(),
             actuator_faults: Vec::new(),
+            faults: Vec::new(),
+            alarms: None,
             answered_until: None,
             watching_since: None,
+            kept_from: Step(0),
             outstanding: None,
             retry: None,
         }
+    }
+
+    /// Does the peer raise the alarm for its component, as far as it tells? One of a former version does not tell, and
+    /// is believed.
+    pub(crate) fn stands_by(&self, component: &Component) -> bool {
+        self.alarms.as_ref().is_none_or(|alarms| alarms.contains(component))
     }
 
     /// Did the latest question fail?
@@ -112,17 +133,16 @@ impl PeerKnowledge {
     }
 
     /// Notes that the question failed; it may be put again some steps after `now`.
-    pub(crate) fn fail(&mut self, now: Step) {
-        let after =
-            self.retry.map_or(FIRST_RETRY_STEPS, |r| (2 * r.after).min(LONGEST_RETRY_STEPS));
+    pub(crate) fn fail(&mut self, now: Step, pace: Pace) {
+        let after = self.retry.map_or(pace.first, |r| (2 * r.after).min(pace.longest));
         self.retry = Some(Retry { at: now.plus(after), after });
         self.outstanding = None;
     }
 
     /// The peer is back after a failure: it may be asked at once, and the backoff restarts.
-    pub(crate) fn retry_now(&mut self, now: Step) {
+    pub(crate) fn retry_now(&mut self, now: Step, pace: Pace) {
         if let Some(retry) = &mut self.retry {
-            *retry = Retry { at: now, after: FIRST_RETRY_STEPS };
+            *retry = Retry { at: now, after: pace.first };
         }
     }
 
@@ -133,6 +153,7 @@ impl PeerKnowledge {
     /// An answer that does not fit the question; nothing was taken in.
     pub(crate) fn take(&mut self, answer: Answer, quiet_steps: u64) -> Result<(), PeerFailure> {
         self.check(&answer, quiet_steps)?;
+        self.check_against_former(&answer)?;
         let Question { from, as_of, .. } = answer.question;
         let path = |component| ComponentPath { module: self.name.clone(), component };
         let reported: Vec<KnownChange> = answer
@@ -153,11 +174,46 @@ impl PeerKnowledge {
         self.actuator_faults = (answer.actuator_faults.into_iter())
             .map(|fault| (path(Component::Actuator(fault.actuator)), fault.step))
             .collect();
+        self.faults = match &answer.alarms {
+            Some(alarms) => (alarms.iter().filter(|alarm| alarm.faulty))
+                .map(|alarm| (path(alarm.component.clone()), alarm.step))
+                .collect(),
+            None => self.actuator_faults.clone(),
+        };
+        self.alarms =
+            (answer.alarms).map(|alarms| alarms.into_iter().map(|alarm| alarm.component).collect());
         self.answered_until = Some(as_of);
         self.watching_since = answer.watching_since;
         self.outstanding = None;
         self.retry = None;
         Ok(())
+    }
+
+    /// Forgets the changes up to a step.
+    pub(crate) fn forget_until(&mut self, step: Step) {
+        self.changes.retain(|change| change.step > step);
+        self.kept_from = step.plus(1);
+    }
+
+    /// As of a step that it has answered for, no change can be added, unless it was not watching then.
+    fn check_against_former(&self, answer: &Answer) -> Result<(), PeerFailure> {
+        let (Some(until), Some(watching)) = (self.answered_until, answer.watching_since) else {
+            return Ok(());
+        };
+        let known = |change: &Change| {
+            let same =
+                |k: &KnownChange| k.step == change.step && k.path.component == change.component;
+            self.changes.iter().any(same)
+        };
+        let could_be_known = watching.max(self.kept_from)..=until;
+        let mut in_time = answer.changes.iter().filter(|c| could_be_known.contains(&c.step));
+        match in_time.find(|change| !known(change)) {
+            None => Ok(()),
+            Some(change) => Err(PeerFailure::Malformed(format!(
+                "{} changed at step {}, but there was no such change in its answer as of step {until}",
+                change.component, change.step
+            ))),
+        }
     }
 
     fn check(&self, answer: &Answer, quiet_steps: u64) -> Result<(), PeerFailure> {
@@ -188,6 +244,16 @@ impl PeerKnowledge {
         }
         if answer.changes.iter().any(|change| change.ratio.is_nan() || change.ratio < 1.0) {
             return malformed("a change below its threshold");
+        }
+        if answer.changes.iter().any(|change| change.ratio > LARGEST_RATIO) {
+            return malformed("a change larger than any can be");
+        }
+        let alarms = answer.alarms.as_deref().unwrap_or_default();
+        if alarms.len() > MAX_CHANGES_IN_ANSWER {
+            return malformed("too many alarms");
+        }
+        if alarms.iter().any(|alarm| alarm.step > as_of) {
+            return malformed("an alarm after the step asked for");
         }
         if answer.actuator_faults.iter().any(|fault| fault.step > as_of) {
             return malformed("an actuator fault after the step asked for");

@@ -25,7 +25,7 @@ impl ForceLoop {
         let stiffness = hydraulics.area_a_m2 / hydraulics.volume_a_m3
             + hydraulics.area_b_m2 / hydraulics.volume_b_m3;
         let rate = hydraulics.bulk_modulus_pa * hydraulics.force_gain_m3_per_s_n * stiffness;
-        let mean_share = -(-rate * step_s).exp_m1() / (rate * step_s);
+        let mean_share = -libm::expm1(-rate * step_s) / (rate * step_s);
         Self { hydraulics, step_s, mean_share, pressures }
     }
 
@@ -46,6 +46,14 @@ impl ForceLoop {
         self.hydraulics.force_n(self.pressures)
     }
 
+    /// The share of a small deviation from the demand that is left after a step.
+    pub(super) fn left_after_a_step(&self) -> f64 {
+        let h = &self.hydraulics;
+        let stiffness = h.area_a_m2 / h.volume_a_m3 + h.area_b_m2 / h.volume_b_m3;
+        let flow_gain = h.force_gain_m3_per_s_n * self.mean_share * self.step_s;
+        1.0 - h.bulk_modulus_pa * flow_gain * stiffness
+    }
+
     /// Moves on by one step under the demand u \[N\].
     pub fn step(&mut self, demand_n: f64) {
         let h = &self.hydraulics;
@@ -55,6 +63,18 @@ impl ForceLoop {
         let gain = h.bulk_modulus_pa * self.step_s;
         self.pressures[0] += gain * flow_a / h.volume_a_m3;
         self.pressures[1] += gain * flow_b / h.volume_b_m3;
+    }
+
+    /// Leans the pressures by a share towards measured ones \[Pa\], as far as that leaves the force as it is. Nothing
+    /// else keeps the mean pressure: every time a valve is full it moves, for ever, and with it what the valves let
+    /// through.
+    pub(super) fn lean(&mut self, measured: [f64; 2], share: f64) {
+        let (a, b) = (self.hydraulics.area_a_m2, self.hydraulics.area_b_m2);
+        let off = [measured[0] - self.pressures[0], measured[1] - self.pressures[1]];
+        // (b, a) is the direction along which a·p_A − b·p_B stays.
+        let along = share * (b * off[0] + a * off[1]) / (a * a + b * b);
+        self.pressures[0] += along * b;
+        self.pressures[1] += along * a;
     }
 
     fn inlet(&self, chamber: usize) -> f64 {
@@ -99,6 +119,25 @@ mod tests {
             halves.step(demand);
             assert!((whole.force_n() - halves.force_n()).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn pressures_lean_towards_measured_ones_and_the_force_stays() {
+        let mut drifted = ForceLoop::new(hydraulics(), 1e-3, REST);
+        let force = drifted.force_n();
+        let shifted = {
+            let h = hydraulics();
+            [REST[0] + 10e5 * h.area_b_m2 / h.area_a_m2, REST[1] + 10e5]
+        };
+        (0..5000).for_each(|_| drifted.lean(shifted, 1e-3));
+        assert!((drifted.force_n() - force).abs() < 1e-6);
+        for (leant, measured) in drifted.pressures_pa().iter().zip(shifted) {
+            assert!((leant - measured).abs() < 0.1e5, "{leant} {measured}");
+        }
+        // A force that is missing is not learnt.
+        drifted.settle(REST);
+        (0..5000).for_each(|_| drifted.lean([REST[0] - 20e5, REST[1]], 1e-3));
+        assert!((drifted.force_n() - force).abs() < 1e-6);
     }
 
     #[test]

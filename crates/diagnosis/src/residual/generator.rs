@@ -8,22 +8,21 @@
 use serde::{Deserialize, Serialize};
 use truss::{LocalModel, ModelError, Structure};
 
-use super::force_loop::ForceLoop;
 use super::nominal_hydraulics::NominalHydraulics;
+use super::tracked_force::TrackedForce;
 use crate::sample::Sample;
 
-/// Longest gap, in steps, that the force loops are stepped through under demands on a straight line. Their
-/// time constant is ten: after 20 steps a healthy tower's divergences stay below half their thresholds, after
-/// 50 they are above. Beyond it the loops take up the forces that are measured after the gap.
-const LONGEST_GAP_OF_LOOPS: u64 = 20;
+/// Longest gap, in time constants of the force loops, that these are stepped through under demands on a straight line:
+/// after two a healthy tower's divergences stay below half their thresholds, after five they are above. Beyond it the
+/// loops take up the forces that are measured after the gap.
+const LONGEST_GAP_OF_LOOPS: f64 = 2.0;
 
-/// How long, in steps, a force loop that took up a measured force remembers that measurement's noise: five
-/// time constants.
-const LOOPS_SETTLE: u64 = 50;
+/// How many time constants a force loop that took up a measured force remembers that measurement's noise.
+const LOOPS_SETTLE: f64 = 5.0;
 
-/// Longest gap, in steps, that the structure is stepped through under forces on a straight line: a third of
-/// the period of its first mode. After 500 steps divergences still stay below their thresholds, after 1000 not.
-const LONGEST_GAP_OF_STRUCTURE: u64 = 200;
+/// Longest gap that the structure is stepped through under forces on a straight line \[s\]: a third of the period of a
+/// tower's first mode. After half a second divergences still stay below their thresholds, after a whole one not.
+const LONGEST_GAP_OF_STRUCTURE_S: f64 = 0.2;
 
 /// Which residual an actuator is watched by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -56,13 +55,18 @@ fn blend(into: &mut [f64], from: &[f64], to: &[f64], share: f64) {
     }
 }
 
+/// Lost samples that the force loops are stepped through.
+pub(crate) fn longest_gap_of_loops(hydraulics: &NominalHydraulics, step_s: f64) -> u64 {
+    ((LONGEST_GAP_OF_LOOPS * hydraulics.time_constant_s() / step_s).round() as u64).max(1)
+}
+
 /// Turns samples into residuals: actuators first, then gages, in the order of the description.
 #[derive(Debug, Clone)]
 pub struct ResidualGenerator {
     kind: ActuatorResidual,
     hydraulics: NominalHydraulics,
     local: LocalModel,
-    loops: Vec<ForceLoop>,
+    loops: Vec<TrackedForce>,
     forces: Vec<f64>,
     demands: Vec<f64>,
     /// Those of the sample before, and between the two.
@@ -74,6 +78,9 @@ pub struct ResidualGenerator {
     /// force may be wrong by as much.
     swings_n: Vec<f64>,
     residuals: Vec<f64>,
+    longest_gap_of_loops: u64,
+    longest_gap_of_structure: u64,
+    loops_settle: u64,
     structure_follows: bool,
     loops_follow: bool,
     /// Steps until the force loops have forgotten where they began.
@@ -93,9 +100,14 @@ impl ResidualGenerator {
     ) -> Result<Self, ModelError> {
         let local = LocalModel::new(local, step_s)?;
         let actuators = local.actuator_count();
+        let steps = |seconds: f64| ((seconds / step_s).round() as u64).max(1);
+        let time_constant_s = hydraulics.time_constant_s();
         Ok(Self {
             kind,
-            loops: vec![ForceLoop::new(hydraulics, step_s, [0.0; 2]); actuators],
+            longest_gap_of_loops: longest_gap_of_loops(&hydraulics, step_s),
+            longest_gap_of_structure: steps(LONGEST_GAP_OF_STRUCTURE_S),
+            loops_settle: steps(LOOPS_SETTLE * time_constant_s),
+            loops: vec![TrackedForce::new(hydraulics, step_s); actuators],
             hydraulics,
             forces: vec![0.0; actuators],
             demands: vec![0.0; actuators],
@@ -130,14 +142,14 @@ impl ResidualGenerator {
     /// residuals after the gap can be compared with those before it; otherwise the models restart.
     #[must_use]
     pub fn bridge(&mut self, missing: u64) -> bool {
-        if missing > LONGEST_GAP_OF_STRUCTURE {
+        if missing > self.longest_gap_of_structure {
             self.restart();
             return false;
         }
         self.missing = missing;
-        if missing > LONGEST_GAP_OF_LOOPS {
+        if missing > self.longest_gap_of_loops {
             self.loops_follow = false;
-            self.unsettled = LOOPS_SETTLE;
+            self.unsettled = self.loops_settle;
         }
         true
     }
@@ -151,15 +163,20 @@ impl ResidualGenerator {
         }
         self.demands.copy_from_slice(&sample.demands_n);
         self.cross_gap();
+        if self.structure_follows {
+            self.move_structure();
+        }
         self.settle(sample);
         let actuators = self.forces.len();
         let (of_actuators, of_gages) = self.residuals.split_at_mut(actuators);
         for (i, residual) in of_actuators.iter_mut().enumerate() {
-            let expected = match self.kind {
-                ActuatorResidual::Demand => self.demands[i],
-                ActuatorResidual::Tracking => self.loops[i].force_n(),
+            *residual = match self.kind {
+                ActuatorResidual::Demand => self.demands[i] - self.forces[i],
+                ActuatorResidual::Tracking => self.loops[i].force_n() - self.forces[i],
             };
-            *residual = expected - self.forces[i];
+        }
+        for (force_loop, pressures) in self.loops.iter_mut().zip(&sample.pressures_pa) {
+            force_loop.lean(*pressures);
         }
         self.local.elongations(of_gages);
         for (residual, measured) in of_gages.iter_mut().zip(&sample.elongations_m) {
@@ -175,6 +192,15 @@ impl ResidualGenerator {
         self.loops[actuator].pressures_pa()
     }
 
+    /// How far a channel's residual may be off because the demand moved \[N\], noise included: 0 while that is less
+    /// than noise, for a gage, and where an actuator's residual is its distance from the demand.
+    pub(crate) fn margin_n(&self, channel: usize) -> f64 {
+        let tracked = self.loops.get(channel).filter(|_| self.kind == ActuatorResidual::Tracking);
+        let noise = self.hydraulics.force_variance().sqrt();
+        let margin = tracked.map(TrackedForce::margin_n).filter(|margin| *margin > noise);
+        margin.map_or(0.0, |margin| margin + noise)
+    }
+
     /// How far an actuator's demand moved across the latest gap \[N\].
     pub(crate) fn swing_n(&self, actuator: usize) -> f64 {
         self.swings_n[actuator]
@@ -187,7 +213,7 @@ impl ResidualGenerator {
 
     /// Steps the models through the lost samples before the latest one.
     fn cross_gap(&mut self) {
-        let missing = std::mem::take(&mut self.missing);
+        let missing = self.missing;
         if missing > 0 {
             let ends = self.demands.iter().zip(&self.earlier.demands);
             for (swing, (after, before)) in self.swings_n.iter_mut().zip(ends) {
@@ -196,18 +222,26 @@ impl ResidualGenerator {
         }
         for place in 1..=missing {
             let share = place as f64 / (missing + 1) as f64;
-            blend(&mut self.between.forces, &self.earlier.forces, &self.forces, share);
             blend(&mut self.between.demands, &self.earlier.demands, &self.demands, share);
-            self.local.step(&self.between.forces);
             for (force_loop, demand) in self.loops.iter_mut().zip(&self.between.demands) {
                 force_loop.step(*demand);
             }
         }
     }
 
-    /// Moves the models on to the next step under the latest forces and demands.
+    /// Moves the structure's model from the sample before to the latest one: forces between samples are on a straight
+    /// line, so over each step their mean acts.
+    fn move_structure(&mut self) {
+        let steps = std::mem::take(&mut self.missing) + 1;
+        for place in 0..steps {
+            let share = (place as f64 + 0.5) / steps as f64;
+            blend(&mut self.between.forces, &self.earlier.forces, &self.forces, share);
+            self.local.step(&self.between.forces);
+        }
+    }
+
+    /// Moves the force loops on to the next step under the latest demands.
     fn advance(&mut self) {
-        self.local.step(&self.forces);
         for (force_loop, demand) in self.loops.iter_mut().zip(&self.demands) {
             force_loop.step(*demand);
         }

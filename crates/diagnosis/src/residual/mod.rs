@@ -3,7 +3,9 @@
 mod force_loop;
 mod generator;
 mod nominal_hydraulics;
+mod tracked_force;
 
 pub use force_loop::ForceLoop;
+pub(crate) use generator::longest_gap_of_loops;
 pub use generator::{ActuatorResidual, ResidualGenerator};
 pub use nominal_hydraulics::{HydraulicsError, NominalHydraulics};

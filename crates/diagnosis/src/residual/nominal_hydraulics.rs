@@ -26,6 +26,13 @@ pub struct NominalHydraulics {
     pub tank_pa: f64,
     /// Standard deviation of a measured pressure \[Pa\].
     pub pressure_noise_pa: f64,
+    /// By which share a healthy cylinder may be faster or slower than these figures say: 0.25.
+    #[serde(default = "quarter")]
+    pub speed_uncertainty: f64,
+}
+
+fn quarter() -> f64 {
+    0.25
 }
 
 /// A figure that cannot be right.
@@ -45,12 +52,29 @@ impl NominalHydraulics {
         a * self.area_a_m2 - b * self.area_b_m2
     }
 
+    /// Time constant of the force loop while no valve is full \[s\]: 1/(β·K_P·(A_A/V_A + A_B/V_B)).
+    #[must_use]
+    pub fn time_constant_s(&self) -> f64 {
+        let stiffness = self.area_a_m2 / self.volume_a_m3 + self.area_b_m2 / self.volume_b_m3;
+        1.0 / (self.bulk_modulus_pa * self.force_gain_m3_per_s_n * stiffness)
+    }
+
     /// Variance of an observed force \[N²\] that the pressure noise alone causes.
     #[must_use]
     pub fn force_variance(&self) -> f64 {
         let a = self.area_a_m2 * self.pressure_noise_pa;
         let b = self.area_b_m2 * self.pressure_noise_pa;
         a * a + b * b
+    }
+
+    /// The same so many times as fast.
+    #[must_use]
+    pub(super) fn with_speed(&self, factor: f64) -> Self {
+        Self {
+            force_gain_m3_per_s_n: factor * self.force_gain_m3_per_s_n,
+            valve_flow_m3_per_s: factor * self.valve_flow_m3_per_s,
+            ..*self
+        }
     }
 
     /// Every figure that cannot be right.
@@ -74,6 +98,10 @@ impl NominalHydraulics {
             .filter(|(_, value)| !(value.is_finite() && *value > 0.0))
             .map(|(name, value)| HydraulicsError { name, value, expected })
             .collect();
+        if !(0.0..1.0).contains(&self.speed_uncertainty) {
+            let (name, value) = ("speed_uncertainty", self.speed_uncertainty);
+            problems.push(HydraulicsError { name, value, expected: "0 or more, and less than 1" });
+        }
         if problems.is_empty() && self.tank_pa >= self.supply_pa {
             let expected = "less than the supply pressure";
             problems.push(HydraulicsError { name: "tank_pa", value: self.tank_pa, expected });

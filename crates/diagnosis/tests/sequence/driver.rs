@@ -253,7 +253,8 @@ impl Driver {
         self.lives.latest().for_each(|latest| self.check_doubt(latest));
     }
 
-    /// What is due and cannot be judged because a peer is silent is marked as in doubt.
+    /// What is due and cannot be judged because a peer is silent is marked as in doubt. A jump needs no silent peer, but
+    /// waits for those that may still answer.
     fn check_doubt(&self, latest: &Transition) {
         let due = latest.detection.plus(HOLD);
         let alone = self.rule == Rule::Paper;
@@ -261,6 +262,10 @@ impl Driver {
         let is_due = self.bench.diagnoser.last_step().is_some_and(|now| now >= due)
             && self.bench.diagnoser.run() == Some(latest.run);
         if alone || recalled || !is_due || latest.verdict != Verdict::Tentative {
+            return;
+        }
+        let may_answer = |peer: &Peer| !peer.silent && !peer.has_answered(due);
+        if self.root_ratio.is_finite() && self.peers.iter().any(may_answer) {
             return;
         }
         let silent = self.peers.iter().find(|peer| peer.silent && !peer.has_answered(due));

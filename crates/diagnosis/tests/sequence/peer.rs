@@ -83,6 +83,6 @@ impl Peer {
             actuator_faults.retain(|fault| fault.step <= question.as_of);
         }
         let watching_since = said.watching_since.map(Step);
-        Answer { question, watching_since, changes, actuator_faults }
+        Answer { question, watching_since, changes, actuator_faults, alarms: None }
     }
 }

@@ -1,6 +1,8 @@
 //! What happened in a run, sorted out: every change with its verdict.
 
-use diagnosis::{FirstChange, IsolationSettings, KnownChange, Reason, Transition, Verdict};
+use diagnosis::{
+    Diagnoser, FirstChange, IsolationSettings, KnownChange, Reason, Transition, Verdict,
+};
 use names::{ComponentPath, ModuleName, Step};
 
 use super::words::Clock;
@@ -148,7 +150,7 @@ impl Observer {
         }
         let tie = self.longest_tie;
         for change in self.changes.iter_mut().rev().take_while(|c| step.since(c.step) <= tie) {
-            change.peak = change.peak.max(ratio(rig, &change.component));
+            change.peak = change.peak.max(excess(rig, &change.component));
         }
         self.prolong(rig, step);
         if step >= onset {
@@ -197,12 +199,20 @@ fn is_watching(rig: &Rig) -> bool {
 
 /// D/γ of a component at the latest step.
 fn ratio(rig: &Rig, path: &ComponentPath) -> f64 {
-    let of_module = rig.diagnosers().iter().find(|d| *d.module() == path.module);
-    let evidence = of_module.and_then(|diagnoser| {
-        let place = diagnoser.components().iter().position(|c| *c == path.component)?;
-        diagnoser.evidence().get(place)
-    });
+    let evidence =
+        channel(rig, path).and_then(|(diagnoser, place)| diagnoser.evidence().get(place));
     evidence.map_or(0.0, diagnosis::Evidence::ratio)
+}
+
+/// The same, less what a cylinder's demand explains of it.
+fn excess(rig: &Rig, path: &ComponentPath) -> f64 {
+    channel(rig, path).map_or(0.0, |(diagnoser, place)| diagnoser.excess(place))
+}
+
+fn channel<'a>(rig: &'a Rig, path: &ComponentPath) -> Option<(&'a Diagnoser, usize)> {
+    let diagnoser = rig.diagnosers().iter().find(|d| *d.module() == path.module)?;
+    let place = diagnoser.components().iter().position(|c| *c == path.component)?;
+    Some((diagnoser, place))
 }
 
 /// Finds out what became of every change.

@@ -47,6 +47,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
             supply_pa: h.supply_pa,
             tank_pa: h.tank_pa,
             pressure_noise_pa: h.pressure_noise_pa,
+            speed_uncertainty: 0.25,
         },
         gage_noise_strain: parameters.gages.noise_strain,
         step_s: parameters.step_s,
@@ -87,7 +88,15 @@ pub fn campaign(rule: Rule) -> Campaign {
     let (structure, parameters, mut setups) = parts();
     setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
     let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() };
-    Campaign { structure, parameters, setups, mismatch: 0.1, seed: 7, ranges }
+    Campaign {
+        structure,
+        parameters,
+        setups,
+        mismatch: 0.1,
+        controllers: Vec::new(),
+        seed: 7,
+        ranges,
+    }
 }
 
 /// The component and the step of a fault that was committed.

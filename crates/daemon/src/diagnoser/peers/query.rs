@@ -64,6 +64,16 @@ impl PeerQueries {
         self.book.why_silent(peer)
     }
 
+    /// An answer of the peer was rejected by the diagnosis.
+    pub(crate) fn note_rejection(&self, peer: &ModuleName, reason: String) {
+        self.book.note_rejection(peer, reason);
+    }
+
+    /// The peer does not stand by what it said.
+    pub(crate) fn note_dispute(&self, peer: &ModuleName) {
+        self.book.note_dispute(peer);
+    }
+
     /// Asks in a task of its own; the outcome comes back as an event.
     pub(crate) fn ask(&self, peer: ModuleName, question: Question) {
         let querier = self.queriers.get(&peer).cloned();

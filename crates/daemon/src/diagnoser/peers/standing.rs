@@ -47,6 +47,21 @@ impl PeerBook {
         });
     }
 
+    /// An answer that was well-formed does not fit what the peer was asked, or said before.
+    pub(crate) fn note_rejection(&self, peer: &ModuleName, reason: String) {
+        self.change(peer, |page| {
+            page.answered = page.answered.saturating_sub(1);
+            page.malformed += 1;
+            page.latest = Some(PeerOutcome::Malformed);
+            page.reason = Some(reason);
+        });
+    }
+
+    /// A peer did not stand by what it said.
+    pub(crate) fn note_dispute(&self, peer: &ModuleName) {
+        self.change(peer, |page| page.disputed += 1);
+    }
+
     /// Why a peer has not answered so far.
     pub(crate) fn why_silent(&self, peer: &ModuleName) -> String {
         let pages = self.pages();
@@ -105,10 +120,22 @@ mod tests {
         ];
         assert_eq!(why.collect::<Vec<_>>(), expected);
         book.note_presence(&peer, true);
+        book.note_dispute(&peer);
         let page = book.read().remove(0);
         let counts = [page.answered, page.refused, page.timed_out, page.absent, page.malformed];
-        assert_eq!((counts, page.present), ([1; 5], true));
+        assert_eq!((counts, page.disputed, page.present), ([1; 5], 1, true));
         assert_eq!(page.latest, Some(PeerOutcome::Refused));
         assert_eq!(page.reason.as_deref(), Some("no sample yet"));
+    }
+
+    #[test]
+    fn an_answer_that_contradicts_a_former_one_counts_as_none() {
+        let peer: ModuleName = "m2".parse().unwrap();
+        let book = PeerBook::new(std::slice::from_ref(&peer));
+        book.note_outcome(&peer, None);
+        book.note_rejection(&peer, "no such change before".to_owned());
+        let page = book.read().remove(0);
+        assert_eq!((page.answered, page.malformed), (0, 1));
+        assert_eq!(book.why_silent(&peer), "its answer does not count: no such change before");
     }
 }

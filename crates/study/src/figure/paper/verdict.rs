@@ -38,7 +38,7 @@ fn verdict(occurrence: &Occurrence) -> Option<Finding> {
         | Verdict::Unconfirmed { .. }
         | Verdict::Acknowledged => return None,
     };
-    let Transition { component, detection, decided, evidence, .. } = transition;
+    let Transition { component, detection, decided, evidence, .. } = transition.as_ref();
     Some(Finding {
         component: ComponentPath { module: module.clone(), component: component.clone() },
         detection: *detection,

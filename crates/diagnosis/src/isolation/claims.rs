@@ -1,0 +1,116 @@
+//! Verdicts that rest on a peer's word. Whoever changed first is faulty, so a peer whose component explains a change
+//! here has to raise the alarm itself: it is asked once more, and its word counts for nothing if it does not.
+
+use names::{ComponentPath, ModuleName, Step};
+
+use super::case::Case;
+use super::pace::Pace;
+use crate::question::Answer;
+
+/// How often the peer is asked. It has judged its own change by the first time, unless it waits for others; so after
+/// every answer in which it does not raise the alarm it is asked after twice as long.
+const ASKED_TIMES: u32 = 4;
+
+/// Most claims of one channel. What comes beyond rests on those that are open.
+const MAX_CLAIMS: usize = 8;
+
+/// A change that a peer's component explains, if the peer stands by it.
+#[derive(Debug, Clone, PartialEq)]
+struct Claim {
+    case: Case,
+    by: ComponentPath,
+    since: Step,
+    asked: u32,
+    ask_at: Step,
+}
+
+/// What a peer's answer makes of its word.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Word {
+    /// It raises the alarm itself.
+    Kept,
+    /// It does not: nothing explains the case.
+    Broken(ComponentPath),
+    /// It has forgotten: nobody can tell.
+    Forgotten(ModuleName),
+}
+
+/// The verdicts that rest on a peer's word, until it has been kept.
+#[derive(Debug, Clone)]
+pub(super) struct Claims {
+    open: Vec<Claim>,
+    pace: Pace,
+}
+
+impl Claims {
+    pub(super) fn new(pace: Pace) -> Self {
+        Self { open: Vec::new(), pace }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.open.clear();
+    }
+
+    /// A channel's claims are over: an operator has decided.
+    pub(super) fn close_all_of(&mut self, channel: usize) {
+        self.open.retain(|claim| claim.case.channel != channel);
+    }
+
+    /// The case has been found to be the effect of what a peer's component did at `since`.
+    pub(super) fn open(&mut self, case: Case, by: ComponentPath, since: Step) {
+        let channel = case.channel;
+        let of_channel = self.open.iter().filter(|claim| claim.case.channel == channel);
+        let (count, known) = of_channel
+            .fold((0, false), |(count, known), claim| (count + 1, known || claim.by == by));
+        if !known && count < MAX_CLAIMS {
+            let ask_at = case.decide_at.plus(self.pace.first);
+            self.open.push(Claim { case, by, since, asked: 0, ask_at });
+        }
+    }
+
+    /// Does the verdict on a channel rest on a peer's word?
+    pub(super) fn are_open(&self, channel: usize) -> bool {
+        self.open.iter().any(|claim| claim.case.channel == channel)
+    }
+
+    /// Is any peer to be asked at this step?
+    pub(super) fn is_any_due(&self, now: Step) -> bool {
+        self.open.iter().any(|claim| claim.ask_at <= now)
+    }
+
+    /// As of which step a peer is to be asked, if at all.
+    pub(super) fn due_of(&self, peer: &ModuleName, now: Step) -> Option<Step> {
+        let due = self.open.iter().filter(|claim| claim.by.module == *peer && claim.ask_at <= now);
+        due.map(|claim| claim.ask_at).max()
+    }
+
+    /// What a peer's answer makes of the claims that rest on its word. One that does not say which alarms it raises is
+    /// of a former version, and believed.
+    pub(super) fn check(&mut self, peer: &ModuleName, answer: &Answer) -> Vec<(Case, Word)> {
+        let (mut words, pace) = (Vec::new(), self.pace);
+        self.open.retain_mut(|claim| {
+            let is_asked = claim.by.module == *peer && claim.ask_at <= answer.question.as_of;
+            let word = if is_asked { claim.check(answer, pace) } else { None };
+            let is_open = word.is_none();
+            words.extend(word.map(|word| (claim.case.clone(), word)));
+            is_open
+        });
+        words
+    }
+}
+
+impl Claim {
+    /// `None` as long as the peer may have its reasons.
+    fn check(&mut self, answer: &Answer, pace: Pace) -> Option<Word> {
+        let Some(alarms) = &answer.alarms else { return Some(Word::Kept) };
+        if alarms.iter().any(|alarm| alarm.component == self.by.component) {
+            return Some(Word::Kept);
+        }
+        if answer.watching_since.is_none_or(|since| since > self.since) {
+            return Some(Word::Forgotten(self.by.module.clone()));
+        }
+        self.asked += 1;
+        self.ask_at = answer.question.as_of.plus(pace.first << self.asked);
+        (self.asked == ASKED_TIMES).then(|| Word::Broken(self.by.clone()))
+    }
+}
