@@ -42,6 +42,8 @@ const BASE: &str = "trusswatch/tower/module1";
 const SAMPLES: &str = "trusswatch/tower/module1/sample";
 /// No sample that is diagnosed is older \[ms\].
 const OLDEST_MS: f64 = 500.0;
+/// Longer than the effects of a fault take to show, in steps.
+const WATCHED: u64 = 500;
 /// By then what a flood took has been given back.
 const GIVEN_BACK: Duration = Duration::from_secs(10);
 
@@ -72,7 +74,7 @@ impl Scene {
         observer.wait_for(&MODULES, false).await;
         let plant = Some(deployment.start_plant("real", STEPS, 11, RunId(11)));
         for module in MODULES {
-            observer.status_of(module, |status| status.in_service_since_step.is_some()).await;
+            observer.status_of(module, has_watched).await;
         }
         let foreign = blocking_session(&deployment.endpoints[1..2]).await;
         Self { _deployment: deployment, plant, diagnosers, observer, foreign }
@@ -154,6 +156,12 @@ impl Scene {
             process.stop().await;
         }
     }
+}
+
+/// Has the module watched for long enough to know what was there before a fault that begins now?
+fn has_watched(status: &ModuleStatus) -> bool {
+    let since = status.in_service_since_step;
+    since.zip(status.step).is_some_and(|(since, step)| step.since(since) >= WATCHED)
 }
 
 /// What was counted in between.
