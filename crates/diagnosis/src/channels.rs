@@ -11,6 +11,7 @@ use crate::phase::Phase;
 use crate::residual::ResidualGenerator;
 use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, SetupError};
+use crate::shift::Shifts;
 use crate::unseen::Unseen;
 use crate::validity::{Supply, Validity};
 
@@ -21,6 +22,8 @@ pub(crate) enum Occurrence {
     Restarted(Violation),
     /// Its divergence rose to its threshold; it may have been rising since.
     Changed { onset: Step },
+    /// Its residual is not what it was before a gap, though its divergence may not show it; since `onset`.
+    Shifted { onset: Step },
     /// Its divergence has stayed below its threshold for long enough.
     Quiet,
     /// It has had no usable signal for too long.
@@ -39,6 +42,7 @@ pub(crate) struct Channels {
     evidence: Vec<Evidence>,
     coverage: Coverage,
     unseen: Unseen,
+    shifts: Shifts,
     phase: Phase,
     /// Most samples in a row that are filled in when they are lost.
     longest_filled: u64,
@@ -76,8 +80,8 @@ impl Channels {
         let monitors: Vec<_> = setup.thresholds.iter().map(monitor).collect();
         Ok(Self {
             evidence: monitors.iter().map(|monitor| *monitor.evidence()).collect(),
-            // A channel has at most three occurrences a step.
-            occurrences: Vec::with_capacity(3 * components.len()),
+            // A channel has at most four occurrences a step.
+            occurrences: Vec::with_capacity(4 * components.len()),
             validity: Validity::new(setup, setup.isolation.tie_steps),
             longest_filled: setup.isolation.tie_steps,
             unfilled: 0,
@@ -89,6 +93,7 @@ impl Channels {
             bank,
             monitors,
             coverage: Coverage::default(),
+            shifts: Shifts::new(&setup.prior_scatters()),
             unseen: Unseen::new((detection.divergence.window + detection.divergence.lag) as u64),
             phase: Phase::Waiting,
         })
@@ -113,6 +118,7 @@ impl Channels {
         self.monitors.iter_mut().for_each(Monitor::restart);
         self.coverage = Coverage::default();
         self.unseen.forget();
+        self.shifts.forget();
         self.unfilled = 0;
     }
 
@@ -130,6 +136,7 @@ impl Channels {
             self.coverage.cross(last, last.plus(missing + 1));
             self.bank.gap();
             self.unseen.begin(last.plus(1));
+            self.shifts.begin(&self.latest);
         } else {
             self.coverage.lose(last);
             self.relearn();
@@ -139,6 +146,7 @@ impl Channels {
     /// Nothing is to be compared with what was before.
     fn relearn(&mut self) {
         self.unseen.forget();
+        self.shifts.forget();
         self.bank.restart();
         self.monitors.iter_mut().for_each(Monitor::relearn);
     }
@@ -172,6 +180,12 @@ impl Channels {
         let outcomes = if settled { self.bank.push(&self.latest) } else { self.bank.skip() };
         let defined = outcomes.iter().any(|outcome| outcome.divergence().is_some());
         self.unseen.observe(sample.step, defined);
+        if defined {
+            let onset = self.unseen.earliest(sample.step);
+            let shifted = self.shifts.end(&self.latest);
+            self.occurrences
+                .extend(shifted.map(|channel| (channel, Occurrence::Shifted { onset })));
+        }
         for (channel, monitor) in self.monitors.iter_mut().enumerate() {
             if self.validity.supply(channel) == Supply::None {
                 self.evidence[channel].step = sample.step;

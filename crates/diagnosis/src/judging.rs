@@ -130,6 +130,12 @@ impl Judging {
                 let change = Change { component, onset, step, ratio: excess, until: None };
                 actions.push(Action::Report { run, change, evidence });
             }
+            // What is known to be faulty has been repaired, or is back. Of what was not, the divergence tells.
+            Occurrence::Shifted { onset } if self.ledger.verdict(channel).is_latched() => {
+                let ratio = channels.excess(channel).max(1.0);
+                self.isolator.change((channel, onset, ratio), evidence, false, false);
+            }
+            Occurrence::Shifted { .. } => {}
             Occurrence::SignalLost { signal, since } => {
                 self.isolator.drop_cases(channel);
                 let component = component.clone();

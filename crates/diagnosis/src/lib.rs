@@ -25,6 +25,7 @@ mod phase;
 mod question;
 mod sample;
 mod settings;
+mod shift;
 #[cfg(test)]
 mod testing;
 mod unseen;

@@ -82,8 +82,9 @@ fn a_restarted_diagnoser_goes_on_where_its_predecessor_was() {
 /// Histories by mismatch, seed and number in which a healthy component was named while the rule was made: after
 /// bursts of lost samples, after a change that nobody could judge, by the effects of a fault that hid behind another
 /// or in a gap, and by what left the interval without having shown when it entered, or later than it should for the
-/// samples that were lost meanwhile, or by what something else's leaving hid; by effects of what had been forgotten of a component that is known to be faulty,
-/// of a fault that the Gaussian had learnt, or of ratios that a restarted diagnoser took for a change's.
+/// samples that were lost meanwhile, or by what something else's leaving hid; by effects of what had been forgotten of
+/// a component that is known to be faulty, of its repair within a gap, of a fault that the Gaussian had learnt, or of
+/// ratios that a restarted diagnoser took for a change's.
 const ONCE_WRONG: &[(f64, u64, u64)] = &[
     (0.0, 779, 318),
     (0.0, 779, 450),
@@ -109,6 +110,7 @@ const ONCE_WRONG: &[(f64, u64, u64)] = &[
     (0.0, 20_261_201, 5165),
     (0.0, 20_261_201, 9291),
     (0.0, 20_261_211, 5439),
+    (0.0, 20_261_213, 1268),
 ];
 
 #[test]
