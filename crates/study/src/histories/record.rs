@@ -19,7 +19,7 @@ pub struct Named {
     pub detection: Step,
     /// As of which step the verdict was found.
     pub decided: Step,
-    /// It had never been faulty by then.
+    /// It had never been faulty by then. A fault that begins while a change is held is one of those it is judged by.
     pub healthy: bool,
 }
 
@@ -76,6 +76,6 @@ fn named(history: &History, occurrence: &Occurrence) -> Option<Named> {
     let component =
         ComponentPath { module: module.clone(), component: transition.component.clone() };
     let (detection, decided) = (transition.detection, transition.decided);
-    let healthy = !history.was_faulty(&component, detection);
+    let healthy = !history.was_faulty(&component, decided);
     Some(Named { component, detection, decided, healthy })
 }
