@@ -12,7 +12,7 @@ pub struct Change {
     pub component: Component,
     /// Since when its residual may have been changing.
     pub onset: Step,
-    /// The step at which D rose to γ or above.
+    /// The step at which D rose to γ or above, or at which a faulty component was seen to have shifted across a gap.
     pub step: Step,
     /// Largest D/γ from that step until the tie window was over (or until the step asked for), less what a cylinder's
     /// demand explains of it; 1 if that is all.

@@ -115,27 +115,23 @@ impl Judging {
                 counters.restarts += 1;
                 actions.push(Action::Restarted { component: component.clone(), violation });
             }
-            Occurrence::Changed { .. }
+            // What is known to be faulty has been repaired, or is back. Of what is not, the divergence tells.
+            Occurrence::Shifted { .. } if !self.ledger.verdict(channel).is_latched() => {}
+            Occurrence::Changed { .. } | Occurrence::Shifted { .. }
                 if self.isolator.merge_repeat(channel, step, channels.excess(channel)) => {}
-            Occurrence::Changed { onset } => {
+            Occurrence::Changed { onset } | Occurrence::Shifted { onset } => {
                 counters.changes += 1;
                 // Whatever the verdict on an earlier change will be, this one is judged too: the
                 // outcome must not depend on when a peer's answer comes.
                 let judge = !self.ledger.verdict(channel).is_latched();
                 let of_gap = channels.may_come_of_gap(channel);
-                let excess = channels.excess(channel);
+                let excess = channels.excess(channel).max(1.0);
                 self.isolator.change((channel, onset, excess), evidence, judge, of_gap);
                 counters.changes_unjudged = self.isolator.unjudged();
                 let component = component.clone();
                 let change = Change { component, onset, step, ratio: excess, until: None };
                 actions.push(Action::Report { run, change, evidence });
             }
-            // What is known to be faulty has been repaired, or is back. Of what was not, the divergence tells.
-            Occurrence::Shifted { onset } if self.ledger.verdict(channel).is_latched() => {
-                let ratio = channels.excess(channel).max(1.0);
-                self.isolator.change((channel, onset, ratio), evidence, false, false);
-            }
-            Occurrence::Shifted { .. } => {}
             Occurrence::SignalLost { signal, since } => {
                 self.isolator.drop_cases(channel);
                 let component = component.clone();

@@ -22,8 +22,7 @@ impl ForceLoop {
     /// A loop at rest with the given chamber pressures \[Pa\]; `step_s` is the step's length \[s\].
     #[must_use]
     pub fn new(hydraulics: NominalHydraulics, step_s: f64, pressures: [f64; 2]) -> Self {
-        let stiffness = hydraulics.area_a_m2 / hydraulics.volume_a_m3
-            + hydraulics.area_b_m2 / hydraulics.volume_b_m3;
+        let stiffness = hydraulics.stiffness_per_m();
         let rate = hydraulics.bulk_modulus_pa * hydraulics.force_gain_m3_per_s_n * stiffness;
         let mean_share = -libm::expm1(-rate * step_s) / (rate * step_s);
         Self { hydraulics, step_s, mean_share, pressures }
@@ -49,9 +48,8 @@ impl ForceLoop {
     /// The share of a small deviation from the demand that is left after a step.
     pub(super) fn left_after_a_step(&self) -> f64 {
         let h = &self.hydraulics;
-        let stiffness = h.area_a_m2 / h.volume_a_m3 + h.area_b_m2 / h.volume_b_m3;
         let flow_gain = h.force_gain_m3_per_s_n * self.mean_share * self.step_s;
-        1.0 - h.bulk_modulus_pa * flow_gain * stiffness
+        1.0 - h.bulk_modulus_pa * flow_gain * h.stiffness_per_m()
     }
 
     /// Moves on by one step under the demand u \[N\].

@@ -55,8 +55,12 @@ impl NominalHydraulics {
     /// Time constant of the force loop while no valve is full \[s\]: 1/(β·K_P·(A_A/V_A + A_B/V_B)).
     #[must_use]
     pub fn time_constant_s(&self) -> f64 {
-        let stiffness = self.area_a_m2 / self.volume_a_m3 + self.area_b_m2 / self.volume_b_m3;
-        1.0 / (self.bulk_modulus_pa * self.force_gain_m3_per_s_n * stiffness)
+        1.0 / (self.bulk_modulus_pa * self.force_gain_m3_per_s_n * self.stiffness_per_m())
+    }
+
+    /// A_A/V_A + A_B/V_B \[1/m\]: the force that a volume of oil from B into A makes, over β.
+    pub(super) fn stiffness_per_m(&self) -> f64 {
+        self.area_a_m2 / self.volume_a_m3 + self.area_b_m2 / self.volume_b_m3
     }
 
     /// Variance of an observed force \[N²\] that the pressure noise alone causes.
