@@ -46,9 +46,10 @@ impl Design {
         // The wind's direction is unknown: gusts of full strength both ways.
         let mut power = white_force_power(parameters, &heights, lowest_hz);
         power.extend_from_within(..);
-        let variances: Vec<f64> = gage_noise_m(structure, parameters)
+        let noise_factor = parameters.controller.gage_noise_factor;
+        let variances: Vec<f64> = gage_lengths_m(structure)
             .iter()
-            .map(|noise| (parameters.controller.gage_noise_factor * noise).powi(2))
+            .map(|length| (noise_factor * (parameters.gages.noise_strain * length)).powi(2))
             .collect();
         Ok(Self {
             regulator: lqr::design(&model, parameters.controller.effort_weight)?,
@@ -64,10 +65,10 @@ pub(crate) fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> 
     if columns.is_empty() { left.clone() } else { DMatrix::from_columns(&columns) }
 }
 
-/// Deviation of the noise of each gage, all modules in order \[m\].
-pub(crate) fn gage_noise_m(structure: &Structure, parameters: &PlantParameters) -> Vec<f64> {
+/// Length of the member of each gage, all modules in order \[m\].
+pub(crate) fn gage_lengths_m(structure: &Structure) -> Vec<f64> {
     let gages = structure.modules.iter().flat_map(|module| &module.gages);
-    gages.map(|gage| parameters.gages.noise_strain * structure.gage_length_m(gage)).collect()
+    gages.map(|gage| structure.gage_length_m(gage)).collect()
 }
 
 /// Two-sided power density of each level's gust force at a frequency \[Hz\] \[N²/Hz\].

@@ -3,7 +3,8 @@
 //! y = k ζ + b + ε (eq. 12), ζ the elongation of the gage's member and ε normal noise. Healthy:
 //! k = 1, b = 0. Bias: b constant. Random walk: b_{j+1} = b_j + δ_j from b = 0, with δ normal; the
 //! first increment is in the first faulty sample. Zero output: k = 0, the noise remains. No signal: the reading is
-//! not a number.
+//! not a number. A healthy gage's k differs from 1 by what its glue and its leads make of it, and the reading is a
+//! multiple of what the converter resolves.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -18,17 +19,26 @@ use crate::streams::Stream;
 pub struct GageParameters {
     /// Standard deviation of the noise as strain \[–\]: 0.3e-6; 0.9 µm on a member of 3 m \[E\].
     pub noise_strain: f64,
+    /// Standard deviation of a healthy gage's gain from 1 \[–\]: 0.
+    pub gain_error: f64,
+    /// Whose gains these are: the same number gives the same gages, whatever the run.
+    pub gain_seed: u64,
+    /// Step of the converter as strain \[–\]: 0, as fine as can be.
+    pub quantum_strain: f64,
 }
 
 impl Default for GageParameters {
     fn default() -> Self {
-        Self { noise_strain: 0.3e-6 }
+        Self { noise_strain: 0.3e-6, gain_error: 0.0, gain_seed: 0, quantum_strain: 0.0 }
     }
 }
 
 impl GageParameters {
     pub(crate) fn check(&self, checks: &mut Checks) {
         checks.positive("gages.noise_strain", self.noise_strain);
+        let small = (0.0..=0.2).contains(&self.gain_error);
+        checks.require("gages.gain_error", small, self.gain_error, "a deviation from 0 to 0.2");
+        checks.not_negative("gages.quantum_strain", self.quantum_strain);
     }
 }
 
@@ -53,6 +63,8 @@ pub(crate) enum GageState {
 #[derive(Debug, Clone)]
 struct Gage {
     noise_m: f64,
+    gain: f64,
+    quantum_m: f64,
     noise: ChaCha8Rng,
     walk: ChaCha8Rng,
     state: GageState,
@@ -61,17 +73,28 @@ struct Gage {
 impl Gage {
     fn read(&mut self, elongation_m: f64) -> f64 {
         let noise = self.noise_m * normal(&mut self.noise);
-        match &mut self.state {
-            GageState::Healthy => elongation_m + noise,
-            GageState::Bias { offset_m } => elongation_m + *offset_m + noise,
+        let amplified_m = self.gain * elongation_m;
+        let analogue = match &mut self.state {
+            GageState::Healthy => amplified_m + noise,
+            GageState::Bias { offset_m } => amplified_m + *offset_m + noise,
             GageState::RandomWalk { mean_m, deviation_m, offset_m } => {
                 *offset_m += *mean_m + *deviation_m * normal(&mut self.walk);
-                elongation_m + *offset_m + noise
+                amplified_m + *offset_m + noise
             }
             GageState::ZeroOutput => noise,
             GageState::NoSignal => f64::NAN,
+        };
+        if self.quantum_m > 0.0 {
+            self.quantum_m * (analogue / self.quantum_m).round()
+        } else {
+            analogue
         }
     }
+}
+
+fn gain(parameters: &GageParameters, channel: usize) -> f64 {
+    let mut generator = Stream::GageGain(channel).generator(parameters.gain_seed);
+    1.0 + parameters.gain_error * normal(&mut generator)
 }
 
 /// One draw from N(0, 1).
@@ -86,15 +109,17 @@ pub(crate) struct Gages {
 }
 
 impl Gages {
-    /// Healthy gages with the given noise \[m\] each.
-    pub(crate) fn new(noise_m: &[f64], seed: u64) -> Self {
-        let gage = |(channel, &noise_m): (usize, &f64)| Gage {
-            noise_m,
+    /// Healthy gages on members of the given lengths \[m\].
+    pub(crate) fn new(parameters: &GageParameters, lengths_m: &[f64], seed: u64) -> Self {
+        let gage = |(channel, &length_m): (usize, &f64)| Gage {
+            noise_m: parameters.noise_strain * length_m,
+            gain: gain(parameters, channel),
+            quantum_m: parameters.quantum_strain * length_m,
             noise: Stream::GageNoise(channel).generator(seed),
             walk: Stream::GageWalk(channel).generator(seed),
             state: GageState::Healthy,
         };
-        Self { gages: noise_m.iter().enumerate().map(gage).collect() }
+        Self { gages: lengths_m.iter().enumerate().map(gage).collect() }
     }
 
     pub(crate) fn set(&mut self, gage: usize, state: GageState) {
@@ -115,11 +140,20 @@ impl Gages {
 mod tests {
     use super::*;
 
-    const NOISE: [f64; 3] = [0.9e-6, 3.05e-6, 0.9e-6];
+    const LENGTHS: [f64; 3] = [3.0, 10.0, 3.0];
+    const NOISE: [f64; 3] = [0.9e-6, 3.0e-6, 0.9e-6];
     const TRUE: [f64; 3] = [30e-6, -10e-6, 5e-6];
 
     fn readings(states: &[(usize, GageState)], count: usize) -> Vec<[f64; 3]> {
-        let mut gages = Gages::new(&NOISE, 4);
+        readings_of(&GageParameters::default(), states, count)
+    }
+
+    fn readings_of(
+        parameters: &GageParameters,
+        states: &[(usize, GageState)],
+        count: usize,
+    ) -> Vec<[f64; 3]> {
+        let mut gages = Gages::new(parameters, &LENGTHS, 4);
         for (gage, state) in states {
             gages.set(*gage, *state);
         }
@@ -172,6 +206,24 @@ mod tests {
             assert!((faulty[0][1] - healthy[0][1] - expected).abs() < 1e-18);
             assert_eq!(column(&faulty, 0), column(&healthy, 0));
             assert_eq!(column(&faulty, 2), column(&healthy, 2));
+        }
+    }
+
+    #[test]
+    fn gains_differ_from_gage_to_gage_and_readings_are_multiples_of_the_quantum() {
+        let parameters = GageParameters {
+            noise_strain: 1e-12,
+            gain_error: 0.02,
+            gain_seed: 0,
+            quantum_strain: 0.5e-6,
+        };
+        let gains: Vec<f64> = (0..3)
+            .map(|gage| mean(&column(&readings_of(&parameters, &[], 10), gage)) / TRUE[gage])
+            .collect();
+        assert!(gains[0] != gains[2], "{gains:?}");
+        for (gage, length) in LENGTHS.into_iter().enumerate() {
+            let multiple = readings_of(&parameters, &[], 1)[0][gage] / (0.5e-6 * length);
+            assert!((multiple - multiple.round()).abs() < 1e-9, "{multiple}");
         }
     }
 

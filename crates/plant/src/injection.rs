@@ -115,9 +115,21 @@ impl Injections {
         &self.present
     }
 
-    fn place(&self, path: &ComponentPath) -> Result<Place, InjectError> {
+    /// The names of all actuators.
+    pub(crate) fn actuators(&self) -> impl Iterator<Item = String> {
+        let actuator =
+            |(_, place): &&(ComponentPath, Place)| matches!(place.slot, Slot::Actuator(_));
+        self.components.iter().filter(actuator).map(|(path, _)| format!("`{path}`"))
+    }
+
+    /// Where a component is, if it exists.
+    pub(crate) fn place_of(&self, path: &ComponentPath) -> Option<Place> {
         let found = self.components.iter().find(|(known, _)| known == path);
-        found.map(|(_, place)| *place).ok_or_else(|| self.unknown(path))
+        found.map(|(_, place)| *place)
+    }
+
+    fn place(&self, path: &ComponentPath) -> Result<Place, InjectError> {
+        self.place_of(path).ok_or_else(|| self.unknown(path))
     }
 
     fn unknown(&self, path: &ComponentPath) -> InjectError {

@@ -20,6 +20,10 @@ pub struct LoadParameters {
     pub area_per_level_m2: f64,
     /// Live load of each level is drawn from U(0, this) \[kg\]: 1000 \[E\].
     pub live_load_max_kg: f64,
+    /// How often the live load of some level becomes another one of that range \[1/h\]: 0.
+    pub live_load_changes_per_hour: f64,
+    /// How long such a change takes \[s\]: 20 \[E\].
+    pub live_load_ramp_s: f64,
     /// Acceleration of gravity \[m/s²\]: 9.81.
     pub gravity_m_per_s2: f64,
 }
@@ -30,6 +34,8 @@ impl Default for LoadParameters {
             drag_coefficient: 1.3,
             area_per_level_m2: 14.25,
             live_load_max_kg: 1000.0,
+            live_load_changes_per_hour: 0.0,
+            live_load_ramp_s: 20.0,
             gravity_m_per_s2: 9.81,
         }
     }
@@ -40,6 +46,9 @@ impl LoadParameters {
         checks.not_negative("loads.drag_coefficient", self.drag_coefficient);
         checks.not_negative("loads.area_per_level_m2", self.area_per_level_m2);
         checks.not_negative("loads.live_load_max_kg", self.live_load_max_kg);
+        let rate = self.live_load_changes_per_hour;
+        checks.not_negative("loads.live_load_changes_per_hour", rate);
+        checks.positive("loads.live_load_ramp_s", self.live_load_ramp_s);
         checks.not_negative("loads.gravity_m_per_s2", self.gravity_m_per_s2);
     }
 }

@@ -56,6 +56,7 @@ impl Mismatch {
         ] {
             *value *= factors.next();
         }
+        parameters.gages.gain_seed = seed;
         Ok(Self { perturbation, parameters })
     }
 

@@ -7,6 +7,7 @@ use crate::controller_parameters::ControllerParameters;
 use crate::gage::GageParameters;
 use crate::hydraulics::HydraulicParameters;
 use crate::loads::LoadParameters;
+use crate::temperature::TemperatureParameters;
 use crate::wind::WindParameters;
 
 /// The plant's parameters; what a file leaves out has the value of `Default`, the tower's figures.
@@ -19,6 +20,8 @@ pub struct PlantParameters {
     pub wind: WindParameters,
     /// What the levels offer to the wind and carry.
     pub loads: LoadParameters,
+    /// How unevenly warm the structure is.
+    pub temperature: TemperatureParameters,
     /// Actuators with their inner force control, and pressure sensors.
     pub hydraulics: HydraulicParameters,
     /// Strain gages.
@@ -33,6 +36,7 @@ impl Default for PlantParameters {
             step_s: 1e-3,
             wind: WindParameters::default(),
             loads: LoadParameters::default(),
+            temperature: TemperatureParameters::default(),
             hydraulics: HydraulicParameters::default(),
             gages: GageParameters::default(),
             controller: ControllerParameters::default(),
@@ -55,6 +59,7 @@ impl PlantParameters {
         );
         self.wind.check(&mut checks);
         self.loads.check(&mut checks);
+        self.temperature.check(&mut checks);
         self.hydraulics.check(self.step_s, &mut checks);
         self.gages.check(&mut checks);
         self.controller.check(&mut checks);

@@ -10,7 +10,7 @@ use nalgebra::DVector;
 use names::fault::Fault;
 use truss::{ModalStepper, Modes, Structure};
 
-use crate::controller::{Controller, Design, beside, gage_noise_m};
+use crate::controller::{Controller, Design, beside, gage_lengths_m};
 use crate::equilibrium::Equilibrium;
 use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
@@ -19,6 +19,8 @@ use crate::injection::Slot;
 use crate::parameters::PlantParameters;
 use crate::pressure_sensor::PressureSensors;
 use crate::signals::Signals;
+use crate::slow_elongations::SlowElongations;
+use crate::stroke::{Stroke, StrokeUnderWay};
 use crate::tower::Tower;
 use crate::wind_loads::WindConditions;
 use crate::wind_loads::WindLoads;
@@ -27,8 +29,7 @@ use crate::wind_loads::WindLoads;
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
     structure: ModalStepper,
-    /// Elongations under the weight of the live loads \[m\].
-    live_elongations_m: Vec<f64>,
+    slow_elongations: SlowElongations,
     live_loads_kg: Vec<f64>,
     wind: WindLoads,
     hydraulics: Hydraulics,
@@ -37,6 +38,9 @@ pub(crate) struct Part {
     gages: Gages,
     pressure_sensors: PressureSensors,
     controller: Controller,
+    stroke: Option<StrokeUnderWay>,
+    demand_limit_n: f64,
+    gage_lengths_m: Vec<f64>,
     step_s: f64,
     /// Where the signals of its equipped modules go, among those of the whole plant.
     places: Vec<usize>,
@@ -89,36 +93,41 @@ impl Part {
         let Making { truth, true_parameters: parameters, seed, places, .. } = making;
         let (step_s, hydraulics) = (parameters.step_s, &parameters.hydraulics);
         let wind_map = tower.wind_map();
-        let live = tower.live_elongations(parameters.loads.gravity_m_per_s2)?;
+        let slow_elongations = tower.slow_elongations(truth, parameters, seed)?;
+        let at_rest = DVector::from_column_slice(slow_elongations.elongations_m());
         let mean_wind = DVector::from_column_slice(tower.wind.at_start());
-        let at_rest = Equilibrium::solve(
+        let equilibrium = Equilibrium::solve(
             design,
             &tower.elongations(&tower.mechanics.actuator_map)?,
-            &(tower.elongations(&wind_map)? * mean_wind + &live),
+            &(tower.elongations(&wind_map)? * mean_wind + &at_rest),
             hydraulics.demand_limit_n,
         )?;
-        let inputs_n = [&at_rest.forces_n, tower.wind.at_start()].concat();
+        let inputs_n = [&equilibrium.forces_n, tower.wind.at_start()].concat();
         let input_map = beside(&tower.mechanics.actuator_map, &wind_map);
         let modes = Modes::of(&tower.mechanics, truth.damping, None)?;
         let mut structure =
             ModalStepper::new(&modes, step_s, &input_map, &tower.mechanics.gage_map);
         structure.settle(&inputs_n);
-        let (actuators, gages) = (at_rest.forces_n.len(), live.len());
+        let gage_lengths_m = gage_lengths_m(truth);
+        let (actuators, gages) = (equilibrium.forces_n.len(), gage_lengths_m.len());
         Ok(Self {
             structure,
-            live_elongations_m: live.as_slice().to_vec(),
+            slow_elongations,
             live_loads_kg: tower.live_loads_kg,
             wind: tower.wind,
-            hydraulics: Hydraulics::new(hydraulics, step_s, &at_rest.forces_n),
+            hydraulics: Hydraulics::new(hydraulics, step_s, &equilibrium.forces_n),
             hydraulic_parameters: hydraulics.clone(),
-            gages: Gages::new(&gage_noise_m(truth, parameters), seed),
-            pressure_sensors: PressureSensors::new(hydraulics, actuators, seed),
+            gages: Gages::new(&parameters.gages, &gage_lengths_m, seed),
+            pressure_sensors: PressureSensors::new(hydraulics, actuators, step_s, seed),
             controller: Controller::new(
                 design,
                 hydraulics.demand_limit_n,
-                at_rest.state,
-                at_rest.forces_n,
+                equilibrium.state,
+                equilibrium.forces_n,
             ),
+            stroke: None,
+            demand_limit_n: hydraulics.demand_limit_n,
+            gage_lengths_m,
             step_s,
             places,
             buffers: Buffers {
@@ -139,6 +148,17 @@ impl Part {
         self.measure();
         let buffers = &mut self.buffers;
         self.controller.step(&buffers.latest_m, &buffers.observed_forces_n, &mut buffers.demands_n);
+        if let Some(stroke) = &mut self.stroke {
+            let readings = buffers.latest_m.iter().zip(&self.gage_lengths_m);
+            let goes_on =
+                stroke.step(&mut buffers.demands_n, readings.map(|(m, length)| m / length));
+            for demand in &mut buffers.demands_n {
+                *demand = demand.clamp(-self.demand_limit_n, self.demand_limit_n);
+            }
+            if !goes_on {
+                self.stroke = None;
+            }
+        }
         signals.write(
             &self.places,
             &buffers.demands_n,
@@ -168,6 +188,22 @@ impl Part {
         }
     }
 
+    /// Lets a cylinder make a stroke, from the present demands on.
+    pub(crate) fn begin_stroke(&mut self, stroke: Stroke, actuator: usize) {
+        let actuators = self.buffers.demands_n.len();
+        self.stroke = Some(StrokeUnderWay::new(stroke, actuator, actuators, self.step_s));
+    }
+
+    /// The stroke under way.
+    pub(crate) fn stroke(&self) -> Option<&Stroke> {
+        self.stroke.as_ref().map(|under_way| &under_way.stroke)
+    }
+
+    /// The largest demand \[N\].
+    pub(crate) fn demand_limit_n(&self) -> f64 {
+        self.demand_limit_n
+    }
+
     /// Live load of each level above the lowest, from the bottom up \[kg\].
     pub(crate) fn live_loads_kg(&self) -> &[f64] {
         &self.live_loads_kg
@@ -177,9 +213,11 @@ impl Part {
     fn measure(&mut self) {
         let buffers = &mut self.buffers;
         self.structure.outputs(&mut buffers.elongations_m);
-        for (elongation, live) in buffers.elongations_m.iter_mut().zip(&self.live_elongations_m) {
-            *elongation += live;
+        let at_rest = self.slow_elongations.elongations_m();
+        for (elongation, at_rest) in buffers.elongations_m.iter_mut().zip(at_rest) {
+            *elongation += at_rest;
         }
+        self.slow_elongations.step();
         self.gages.read(&mut buffers.elongations_m);
         for (latest, reading) in buffers.latest_m.iter_mut().zip(&buffers.elongations_m) {
             if !reading.is_nan() {

@@ -9,10 +9,11 @@ use truss::{ModelError, Structure};
 
 use crate::equipment::check_equipment;
 use crate::error::PlantError;
-use crate::injection::{InjectError, Injections};
+use crate::injection::{InjectError, Injections, Slot};
 use crate::parameters::PlantParameters;
 use crate::part::{Making, Part};
 use crate::signals::Signals;
+use crate::stroke::{Stroke, StrokeError};
 use crate::wind_loads::WindConditions;
 
 /// Between the seeds of neighbouring parts: so far apart that runs with neighbouring seeds have no part
@@ -133,6 +134,31 @@ impl Plant {
             part.clear(place.slot);
         }
         Ok(())
+    }
+
+    /// Lets a cylinder make a stroke, from the next [`Plant::advance`] on. Each tower makes one at a time.
+    ///
+    /// # Errors
+    /// No such cylinder, a figure out of range, or a stroke that has not ended. Nothing has changed then.
+    pub fn begin_stroke(&mut self, stroke: Stroke) -> Result<(), StrokeError> {
+        let unknown = || StrokeError::Actuator {
+            actuator: stroke.actuator.clone(),
+            known: self.injections.actuators().collect::<Vec<_>>().join(", "),
+        };
+        let place = self.injections.place_of(&stroke.actuator).ok_or_else(unknown)?;
+        let Slot::Actuator(actuator) = place.slot else { return Err(unknown()) };
+        let part = self.parts.get_mut(place.part).ok_or_else(unknown)?;
+        stroke.check(part.demand_limit_n())?;
+        if let Some(other) = part.stroke() {
+            return Err(StrokeError::Busy(other.actuator.clone()));
+        }
+        part.begin_stroke(stroke, actuator);
+        Ok(())
+    }
+
+    /// The strokes under way.
+    pub fn strokes(&self) -> impl Iterator<Item = &Stroke> {
+        self.parts.iter().filter_map(Part::stroke)
     }
 
     /// All components that may have a fault.

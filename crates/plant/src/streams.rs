@@ -24,6 +24,14 @@ pub(crate) enum Stream {
     GageWalk(usize),
     /// Measurement noise of one actuator's two pressures.
     PressureNoise(usize),
+    /// When live loads change and to what.
+    LiveLoadChanges,
+    /// Course of one pattern of temperature.
+    Temperature(usize),
+    /// Gain of one gage.
+    GageGain(usize),
+    /// Slow drift of one pressure sensor, two to an actuator.
+    PressureDrift(usize),
 }
 
 impl Stream {
@@ -38,6 +46,10 @@ impl Stream {
             Stream::GageNoise(channel) => numbered(5, channel),
             Stream::GageWalk(channel) => numbered(6, channel),
             Stream::PressureNoise(channel) => numbered(7, channel),
+            Stream::LiveLoadChanges => numbered(8, 0),
+            Stream::Temperature(channel) => numbered(9, channel),
+            Stream::GageGain(channel) => numbered(10, channel),
+            Stream::PressureDrift(channel) => numbered(11, channel),
         }
     }
 
@@ -66,6 +78,10 @@ mod tests {
             Stream::GageNoise(1),
             Stream::GageWalk(0),
             Stream::PressureNoise(0),
+            Stream::LiveLoadChanges,
+            Stream::Temperature(0),
+            Stream::GageGain(0),
+            Stream::PressureDrift(0),
         ];
         let first = |stream: Stream| stream.generator(5).next_u64();
         let drawn: Vec<u64> = all.into_iter().map(first).collect();

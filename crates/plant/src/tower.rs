@@ -4,11 +4,15 @@ use nalgebra::{DMatrix, DVector};
 use truss::{Direction, Level, Mechanics, Structure};
 
 use crate::controller::beside;
+use crate::course::SlowClock;
 use crate::error::PlantError;
+use crate::live_loads::LiveLoads;
 use crate::loads::{
     add_live_masses, draw_live_loads, heights_above_ground, level_map, loaded_levels,
 };
 use crate::parameters::PlantParameters;
+use crate::slow_elongations::{Changing, SlowElongations};
+use crate::temperature::Temperature;
 use crate::wind_loads::{WindConditions, WindLoads};
 
 /// The true structure with its loads, before anything stands on it.
@@ -63,5 +67,28 @@ impl Tower {
         let forces = level_map(&self.mechanics, &self.levels, Direction::Z) * weights;
         let elongations = self.elongations(&DMatrix::from_columns(&[forces]))?;
         Ok(elongations.column(0).into_owned())
+    }
+
+    /// What the gages read of live loads and temperature, both of which may change.
+    pub(crate) fn slow_elongations(
+        &self,
+        truth: &Structure,
+        parameters: &PlantParameters,
+        seed: u64,
+    ) -> Result<SlowElongations, PlantError> {
+        let (loads, temperature) = (&parameters.loads, &parameters.temperature);
+        let at_start = self.live_elongations(loads.gravity_m_per_s2)?.as_slice().to_vec();
+        if loads.live_load_changes_per_hour == 0.0 && temperature.is_even() {
+            return Ok(SlowElongations::new(at_start, None));
+        }
+        let weights = level_map(&self.mechanics, &self.levels, Direction::Z);
+        let per_kg = self.elongations(&weights)? * -loads.gravity_m_per_s2;
+        let per_strain = self.mechanics.strain_response(truth)?;
+        let changing = Changing {
+            loads: LiveLoads::new(&self.live_loads_kg, per_kg, loads, seed),
+            temperature: Temperature::new(truth, &per_strain, temperature, seed),
+            clock: SlowClock::new(parameters.step_s),
+        };
+        Ok(SlowElongations::new(at_start, Some(changing)))
     }
 }

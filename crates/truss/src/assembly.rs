@@ -87,6 +87,33 @@ impl Mechanics {
         let factor = Cholesky::of(&self.stiffness).map_err(|_| ModelError::NothingMoves)?;
         Ok(factor.solve(forces))
     }
+
+    /// The elastic elongation that each gage reads, at rest, per unit of free axial strain of each member
+    /// (gages × members) \[m\]. Heated evenly by ΔT a member would, alone, strain by α·ΔT; what the others do
+    /// not let it do is elastic. `structure` is the one that these mechanics were assembled from.
+    ///
+    /// # Errors
+    /// A stiffness matrix that has been made singular since assembly.
+    pub fn strain_response(&self, structure: &Structure) -> Result<DMatrix<f64>, ModelError> {
+        // Row g of the gage map, as forces, and the displacements under them: by reciprocity these say what
+        // any force elongates gage g.
+        let displacements = self.static_displacements(&self.gage_map.transpose())?;
+        let freedoms = Freedoms::number(structure);
+        let gages: Vec<_> = structure.modules.iter().flat_map(|module| &module.gages).collect();
+        let mut response = DMatrix::zeros(gages.len(), structure.members.len());
+        for (column, member) in structure.members.iter().enumerate() {
+            let force = member.effective_young_pa() * member.area_m2;
+            for (freedom, share) in opposed_pair(structure, &freedoms, member.ends) {
+                for row in 0..gages.len() {
+                    response[(row, column)] += displacements[(freedom, row)] * share * force;
+                }
+            }
+        }
+        for (row, gage) in gages.iter().enumerate() {
+            response[(row, gage.member)] -= structure.gage_length_m(gage);
+        }
+        Ok(response)
+    }
 }
 
 /// The numbering of what can move: translations first, then rotations.

@@ -16,6 +16,7 @@ pub(super) struct Cylinder {
     floor: f64,
     /// Square of a port's flow over the pressure across it \[m⁶/s² per Pa\].
     valve_square: f64,
+    null_square: f64,
     /// √(2/ρ).
     leak_factor: f64,
     /// Root of the pressure difference per leak coefficient below which a leak is laminar.
@@ -36,6 +37,8 @@ impl Cylinder {
             ambient: parameters.ambient_pa,
             floor: parameters.tank_pa.min(parameters.ambient_pa),
             valve_square: valve * valve / (parameters.supply_pa - parameters.tank_pa),
+            null_square: parameters.null_flow_m3_per_s.powi(2)
+                / (parameters.supply_pa - parameters.tank_pa),
             leak_factor,
             laminar: leak_factor * (stiffness[0] + stiffness[1]) * substep_s,
         }
@@ -74,6 +77,10 @@ impl Cylinder {
             }
             ActuatorState::HardOver => flows[0] = self.port(f64::INFINITY, a),
         }
+        if self.null_square > 0.0 {
+            flows[0] += self.null_flow(a);
+            flows[1] += self.null_flow(b);
+        }
         [self.stiffness[0] * flows[0], self.stiffness[1] * flows[1]]
     }
 
@@ -88,6 +95,12 @@ impl Cylinder {
         } else {
             limit_square.sqrt().copysign(command)
         }
+    }
+
+    /// Flow into a chamber through a closed valve, from the supply less to the tank \[m³/s\].
+    fn null_flow(&self, pressure: f64) -> f64 {
+        let root = |across: f64| (self.null_square * across.max(0.0)).sqrt();
+        root(self.supply - pressure) - root(pressure - self.tank)
     }
 
     /// Flow through a leak \[m³/s\], in the direction of falling pressure.

@@ -39,6 +39,11 @@ pub struct HydraulicParameters {
     pub demand_limit_n: f64,
     /// Standard deviation of the pressure measurements' noise \[Pa\]: 1e4, about 163 N \[E\].
     pub pressure_noise_pa: f64,
+    /// How far each pressure sensor drifts in a day, ± \[Pa\]: 0.
+    pub pressure_drift_pa: f64,
+    /// What a closed valve lets from the supply into each chamber and from there into the tank, at the full pressure
+    /// drop \[m³/s\]: 0. A worn spool valve has some percent of its flow.
+    pub null_flow_m3_per_s: f64,
     /// Integration sub-steps per step: 1; the force control is ten times slower than a step.
     pub substeps: usize,
 }
@@ -61,6 +66,8 @@ impl Default for HydraulicParameters {
             force_gain_m3_per_s_per_n: 6.7e-9,
             demand_limit_n: 120e3,
             pressure_noise_pa: 1e4,
+            pressure_drift_pa: 0.0,
+            null_flow_m3_per_s: 0.0,
             substeps: 1,
         }
     }
@@ -80,13 +87,41 @@ impl HydraulicParameters {
         1.0 / (self.force_gain_m3_per_s_per_n * per_flow)
     }
 
-    /// Pressures of a healthy actuator, started from rest, that gives this force \[Pa\].
+    /// Pressures of a healthy actuator, started from rest, that gives this force \[Pa\]. Where closed valves let oil
+    /// through, it sets them; else they follow from the oil that was filled in.
     #[must_use]
     pub fn pressures_at(&self, force_n: f64) -> [f64; 2] {
+        if self.null_flow_m3_per_s > 0.0 {
+            return self.pressures_of_null_flow(force_n);
+        }
         let missing = force_n - self.force_n([self.rest_a_pa, self.rest_b_pa]);
         let per_volume = self.area_a_m2 * self.stiffness_a() + self.area_b_m2 * self.stiffness_b();
         let volume = missing / per_volume;
         [self.rest_a_pa + volume * self.stiffness_a(), self.rest_b_pa - volume * self.stiffness_b()]
+    }
+
+    /// What flows into a chamber through a closed valve \[m³/s\].
+    fn null_flow(&self, pressure_pa: f64) -> f64 {
+        let full = self.supply_pa - self.tank_pa;
+        let root = |across: f64| (across.max(0.0) / full).sqrt();
+        let flows = root(self.supply_pa - pressure_pa) - root(pressure_pa - self.tank_pa);
+        self.null_flow_m3_per_s * flows
+    }
+
+    /// The pressures at which as much flows into one chamber as out of the other: the force control takes from the
+    /// one what it gives to the other.
+    fn pressures_of_null_flow(&self, force_n: f64) -> [f64; 2] {
+        let with_b = |b: f64| {
+            let a = (force_n + b * self.area_b_m2) / self.area_a_m2;
+            [a.clamp(self.tank_pa, self.supply_pa), b]
+        };
+        let (mut low, mut high) = (self.tank_pa, self.supply_pa);
+        for _ in 0..64 {
+            let middle = 0.5 * (low + high);
+            let [a, b] = with_b(middle);
+            if self.null_flow(a) + self.null_flow(b) > 0.0 { low = middle } else { high = middle }
+        }
+        with_b(0.5 * (low + high))
     }
 
     /// Pressure per volume of oil put into chamber A \[Pa/m³\].
@@ -116,6 +151,13 @@ impl HydraulicParameters {
         checks.not_negative("hydraulics.tank_pa", self.tank_pa);
         checks.not_negative("hydraulics.ambient_pa", self.ambient_pa);
         checks.not_negative("hydraulics.pressure_noise_pa", self.pressure_noise_pa);
+        checks.not_negative("hydraulics.pressure_drift_pa", self.pressure_drift_pa);
+        checks.require(
+            "hydraulics.null_flow_m3_per_s",
+            (0.0..=0.2 * self.valve_flow_m3_per_s).contains(&self.null_flow_m3_per_s),
+            self.null_flow_m3_per_s,
+            "at least 0 and at most a fifth of `hydraulics.valve_flow_m3_per_s`",
+        );
         self.check_pressures(checks);
         let slow_enough = self.time_constant_s() > 2.0 * step_s;
         checks.require(
