@@ -5,7 +5,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, completions, demo, detect, faults, follow, generate, health,
-    history, inject, join, model, order, replicate, router, schema, study,
+    history, inject, join, model, order, replicate, router, schema, stroke, study,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -41,6 +41,7 @@ pub(crate) enum Command {
     Completions(completions::Arguments),
     Demo(demo::Arguments),
     Inject(inject::Arguments),
+    Stroke(stroke::Arguments),
     Study(Box<study::Arguments>),
     Detect(detect::Arguments),
     Calibrate(calibrate::Arguments),
@@ -52,7 +53,7 @@ pub(crate) enum Command {
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Operate", &["faults", "follow", "ack", "reset", "history", "health", "router"]),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
-    ("Simulate", &["demo", "inject"]),
+    ("Simulate", &["demo", "inject", "stroke"]),
     ("Analyse", &["study", "detect", "calibrate"]),
 ];
 

@@ -7,8 +7,8 @@ use std::process::ExitCode;
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
     0  done
-    1  operation failed; demo: injected and diagnosed faults differ; ack, reset and inject: refused;
-       faults --exit-code and health: not healthy
+    1  operation failed; demo: injected and diagnosed faults differ; ack, reset, inject and stroke:
+       refused; faults --exit-code and health: not healthy
     2  wrong use of the command line
     3  a file that cannot be used
     4  network failure or no answer

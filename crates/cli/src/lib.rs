@@ -26,12 +26,14 @@ mod link;
 mod model;
 mod order;
 mod paint;
+mod plant_order;
 mod program;
 mod progress;
 mod replicate;
 mod router;
 mod schema;
 mod shipped;
+mod stroke;
 mod study;
 mod table;
 mod versioned;
@@ -67,6 +69,7 @@ pub fn run() -> ExitCode {
         Command::Generate(arguments) => generate::run(&arguments, programs()),
         Command::History(arguments) => history::run(&arguments),
         Command::Inject(arguments) => inject::run(&arguments),
+        Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Replicate(arguments) => replicate::run(&arguments),
         Command::Pki(arguments) => certificates::run(&arguments),

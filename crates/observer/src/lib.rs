@@ -9,7 +9,7 @@
 //! | `history` | a module's journal |
 //! | `feed` | verdicts, phases and presence, as they are published |
 //! | `diagnoser_orders` | acknowledge and reset |
-//! | `plant_orders` | faults for the simulated plant |
+//! | `plant_orders` | faults and stroke tests for the simulated plant |
 
 mod attendance;
 mod diagnoser_orders;
@@ -25,6 +25,6 @@ pub use diagnoser_orders::order;
 pub use feed::{Feed, News};
 pub use history::{Gap, ModuleHistory, history};
 pub use picture::{ModulePicture, Picture, present};
-pub use plant_orders::inject;
+pub use plant_orders::{inject, stroke};
 pub use presence::{AttendanceError, homes, plants, wait_for};
 pub use request::{OrderError, QueryError};

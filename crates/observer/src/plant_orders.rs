@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use names::StructureName;
-use wire::{Injected, Injection, Key, PlantTopic};
+use wire::{Injected, Injection, Key, PlantTopic, Stroke, StrokeBegun};
 use zenoh::Session;
 
 use super::request::{OrderError, Question, ask};
@@ -20,4 +20,18 @@ pub async fn inject(
 ) -> Result<Injected, OrderError> {
     let key = Key::of_plant(structure, PlantTopic::Inject);
     ask(session, &key, Question::of_message(injection)?, timeout).await
+}
+
+/// Orders the plant to let a cylinder make a stroke.
+///
+/// # Errors
+/// No consent; see [`OrderError`].
+pub async fn stroke(
+    session: &Session,
+    structure: &StructureName,
+    stroke: &Stroke,
+    timeout: Duration,
+) -> Result<StrokeBegun, OrderError> {
+    let key = Key::of_plant(structure, PlantTopic::Stroke);
+    ask(session, &key, Question::of_message(stroke)?, timeout).await
 }

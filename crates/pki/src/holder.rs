@@ -29,7 +29,7 @@ pub enum Holder {
     Plant,
     /// A router.
     Router(BearerName),
-    /// A person or a program that may acknowledge, reset and inject.
+    /// A person or a program that may acknowledge, reset, inject and order strokes.
     Operator(BearerName),
     /// A person or a program that may only read.
     Observer(BearerName),

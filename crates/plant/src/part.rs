@@ -188,10 +188,13 @@ impl Part {
         }
     }
 
-    /// Lets a cylinder make a stroke, from the present demands on.
-    pub(crate) fn begin_stroke(&mut self, stroke: Stroke, actuator: usize) {
+    /// Lets a cylinder make a stroke, from the present demands on. Returns how many steps it takes.
+    pub(crate) fn begin_stroke(&mut self, stroke: Stroke, actuator: usize) -> u64 {
         let actuators = self.buffers.demands_n.len();
-        self.stroke = Some(StrokeUnderWay::new(stroke, actuator, actuators, self.step_s));
+        let under_way = StrokeUnderWay::new(stroke, actuator, actuators, self.step_s);
+        let steps = under_way.steps_left();
+        self.stroke = Some(under_way);
+        steps
     }
 
     /// The stroke under way.

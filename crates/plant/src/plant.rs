@@ -137,10 +137,11 @@ impl Plant {
     }
 
     /// Lets a cylinder make a stroke, from the next [`Plant::advance`] on. Each tower makes one at a time.
+    /// Returns its last step, unless it is cut short.
     ///
     /// # Errors
     /// No such cylinder, a figure out of range, or a stroke that has not ended. Nothing has changed then.
-    pub fn begin_stroke(&mut self, stroke: Stroke) -> Result<(), StrokeError> {
+    pub fn begin_stroke(&mut self, stroke: Stroke) -> Result<Step, StrokeError> {
         let unknown = || StrokeError::Actuator {
             actuator: stroke.actuator.clone(),
             known: self.injections.actuators().collect::<Vec<_>>().join(", "),
@@ -152,8 +153,8 @@ impl Plant {
         if let Some(other) = part.stroke() {
             return Err(StrokeError::Busy(other.actuator.clone()));
         }
-        part.begin_stroke(stroke, actuator);
-        Ok(())
+        let steps = part.begin_stroke(stroke, actuator);
+        Ok(self.next_step.plus(steps).minus(1))
     }
 
     /// The strokes under way.

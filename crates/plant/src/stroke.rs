@@ -111,6 +111,17 @@ impl StrokeUnderWay {
         self.time_s() < self.end_s()
     }
 
+    /// How many steps there are still to come.
+    pub(crate) fn steps_left(&self) -> u64 {
+        let end_s = self.end_s();
+        let mut end = (end_s / self.step_s).floor() as u64;
+        // The quotient is rounded; the product is what `step` compares.
+        if end as f64 * self.step_s < end_s {
+            end += 1;
+        }
+        end.saturating_sub(self.steps)
+    }
+
     fn time_s(&self) -> f64 {
         self.steps as f64 * self.step_s
     }
@@ -193,6 +204,22 @@ mod tests {
             assert!((pair[1][1] - pair[0][1]).abs() < 200.0, "{pair:?}");
         }
         assert!((all[1999][1] - 2.2e3).abs() < 10.0, "{:?}", all[1999]);
+    }
+
+    #[test]
+    fn the_steps_that_are_left_are_counted_whatever_the_step() {
+        for step_s in [1e-3, 1.0 / 3000.0, 0.7e-3, 0.02] {
+            let stroke = Stroke { duration_s: 2.1, ..under_way().stroke };
+            let mut stroke = StrokeUnderWay::new(stroke, 1, 2, step_s);
+            let promised = stroke.steps_left();
+            let mut steps = 1;
+            while stroke.step(&mut [0.0; 2], [0.0].into_iter()) {
+                assert_eq!(stroke.steps_left(), promised - steps, "{step_s}");
+                steps += 1;
+            }
+            assert_eq!(steps, promised, "{step_s}");
+            assert_eq!(stroke.steps_left(), 0, "{step_s}");
+        }
     }
 
     #[test]

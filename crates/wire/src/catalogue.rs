@@ -6,7 +6,7 @@ use crate::encoding::{DecodeError, Message, decode};
 use crate::schema::schema;
 use crate::{
     Change, Divergences, FaultTransition, HistoryPage, Injected, Injection, ModuleStatus, Obeyed,
-    Order, PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer,
+    Order, PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer, Stroke, StrokeBegun,
 };
 
 /// How a message travels on a key.
@@ -100,7 +100,7 @@ use Travels::{Published, Querying, Refusing, Replying};
 
 /// All messages, those that are published first.
 #[must_use]
-pub fn catalogue() -> [Entry; 15] {
+pub fn catalogue() -> [Entry; 17] {
     [
         Entry::of::<Sample>(
             "sample",
@@ -173,6 +173,12 @@ pub fn catalogue() -> [Entry; 15] {
             &[("plant/command/inject", Replying)],
             example!("injected"),
         ),
+        Entry::of::<Stroke>("stroke", &[("plant/command/stroke", Querying)], example!("stroke")),
+        Entry::of::<StrokeBegun>(
+            "stroke-begun",
+            &[("plant/command/stroke", Replying)],
+            example!("stroke-begun"),
+        ),
         Entry::of::<Refused>(
             "refused",
             &[
@@ -184,6 +190,7 @@ pub fn catalogue() -> [Entry; 15] {
                 ("{module}/command/acknowledge", Refusing),
                 ("{module}/command/reset", Refusing),
                 ("plant/command/inject", Refusing),
+                ("plant/command/stroke", Refusing),
             ],
             example!("refused"),
         ),

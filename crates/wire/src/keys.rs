@@ -58,6 +58,8 @@ pub enum Topic {
 pub enum PlantTopic {
     /// Add or clear a fault.
     Inject,
+    /// Let a cylinder make a stroke.
+    Stroke,
     /// Once a second.
     Status,
     /// Its liveliness token.
@@ -162,6 +164,7 @@ impl fmt::Display for PlantTopic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             PlantTopic::Inject => "command/inject",
+            PlantTopic::Stroke => "command/stroke",
             PlantTopic::Status => "status",
             PlantTopic::Alive => "alive",
         })
@@ -174,6 +177,7 @@ impl FromStr for PlantTopic {
     fn from_str(text: &str) -> Result<Self, KeyError> {
         match text {
             "command/inject" => Ok(PlantTopic::Inject),
+            "command/stroke" => Ok(PlantTopic::Stroke),
             "status" => Ok(PlantTopic::Status),
             "alive" => Ok(PlantTopic::Alive),
             other => Err(KeyError::Topic(quoted(other))),

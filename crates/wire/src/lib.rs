@@ -14,6 +14,7 @@
 //! | `{module}/command/acknowledge`, `{module}/command/reset` | [`Order`], [`Obeyed`] or [`Refused`] in reply |
 //! | `{module}/alive`, `plant/alive` | liveliness tokens, without a message |
 //! | `plant/command/inject` | [`Injection`], [`Injected`] or [`Refused`] in reply |
+//! | `plant/command/stroke` | [`Stroke`], [`StrokeBegun`] or [`Refused`] in reply |
 //! | `plant/status` | [`PlantStatus`] |
 //!
 //! Every message is one JSON object with the format's version in its field `v`; [`encode`] and
@@ -44,6 +45,7 @@ mod sample;
 mod schema;
 mod state;
 mod status;
+mod stroke;
 
 pub use change::Change;
 pub use divergence::{Channel, Divergences};
@@ -68,3 +70,4 @@ pub use status::{
     DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
     PeerStatus, PublisherCounters,
 };
+pub use stroke::{Stroke, StrokeBegun};

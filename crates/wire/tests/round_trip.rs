@@ -13,7 +13,7 @@ use wire::{
     FaultTransition, GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message,
     ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange,
     PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange,
-    Symptom, Topic, Unknown, decode, encode,
+    Stroke, StrokeBegun, Symptom, Topic, Unknown, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -221,6 +221,16 @@ fn answers_orders_and_refusals_are_read_back() {
     }
     let injected = Injected { component, effective_step: Step(8) };
     assert_eq!(back(&injected), injected);
+    let component: names::ComponentPath = "module1/actuator/a3".parse().unwrap();
+    let stroke = Stroke {
+        component: component.clone().into(),
+        force_n: 0.1 + 0.2,
+        duration_s: 2.5,
+        largest_strain: 1e-4,
+    };
+    assert_eq!(back(&stroke), stroke);
+    let begun = StrokeBegun { component, first_step: Step(9), last_step: Step(2508) };
+    assert_eq!(back(&begun), begun);
     let order = Order {
         component: "actuator/a1".parse().unwrap(),
         by: "ada".into(),

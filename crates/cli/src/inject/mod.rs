@@ -3,17 +3,14 @@
 mod parameters;
 mod report;
 
-use std::time::Duration;
-
 use names::fault::FaultKind;
 use names::{Mention, Step, StructureName};
-use observer::OrderError;
-use wire::{Injected, Injection};
+use wire::Injection;
 use zenoh::Session;
 
 use crate::failure::Failure;
-use crate::link::{self, Link, Target};
-use crate::wording::plain;
+use crate::link::Link;
+use crate::plant_order;
 use parameters::Parameters;
 
 const EXAMPLES: &str = "\
@@ -65,13 +62,10 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let injection = arguments.injection()?;
-    let link = &arguments.link.target()?;
-    let (structure, injected) = link::block_on(async {
-        let session = link.open().await?;
-        let given = give(&session, link, &injection).await;
-        session::close(&session).await;
-        given
-    })?;
+    let send = async |session: &Session, structure: &StructureName, timeout| {
+        observer::inject(session, structure, &injection, timeout).await
+    };
+    let (structure, injected) = plant_order::give(&arguments.link, &injection.component, send)?;
     report::print(&structure, &injection, &injected, arguments.json)
 }
 
@@ -88,53 +82,5 @@ impl Arguments {
             }
         }
         Ok(Injection { component, fault, at_step })
-    }
-}
-
-/// Sends the command to the plant, and returns the plant's structure.
-async fn give(
-    session: &Session,
-    link: &Target,
-    injection: &Injection,
-) -> Result<(StructureName, Injected), Failure> {
-    let structure = home(session, link).await?;
-    let given = observer::inject(session, &structure, injection, link.timeout).await;
-    let injected = given.map_err(|error| not_obeyed(injection, error))?;
-    Ok((structure, injected))
-}
-
-/// The structure whose plant is there. One of several is not guessed at.
-async fn home(session: &Session, link: &Target) -> Result<StructureName, Failure> {
-    let seen = observer::plants(session, link.structure.as_ref(), link.timeout).await;
-    let mut seen = seen.map_err(link::refused)?;
-    if seen.len() > 1 {
-        let names: Vec<String> = seen.iter().map(|name| format!("`{name}`")).collect();
-        let names = names.join(" and ");
-        return Err(Failure::usage(format!(
-            "there are plants of {names}; say which with --structure"
-        )));
-    }
-    seen.pop_first().ok_or_else(|| no_plant(link, link.timeout))
-}
-
-fn no_plant(link: &Target, within: Duration) -> Failure {
-    let places = link.places();
-    Failure::network(format!(
-        "no plant was there at {places} within {within:?}; no command was sent"
-    ))
-}
-
-fn not_obeyed(injection: &Injection, error: OrderError) -> Failure {
-    let component = &injection.component;
-    match error {
-        OrderError::Refused(reason) => {
-            Failure::runtime(format!("{component}: refused: {}", plain(&reason)))
-        }
-        error => {
-            let error = plain(&error.to_string());
-            Failure::network(format!(
-                "{component}: {error}; the command may or may not have been carried out"
-            ))
-        }
     }
 }

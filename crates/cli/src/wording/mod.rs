@@ -12,7 +12,7 @@ mod time;
 pub(crate) use doubt::why_unconfirmed;
 pub(crate) use phase::{phase_colour, phase_in_words};
 pub(crate) use plain::plain;
-pub(crate) use quantity::{ratio, residual, span};
+pub(crate) use quantity::{force, ratio, residual, span};
 pub(crate) use reason::reason;
 pub(crate) use state::state_colour;
 pub(crate) use time::{now_unix_ns, utc};

@@ -10,6 +10,11 @@ pub(crate) fn residual(kind: ComponentKind, value: f64) -> String {
     }
 }
 
+/// A force as it was ordered: in kN from 1 kN on.
+pub(crate) fn force(newtons: f64) -> String {
+    if newtons.abs() < 1e3 { format!("{newtons} N") } else { format!("{} kN", newtons / 1e3) }
+}
+
 /// A divergence in multiples of its threshold.
 pub(crate) fn ratio(ratio: f64) -> String {
     format!("{ratio:.1} × threshold")
@@ -39,6 +44,11 @@ mod tests {
     fn residuals_have_the_unit_of_their_component() {
         assert_eq!(residual(ComponentKind::Actuator, -1234.56), "-1234.6 N");
         assert_eq!(residual(ComponentKind::Sensor, 6e-4), "+600.00 µm");
+    }
+
+    #[test]
+    fn forces_are_printed_as_they_were_ordered() {
+        assert_eq!([50e3, 1250.0, 40.5].map(force), ["50 kN", "1.25 kN", "40.5 N"]);
     }
 
     #[test]

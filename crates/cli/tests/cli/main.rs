@@ -25,4 +25,5 @@ mod program;
 mod replicate;
 mod schema;
 mod stand_in;
+mod stroke;
 mod study;

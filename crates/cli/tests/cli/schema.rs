@@ -28,7 +28,9 @@ fn the_list_names_every_message_with_its_keys() {
     for name in all.as_object().unwrap().keys() {
         assert!(list.stdout.lines().any(|line| line.trim().starts_with(name.as_str())), "{name}");
     }
-    assert!(list.stdout.contains("plant/command/inject"), "{}", list.stdout);
+    for key in ["plant/command/inject", "plant/command/stroke"] {
+        assert!(list.stdout.contains(key), "{key} is not in {}", list.stdout);
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use tokio::task::JoinHandle;
 use wire::{
     Evidence, FaultState, FaultTransition, HistoryPage, HistoryQuestion, Injected, Injection, Key,
     Message, ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerStatus, PlantTopic, Refused,
-    Topic,
+    Stroke, StrokeBegun, Topic,
 };
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
@@ -145,27 +145,45 @@ impl StandIn {
         orders
     }
 
-    /// A plant that is there and takes orders; returns those that came. It knows no `sensor/g9`.
+    /// A plant that is there and takes faults and repairs; returns those that came. It knows no `sensor/g9`.
     pub(crate) async fn plant(&mut self) -> Arc<Mutex<Vec<Injection>>> {
-        let injections = Arc::new(Mutex::new(Vec::new()));
-        let key = Key::of_plant(&self.structure, PlantTopic::Inject).to_string();
-        let taken = injections.clone();
+        self.plant_that_takes(PlantTopic::Inject, |injection: &Injection| {
+            let component = known(&injection.component)?;
+            Ok(Injected { component, effective_step: injection.at_step.unwrap_or(Step(4711)) })
+        })
+        .await
+    }
+
+    /// A plant that is there and takes stroke tests, of a thousand steps a second; returns those that came. It knows
+    /// no `actuator/a9`.
+    pub(crate) async fn plant_with_strokes(&mut self) -> Arc<Mutex<Vec<Stroke>>> {
+        self.plant_that_takes(PlantTopic::Stroke, |stroke: &Stroke| {
+            let component = known(&stroke.component)?;
+            let last_step = Step(4710 + (stroke.duration_s * 1e3) as u64);
+            Ok(StrokeBegun { component, first_step: Step(4711), last_step })
+        })
+        .await
+    }
+
+    async fn plant_that_takes<O: Message + Send + 'static, R: Message>(
+        &mut self,
+        topic: PlantTopic,
+        judge: impl Fn(&O) -> Result<R, String> + Send + Sync + 'static,
+    ) -> Arc<Mutex<Vec<O>>> {
+        let orders = Arc::new(Mutex::new(Vec::new()));
+        let (key, taken) = (Key::of_plant(&self.structure, topic).to_string(), orders.clone());
         self.serve(key.clone(), move |query| {
-            let injection: Injection = wire::decode(&query.payload().unwrap().to_bytes()).unwrap();
-            let Mention { module, component } = injection.component.clone();
-            let component = ComponentPath { module: module.unwrap(), component };
-            if component.component.name() == "g9" {
-                refuse(&query, format!("there is no `{component}`"));
-            } else {
-                let effective_step = injection.at_step.unwrap_or(Step(4711));
-                reply(&query, &key, &Injected { component, effective_step });
+            let order: O = wire::decode(&query.payload().unwrap().to_bytes()).unwrap();
+            match judge(&order) {
+                Ok(obeyed) => reply(&query, &key, &obeyed),
+                Err(reason) => refuse(&query, reason),
             }
-            taken.lock().unwrap().push(injection);
+            taken.lock().unwrap().push(order);
         })
         .await;
         let alive = Key::of_plant(&self.structure, PlantTopic::Alive).to_string();
         self.tokens.push(self.session.liveliness().declare_token(alive).await.unwrap());
-        injections
+        orders
     }
 
     /// Publishes a verdict.
@@ -295,6 +313,17 @@ fn transition(
             component.parse().unwrap(),
             1_795_000_000_000_000_000 + sequence * 250_000_000,
         )
+    }
+}
+
+/// The component that is mentioned, unless it is the ninth.
+fn known(mention: &Mention) -> Result<ComponentPath, String> {
+    let Mention { module, component } = mention.clone();
+    let path = ComponentPath { module: module.unwrap(), component };
+    if path.component.name().ends_with('9') {
+        Err(format!("there is no `{path}`"))
+    } else {
+        Ok(path)
     }
 }
 

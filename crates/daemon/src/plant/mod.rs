@@ -6,7 +6,9 @@
 //! | `pacing` | when the next step may come: by the clock, or as fast as the diagnosers |
 //! | `attendance` | which diagnosers are there and how far they have come |
 //! | `progress` | receives the latter, when it matters |
-//! | `injection` | orders from the network |
+//! | `order` | orders from the network: taken, passed on, answered |
+//! | `meaning` | which component an order means |
+//! | `injection`, `stroke` | faults and repairs; stroke tests |
 //! | `agenda` | what is to happen to which component at which step |
 //! | `sample_publisher` | one module's samples |
 //! | `recording` | the latest of them, for diagnosers that missed some |
@@ -17,12 +19,15 @@ mod args;
 mod attendance;
 mod health;
 mod injection;
+mod meaning;
+mod order;
 mod pacing;
 mod progress;
 mod recording;
 mod sample_publisher;
 mod simulation;
 mod status;
+mod stroke;
 
 use std::sync::Arc;
 
@@ -93,11 +98,11 @@ async fn serve(
     let attendance = Arc::new(Attendance::new(run, &equipped));
     let present = attendance.watch_tokens(session, structure).await.map_err(refused)?;
     let progress = ProgressEar::new(session, structure, &attendance);
-    let (orders, replies) = injection::channel();
-    let inject = injection::declare(session, structure, orders.sender, replies.sender.clone())
+    let (orders, replies) = order::channel();
+    let taking = order::declare(session, structure, orders.sender, replies.sender.clone())
         .await
         .map_err(refused)?;
-    let replying = tokio::spawn(injection::reply(replies.receiver));
+    let replying = tokio::spawn(order::reply(replies.receiver));
     let pacing = Pacing::new(config, Arc::clone(&attendance));
     let mut publishers = Vec::with_capacity(equipped.len());
     let mut recordings = Vec::with_capacity(equipped.len());
@@ -147,10 +152,11 @@ async fn serve(
     reporting.abort();
     supervisor.stopping();
     replying.abort();
-    for undeclared in [token.undeclare().await, inject.undeclare().await, present.undeclare().await]
-    {
-        undeclared.map_err(refused)?;
+    token.undeclare().await.map_err(refused)?;
+    for queryable in taking {
+        queryable.undeclare().await.map_err(refused)?;
     }
+    present.undeclare().await.map_err(refused)?;
     for recording in recordings {
         recording.undeclare().await.map_err(refused)?;
     }

@@ -14,7 +14,8 @@ use wire::PlantPhase;
 
 use super::agenda::Agenda;
 use super::attendance::Attendance;
-use super::injection::{self, Order, OrderReply};
+use super::injection;
+use super::order::{Order, OrderReply};
 use super::pacing::Pacing;
 use super::progress::ProgressEar;
 use super::sample_publisher::SamplePublisher;
@@ -101,17 +102,11 @@ impl Simulation {
     }
 
     fn obey(&mut self, order: Order) {
-        let Order { injection, query } = order;
-        let what = injection.clone();
-        let outcome = injection::obey(injection, &mut self.plant, &mut self.agenda);
-        match &outcome {
-            Ok(injected) => tracing::info!(
-                component = %what.component,
-                fault = ?what.fault,
-                step = %injected.effective_step,
-                "order"
-            ),
-            Err(reason) => tracing::warn!(component = %what.component, "order refused: {reason}"),
+        let Order { command, query } = order;
+        let component = command.component().clone();
+        let outcome = command.obey(&mut self.plant, &mut self.agenda);
+        if let Err(reason) = &outcome {
+            tracing::warn!(%component, "order refused: {reason}");
         }
         self.board.faults(&self.plant);
         // A full queue leaves the order without a reply; it was obeyed all the same.

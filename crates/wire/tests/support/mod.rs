@@ -28,11 +28,12 @@ pub fn plain_topics() -> Vec<Topic> {
 }
 
 /// The plant's topics.
-pub fn plant_topics() -> [PlantTopic; 3] {
-    let topics = [PlantTopic::Inject, PlantTopic::Status, PlantTopic::Alive];
+pub fn plant_topics() -> [PlantTopic; 4] {
+    let topics = [PlantTopic::Inject, PlantTopic::Stroke, PlantTopic::Status, PlantTopic::Alive];
     for topic in topics {
         match topic {
-            PlantTopic::Inject | PlantTopic::Status | PlantTopic::Alive => {}
+            PlantTopic::Inject | PlantTopic::Stroke => {}
+            PlantTopic::Status | PlantTopic::Alive => {}
         }
     }
     topics

@@ -47,6 +47,8 @@ pub const TARGETS: &[Target] = &[
     target("message_refused", message::check::<wire::Refused>),
     target("message_sample", message::check::<wire::Sample>),
     target("message_state_answer", message::check::<wire::StateAnswer>),
+    target("message_stroke", message::check::<wire::Stroke>),
+    target("message_stroke_begun", message::check::<wire::StrokeBegun>),
     target("key", key::check),
     target("question", question::check),
     target("journal", journal::check),

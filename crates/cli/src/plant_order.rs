@@ -1,0 +1,68 @@
+//! An order to the simulated plant: found, given, and what it means if it is not obeyed.
+
+use std::time::Duration;
+
+use names::{Mention, StructureName};
+use observer::OrderError;
+use zenoh::Session;
+
+use crate::failure::Failure;
+use crate::link::{self, Link, Target};
+use crate::wording::plain;
+
+/// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` is told the
+/// structure and how long to wait.
+pub(crate) fn give<R>(
+    link: &Link,
+    component: &Mention,
+    send: impl AsyncFnOnce(&Session, &StructureName, Duration) -> Result<R, OrderError>,
+) -> Result<(StructureName, R), Failure> {
+    let link = &link.target()?;
+    link::block_on(async {
+        let session = link.open().await?;
+        let given = async {
+            let structure = home(&session, link).await?;
+            let sent = send(&session, &structure, link.timeout).await;
+            let reply = sent.map_err(|error| not_obeyed(component, error))?;
+            Ok((structure, reply))
+        };
+        let given = given.await;
+        session::close(&session).await;
+        given
+    })
+}
+
+/// The structure whose plant is there. One of several is not guessed at.
+async fn home(session: &Session, link: &Target) -> Result<StructureName, Failure> {
+    let seen = observer::plants(session, link.structure.as_ref(), link.timeout).await;
+    let mut seen = seen.map_err(link::refused)?;
+    if seen.len() > 1 {
+        let names: Vec<String> = seen.iter().map(|name| format!("`{name}`")).collect();
+        let names = names.join(" and ");
+        return Err(Failure::usage(format!(
+            "there are plants of {names}; say which with --structure"
+        )));
+    }
+    seen.pop_first().ok_or_else(|| no_plant(link))
+}
+
+fn no_plant(link: &Target) -> Failure {
+    let (places, within) = (link.places(), link.timeout);
+    Failure::network(format!(
+        "no plant was there at {places} within {within:?}; no command was sent"
+    ))
+}
+
+fn not_obeyed(component: &Mention, error: OrderError) -> Failure {
+    match error {
+        OrderError::Refused(reason) => {
+            Failure::runtime(format!("{component}: refused: {}", plain(&reason)))
+        }
+        error => {
+            let error = plain(&error.to_string());
+            Failure::network(format!(
+                "{component}: {error}; the command may or may not have been carried out"
+            ))
+        }
+    }
+}

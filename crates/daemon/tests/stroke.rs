@@ -1,0 +1,145 @@
+//! The plant lets a cylinder make a stroke by order from the network, one at a time.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that cannot set itself up has failed"
+)]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use daemon::config::{PlantFlags, Speed};
+use names::{Step, StructureName};
+use observer::OrderError;
+use support::{Process, Rig, first, in_time};
+use wire::{Refused, Sample, Stroke, StrokeBegun};
+use zenoh::Session;
+
+const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
+const SAMPLES: &str = "trusswatch/small/lower/sample";
+const FORCE_N: f64 = 2e3;
+
+/// The plant alone, and who orders.
+struct Scene {
+    plant: Process,
+    observer: Session,
+    structure: StructureName,
+}
+
+impl Scene {
+    async fn open() -> Scene {
+        let flags = PlantFlags { speed: Some(Speed::Factor(2.0)), ..PlantFlags::default() };
+        let mut rig = Rig::new("small/plant.toml", &SMALL, &flags);
+        rig.plant.wait_for.clear();
+        let plant = rig.start_plant();
+        let observer = rig.observer().await;
+        let structure = rig.plant.structure.name.clone();
+        observer::wait_for(&observer, &structure, &[], true, support::LIMIT).await.unwrap();
+        Scene { plant, observer, structure }
+    }
+
+    async fn order(&self, stroke: &Stroke) -> Result<StrokeBegun, OrderError> {
+        observer::stroke(&self.observer, &self.structure, stroke, Duration::from_secs(5)).await
+    }
+
+    async fn is_refused(&self, stroke: &Stroke, reason: &str) {
+        match self.order(stroke).await {
+            Err(OrderError::Refused(found)) => assert!(found.contains(reason), "{found}"),
+            other => panic!("{stroke:?}: {other:?}"),
+        }
+    }
+
+    async fn close(self) {
+        self.plant.stop().await;
+        session::close(&self.observer).await;
+    }
+}
+
+fn stroke(component: &str) -> Stroke {
+    Stroke {
+        component: component.parse().unwrap(),
+        force_n: FORCE_N,
+        duration_s: 4.0,
+        largest_strain: 1e-3,
+    }
+}
+
+fn read(received: &zenoh::sample::Sample) -> Option<Sample> {
+    wire::decode(&received.payload().to_bytes()).ok()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_stroke_moves_the_demand_of_its_cylinder_alone_and_another_one_has_to_wait() {
+    let scene = Scene::open().await;
+    let samples = scene.observer.declare_subscriber(SAMPLES).await.unwrap();
+    let mut seen = BTreeMap::new();
+    let mut until = async |step: Step| {
+        while !seen.contains_key(&step) {
+            let received = in_time("a sample", samples.recv_async()).await.unwrap();
+            let sample = read(&received).unwrap();
+            seen.insert(sample.step, sample.demands_n);
+        }
+        seen[&step].clone()
+    };
+    let received = in_time("a sample", samples.recv_async()).await.unwrap();
+    until(read(&received).unwrap().step.plus(100)).await;
+
+    // Only one module has such a cylinder.
+    let begun = scene.order(&stroke("actuator/a2")).await.unwrap();
+    assert_eq!(begun.component.to_string(), "lower/actuator/a2");
+    assert_eq!(begun.last_step, begun.first_step.plus(3999));
+    let busy = "`lower/actuator/a2` is making its stroke; wait until it has ended";
+    scene.is_refused(&stroke("upper/actuator/a1"), busy).await;
+
+    let held = until(begun.first_step).await;
+    for (after, force_n) in [(1000, FORCE_N), (2000, 0.0), (3000, -FORCE_N)] {
+        let demands = until(begun.first_step.plus(after)).await;
+        assert!((demands[1] - held[1] - force_n).abs() < 1e-6, "{held:?} {demands:?}");
+        assert!((demands[0] - held[0]).abs() < 1e-6, "{held:?} {demands:?}");
+    }
+    until(begun.last_step.plus(1)).await;
+    let next = scene.order(&stroke("upper/actuator/a1")).await.unwrap();
+    assert!(next.first_step > begun.last_step);
+    scene.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_order_that_makes_no_sense_is_refused_with_the_reason_and_moves_nothing() {
+    let scene = Scene::open().await;
+    let sensible = || stroke("lower/actuator/a1");
+    for (stroke, reason) in [
+        (
+            stroke("lower/actuator/a9"),
+            "`lower/actuator/a9` is no actuator of the plant; use one of",
+        ),
+        (stroke("lower/sensor/g1"), "`lower/sensor/g1` is no actuator of the plant"),
+        (stroke("actuator/a9"), "no module has a component `actuator/a9`"),
+        (stroke("actuator/a1"), "`actuator/a1` may be `lower/actuator/a1` or"),
+        (Stroke { force_n: 1e6, ..sensible() }, "`force_n` of a stroke is 1000000; use 1 to"),
+        (Stroke { duration_s: 0.1, ..sensible() }, "`duration_s` of a stroke is 0.1; use 2 to 600"),
+        (Stroke { largest_strain: 0.1, ..sensible() }, "`largest_strain` of a stroke is 0.1"),
+    ] {
+        scene.is_refused(&stroke, reason).await;
+    }
+    for (payload, reason) in [
+        ("", "malformed JSON"),
+        ("{\"v\":1}", "missing field `component`"),
+        ("{\"v\":1,\"component\":\"actuator/a2\",\"force_n\":\"5 kN\"}", "not a stroke"),
+    ] {
+        let query = scene.observer.get("trusswatch/small/plant/command/stroke").payload(payload);
+        let replies = query.timeout(Duration::from_secs(5)).await.unwrap();
+        let reply = in_time("a reply", replies.recv_async()).await.unwrap();
+        let error = reply.result().unwrap_err().payload().to_bytes().into_owned();
+        let refused: Refused = wire::decode(&error).unwrap();
+        assert!(refused.reason.contains(reason), "{payload}: {}", refused.reason);
+    }
+    // Nothing is under way.
+    let begun = scene.order(&sensible()).await.unwrap();
+    first(&scene.observer, SAMPLES, "the stroke's sample", |received| {
+        read(received).filter(|sample| sample.step > begun.first_step)
+    })
+    .await;
+    scene.close().await;
+}
