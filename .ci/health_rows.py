@@ -164,6 +164,9 @@ def of_module(status):
     expect("trusswatch_questions_waiting", status["waiting_questions"])
     expect("trusswatch_transitions_total", status["next_sequence"] - 1)
     expect("trusswatch_thresholds_info", 1, fingerprint=status["thresholds"])
+    if status["reference"] is not None:
+        expect("trusswatch_reference_info", 1, fingerprint=status["reference"])
+    expect("trusswatch_components_verified", status["verified"])
     expect("trusswatch_build_info", 1, version=status["software"])
     expect("trusswatch_components", status["unconfirmed"], state="unconfirmed")
     expect("trusswatch_components", status["unknown"], state="unknown")

@@ -79,7 +79,7 @@ impl Deployment {
         let name = self.file_name(place);
         let text = std::fs::read_to_string(configs().join(&name)).unwrap();
         let mut table: toml::Table = text.parse().unwrap();
-        for key in ["structure", "thresholds"] {
+        for key in ["structure", "thresholds", "reference"] {
             if let Some(path) = table.get(key).and_then(toml::Value::as_str) {
                 let path = configs().join(path).canonicalize().unwrap();
                 table.insert(key.into(), path.to_str().unwrap().into());

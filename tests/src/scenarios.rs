@@ -35,3 +35,22 @@ pub fn all() -> Vec<Schedule> {
         single("module2/actuator/a2", Fault::HardOver {}),
     ]
 }
+
+/// Faults that no change shows, and the steps in which the comparison with the reference finds them: two from the first
+/// step on, and one that creeps.
+#[must_use]
+pub fn unseen() -> (Schedule, u64) {
+    let from = |step, component: &str, fault| ScheduledFault {
+        at_step: Step(step),
+        until_step: None,
+        component: component.parse().unwrap(),
+        fault,
+    };
+    let drift = Fault::RandomWalk { drift_m_per_s: 4e-6, increment_m: 0.0 };
+    let faults = vec![
+        from(0, "module1/sensor/g3", Fault::Bias { offset_m: 6e-5 }),
+        from(0, "module2/actuator/a2", Fault::InternalLeakage { area_m2: 1e-7 }),
+        from(5000, "module2/sensor/g1", drift),
+    ];
+    (Schedule { faults }, 30_000)
+}

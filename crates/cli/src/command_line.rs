@@ -4,8 +4,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::failure::EXIT_CODES;
 use crate::{
-    calibrate, certificates, check, completions, demo, detect, faults, follow, generate, health,
-    history, inject, join, model, order, replicate, router, schema, stroke, study,
+    calibrate, certificates, check, commission, completions, demo, detect, faults, follow,
+    generate, health, history, inject, join, model, order, replicate, router, schema, stroke,
+    study,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -45,6 +46,7 @@ pub(crate) enum Command {
     Study(Box<study::Arguments>),
     Detect(detect::Arguments),
     Calibrate(calibrate::Arguments),
+    Commission(Box<commission::Arguments>),
     #[command(hide = true)]
     Generate(generate::Arguments),
 }
@@ -54,7 +56,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ("Operate", &["faults", "follow", "ack", "reset", "history", "health", "router"]),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
     ("Simulate", &["demo", "inject", "stroke"]),
-    ("Analyse", &["study", "detect", "calibrate"]),
+    ("Analyse", &["study", "detect", "calibrate", "commission"]),
 ];
 
 /// The command line with its subcommands grouped in the help.

@@ -7,6 +7,7 @@ mod calibrate;
 mod certificates;
 mod check;
 mod command_line;
+mod commission;
 mod completions;
 mod context;
 mod csv_rows;
@@ -59,6 +60,7 @@ pub fn run() -> ExitCode {
         Command::Detect(arguments) => detect::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Commission(arguments) => commission::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Faults(arguments) => faults::run(&arguments),
         Command::Follow(arguments) => follow::run(&arguments),

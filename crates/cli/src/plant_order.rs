@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::link::{self, Link, Target};
 use crate::wording::plain;
 
-/// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` is told the
+/// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` gets the
 /// structure and how long to wait.
 pub(crate) fn give<R>(
     link: &Link,

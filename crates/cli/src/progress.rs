@@ -25,6 +25,11 @@ impl Progress {
         Progress::new(what, "runs", all)
     }
 
+    /// Counts snippets of healthy data.
+    pub(crate) fn of_snippets(what: &'static str, all: u64) -> Progress {
+        Progress::new(what, "snippets", all)
+    }
+
     /// Counts seconds of the tower's time.
     pub(crate) fn of_time(what: &'static str, all: u64) -> Progress {
         Progress::new(what, "s of the tower's time", all)

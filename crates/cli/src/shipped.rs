@@ -20,18 +20,23 @@ macro_rules! shipped {
 
 /// The plant of the tower.
 pub(crate) const PLANT: Shipped = shipped!("plant.toml");
+/// The plant in weather that is the same in all modules, and in weather of each module's own.
+pub(crate) const WEATHER_ALIKE: Shipped = shipped!("weather/alike.toml");
+pub(crate) const WEATHER_UNEVEN: Shipped = shipped!("weather/uneven.toml");
 /// The diagnosers of its modules.
 pub(crate) const MODULES: [Shipped; 2] = [shipped!("module1.toml"), shipped!("module2.toml")];
 /// The diagnosers of its modules as the paper has them.
 pub(crate) const PAPER_MODULES: [Shipped; 2] =
     [shipped!("paper/module1.toml"), shipped!("paper/module2.toml")];
 /// What those refer to.
-pub(crate) const OTHERS: [Shipped; 7] = [
+pub(crate) const OTHERS: [Shipped; 9] = [
     shipped!("tower.toml"),
     shipped!("tower/module1.structure.toml"),
     shipped!("tower/module2.structure.toml"),
     shipped!("thresholds/module1.toml"),
     shipped!("thresholds/module2.toml"),
+    shipped!("references/module1.toml"),
+    shipped!("references/module2.toml"),
     shipped!("paper/thresholds/module1.toml"),
     shipped!("paper/thresholds/module2.toml"),
 ];

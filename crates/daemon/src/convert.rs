@@ -1,8 +1,9 @@
 //! Between the results of the diagnosis and messages.
 
+use diagnosis::state::{self, CylinderMeans, GageMeans, WindowMeans};
 use diagnosis::{Answer, Counters, Doubt, Phase, Question, Symptom, Transition, Verdict};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
-use wire::{FaultState, FaultTransition, ModulePhase};
+use wire::{Agreement, FaultState, FaultTransition, ModulePhase};
 
 /// The publishing module.
 #[derive(Debug, Clone)]
@@ -36,7 +37,9 @@ impl Speaker {
             detection,
             decided,
             evidence,
+            before_service,
             disputed,
+            tare,
             order,
         } = transition;
         let mut message = self.untouched(&component, time_unix_ns);
@@ -49,10 +52,9 @@ impl Speaker {
         message.order = order.map(to_wire_order);
         message.state = to_state(&verdict);
         message.disputed = disputed;
-        message.symptom = match symptom {
-            Symptom::Change => wire::Symptom::Change,
-            Symptom::NoSignal => wire::Symptom::NoSignal,
-        };
+        message.before_service = before_service;
+        message.tare = tare;
+        message.symptom = to_symptom(symptom);
         match verdict {
             Verdict::Unconfirmed { doubt } => enter_doubt(&mut message, doubt),
             Verdict::Explained { by, since } => {
@@ -106,7 +108,7 @@ impl Speaker {
     }
 
     pub(crate) fn answer(&self, answer: Answer) -> wire::StateAnswer {
-        let Answer { question, watching_since, changes, actuator_faults, alarms } = answer;
+        let Answer { question, watching_since, changes, actuator_faults, alarms, window } = answer;
         let changes = changes.into_iter().map(to_change);
         let faults = actuator_faults
             .into_iter()
@@ -121,6 +123,7 @@ impl Speaker {
             changes: changes.collect(),
             actuator_faults: faults.collect(),
             alarms: alarms.map(|alarms| alarms.into_iter().map(to_alarm).collect()),
+            window: window.map(to_window),
         }
     }
 }
@@ -139,22 +142,28 @@ fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
             message.assumed = Some(actuator);
             wire::Doubt::Assumed
         }
+        Doubt::OneOf(components) => {
+            message.one_of = components;
+            wire::Doubt::OneOf
+        }
         Doubt::RunEnded => wire::Doubt::RunEnded,
     });
 }
 
 fn to_wire_order(given: diagnosis::GivenOrder) -> wire::GivenOrder {
-    let (order, force) = match given.kind {
-        diagnosis::OrderKind::Acknowledge => (wire::OrderKind::Acknowledge, false),
-        diagnosis::OrderKind::Reset { force } => (wire::OrderKind::Reset, force),
+    let (order, force, re_tare) = match given.kind {
+        diagnosis::OrderKind::Acknowledge => (wire::OrderKind::Acknowledge, false, false),
+        diagnosis::OrderKind::Reset { force } => (wire::OrderKind::Reset, force, false),
+        diagnosis::OrderKind::ReTare => (wire::OrderKind::Reset, false, true),
     };
-    wire::GivenOrder { order, by: given.by, note: given.note, force }
+    wire::GivenOrder { order, by: given.by, note: given.note, force, re_tare }
 }
 
 pub(crate) fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diagnosis::Order {
-    let wire::Order { component, by, note, force } = order;
+    let wire::Order { component, by, note, force, re_tare } = order;
     let kind = match kind {
         wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
+        wire::OrderKind::Reset if re_tare => diagnosis::OrderKind::ReTare,
         wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force },
     };
     let component = component.component;
@@ -171,6 +180,7 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
                 wire::Doubt::Silent => Doubt::Silent(message.silent),
                 wire::Doubt::Unknowing => Doubt::Unknowing(message.unknowing),
                 wire::Doubt::Assumed => Doubt::Assumed(message.assumed?),
+                wire::Doubt::OneOf => Doubt::OneOf(message.one_of),
                 wire::Doubt::RunEnded => Doubt::RunEnded,
             },
         },
@@ -185,15 +195,14 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
         run: message.run?,
         component: message.component.component,
         verdict,
-        symptom: match message.symptom {
-            wire::Symptom::Change => Symptom::Change,
-            wire::Symptom::NoSignal => Symptom::NoSignal,
-        },
+        symptom: from_symptom(message.symptom),
         onset: message.onset_step?,
         detection: message.detection_step?,
         decided: message.decided_step?,
         evidence: from_wire_evidence(&message.evidence?),
+        before_service: message.before_service,
         disputed: message.disputed,
+        tare: message.tare,
         order: message.order.map(from_given_order),
     })
 }
@@ -201,6 +210,7 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
 fn from_given_order(given: wire::GivenOrder) -> diagnosis::GivenOrder {
     let kind = match given.order {
         wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
+        wire::OrderKind::Reset if given.re_tare => diagnosis::OrderKind::ReTare,
         wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force: given.force },
     };
     diagnosis::GivenOrder { kind, by: given.by, note: given.note }
@@ -223,7 +233,8 @@ fn to_wire_evidence(evidence: &diagnosis::Evidence) -> wire::Evidence {
 }
 
 pub(crate) fn to_question(question: Question) -> wire::StateQuestion {
-    wire::StateQuestion { run: Some(question.run), from: question.from, step: question.as_of }
+    let Question { run, from, as_of, window } = question;
+    wire::StateQuestion { run: Some(run), from, step: as_of, window }
 }
 
 pub(crate) fn to_change(change: diagnosis::Change) -> wire::StateChange {
@@ -240,18 +251,106 @@ pub(crate) fn from_change(change: wire::StateChange) -> diagnosis::Change {
     diagnosis::Change { component, onset: onset_step.unwrap_or(step), step, ratio, until }
 }
 
-pub(crate) fn from_answer(answer: wire::StateAnswer) -> Answer {
+/// `window`: were the means of the window asked for?
+pub(crate) fn from_answer(answer: wire::StateAnswer, window: bool) -> Answer {
+    let until = answer.as_of_step;
+    let means = answer.window.map(|window| from_window(window, until));
     let changes = answer.changes.into_iter().map(from_change);
     let faults = answer
         .actuator_faults
         .into_iter()
         .map(|fault| diagnosis::ActuatorFault { actuator: fault.actuator, step: fault.step });
     Answer {
-        question: Question { run: answer.run, from: answer.from_step, as_of: answer.as_of_step },
+        question: Question {
+            run: answer.run,
+            from: answer.from_step,
+            as_of: answer.as_of_step,
+            window,
+        },
         watching_since: answer.watching_since_step,
         changes: changes.collect(),
         actuator_faults: faults.collect(),
         alarms: answer.alarms.map(|alarms| alarms.into_iter().map(from_alarm).collect()),
+        window: means,
+    }
+}
+
+/// In words what keeps a component from being normal.
+pub(crate) fn to_condition(condition: &state::Condition) -> wire::Condition {
+    use state::Condition as Known;
+    let (agreement, as_of_step, reason) = match condition {
+        Known::NotVerified => (Agreement::NotVerified, None, None),
+        Known::NotCompared => {
+            (Agreement::NotCompared, None, Some("not compared with its reference yet".to_owned()))
+        }
+        Known::Agrees { as_of } => (Agreement::Agrees, Some(*as_of), None),
+        Known::Doubtful { as_of } => {
+            let reason = "it departed from its reference in the latest window";
+            (Agreement::Doubtful, Some(*as_of), Some(reason.to_owned()))
+        }
+        Known::Departed { as_of } => {
+            (Agreement::Departed, Some(*as_of), Some("it departs from its reference".to_owned()))
+        }
+        Known::OneOf { as_of, components } => {
+            let names: Vec<String> = components.iter().map(ToString::to_string).collect();
+            let reason = format!("one of these departs from its reference: {}", names.join(", "));
+            (Agreement::OneOf, Some(*as_of), Some(reason))
+        }
+        Known::CannotTell { obstacle } => {
+            (Agreement::CannotTell, None, Some(format!("it cannot be compared: {obstacle}")))
+        }
+    };
+    wire::Condition { agreement, as_of_step, reason }
+}
+
+fn to_symptom(symptom: Symptom) -> wire::Symptom {
+    match symptom {
+        Symptom::Change => wire::Symptom::Change,
+        Symptom::NoSignal => wire::Symptom::NoSignal,
+        Symptom::Departure => wire::Symptom::Departure,
+        Symptom::OilContent => wire::Symptom::OilContent,
+        Symptom::Scatter => wire::Symptom::Scatter,
+    }
+}
+
+fn from_symptom(symptom: wire::Symptom) -> Symptom {
+    match symptom {
+        wire::Symptom::Change => Symptom::Change,
+        wire::Symptom::NoSignal => Symptom::NoSignal,
+        wire::Symptom::Departure => Symptom::Departure,
+        wire::Symptom::OilContent => Symptom::OilContent,
+        wire::Symptom::Scatter => Symptom::Scatter,
+    }
+}
+
+fn to_window(means: WindowMeans) -> wire::Window {
+    let gage = |GageMeans { residual_m, scatter_m2, swing_m2 }| wire::GageWindow {
+        residual_m,
+        scatter_m2,
+        swing_m2,
+    };
+    let cylinder = |CylinderMeans { force_n, rate_n_per_s, tracking_n, content_pa }| {
+        wire::CylinderWindow { force_n, rate_n_per_s, tracking_n, content_pa }
+    };
+    wire::Window {
+        gages: means.gages.into_iter().map(|one| one.map(gage)).collect(),
+        cylinders: means.cylinders.into_iter().map(|one| one.map(cylinder)).collect(),
+    }
+}
+
+fn from_window(window: wire::Window, until: Step) -> WindowMeans {
+    let gage = |wire::GageWindow { residual_m, scatter_m2, swing_m2 }| GageMeans {
+        residual_m,
+        scatter_m2,
+        swing_m2,
+    };
+    let cylinder = |wire::CylinderWindow { force_n, rate_n_per_s, tracking_n, content_pa }| {
+        CylinderMeans { force_n, rate_n_per_s, tracking_n, content_pa }
+    };
+    WindowMeans {
+        until,
+        gages: window.gages.into_iter().map(|one| one.map(gage)).collect(),
+        cylinders: window.cylinders.into_iter().map(|one| one.map(cylinder)).collect(),
     }
 }
 

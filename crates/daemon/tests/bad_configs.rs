@@ -12,7 +12,7 @@ struct Copy(TempDir);
 impl Copy {
     fn new() -> Self {
         let folder = TempDir::new().unwrap();
-        for name in ["tower", "thresholds"] {
+        for name in ["tower", "thresholds", "references"] {
             std::fs::create_dir(folder.path().join(name)).unwrap();
         }
         for file in [
@@ -22,6 +22,8 @@ impl Copy {
             "tower/module1.structure.toml",
             "thresholds/module1.toml",
             "thresholds/module2.toml",
+            "references/module1.toml",
+            "references/module2.toml",
         ] {
             let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs").join(file);
             std::fs::copy(from, folder.path().join(file)).unwrap();

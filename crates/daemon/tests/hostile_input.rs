@@ -233,7 +233,8 @@ async fn a_question_is_answered_held_or_refused_with_its_reason() {
 
     put_sample(&observer, &sample(0)).await;
     status(&observer, |status| status.step == Some(Step(0))).await;
-    let other_run = StateQuestion { run: Some(RunId(9)), from: Step(0), step: Step(0) };
+    let other_run =
+        StateQuestion { run: Some(RunId(9)), from: Step(0), step: Step(0), window: false };
     assert!(refused(ask(&observer, &other_run.to_parameters()).await).contains("present run"));
     assert!(refused(ask(&observer, "from=0&step=900000").await).contains("too far ahead"));
 
@@ -329,6 +330,7 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
             changes: if changed >= question.from { vec![change] } else { Vec::new() },
             actuator_faults: Vec::new(),
             alarms: Some(Vec::new()),
+            window: None,
         };
         query.reply(key, wire::encode(&answer).unwrap()).wait().unwrap();
     };

@@ -32,7 +32,8 @@ fn without_network(folder: &TempDir, name: &str) -> PathBuf {
     let root = configs();
     let text = text
         .replace("structure = \"", &format!("structure = \"{}/", root.display()))
-        .replace("thresholds = \"", &format!("thresholds = \"{}/", root.display()));
+        .replace("thresholds = \"", &format!("thresholds = \"{}/", root.display()))
+        .replace("reference = \"", &format!("reference = \"{}/", root.display()));
     let file = folder.path().join(name);
     std::fs::write(&file, text).unwrap();
     file

@@ -53,7 +53,7 @@ fn every_diagnosers_configuration_is_valid() {
 
 #[test]
 fn every_plants_configuration_is_valid() {
-    for file in ["plant.toml", "small/plant.toml"] {
+    for file in ["plant.toml", "small/plant.toml", "weather/alike.toml", "weather/uneven.toml"] {
         let config = load_plant(&configs().join(file), &PlantFlags::default()).unwrap();
         assert_eq!(config.wait_for.len(), 2);
     }

@@ -8,9 +8,11 @@
 mod fixture;
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::divergence::{DivergenceSettings, Interval};
+use diagnosis::state::{Reference, residual_settings};
 use diagnosis::{Diagnoser, ModuleSetup, Rule};
 use fixture::RestingSignals;
 use truss::Structure;
@@ -29,13 +31,28 @@ fn tower_setup() -> ModuleSetup {
     setup
 }
 
+/// With the shipped reference, from which these signals depart: each second peers are asked and fault sets are sought.
+fn with_reference() -> ModuleSetup {
+    let mut reference: Reference =
+        toml::from_str(include_str!("../../../configs/references/module1.toml"))
+            .expect("the shipped reference is valid");
+    let setup = ModuleSetup { peers: vec![fixture::name("module2")], ..tower_setup() };
+    reference.settings = residual_settings(&setup);
+    ModuleSetup { reference: Some(Arc::new(reference)), ..setup }
+}
+
 fn diagnoser_step(c: &mut Criterion) {
+    step_of(c, "diagnoser_step", tower_setup());
+    step_of(c, "diagnoser_step_with_reference", with_reference());
+}
+
+fn step_of(c: &mut Criterion, name: &str, setup: ModuleSetup) {
     let mut signals = RestingSignals::new(4, 8);
     let mut samples: Vec<_> = (0..8192).map(|_| signals.sample()).collect();
-    let mut diagnoser = Diagnoser::new(tower_setup()).expect("the setup is valid");
+    let mut diagnoser = Diagnoser::new(setup).expect("the setup is valid");
     let mut actions = Vec::new();
     let mut next = 0_u64;
-    c.bench_function("diagnoser_step", |b| {
+    c.bench_function(name, |b| {
         b.iter(|| {
             let count = samples.len() as u64;
             let sample = &mut samples[usize::try_from(next % count).unwrap_or(0)];

@@ -113,7 +113,7 @@ impl Knowledge<'_> {
 
     /// What this module has to say as of a step that it has processed.
     fn answer(&self, question: Question) -> Answer {
-        let Question { run, from, as_of } = question;
+        let Question { run, from, as_of, window } = question;
         let changes = self.judging.isolator().changes_as_of(from, as_of);
         let ledger = self.judging.ledger();
         let faults = ledger.faulty(self.module, run);
@@ -128,6 +128,7 @@ impl Knowledge<'_> {
             changes: changes.collect(),
             actuator_faults: actuator_faults.collect(),
             alarms: Some(ledger.alarms(run, as_of)),
+            window: self.channels.window_ended_at(as_of).filter(|_| window).cloned(),
         }
     }
 

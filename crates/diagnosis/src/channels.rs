@@ -12,6 +12,7 @@ use crate::residual::ResidualGenerator;
 use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, SetupError};
 use crate::shift::Shifts;
+use crate::state::{Measured, WINDOW_S, WindowMeans, Windows};
 use crate::unseen::Unseen;
 use crate::validity::{Supply, Validity};
 
@@ -43,6 +44,13 @@ pub(crate) struct Channels {
     coverage: Coverage,
     unseen: Unseen,
     shifts: Shifts,
+    windows: Windows,
+    /// What is subtracted before a comparison with the reference: of a gage \[m\], of an oil content \[Pa\].
+    tares: Vec<f64>,
+    /// What goes into the windows: residuals, forces, oil contents; not a number where there is none.
+    measured: [Vec<f64>; 3],
+    /// A window ended at the latest step.
+    window_ended: bool,
     phase: Phase,
     /// Most samples in a row that are filled in when they are lost.
     longest_filled: u64,
@@ -88,13 +96,25 @@ impl Channels {
             latest: vec![0.0; components.len()],
             between: vec![0.0; components.len()],
             settings: detection.divergence,
-            components,
             generator,
             bank,
             monitors,
             coverage: Coverage::default(),
             shifts: Shifts::new(&setup.prior_scatters()),
             unseen: Unseen::new((detection.divergence.window + detection.divergence.lag) as u64),
+            windows: Windows::new(
+                setup.actuators(),
+                components.len() - setup.actuators(),
+                setup.sampling().steps(WINDOW_S),
+            ),
+            measured: [
+                vec![f64::NAN; components.len()],
+                vec![f64::NAN; setup.actuators()],
+                vec![f64::NAN; setup.actuators()],
+            ],
+            window_ended: false,
+            tares: vec![0.0; components.len()],
+            components,
             phase: Phase::Waiting,
         })
     }
@@ -119,6 +139,7 @@ impl Channels {
         self.coverage = Coverage::default();
         self.unseen.forget();
         self.shifts.forget();
+        self.windows.restart();
         self.unfilled = 0;
     }
 
@@ -177,6 +198,7 @@ impl Channels {
                 self.latest[channel] = *residual;
             }
         }
+        self.measure(sample.step, settled);
         let outcomes = if settled { self.bank.push(&self.latest) } else { self.bank.skip() };
         let defined = outcomes.iter().any(|outcome| outcome.divergence().is_some());
         self.unseen.observe(sample.step, defined);
@@ -207,6 +229,47 @@ impl Channels {
             self.evidence[channel] = *monitor.evidence();
             self.occurrences.extend(occurrence.map(|occurrence| (channel, occurrence)));
         }
+    }
+
+    /// Takes the sample into the windows, as far as it can be believed.
+    fn measure(&mut self, step: Step, settled: bool) {
+        let [residuals, forces_n, contents_pa] = &mut self.measured;
+        let actuators = forces_n.len();
+        let forces_known = self.validity.force_is_assumed().is_none();
+        for (channel, value) in residuals.iter_mut().enumerate() {
+            let good = settled && self.validity.supply(channel) == Supply::Good;
+            let of_gage = channel >= actuators;
+            let usable = good && (forces_known || !of_gage);
+            let tare = if of_gage { self.tares[channel] } else { 0.0 };
+            *value = if usable { self.latest[channel] - tare } else { f64::NAN };
+        }
+        let observed = self.generator.forces_n().iter().zip(self.generator.contents_pa());
+        let kept = forces_n.iter_mut().zip(contents_pa.iter_mut());
+        for (channel, ((force, content), (observed_n, observed_pa))) in
+            kept.zip(observed).enumerate()
+        {
+            let good = self.validity.supply(channel) == Supply::Good;
+            *force = if good { *observed_n } else { f64::NAN };
+            *content = if good { *observed_pa - self.tares[channel] } else { f64::NAN };
+        }
+        let measured = Measured { residuals, forces_n, contents_pa };
+        self.window_ended = self.windows.take(step, measured).is_some();
+    }
+
+    /// What a gage, or a cylinder's oil content, measures too much counts no more from now on: the tare, all in all.
+    pub(crate) fn shift_tare(&mut self, channel: usize, off: f64) -> f64 {
+        self.tares[channel] += off;
+        self.tares[channel]
+    }
+
+    /// The window that ended at a step, if it is still kept.
+    pub(crate) fn window_ended_at(&self, step: Step) -> Option<&WindowMeans> {
+        self.windows.ended_at(step)
+    }
+
+    /// The window that ended at the latest step, if one did.
+    pub(crate) fn window(&self) -> Option<&WindowMeans> {
+        self.windows.latest().filter(|_| self.window_ended)
     }
 
     /// Replaces what the sample lacks. A channel that has had a value again after a while is relearnt; after a

@@ -3,9 +3,11 @@
 use names::{Component, Step};
 
 use crate::channels::Channels;
+use crate::comparing::Comparing;
 use crate::event::Action;
 use crate::judging::Judging;
 use crate::order::{GivenOrder, Order, OrderKind, OrderRefusal};
+use crate::state::Condition;
 use crate::verdict::{Symptom, Verdict};
 
 /// A residual displaced by less than this share of what was found is back.
@@ -16,6 +18,7 @@ const STILL_DISPLACED: f64 = 0.5;
 pub(crate) struct Commands<'a> {
     pub(crate) channels: &'a mut Channels,
     pub(crate) judging: &'a mut Judging,
+    pub(crate) comparing: &'a mut Comparing,
     /// The latest step processed.
     pub(crate) now: Step,
 }
@@ -36,6 +39,7 @@ impl Commands<'_> {
         let verdict = match given.kind {
             OrderKind::Acknowledge => self.acknowledge(channel, component)?,
             OrderKind::Reset { force } => self.reset(channel, component, force)?,
+            OrderKind::ReTare => self.re_tare(channel, component)?,
         };
         Ok(self.enter_order(channel, verdict, given, actions))
     }
@@ -53,31 +57,59 @@ impl Commands<'_> {
         component: Component,
         force: bool,
     ) -> Result<Verdict, OrderRefusal> {
-        match self.judging.ledger().verdict(channel) {
-            Verdict::Latched if !force => return Err(OrderRefusal::NotAcknowledged(component)),
-            Verdict::Latched | Verdict::Acknowledged | Verdict::Unconfirmed { .. } => {}
-            other => {
-                let state = other.as_str();
-                return Err(OrderRefusal::NothingToReset { component, state });
-            }
-        }
+        self.check_resettable(channel, &component, force)?;
         if !force {
+            self.check_change_is_over(channel, &component)?;
             self.check_evidence_is_gone(channel, component)?;
         }
+        Ok(self.start_anew(channel))
+    }
+
+    /// What the component measures now is what it should measure.
+    fn re_tare(&mut self, channel: usize, component: Component) -> Result<Verdict, OrderRefusal> {
+        self.check_resettable(channel, &component, false)?;
+        self.check_change_is_over(channel, &component)?;
+        let off = self.comparing.departure(channel);
+        let off = off.ok_or(OrderRefusal::NothingToReTare(component))?;
+        let tare = self.channels.shift_tare(channel, off);
+        self.judging.ledger_mut().set_tare(channel, tare);
+        Ok(self.start_anew(channel))
+    }
+
+    fn check_resettable(
+        &self,
+        channel: usize,
+        component: &Component,
+        force: bool,
+    ) -> Result<(), OrderRefusal> {
+        let component = component.clone();
+        match self.judging.ledger().verdict(channel) {
+            Verdict::Latched if !force => Err(OrderRefusal::NotAcknowledged(component)),
+            Verdict::Latched | Verdict::Acknowledged | Verdict::Unconfirmed { .. } => Ok(()),
+            other => {
+                let state = other.as_str();
+                Err(OrderRefusal::NothingToReset { component, state })
+            }
+        }
+    }
+
+    fn start_anew(&mut self, channel: usize) -> Verdict {
         self.judging.drop_cases(channel);
         self.channels.forgive(channel);
+        self.comparing.forgive(channel);
         if self.interval_to_pass(channel) != Some(0) {
             // The Gaussian still holds what the fault did to it.
             self.channels.restart(channel);
         }
-        Ok(Verdict::Normal)
+        Verdict::Normal
     }
 
-    fn check_evidence_is_gone(
+    fn check_change_is_over(
         &self,
         channel: usize,
-        component: Component,
+        component: &Component,
     ) -> Result<(), OrderRefusal> {
+        let component = component.clone();
         let monitor = self.channels.monitor(channel);
         if !monitor.is_watched() {
             return Err(OrderRefusal::NotWatched(component));
@@ -88,12 +120,29 @@ impl Commands<'_> {
         }
         match self.interval_to_pass(channel) {
             // A growing interval never passes; the Gaussian restarts with the reset.
-            None | Some(0) => {}
-            Some(steps) => return Err(OrderRefusal::StillInInterval { component, steps }),
+            None | Some(0) => Ok(()),
+            Some(steps) => Err(OrderRefusal::StillInInterval { component, steps }),
         }
-        match self.displacement(channel) {
-            Some((now, found)) => Err(OrderRefusal::StillDisplaced { component, now, found }),
-            None => Ok(()),
+    }
+
+    /// The reference decides; without one, where the residual was before the fault.
+    fn check_evidence_is_gone(
+        &self,
+        channel: usize,
+        component: Component,
+    ) -> Result<(), OrderRefusal> {
+        match self.comparing.condition(channel) {
+            Condition::Agrees { .. } => Ok(()),
+            Condition::Doubtful { .. } | Condition::Departed { .. } | Condition::OneOf { .. } => {
+                Err(OrderRefusal::StillDeparted(component))
+            }
+            Condition::NotCompared | Condition::CannotTell { .. } => {
+                Err(OrderRefusal::NotCompared(component))
+            }
+            Condition::NotVerified => match self.displacement(channel) {
+                Some((now, found)) => Err(OrderRefusal::StillDisplaced { component, now, found }),
+                None => Ok(()),
+            },
         }
     }
 

@@ -9,6 +9,7 @@ use names::{Component, ModuleName, RunId, Step};
 use crate::answering::{Answering, Knowledge};
 use crate::channels::Channels;
 use crate::commands::Commands;
+use crate::comparing::Comparing;
 use crate::counters::Counters;
 use crate::coverage::Coverage;
 use crate::event::{Action, Event, QuestionToken};
@@ -21,6 +22,7 @@ use crate::phase::Phase;
 use crate::question::{Answer, Question};
 use crate::sample::Sample;
 use crate::settings::{ModuleSetup, SetupError};
+use crate::state::{Condition, WindowMeans};
 use crate::verdict::{Transition, Verdict};
 
 /// The diagnoser of one module.
@@ -32,6 +34,7 @@ pub struct Diagnoser {
     channels: Channels,
     judging: Judging,
     answering: Answering,
+    comparing: Comparing,
     counters: Counters,
 }
 
@@ -51,6 +54,7 @@ impl Diagnoser {
             judging: Judging::new(&setup, channels.components()),
             channels,
             answering: Answering::new(setup.sampling()),
+            comparing: Comparing::new(&setup),
             counters: Counters::default(),
             module: setup.module,
             peers: setup.peers,
@@ -60,6 +64,13 @@ impl Diagnoser {
     /// Takes up what was known before a restart; to be called before the first event.
     pub fn recall(&mut self, memory: Memory) {
         let Memory { sequence, latest, watch } = memory;
+        for transition in &latest {
+            if let Some((channel, tare)) =
+                self.channels.position(&transition.component).zip(transition.tare)
+            {
+                self.channels.shift_tare(channel, tare);
+            }
+        }
         self.judging.recall_verdicts(sequence, latest);
         let Some(past) = watch else { return };
         self.intake.recall(past.run);
@@ -116,6 +127,7 @@ impl Diagnoser {
         self.judging.follow(now, &self.channels, actions);
         actions.extend(self.channels.update_phase(sample.step).map(Action::Phase));
         self.judge(now, actions);
+        self.compare(now, actions);
         self.answer_due(actions);
     }
 
@@ -126,6 +138,7 @@ impl Diagnoser {
         actions.push(Action::RunStarted(run));
         if let Some(last) = ended {
             self.channels.end_run();
+            self.comparing.restart();
             self.answering.end_run(run, &mut self.counters, actions);
             self.judging.end_run(self.channels.components().len(), last, actions);
         }
@@ -136,8 +149,20 @@ impl Diagnoser {
         self.judging.judge(now, &self.channels, &mut self.counters, actions);
     }
 
+    /// Compares the window that ended at this step, if one did, with the reference.
+    fn compare(&mut self, now: (RunId, Step), actions: &mut Vec<Action>) {
+        let Self { channels, judging, comparing, counters, .. } = self;
+        comparing.compare(now, channels, judging, counters, actions);
+    }
+
     fn take_answer(&mut self, peer: &ModuleName, answer: Answer, actions: &mut Vec<Action>) {
         let Some(now) = self.intake.position() else { return };
+        if answer.question.window {
+            let Self { channels, judging, comparing, counters, .. } = self;
+            let question = answer.question;
+            let answered = (peer, question, Some(answer));
+            return comparing.answered(answered, channels, judging, counters, actions);
+        }
         let (channels, counters) = (&self.channels, &mut self.counters);
         self.judging.answered((peer, answer), now, channels, counters, actions);
         self.judge(now, actions);
@@ -145,6 +170,12 @@ impl Diagnoser {
 
     fn take_silence(&mut self, peer: &ModuleName, question: Question, actions: &mut Vec<Action>) {
         let Some(now) = self.intake.position() else { return };
+        if question.window {
+            let Self { channels, judging, comparing, counters, .. } = self;
+            counters.questions_unanswered += 1;
+            let answered = (peer, question, None);
+            return comparing.answered(answered, channels, judging, counters, actions);
+        }
         if self.judging.unanswered(peer, question, now.1, &mut self.counters) {
             self.judge(now, actions);
         }
@@ -158,8 +189,12 @@ impl Diagnoser {
 
     fn take_order(&mut self, token: OrderToken, order: Order, actions: &mut Vec<Action>) {
         let now = self.intake.last_step().unwrap_or_default();
-        let mut commands =
-            Commands { channels: &mut self.channels, judging: &mut self.judging, now };
+        let mut commands = Commands {
+            channels: &mut self.channels,
+            judging: &mut self.judging,
+            comparing: &mut self.comparing,
+            now,
+        };
         match commands.carry_out(order, actions) {
             Ok(sequence) => actions.push(Action::Obeyed { token, sequence }),
             Err(refusal) => actions.push(Action::OrderRefused { token, refusal }),
@@ -228,6 +263,17 @@ impl Diagnoser {
     #[must_use]
     pub fn evidence(&self) -> &[Evidence] {
         self.channels.evidence()
+    }
+
+    /// The means over the window that ended at the latest step, if one did.
+    #[must_use]
+    pub fn window(&self) -> Option<&WindowMeans> {
+        self.channels.window()
+    }
+
+    /// The condition of each component, in the order of [`Diagnoser::components`].
+    pub fn conditions(&self) -> impl Iterator<Item = &Condition> {
+        (0..self.channels.components().len()).map(|channel| self.comparing.condition(channel))
     }
 
     /// The verdict on each component.

@@ -9,7 +9,7 @@ use crate::channels::{Channels, Occurrence};
 use crate::counters::Counters;
 use crate::event::Action;
 use crate::isolation::{Case, Finding, Isolator, Judgement, Word};
-use crate::ledger::Ledger;
+use crate::ledger::{Departure, Ledger};
 use crate::memory::PastWatch;
 use crate::question::{Answer, Question};
 use crate::settings::ModuleSetup;
@@ -21,6 +21,8 @@ pub(crate) struct Judging {
     module: ModuleName,
     isolator: Isolator,
     ledger: Ledger,
+    /// There is a reference: what was explained is closed once it agrees with that.
+    has_reference: bool,
 }
 
 impl Judging {
@@ -29,6 +31,7 @@ impl Judging {
             isolator: Isolator::new(setup, components.to_vec()),
             ledger: Ledger::new(components),
             module: setup.module.clone(),
+            has_reference: setup.reference.is_some(),
         }
     }
 
@@ -141,7 +144,7 @@ impl Judging {
             }
             Occurrence::Quiet => {
                 let explained = matches!(self.ledger.verdict(channel), Verdict::Explained { .. });
-                if explained && !self.isolator.rests_on_a_word(channel) {
+                if explained && !self.has_reference && !self.isolator.rests_on_a_word(channel) {
                     actions.extend(self.ledger.clear(channel, step).map(Action::Publish));
                 }
             }
@@ -245,11 +248,39 @@ impl Judging {
             self.isolator.rest_on(case, by, *since);
         }
         actions.extend(self.ledger.enter(run, case, verdict, decided).map(Action::Publish));
-        self.clear_if_over(case.channel, now, channels, actions);
+        if !self.has_reference {
+            self.close_explained(case.channel, now, channels, actions);
+        }
+    }
+
+    /// Does a change of this channel wait for its judgement?
+    pub(crate) fn is_open(&self, channel: usize) -> bool {
+        matches!(
+            self.ledger.verdict(channel),
+            Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) }
+        )
+    }
+
+    /// A component, or one of several, has departed from its reference.
+    pub(crate) fn depart(
+        &mut self,
+        (run, channel): (RunId, usize),
+        verdict: Verdict,
+        departure: Departure,
+        actions: &mut Vec<Action>,
+    ) {
+        if self.ledger.verdict(channel).is_latched() {
+            return;
+        }
+        if verdict == Verdict::Latched {
+            self.isolator.drop_cases(channel);
+        }
+        let departed = self.ledger.depart(run, channel, verdict, departure);
+        actions.extend(departed.map(Action::Publish));
     }
 
     /// An explained change that is over leaves nothing, once nobody's word is needed for that.
-    fn clear_if_over(
+    pub(crate) fn close_explained(
         &mut self,
         channel: usize,
         now: Step,
@@ -310,7 +341,9 @@ impl Judging {
             }
         };
         actions.extend(transition.map(Action::Publish));
-        self.clear_if_over(case.channel, as_of, channels, actions);
+        if !self.has_reference {
+            self.close_explained(case.channel, as_of, channels, actions);
+        }
     }
 
     /// A peer did not answer; was the question still open?

@@ -14,6 +14,7 @@ struct Entry {
     component: Component,
     verdict: Verdict,
     latest: Option<Transition>,
+    tare: Option<f64>,
     /// The steps of the latest transition are those of a run that is over.
     over: bool,
 }
@@ -40,6 +41,15 @@ impl FaultySince {
     }
 }
 
+/// A departure from a reference.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Departure {
+    pub(crate) symptom: Symptom,
+    pub(crate) onset: Step,
+    pub(crate) evidence: Evidence,
+    pub(crate) before_service: bool,
+}
+
 /// All verdicts of a module.
 #[derive(Debug, Clone)]
 pub(crate) struct Ledger {
@@ -53,6 +63,7 @@ impl Ledger {
             component: component.clone(),
             verdict: Verdict::Normal,
             latest: None,
+            tare: None,
             over: false,
         };
         Self { entries: components.iter().map(entry).collect(), sequence: 0 }
@@ -65,6 +76,7 @@ impl Ledger {
             let own = self.entries.iter_mut().find(|entry| entry.component == transition.component);
             if let Some(entry) = own {
                 entry.verdict = transition.verdict.clone();
+                entry.tare = transition.tare;
                 entry.latest = Some(transition);
             }
         }
@@ -152,9 +164,24 @@ impl Ledger {
             onset: since,
             detection: now,
             evidence,
+            before_service: false,
             disputed: None,
         };
         self.record(run, channel, Verdict::Latched, now, record)
+    }
+
+    /// A component, or one of several, has departed from its reference.
+    pub(crate) fn depart(
+        &mut self,
+        run: RunId,
+        channel: usize,
+        verdict: Verdict,
+        departure: Departure,
+    ) -> Option<Transition> {
+        let Departure { symptom, onset, evidence, before_service } = departure;
+        let detection = evidence.step;
+        let record = Record { symptom, onset, detection, evidence, before_service, disputed: None };
+        self.record(run, channel, verdict, detection, record)
     }
 
     /// Returns a component to normal, unless it is faulty.
@@ -178,10 +205,15 @@ impl Ledger {
 
     /// Gives a component another verdict on the same change.
     fn revise(&mut self, channel: usize, verdict: Verdict, decided: Step) -> Option<Transition> {
-        let Transition { run, symptom, onset, detection, evidence, .. } =
+        let Transition { run, symptom, onset, detection, evidence, before_service, .. } =
             *self.entries[channel].latest.as_ref()?;
-        let record = Record { symptom, onset, detection, evidence, disputed: None };
+        let record = Record { symptom, onset, detection, evidence, before_service, disputed: None };
         self.record(run, channel, verdict, decided, record)
+    }
+
+    /// What is subtracted from what a component measures, from now on.
+    pub(crate) fn set_tare(&mut self, channel: usize, tare: f64) {
+        self.entries[channel].tare = Some(tare);
     }
 
     /// Gives a component the verdict that an operator commands; `None` if it never had a transition.
@@ -194,10 +226,17 @@ impl Ledger {
     ) -> Option<Transition> {
         let sequence = self.next_sequence();
         let entry = &mut self.entries[channel];
+        let tare = entry.tare;
         let latest = entry.latest.as_mut()?;
         let order = Some(order);
-        *latest =
-            Transition { sequence, verdict: verdict.clone(), decided, order, ..latest.clone() };
+        *latest = Transition {
+            sequence,
+            verdict: verdict.clone(),
+            decided,
+            order,
+            tare,
+            ..latest.clone()
+        };
         entry.verdict = verdict;
         self.sequence = sequence;
         Some(latest.clone())
@@ -222,7 +261,7 @@ impl Ledger {
             return None;
         }
         self.sequence = sequence;
-        let Record { symptom, onset, detection, evidence, disputed } = record;
+        let Record { symptom, onset, detection, evidence, before_service, disputed } = record;
         let transition = Transition {
             sequence,
             run,
@@ -233,7 +272,9 @@ impl Ledger {
             detection,
             decided,
             evidence,
+            before_service,
             disputed,
+            tare: entry.tare,
             order: None,
         };
         entry.verdict = verdict;
@@ -258,6 +299,7 @@ struct Record {
     onset: Step,
     detection: Step,
     evidence: Evidence,
+    before_service: bool,
     disputed: Option<ComponentPath>,
 }
 
@@ -268,6 +310,7 @@ impl Record {
             onset: case.onset,
             detection: case.change,
             evidence: case.evidence,
+            before_service: false,
             disputed: None,
         }
     }

@@ -8,6 +8,7 @@ mod change;
 mod change_log;
 mod channels;
 mod commands;
+mod comparing;
 mod counters;
 mod coverage;
 mod diagnoser;
@@ -26,6 +27,7 @@ mod question;
 mod sample;
 mod settings;
 mod shift;
+pub mod state;
 #[cfg(test)]
 mod testing;
 mod unseen;

@@ -16,6 +16,8 @@ pub struct OrderToken(pub u64);
 pub enum OrderKind {
     /// An operator has seen the fault.
     Acknowledge,
+    /// The component was replaced, and what it measures now is right: back to normal, and its reference is shifted.
+    ReTare,
     /// The component is repaired: back to normal.
     Reset {
         /// Even if it is not acknowledged, or the evidence is still there.
@@ -96,6 +98,19 @@ pub enum OrderRefusal {
         /// Steps to go.
         steps: u64,
     },
+    /// It, or one of several that it belongs to, still departs from its reference.
+    #[error(
+        "`{0}` still departs from its reference; repair it, re-tare what was replaced, or force the reset"
+    )]
+    StillDeparted(Component),
+    /// It cannot be compared with its reference.
+    #[error(
+        "`{0}` has not been compared with its reference since; wait for a window, or force the reset"
+    )]
+    NotCompared(Component),
+    /// Nothing is there to shift.
+    #[error("`{0}` cannot be re-tared: its module has no reference, or has not compared it yet")]
+    NothingToReTare(Component),
     /// The residual is still where the fault took it.
     #[error(
         "residual of `{component}` is still displaced by {now:.3e}, it was {found:.3e} when the fault was found; repair it, or force the reset"

@@ -7,6 +7,7 @@
 use names::{ActuatorName, Component, RunId, Step};
 
 use crate::change::Change;
+use crate::state::WindowMeans;
 
 /// Most changes that one answer may carry.
 pub const MAX_CHANGES_IN_ANSWER: usize = 4096;
@@ -20,6 +21,8 @@ pub struct Question {
     pub from: Step,
     /// The step as of which the answer is wanted, itself included.
     pub as_of: Step,
+    /// Are the means of the window that ended with that step wanted?
+    pub window: bool,
 }
 
 /// An actuator that the answering module has declared faulty.
@@ -56,6 +59,8 @@ pub struct Answer {
     pub actuator_faults: Vec<ActuatorFault>,
     /// The components for which it raises the alarm as of the step asked for; `None` from a former version.
     pub alarms: Option<Vec<Alarm>>,
+    /// The means of the window that ended with the step asked for, if they are wanted and there are any.
+    pub window: Option<WindowMeans>,
 }
 
 /// How a question went unanswered.

@@ -1,12 +1,15 @@
 //! The settings of a diagnoser and the description of its module.
 
-use names::ModuleName;
+use std::sync::Arc;
+
+use names::{Component, ModuleName};
 use serde::{Deserialize, Serialize};
 use truss::Structure;
 
 use crate::change::MAX_TIE;
 use crate::divergence::{DivergenceSettings, SettingsError};
 use crate::residual::{ActuatorResidual, HydraulicsError, NominalHydraulics};
+use crate::state::{Reference, ReferenceProblem};
 
 /// Which components may be the root of other components' changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -106,6 +109,8 @@ pub struct ModuleSetup {
     pub thresholds: Vec<f64>,
     /// The other modules that are asked.
     pub peers: Vec<ModuleName>,
+    /// What is known of the module while it was healthy.
+    pub reference: Option<Arc<Reference>>,
 }
 
 /// Something in a module's setup that cannot be right.
@@ -128,6 +133,9 @@ pub enum SetupError {
         /// Why.
         error: String,
     },
+    /// The reference.
+    #[error("reference: {0}")]
+    Reference(#[from] ReferenceProblem),
     /// Number of thresholds.
     #[error("{found} thresholds for {expected} channels; one for each actuator and each gage")]
     ThresholdCount {
@@ -169,7 +177,23 @@ impl ModuleSetup {
         problems.extend(self.figure_problems());
         problems.extend(self.threshold_problems());
         problems.extend(self.peer_problems());
+        if let Some(reference) = &self.reference {
+            problems.extend(reference.problems(self).into_iter().map(SetupError::from));
+        }
         problems
+    }
+
+    /// Its components: actuators, then gages, in the order of the description.
+    #[must_use]
+    pub fn components(&self) -> Vec<Component> {
+        self.structure
+            .module(&self.module)
+            .map_or_else(Vec::new, |module| module.components().collect())
+    }
+
+    /// How many actuators the module has.
+    pub(crate) fn actuators(&self) -> usize {
+        self.structure.module(&self.module).map_or(0, |module| module.actuators.len())
     }
 
     /// How often its signals are sampled.

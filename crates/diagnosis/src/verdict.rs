@@ -43,6 +43,12 @@ pub enum Symptom {
     Change,
     /// There is no usable signal.
     NoSignal,
+    /// Its mean departs from its reference: a gage's residual \[m\], a cylinder's tracking residual \[N\].
+    Departure,
+    /// The oil content of a cylinder departs from its reference \[Pa\].
+    OilContent,
+    /// The white noise of a gage departs from its reference: standard deviation \[m\].
+    Scatter,
 }
 
 /// Why a change cannot be judged.
@@ -55,6 +61,8 @@ pub enum Doubt {
     Unknowing(Vec<ModuleName>),
     /// The residual rests on the force that is assumed of this actuator, which has no signal.
     Assumed(ComponentPath),
+    /// One of these has departed from its reference, itself included, the likeliest first. More answers, or more load, may tell.
+    OneOf(Vec<ComponentPath>),
     /// The run ended before the judgement.
     RunEnded,
 }
@@ -63,7 +71,7 @@ impl Doubt {
     /// Will there be no verdict any more?
     #[must_use]
     pub fn is_final(&self) -> bool {
-        !matches!(self, Doubt::Silent(_))
+        !matches!(self, Doubt::Silent(_) | Doubt::OneOf(_))
     }
 }
 
@@ -77,6 +85,10 @@ impl fmt::Display for Doubt {
             Doubt::Unknowing(modules) => write!(f, "not watched at the time by {}", list(modules)),
             Doubt::Assumed(actuator) => {
                 write!(f, "it rests on the force of {actuator}, which has no signal")
+            }
+            Doubt::OneOf(components) => {
+                let all: Vec<String> = components.iter().map(ToString::to_string).collect();
+                write!(f, "one of {}", all.join(", "))
             }
             Doubt::RunEnded => f.write_str("the run ended before it was judged"),
         }
@@ -131,8 +143,13 @@ pub struct Transition {
     pub decided: Step,
     /// The channel at the detection.
     pub evidence: Evidence,
+    /// It was so when it was first compared with its reference: it may have begun at any time before.
+    pub before_service: bool,
     /// What was said to explain the change, though its module does not stand by that.
     pub disputed: Option<ComponentPath>,
+    /// What an operator has commanded to subtract from what the component measures, before a comparison with its reference:
+    /// of a gage \[m\], of a cylinder's oil content \[Pa\].
+    pub tare: Option<f64>,
     /// The command that led to this, if one did.
     pub order: Option<GivenOrder>,
 }

@@ -23,6 +23,7 @@ fn answer(question: Question, changes: Vec<Change>) -> Event {
         changes,
         actuator_faults: Vec::new(),
         alarms: None,
+        window: None,
     };
     Event::Answered { peer: name("upper"), answer }
 }
@@ -188,6 +189,7 @@ fn a_jump_is_latched_though_a_peer_is_silent_or_was_not_watching() {
             changes: Vec::new(),
             actuator_faults: Vec::new(),
             alarms: None,
+            window: None,
         };
         Event::Answered { peer: name("upper"), answer }
     };
@@ -218,6 +220,7 @@ fn a_peer_that_was_not_watching_cannot_clear_anybody() {
         changes: Vec::new(),
         actuator_faults: Vec::new(),
         alarms: None,
+        window: None,
     };
     bench.give(Event::Answered { peer: name("upper"), answer: ignorant });
     assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
@@ -285,6 +288,7 @@ fn by_the_paper_a_peers_actuator_fault_explains_a_sensor_and_a_peers_sensor_does
             changes: vec![change("sensor/g1", question.as_of.minus(10), 9.0)],
             actuator_faults: if faulty { vec![fault] } else { Vec::new() },
             alarms: None,
+            window: None,
         };
         bench.give(Event::Answered { peer: name("upper"), answer });
         assert_eq!(bench.latched(), latched);
@@ -295,7 +299,8 @@ fn by_the_paper_a_peers_actuator_fault_explains_a_sensor_and_a_peers_sensor_does
 fn a_question_is_answered_as_of_its_step_and_not_before() {
     let (mut bench, _) = biased();
     let token = QuestionToken(7);
-    let question = Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5) };
+    let question =
+        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: false };
     bench.actions.clear();
     bench.give(Event::Asked { token, question });
     bench.run(4);
@@ -316,7 +321,7 @@ fn a_late_question_gets_the_same_answer_as_one_in_time() {
     let at = bench.now().minus(4);
     let ask = |bench: &mut Bench, token| {
         bench.actions.clear();
-        let question = Question { run: RunId(1), from: Step(0), as_of: at };
+        let question = Question { run: RunId(1), from: Step(0), as_of: at, window: false };
         bench.give(Event::Asked { token: QuestionToken(token), question });
         let Action::Answer { answer, .. } = &bench.actions[0] else { panic!() };
         answer.clone()
@@ -330,7 +335,7 @@ fn a_late_question_gets_the_same_answer_as_one_in_time() {
 fn questions_that_cannot_be_answered_are_refused_with_the_reason() {
     let mut bench = Bench::new("lower", Rule::FirstChange);
     let token = QuestionToken(1);
-    let question = Question { run: RunId(1), from: Step(0), as_of: Step(10) };
+    let question = Question { run: RunId(1), from: Step(0), as_of: Step(10), window: false };
     bench.give(Event::Asked { token, question });
     assert_eq!(bench.actions.pop(), Some(Action::Refuse { token, refusal: Refusal::NoSample }));
     bench.run(20);
@@ -352,7 +357,8 @@ fn questions_that_cannot_be_answered_are_refused_with_the_reason() {
 fn a_withdrawn_question_is_not_answered() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let token = QuestionToken(1);
-    let question = Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5) };
+    let question =
+        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: false };
     bench.give(Event::Asked { token, question });
     bench.give(Event::Withdrawn { token });
     bench.run(10);
@@ -364,7 +370,7 @@ fn a_flood_of_questions_is_bounded() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let as_of = bench.now().plus(5);
     for token in 0..5000 {
-        let question = Question { run: RunId(1), from: Step(0), as_of };
+        let question = Question { run: RunId(1), from: Step(0), as_of, window: false };
         bench.give(Event::Asked { token: QuestionToken(token), question });
     }
     assert!(bench.diagnoser.waiting_questions() <= 1024);
@@ -513,6 +519,7 @@ fn answers_that_do_not_fit_are_counted_and_ignored() {
             changes: Vec::new(),
             actuator_faults: Vec::new(),
             alarms: None,
+            window: None,
         };
         let with = |changes| Answer { changes, ..honest.clone() };
         let fault = |step| ActuatorFault { actuator: "a1".parse().unwrap(), step };
@@ -541,6 +548,7 @@ fn answers_that_do_not_fit_are_counted_and_ignored() {
             changes: Vec::new(),
             actuator_faults: Vec::new(),
             alarms: None,
+            window: None,
         },
     };
     bench.give(impostor);

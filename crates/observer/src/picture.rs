@@ -35,6 +35,15 @@ impl ModulePicture {
         self.components.iter().filter(|component| component.state == state).count()
     }
 
+    /// How many of its normal components agree with their reference.
+    #[must_use]
+    pub fn verified(&self) -> usize {
+        let verified = |component: &&FaultTransition| {
+            component.state == FaultState::Normal && component.is_verified()
+        };
+        self.components.iter().filter(verified).count()
+    }
+
     /// Since when and why it does not monitor its components, by what it reports of itself.
     fn lack(&self) -> Option<Unknown> {
         let phase = self.member.phase().filter(|phase| *phase != ModulePhase::InService)?;

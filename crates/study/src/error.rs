@@ -28,6 +28,9 @@ pub enum StudyError {
     /// A recording could not be written.
     #[error("cannot write the recording: {0}")]
     Write(#[from] std::io::Error),
+    /// A reference that cannot be made.
+    #[error(transparent)]
+    Commissioning(#[from] diagnosis::state::CommissioningError),
     /// The rig.
     #[error(transparent)]
     Rig(#[from] RigError),

@@ -4,6 +4,8 @@
 mod calibration;
 mod campaign;
 mod closest;
+pub mod commissioning;
+pub mod conditions;
 mod controller;
 mod error;
 mod explain;

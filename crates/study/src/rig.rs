@@ -7,7 +7,7 @@ use diagnosis::{
     SetupError, Transition,
 };
 use names::{ModuleName, RunId, Step};
-use plant::{InjectError, Plant};
+use plant::{InjectError, Plant, Stroke, StrokeError};
 
 use crate::recollection::Store;
 use crate::schedule::Schedule;
@@ -66,6 +66,9 @@ pub enum RigError {
     /// A fault of the schedule does not fit the plant.
     #[error(transparent)]
     Inject(#[from] InjectError),
+    /// A stroke does not.
+    #[error(transparent)]
+    Stroke(#[from] StrokeError),
 }
 
 /// A plant and one diagnoser for each of its equipped modules.
@@ -139,6 +142,15 @@ impl Rig {
         &self.samples
     }
 
+    /// Lets a cylinder make a stroke, from the next step on.
+    ///
+    /// # Errors
+    /// See [`Plant::begin_stroke`].
+    pub fn begin_stroke(&mut self, stroke: Stroke) -> Result<(), RigError> {
+        self.plant.begin_stroke(stroke)?;
+        Ok(())
+    }
+
     /// What happened so far, in order; forgets it.
     pub fn take_occurrences(&mut self) -> Vec<Occurrence> {
         std::mem::take(&mut self.occurrences)
@@ -167,7 +179,7 @@ impl Rig {
     pub fn step_without(&mut self, is_lost: impl Fn(usize) -> bool) -> Result<(), RigError> {
         let step = self.plant.next_step();
         self.schedule.apply(step, &mut self.plant)?;
-        self.sample();
+        advance(&mut self.plant, self.run, &mut self.samples);
         for index in (0..self.diagnosers.len()).filter(|index| !is_lost(*index)) {
             let Some(diagnoser) = self.diagnosers.get_mut(index) else { continue };
             diagnoser.take_sample(&self.samples[index], &mut self.actions);
@@ -210,27 +222,6 @@ impl Rig {
         Ok(())
     }
 
-    /// Advances the plant and copies its signals into the diagnosers' samples.
-    fn sample(&mut self) {
-        let signals = self.plant.advance();
-        if self.samples.is_empty() {
-            let empty = Sample {
-                run: self.run,
-                step: Step(0),
-                demands_n: Vec::new(),
-                pressures_pa: Vec::new(),
-                elongations_m: Vec::new(),
-            };
-            self.samples = vec![empty; signals.modules.len()];
-        }
-        for (sample, module) in self.samples.iter_mut().zip(&signals.modules) {
-            sample.step = signals.step;
-            sample.demands_n.clone_from(&module.demands_n);
-            sample.pressures_pa.clone_from(&module.pressures_pa);
-            sample.elongations_m.clone_from(&module.elongations_m);
-        }
-    }
-
     /// Carries out the actions of one diagnoser and whatever follows from them.
     fn carry_out(&mut self, index: usize) {
         let mut pending: VecDeque<(usize, Action)> =
@@ -268,6 +259,9 @@ impl Rig {
             }
             Action::Answer { token, answer } => {
                 let (asker, peer, _) = self.asked.get(usize::try_from(token.0).ok()?)?.clone();
+                if answer.question.window {
+                    return Some((asker, Event::Answered { peer, answer }));
+                }
                 self.occurrences.push(Occurrence::Question {
                     asker: self.diagnosers.get(asker)?.module().clone(),
                     peer: peer.clone(),
@@ -298,7 +292,28 @@ impl Rig {
     }
 }
 
-fn check_modules(plant: &Plant, setups: &[ModuleSetup]) -> Result<(), RigError> {
+/// Advances the plant and copies its signals into samples, one for each of its modules.
+pub(crate) fn advance(plant: &mut Plant, run: RunId, samples: &mut Vec<Sample>) {
+    let signals = plant.advance();
+    if samples.is_empty() {
+        let empty = Sample {
+            run,
+            step: Step(0),
+            demands_n: Vec::new(),
+            pressures_pa: Vec::new(),
+            elongations_m: Vec::new(),
+        };
+        *samples = vec![empty; signals.modules.len()];
+    }
+    for (sample, module) in samples.iter_mut().zip(&signals.modules) {
+        sample.step = signals.step;
+        sample.demands_n.clone_from(&module.demands_n);
+        sample.pressures_pa.clone_from(&module.pressures_pa);
+        sample.elongations_m.clone_from(&module.elongations_m);
+    }
+}
+
+pub(crate) fn check_modules(plant: &Plant, setups: &[ModuleSetup]) -> Result<(), RigError> {
     let of_plant: Vec<&str> = plant.modules().map(ModuleName::as_str).collect();
     let of_setups: Vec<&str> = setups.iter().map(|setup| setup.module.as_str()).collect();
     if of_plant == of_setups {

@@ -4,6 +4,7 @@ use names::{ComponentKind, ComponentPath, ModuleName, RunId, Step, StructureName
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::condition::{Agreement, Condition};
 use crate::encoding::Message;
 use crate::evidence::Evidence;
 use crate::fault_state::FaultState;
@@ -19,6 +20,8 @@ pub enum Doubt {
     Unknowing,
     /// The residual rests on the force that is assumed of an actuator without a signal.
     Assumed,
+    /// It or another component has departed from its reference; what was measured does not tell which.
+    OneOf,
     /// The run ended before there was a verdict.
     RunEnded,
 }
@@ -32,6 +35,12 @@ pub enum Symptom {
     Change,
     /// There is no usable signal: values are missing, not numbers or implausible.
     NoSignal,
+    /// The mean departs from its reference: of a gage's residual, of a cylinder's tracking residual.
+    Departure,
+    /// The oil content of a cylinder departs from its reference.
+    OilContent,
+    /// The white noise of a gage departs from its reference.
+    Scatter,
 }
 
 /// Why nothing is known of a component at present.
@@ -46,8 +55,9 @@ pub struct Unknown {
 /// A transition, published when it happens and given to whoever asks for the present state.
 ///
 /// In answer to a question, a component that has had no transition yet is `normal` with sequence 0
-/// and without run, steps and evidence. As long as its module does not watch, what would be `normal` is
-/// `unknown`, and every state says since when and why.
+/// and without run, steps and evidence. As long as its module does not watch it, or cannot compare it with its
+/// reference, what would be `normal` is `unknown`, and every state says since when and why. `normal` without a reference
+/// means that no change was seen; the condition says so.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultTransition {
     /// The structure.
@@ -67,7 +77,7 @@ pub struct FaultTransition {
     pub sequence: u64,
     /// The run that the steps are counted in.
     pub run: Option<RunId>,
-    /// Since when the residual has been changing.
+    /// Since when the residual has been changing; of a departure, the first step at which it may have begun.
     pub onset_step: Option<Step>,
     /// When the divergence reached its threshold.
     pub detection_step: Option<Step>,
@@ -79,6 +89,9 @@ pub struct FaultTransition {
     pub explained_by: Option<ComponentPath>,
     /// If explained, when that component changed.
     pub explained_since_step: Option<Step>,
+    /// It was so when it was first compared with its reference, and may have been before the module was in service.
+    #[serde(default)]
+    pub before_service: bool,
     /// If latched, what was said to explain the change, though its module does not raise the alarm for it.
     #[serde(default)]
     pub disputed: Option<ComponentPath>,
@@ -97,10 +110,21 @@ pub struct FaultTransition {
     /// If unconfirmed because its force is assumed, the actuator without a signal.
     #[serde(default)]
     pub assumed: Option<ComponentPath>,
+    /// If unconfirmed because one of several has departed from its reference, these, itself included,
+    /// the likeliest first.
+    #[serde(default)]
+    pub one_of: Vec<ComponentPath>,
     /// If the module does not watch its components at present, since when and why. A fault that was latched
     /// before stays one.
     #[serde(default)]
     pub unknown: Option<Unknown>,
+    /// What is subtracted from what the component measures before it is compared with its reference, by order: of a gage
+    /// \[m\], of a cylinder's oil content \[Pa\].
+    #[serde(default)]
+    pub tare: Option<f64>,
+    /// How the component stands to its reference. Only in answer to a question.
+    #[serde(default)]
+    pub condition: Option<Condition>,
     /// The order that led to this transition, if one did.
     #[serde(default)]
     pub order: Option<GivenOrder>,
@@ -138,17 +162,27 @@ impl FaultTransition {
             evidence: None,
             explained_by: None,
             explained_since_step: None,
+            before_service: false,
             disputed: None,
             doubt: None,
             silent: Vec::new(),
             silent_because: Vec::new(),
             unknowing: Vec::new(),
             assumed: None,
+            one_of: Vec::new(),
             unknown: None,
+            tare: None,
+            condition: None,
             order: None,
             durable: true,
             time_unix_ns,
         }
+    }
+
+    /// Did it agree with its reference in the latest window?
+    #[must_use]
+    pub fn is_verified(&self) -> bool {
+        self.condition.as_ref().is_some_and(|known| known.agreement == Agreement::Agrees)
     }
 
     /// The same as long as the module does not watch.

@@ -25,6 +25,7 @@
 
 pub mod catalogue;
 mod change;
+mod condition;
 mod divergence;
 mod encoding;
 mod evidence;
@@ -48,6 +49,7 @@ mod status;
 mod stroke;
 
 pub use change::Change;
+pub use condition::{Agreement, Condition};
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;
@@ -65,7 +67,10 @@ pub use recording::SampleQuestion;
 pub use refusal::Refused;
 pub use sample::Sample;
 pub use schema::schema;
-pub use state::{ActuatorFault, Alarm, StateAnswer, StateChange, StateQuestion};
+pub use state::{
+    ActuatorFault, Alarm, CylinderWindow, GageWindow, StateAnswer, StateChange, StateQuestion,
+    Window,
+};
 pub use status::{
     DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
     PeerStatus, PublisherCounters,

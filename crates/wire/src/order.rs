@@ -49,14 +49,20 @@ pub struct Order {
     /// Reset even though the evidence is still there.
     #[serde(default)]
     pub force: bool,
+    /// Reset, for the component was replaced and what it measures now is right: its reference is shifted by that.
+    #[serde(default)]
+    pub re_tare: bool,
 }
 
 impl Order {
     /// What is wrong with the texts of an order, if anything is.
     ///
     /// # Errors
-    /// No name is given, or a text is too long.
+    /// No name is given, a text is too long, or two manners exclude each other.
     pub fn check(&self) -> Result<(), String> {
+        if self.force && self.re_tare {
+            return Err("`force` and `re_tare` exclude each other; use one".to_owned());
+        }
         if self.by.trim().is_empty() {
             return Err("`by` is empty; state who issues the command".to_owned());
         }
@@ -82,6 +88,9 @@ pub struct GivenOrder {
     pub note: Option<String>,
     /// Whether it was forced.
     pub force: bool,
+    /// Whether the reference of the component was shifted to what it measured.
+    #[serde(default)]
+    pub re_tare: bool,
 }
 
 /// The order was obeyed, and the journal has it.

@@ -19,6 +19,8 @@ pub struct StateQuestion {
     pub from: Step,
     /// The step as of which the answer is wanted, itself included.
     pub step: Step,
+    /// Are the means of the window that ended with that step wanted?
+    pub window: bool,
 }
 
 impl StateQuestion {
@@ -26,7 +28,8 @@ impl StateQuestion {
     #[must_use]
     pub fn to_parameters(&self) -> String {
         let run = self.run.map_or(String::new(), |run| format!("&run={}", run.0));
-        format!("from={}&step={}{run}", self.from, self.step)
+        let window = if self.window { "&window=1" } else { "" };
+        format!("from={}&step={}{run}{window}", self.from, self.step)
     }
 
     /// Reads the parameters of a query, separated by `&` or `;`. Other parameters are passed over.
@@ -37,8 +40,9 @@ impl StateQuestion {
         let from = Step(required(text, "from")?);
         let step = Step(required(text, "step")?);
         let run = number(text, "run")?.map(RunId);
+        let window = number(text, "window")?.is_some_and(|wanted| wanted != 0);
         in_order(from, step)?;
-        Ok(Self { run, from, step })
+        Ok(Self { run, from, step, window })
     }
 }
 
@@ -65,6 +69,42 @@ pub struct StateAnswer {
     /// change elsewhere is asked for it. `null` from former versions, which do not say.
     #[serde(default)]
     pub alarms: Option<Vec<Alarm>>,
+    /// What the module measured in the window that ended with that step, if it was asked for and there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<Window>,
+}
+
+/// Means over a window, which begins and ends at the same steps in every module.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Window {
+    /// Of each gage, in the order of the description; `null` without enough values.
+    pub gages: Vec<Option<GageWindow>>,
+    /// Of each cylinder, likewise.
+    pub cylinders: Vec<Option<CylinderWindow>>,
+}
+
+/// A gage over a window.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GageWindow {
+    /// Mean residual \[m\].
+    pub residual_m: f64,
+    /// Variance of the reading's white noise \[m²\].
+    pub scatter_m2: f64,
+    /// Variance of the residual within the window \[m²\].
+    pub swing_m2: f64,
+}
+
+/// A cylinder over a window.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CylinderWindow {
+    /// Mean observed force \[N\].
+    pub force_n: f64,
+    /// How fast it rises \[N/s\].
+    pub rate_n_per_s: f64,
+    /// Mean tracking residual \[N\].
+    pub tracking_n: f64,
+    /// Mean pressure of both chambers, weighted by their areas \[Pa\].
+    pub content_pa: f64,
 }
 
 /// A change in an answer.
@@ -130,14 +170,15 @@ mod tests {
     #[test]
     fn a_question_is_written_and_read_back() {
         for run in [None, Some(RunId(u64::MAX))] {
-            let question = StateQuestion { run, from: Step(3), step: Step(99) };
+            let question =
+                StateQuestion { run, from: Step(3), step: Step(99), window: run.is_some() };
             assert_eq!(read(&question.to_parameters()), Ok(question));
         }
     }
 
     #[test]
     fn both_separators_are_understood_and_other_parameters_passed_over() {
-        let expected = StateQuestion { run: None, from: Step(1), step: Step(2) };
+        let expected = StateQuestion { run: None, from: Step(1), step: Step(2), window: false };
         for text in ["from=1&step=2", "from=1;step=2", "step=2;_anyke;from=1", "x=9&from=1&step=2"]
         {
             assert_eq!(read(text), Ok(expected), "{text}");

@@ -18,6 +18,9 @@ pub struct ModuleStatus {
     pub software: String,
     /// Fingerprint of the thresholds in use.
     pub thresholds: String,
+    /// Fingerprint of the reference in use, if there is one.
+    #[serde(default)]
+    pub reference: Option<String>,
     /// Whether verdicts can be given yet.
     pub phase: ModulePhase,
     /// Since which step every channel is watched.
@@ -37,9 +40,13 @@ pub struct ModuleStatus {
     pub latched: u64,
     /// Components whose verdict is unconfirmed.
     pub unconfirmed: u64,
-    /// Components of which nothing is known, since the module does not watch them at present.
+    /// Components of which nothing is known, since the module does not watch them at present or cannot compare them
+    /// with their reference.
     #[serde(default)]
     pub unknown: u64,
+    /// Components that agree with their reference as of the latest window.
+    #[serde(default)]
+    pub verified: u64,
     /// Peers' questions that wait for a step to come.
     pub waiting_questions: u64,
     /// The sequence number that the next transition will have.

@@ -9,11 +9,12 @@ use proptest::prelude::*;
 use support::{plain_topics, plant_topics};
 use wire::keys::PLANT;
 use wire::{
-    ActuatorFault, Alarm, Change, Channel, Divergences, Doubt, Evidence, FaultState,
-    FaultTransition, GivenOrder, HistoryPage, Injected, Injection, JournalStatus, Key, Message,
-    ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange,
-    PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample, StateAnswer, StateChange,
-    Stroke, StrokeBegun, Symptom, Topic, Unknown, decode, encode,
+    ActuatorFault, Agreement, Alarm, Change, Channel, Condition, CylinderWindow, Divergences,
+    Doubt, Evidence, FaultState, FaultTransition, GageWindow, GivenOrder, HistoryPage, Injected,
+    Injection, JournalStatus, Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, OrderKind,
+    PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress, Refused,
+    Sample, StateAnswer, StateChange, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window, decode,
+    encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -137,14 +138,23 @@ fn events_are_read_back() {
         silent: vec!["module2".parse().unwrap()],
         silent_because: vec!["not there".into()],
         unknowing: vec!["module3".parse().unwrap()],
+        before_service: true,
         disputed: Some("module2/sensor/g1".parse().unwrap()),
         assumed: Some("module1/actuator/a1".parse().unwrap()),
+        one_of: vec!["module1/sensor/g1".parse().unwrap()],
         unknown: Some(Unknown { since_unix_ns: 8, reason: "no sample for 500 ms".into() }),
+        tare: Some(1.5e-6),
+        condition: Some(Condition {
+            agreement: Agreement::CannotTell,
+            as_of_step: Some(Step(38)),
+            reason: Some("storm".into()),
+        }),
         order: Some(GivenOrder {
             order: OrderKind::Reset,
             by: "ada".into(),
             note: Some("valve changed".into()),
             force: true,
+            re_tare: false,
         }),
         durable: false,
         time_unix_ns: 9,
@@ -206,6 +216,18 @@ fn answers_orders_and_refusals_are_read_back() {
             step: Step(2),
             faulty: true,
         }]),
+        window: Some(Window {
+            gages: vec![
+                None,
+                Some(GageWindow { residual_m: 1e-6, scatter_m2: 1e-12, swing_m2: 0.0 }),
+            ],
+            cylinders: vec![Some(CylinderWindow {
+                force_n: 1.5,
+                rate_n_per_s: 0.5,
+                tracking_n: -0.1,
+                content_pa: 8e6,
+            })],
+        }),
     };
     assert_eq!(back(&answer), answer);
     let refused = Refused { reason: "no sample yet".into() };
@@ -236,6 +258,7 @@ fn answers_orders_and_refusals_are_read_back() {
         by: "ada".into(),
         note: None,
         force: false,
+        re_tare: false,
     };
     assert_eq!(back(&order), order);
     let obeyed = Obeyed {
@@ -275,6 +298,7 @@ fn statuses_are_read_back() {
         module: module(),
         software: "0.1.0".into(),
         thresholds: "0123456789abcdef".into(),
+        reference: Some("fedcba9876543210".into()),
         phase: ModulePhase::InService,
         in_service_since_step: Some(Step(2018)),
         run: Some(RunId(1)),
@@ -284,6 +308,7 @@ fn statuses_are_read_back() {
         queued_samples: 1,
         latched: 1,
         unconfirmed: 0,
+        verified: 11,
         unknown: 11,
         waiting_questions: 0,
         next_sequence: 4,

@@ -27,6 +27,7 @@ impl Seen {
                 Some(Doubt::Silent) => !message.silent.is_empty(),
                 Some(Doubt::Unknowing) => !message.unknowing.is_empty(),
                 Some(Doubt::Assumed) => message.assumed.is_some(),
+                Some(Doubt::OneOf) => !message.one_of.is_empty(),
                 Some(Doubt::RunEnded) => true,
                 None => false,
             },

@@ -94,6 +94,7 @@ fn tells_of(transition: &FaultTransition, done: &Done) -> bool {
         by: order.by.clone(),
         note: order.note.clone(),
         force: order.force,
+        re_tare: order.re_tare,
     };
     transition.component.component == obeyed.component
         && transition.state == obeyed.state

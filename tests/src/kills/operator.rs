@@ -106,6 +106,7 @@ impl Worker {
                     // Makes this command unique.
                     note: Some(format!("order {number}")),
                     force: kind == OrderKind::Reset,
+                    re_tare: false,
                 };
                 wanted.entry(state.module).or_default().push((kind, order));
             }

@@ -20,12 +20,18 @@ enum Order {
 }
 
 /// Runs a scenario in processes and holds its verdicts against those of one process.
-async fn compare(schedule: daemon::config::Schedule, number: u64, speed: &str, order: Order) {
+async fn compare(
+    schedule: daemon::config::Schedule,
+    steps: u64,
+    number: u64,
+    speed: &str,
+    order: Order,
+) {
     let (seed, run) = (100 + number, RunId(1000 + number));
     let deployment = Deployment::of_tower(&schedule);
-    let expected = reference::verdicts(&deployment, seed, run, scenarios::STEPS);
+    let expected = reference::verdicts(&deployment, seed, run, steps);
     assert!(!expected.is_empty(), "scenario {number} shows nothing");
-    let start_plant = || deployment.start_plant(speed, scenarios::STEPS, seed, run);
+    let start_plant = || deployment.start_plant(speed, steps, seed, run);
     let (mut plant, diagnosers);
     let (observer, mut faults);
     match order {
@@ -82,7 +88,8 @@ async fn compare_all(speed: &'static str, at_a_time: usize) {
     let mut running = tokio::task::JoinSet::new();
     for (number, schedule) in (0..).zip(scenarios::all()) {
         for order in [Order::PlantFirst, Order::DiagnosersFirst] {
-            running.spawn(compare(schedule.clone(), number, speed, order));
+            let steps = scenarios::STEPS;
+            running.spawn(compare(schedule.clone(), steps, number, speed, order));
             if running.len() >= at_a_time {
                 in_time("a scenario", running.join_next()).await.unwrap().unwrap();
             }
@@ -91,6 +98,21 @@ async fn compare_all(speed: &'static str, at_a_time: usize) {
     while let Some(done) = in_time("a scenario", running.join_next()).await {
         done.unwrap();
     }
+}
+
+/// Found by comparison with the reference: from the first step on, in both modules, and creeping.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_what_no_change_shows() {
+    let _turn = turn::side_by_side().await;
+    let (schedule, steps) = scenarios::unseen();
+    let expected = reference::verdicts(&Deployment::of_tower(&schedule), 190, RunId(1090), steps);
+    for fault in &schedule.faults {
+        let named = |reached: &Reached| {
+            reached.component == fault.component && reached.outcome == "latched"
+        };
+        assert!(expected.iter().any(named), "{fault:?} {expected:#?}");
+    }
+    compare(schedule, steps, 90, "max", Order::DiagnosersFirst).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -114,7 +114,12 @@ async fn a_fault_is_acknowledged_and_reset_and_the_history_records_by_whom_and_w
 
     let refused = trusswatch(&works.deployment, &reset).await;
     assert_eq!(refused.code, Some(1), "{refused:?}");
-    let reasons = ["is still changing", "changed a moment ago", "is still displaced"];
+    let reasons = [
+        "is still changing",
+        "changed a moment ago",
+        "still departs from its reference",
+        "has not been compared with its reference",
+    ];
     assert!(reasons.iter().any(|reason| refused.err.contains(reason)), "{refused:?}");
     // Otherwise the reset was requested too late to prove anything.
     assert!(works.clock.step(RUN).unwrap() < Step(REPAIRED));

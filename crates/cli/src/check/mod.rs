@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_schedule};
 use daemon::thresholds::Thresholds;
+use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
+use serde::de::DeserializeOwned;
 use settings::{ConfigError, ConfigErrors};
 use truss::Structure;
 
@@ -19,7 +21,7 @@ use kind::Kind;
 /// Check configuration files and certificates without starting anything
 ///
 /// Reports what each file is and every mistake in it and in the files that it names. Knows structures,
-/// plants, diagnosers, thresholds, schedules and Zenoh settings; which of these a file is follows
+/// plants, diagnosers, thresholds, references, schedules and Zenoh settings; which of these a file is follows
 /// from its content. Of a directory that `trusswatch pki issue` has made, the certificate and the key are
 /// checked.
 #[derive(Debug, clap::Args)]
@@ -54,6 +56,7 @@ fn check(file: &Path) -> Result<String, ConfigErrors> {
         Kind::Plant => plant(file),
         Kind::Diagnoser => diagnoser(file),
         Kind::Thresholds => thresholds(file, &text),
+        Kind::Reference => reference(file, &text),
         Kind::Schedule => Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len())),
         Kind::Zenoh => zenoh_settings::check(file),
     }
@@ -106,13 +109,36 @@ fn diagnoser(file: &Path) -> Result<String, ConfigErrors> {
 
 /// Thresholds by themselves: whether they fit a module shows when that module's file is checked.
 fn thresholds(file: &Path, text: &str) -> Result<String, ConfigErrors> {
-    let read: Thresholds = toml::from_str(text).map_err(|error| {
-        mistake(file, error.span().map(|span| kind::line_at(text, span.start)), error.message())
-    })?;
+    let read: Thresholds = parsed(file, text)?;
     let components: Vec<_> = read.thresholds.keys().cloned().collect();
     let fitted = read.fit(&read.module, &components, &read.detection).map_err(|problems| {
         let each = problems.iter().map(|problem| mistake(file, None, problem).0);
         ConfigErrors(each.flatten().collect())
     })?;
     Ok(format!("{} thresholds of module `{}`", fitted.len(), read.module))
+}
+
+/// A reference by itself: whether it fits a module shows when that module's file is checked.
+fn reference(file: &Path, text: &str) -> Result<String, ConfigErrors> {
+    let read: Reference = parsed(file, text)?;
+    let problems: Vec<ReferenceProblem> = match read.version {
+        REFERENCE_VERSION => read.figure_problems(),
+        other => vec![ReferenceProblem::Version(other)],
+    };
+    if !problems.is_empty() {
+        let each = problems.iter().flat_map(|problem| mistake(file, None, problem).0);
+        return Err(ConfigErrors(each.collect()));
+    }
+    let Reference { module, hours, own_gages, cylinders, .. } = &read;
+    let (gages, cylinders) = (own_gages.len(), cylinders.len());
+    Ok(format!(
+        "reference of module `{module}`, {cylinders} actuators, {gages} gages, learnt from {hours:.3} h"
+    ))
+}
+
+fn parsed<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, ConfigErrors> {
+    toml::from_str(text).map_err(|error| {
+        let line = error.span().map(|span| kind::line_at(text, span.start));
+        mistake(file, line, error.message())
+    })
 }

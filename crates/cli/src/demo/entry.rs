@@ -75,6 +75,8 @@ pub(super) struct Verdict {
     pub(super) silent: Vec<ModuleName>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) unknowing: Vec<ModuleName>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) one_of: Vec<ComponentPath>,
 }
 
 /// What was injected against what was diagnosed.

@@ -170,7 +170,7 @@ fn verdict(found: &Verdict) -> String {
             format!("explained  {component}, explained by {root}")
         }
         (FaultState::Unconfirmed, _) => {
-            let why = why_unconfirmed(found.doubt, &found.silent, &found.unknowing);
+            let why = why_unconfirmed(found.doubt, &found.silent, &found.unknowing, &found.one_of);
             format!("open       {component}, unconfirmed: {why}")
         }
         (state, _) => format!("{:<10} {component}", state.as_str()),
@@ -208,6 +208,7 @@ mod tests {
                 doubt: Some(doubt),
                 silent: names(silent),
                 unknowing: names(unknowing),
+                one_of: Vec::new(),
             })
         };
         let lines = [

@@ -169,6 +169,7 @@ impl Show {
             doubt: transition.doubt,
             silent: transition.silent,
             unknowing: transition.unknowing,
+            one_of: transition.one_of,
         }));
     }
 }

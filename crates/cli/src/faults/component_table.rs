@@ -4,7 +4,9 @@ use wire::{FaultTransition, Symptom};
 
 use crate::paint::Colour;
 use crate::table::{TextTable, table};
-use crate::wording::{NOTHING, or_nothing, ratio, reason, residual, state_colour, utc};
+use crate::wording::{
+    NOTHING, or_nothing, ratio, reason, residual, state_colour, state_in_words, utc,
+};
 
 const HEADING: [&str; 8] =
     ["component", "state", "onset", "decided", "published", "residual", "divergence", "why"];
@@ -28,7 +30,7 @@ fn row(transition: &FaultTransition) -> [String; 8] {
     let why = reason(transition);
     [
         transition.component.to_string(),
-        transition.state.to_string(),
+        state_in_words(transition),
         step(transition.onset_step),
         step(transition.decided_step),
         published(transition),

@@ -43,6 +43,8 @@ struct Module<'a> {
     status_time: Option<String>,
     /// Components whose state it reported, by state.
     normal: usize,
+    /// Those of the normal ones that agree with their reference.
+    verified: usize,
     unknown: usize,
     not_normal: usize,
 }
@@ -95,6 +97,7 @@ fn module(picture: &ModulePicture) -> Module<'_> {
         journal: status.map(|status| &status.journal),
         status_time: status.map(|status| utc(status.time_unix_ns)),
         normal,
+        verified: picture.verified(),
         unknown: picture.count(FaultState::Unknown),
         not_normal: picture.components.len() - normal,
     }

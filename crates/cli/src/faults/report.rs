@@ -66,11 +66,16 @@ fn counts(modules: &[ModulePicture]) -> String {
         FaultState::Unknown,
     ];
     let others = others.into_iter().map(|state| (state, count(state))).filter(|(_, n)| *n > 0);
-    let words: Vec<String> =
-        std::iter::once(format!("{} of {total} components are normal", count(FaultState::Normal)))
-            .chain(others.map(|(state, n)| format!("{n} {state}")))
-            .collect();
-    words.join(", ")
+    let verified = modules.iter().map(|module| module.verified()).sum::<usize>();
+    let first = match (verified, count(FaultState::Normal) - verified) {
+        (_, 0) => format!("{verified} of {total} components are normal"),
+        (0, unverified) => format!("{unverified} of {total} components are normal, not verified"),
+        (_, unverified) => format!(
+            "{verified} of {total} components are normal, {unverified} normal but not verified"
+        ),
+    };
+    let others = others.map(|(state, n)| format!("{n} {state}"));
+    std::iter::once(first).chain(others).collect::<Vec<_>>().join(", ")
 }
 
 /// What is not known of a module that answers, since when and why.
@@ -86,7 +91,9 @@ fn unknown(module: &ModulePicture) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{latched, module, picture, silent, state, unknown_state};
+    use crate::faults::testing::{
+        agreeing, latched, module, picture, silent, state, unknown_state,
+    };
     use wire::ModulePhase;
 
     fn lines(all: bool) -> Vec<String> {
@@ -112,11 +119,28 @@ tower
 ───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
   m1/sensor/g2   latched   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
 
-1 of 3 components are normal, 1 latched, 1 unknown
+1 of 3 components are normal, not verified, 1 latched, 1 unknown
 m2: 1 unknown since 1970-01-01T00:00:02.000Z: no sample for 500 ms
 nothing is known of the components of m3";
         let text = lines(false).join("\n");
         assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn what_agrees_with_its_reference_is_normal_and_the_rest_is_not_verified() {
+        let verified = agreeing(state("m1/sensor/g1", FaultState::Normal));
+        let returned = agreeing(latched("m1/sensor/g2"));
+        let other = state("m1/sensor/g3", FaultState::Normal);
+        let text = |components: &[&FaultTransition]| {
+            let components = components.iter().map(|one| (*one).clone()).collect();
+            let picture = picture(vec![module("m1", ModulePhase::InService, components)]);
+            report(&picture, false, None, Paint::for_terminal(false))
+        };
+        let all = text(&[&verified, &returned]);
+        assert!(all.contains("\n1 of 2 components are normal, 1 latched\n"), "{all}");
+        assert!(all.contains("agrees with its reference again"), "{all}");
+        let some = text(&[&verified, &returned, &other]);
+        assert!(some.contains("1 of 3 components are normal, 1 normal but not verified"), "{some}");
     }
 
     #[test]
@@ -138,9 +162,11 @@ nothing is known of the components of m3";
     #[test]
     fn with_all_every_component_has_its_line() {
         let text = lines(true);
-        for component in
-            ["m1/sensor/g1   normal", "m1/sensor/g2   latched", "m2/sensor/g1   unknown"]
-        {
+        for component in [
+            "m1/sensor/g1   normal, not verified",
+            "m1/sensor/g2   latched",
+            "m2/sensor/g1   unknown",
+        ] {
             assert!(text.iter().any(|line| line.trim_start().starts_with(component)), "{text:#?}");
         }
     }

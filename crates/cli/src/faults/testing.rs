@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use names::Step;
 use observer::{Member, ModulePicture, Picture};
-use wire::{Evidence, FaultState, FaultTransition, ModulePhase, ModuleStatus, Unknown};
+use wire::{
+    Agreement, Condition, Evidence, FaultState, FaultTransition, ModulePhase, ModuleStatus, Unknown,
+};
 
 pub(super) fn picture(modules: Vec<ModulePicture>) -> Picture {
     Picture { modules, problems: Vec::new() }
@@ -37,6 +39,13 @@ pub(super) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
 pub(super) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+}
+
+/// It agrees with its reference.
+pub(super) fn agreeing(state: FaultTransition) -> FaultTransition {
+    let condition =
+        Condition { agreement: Agreement::Agrees, as_of_step: Some(Step(4999)), reason: None };
+    FaultTransition { condition: Some(condition), ..state }
 }
 
 /// Of a module whose samples have stopped.
@@ -73,6 +82,8 @@ fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         module: name.parse().unwrap(),
         software: String::new(),
         thresholds: String::new(),
+
+        reference: None,
         phase,
         in_service_since_step: None,
         run: None,
@@ -83,6 +94,7 @@ fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         latched: 0,
         unconfirmed: 0,
         unknown: 0,
+        verified: 0,
         waiting_questions: 0,
         next_sequence: 1,
         journal: wire::JournalStatus::default(),

@@ -63,6 +63,8 @@ fn fault(transition: &FaultTransition) -> Parts {
     let began = match transition.symptom {
         Symptom::Change => transition.detection_step.map(|step| format!("changed at step {step}")),
         Symptom::NoSignal => transition.onset_step.map(|step| format!("since step {step}")),
+        // Their reason tells since when.
+        Symptom::Departure | Symptom::OilContent | Symptom::Scatter => None,
     };
     let mut why: Vec<String> = began.into_iter().collect();
     why.extend(Some(reason(transition)).filter(|reason| !reason.is_empty()));

@@ -33,6 +33,7 @@ pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
         by: "ada@station".to_owned(),
         note: Some("looks loose".to_owned()),
         force: false,
+        re_tare: false,
     };
     FaultTransition {
         state: FaultState::Acknowledged,

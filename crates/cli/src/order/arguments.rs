@@ -32,6 +32,9 @@ pub(crate) struct ResetArguments {
     /// Reset even though the evidence is still there
     #[arg(long)]
     pub(super) force: bool,
+    /// Reset a component that was replaced: what it measures now is right, and its reference is shifted by that
+    #[arg(long, conflicts_with = "force")]
+    pub(super) re_tare: bool,
     /// Longest time to retry while a diagnoser refuses [s]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "force")]
     pub(super) wait: Option<Duration>,
@@ -63,7 +66,7 @@ impl Orders {
         let by = by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))?;
         let issuer = Issuer { by, note: self.note.clone() };
         for component in &self.components {
-            let order: Order = issuer.order(component, false);
+            let order: Order = issuer.order(component, false, false);
             order.check().map_err(Failure::usage)?;
         }
         Ok(issuer)

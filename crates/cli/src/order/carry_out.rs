@@ -22,6 +22,7 @@ const AGAIN_AFTER: Duration = Duration::from_millis(200);
 pub(super) struct Manner {
     pub(super) kind: OrderKind,
     pub(super) force: bool,
+    pub(super) re_tare: bool,
     /// How long to try again while it is refused.
     pub(super) wait: Option<Duration>,
 }
@@ -76,7 +77,7 @@ impl Place<'_> {
         manner: Manner,
         until: Option<Instant>,
     ) -> Outcome {
-        let order = issuer.order(component, manner.force);
+        let order = issuer.order(component, manner.force, manner.re_tare);
         loop {
             let (structure, module) = (self.structure, &component.module);
             let result =

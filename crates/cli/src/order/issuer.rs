@@ -12,9 +12,9 @@ pub(super) struct Issuer {
 
 impl Issuer {
     /// A command concerning a component.
-    pub(super) fn order(&self, component: &ComponentPath, force: bool) -> Order {
+    pub(super) fn order(&self, component: &ComponentPath, force: bool, re_tare: bool) -> Order {
         let Issuer { by, note } = self.clone();
-        Order { component: component.component.clone().into(), by, note, force }
+        Order { component: component.component.clone().into(), by, note, force, re_tare }
     }
 }
 

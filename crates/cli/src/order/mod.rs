@@ -16,13 +16,15 @@ use carry_out::{Manner, carry_out};
 
 /// Runs `trusswatch ack`.
 pub(crate) fn acknowledge(arguments: &AcknowledgeArguments) -> Result<(), Failure> {
-    run(&arguments.orders, Manner { kind: OrderKind::Acknowledge, force: false, wait: None })
+    let kind = OrderKind::Acknowledge;
+    run(&arguments.orders, Manner { kind, force: false, re_tare: false, wait: None })
 }
 
 /// Runs `trusswatch reset`.
 pub(crate) fn reset(arguments: &ResetArguments) -> Result<(), Failure> {
-    let (force, wait) = (arguments.force, arguments.wait);
-    run(&arguments.orders, Manner { kind: OrderKind::Reset, force, wait })
+    let ResetArguments { orders, force, re_tare, wait } = arguments;
+    let kind = OrderKind::Reset;
+    run(orders, Manner { kind, force: *force, re_tare: *re_tare, wait: *wait })
 }
 
 fn run(orders: &arguments::Orders, manner: Manner) -> Result<(), Failure> {

@@ -83,6 +83,8 @@ impl Template {
         table.insert("module".into(), name.to_string().into());
         table.insert("structure".into(), format!("structures/{name}.toml").into());
         table.insert("thresholds".into(), format!("thresholds/{name}.toml").into());
+        // What one module measures while it is healthy says nothing of another one.
+        table.remove("reference");
         table.insert("peers".into(), peers.into());
         table.insert("network".into(), network.into());
         // Many cannot share an address or a directory; each gets its own at its start.

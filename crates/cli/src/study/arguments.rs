@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use study::Controller;
 
+use super::conditions::Arguments as ConditionsArguments;
 use crate::table::WidthArguments;
 
 /// Which diagnosers are studied.
@@ -34,6 +35,7 @@ pub(super) enum Command {
     Run(RunArguments),
     Power(PowerArguments),
     Histories(HistoriesArguments),
+    Conditions(ConditionsArguments),
     Compare(CompareArguments),
     Explain(ExplainArguments),
     Export(ExportArguments),

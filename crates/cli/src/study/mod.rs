@@ -2,6 +2,7 @@
 
 mod arguments;
 mod compare;
+mod conditions;
 mod document;
 mod explain;
 mod files;
@@ -42,6 +43,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let campaign = preset::campaign(&arguments.campaign)?;
             let stop = interrupt::listen()?;
             histories::run(arguments, &campaign, &stop)
+        }
+        Command::Conditions(arguments) => {
+            let stop = interrupt::listen()?;
+            conditions::run(arguments, &stop)
         }
         Command::Compare(arguments) => compare_rules(arguments),
         Command::Explain(ExplainArguments { scenario, campaign }) => {

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use daemon::config::{PlantFlags, load_diagnoser, load_plant};
+use daemon::config::{PlantConfig, PlantFlags, load_diagnoser, load_plant};
+use diagnosis::ModuleSetup;
 use settings::ConfigErrors;
 use study::{Campaign, ScenarioRanges};
 
 use super::arguments::{CampaignArguments, CommonArguments, PresetName};
 use crate::failure::Failure;
-use crate::shipped::{MODULES, OTHERS, PAPER_MODULES, PLANT, temporary_directory};
+use crate::shipped::{MODULES, OTHERS, PAPER_MODULES, PLANT, Shipped, temporary_directory};
 
 /// The longest run without a fault \[s\]: a year.
 const LONGEST_S: f64 = 365.0 * 86_400.0;
@@ -51,17 +52,41 @@ pub(super) fn with_runs(arguments: &CommonArguments) -> Result<Campaign, Failure
 }
 
 fn shipped(arguments: &CampaignArguments) -> Result<Campaign, Failure> {
-    let directory = temporary_directory("trusswatch-study-")?;
-    for file in OTHERS {
-        file.write(directory.path())?;
-    }
     let modules = match arguments.preset {
         PresetName::Paper => PAPER_MODULES,
         PresetName::Default => MODULES,
     };
+    with_shipped(PLANT, modules, |plant, modules| load(arguments, plant, modules))
+}
+
+/// Lays out shipped files in a directory of their own for as long as `take` needs.
+pub(super) fn with_shipped<T>(
+    plant: Shipped,
+    modules: [Shipped; 2],
+    take: impl FnOnce(&Path, &[PathBuf]) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let directory = temporary_directory("trusswatch-study-")?;
+    for file in OTHERS {
+        file.write(directory.path())?;
+    }
     let modules: Vec<PathBuf> =
         modules.iter().map(|file| file.write(directory.path())).collect::<Result<_, _>>()?;
-    load(arguments, &PLANT.write(directory.path())?, &modules)
+    take(&plant.write(directory.path())?, &modules)
+}
+
+/// Reads a plant and its diagnosers.
+pub(super) fn read(
+    plant: &Path,
+    modules: &[PathBuf],
+) -> Result<(PlantConfig, Vec<ModuleSetup>), Failure> {
+    let plant = load_plant(plant, &PlantFlags::default()).map_err(|errors| unusable(&errors))?;
+    let mut setups = Vec::new();
+    for module in modules {
+        let config = load_diagnoser(module).map_err(|errors| unusable(&errors))?;
+        // Each run draws a plant of its own, of which no reference is known.
+        setups.push(ModuleSetup { reference: None, ..config.module_setup() });
+    }
+    Ok((plant, setups))
 }
 
 fn load(
@@ -69,12 +94,7 @@ fn load(
     plant: &Path,
     modules: &[PathBuf],
 ) -> Result<Campaign, Failure> {
-    let plant = load_plant(plant, &PlantFlags::default()).map_err(|errors| unusable(&errors))?;
-    let mut setups = Vec::new();
-    for module in modules {
-        let config = load_diagnoser(module).map_err(|errors| unusable(&errors))?;
-        setups.push(config.module_setup());
-    }
+    let (plant, setups) = read(plant, modules)?;
     Ok(Campaign {
         structure: plant.structure,
         parameters: plant.parameters,

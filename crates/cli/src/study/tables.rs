@@ -212,7 +212,7 @@ fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-fn interval(Interval95(low, high): Interval95) -> String {
+pub(super) fn interval(Interval95(low, high): Interval95) -> String {
     format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
 }
 

@@ -2,13 +2,16 @@
 
 use wire::{FaultState, FaultTransition, GivenOrder, OrderKind, Symptom};
 
-use super::{plain, utc, why_unconfirmed};
+use super::{plain, residual, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
 pub(crate) fn reason(transition: &FaultTransition) -> String {
     let mut reasons = Vec::new();
-    if transition.symptom == Symptom::NoSignal && transition.state != FaultState::Normal {
-        reasons.push("no signal".to_owned());
+    if transition.state.is_fault() {
+        reasons.extend(symptom(transition));
+        if transition.is_verified() {
+            reasons.push("it agrees with its reference again".to_owned());
+        }
     }
     if let Some(root) = &transition.explained_by {
         let since = transition.explained_since_step;
@@ -21,8 +24,8 @@ pub(crate) fn reason(transition: &FaultTransition) -> String {
         reasons.push(format!("disputed: {root} explained it, but {module} raises no alarm for it"));
     }
     if transition.state == FaultState::Unconfirmed {
-        let FaultTransition { doubt, silent, unknowing, .. } = transition;
-        reasons.push(why_unconfirmed(*doubt, silent, unknowing));
+        let FaultTransition { doubt, silent, unknowing, one_of, .. } = transition;
+        reasons.push(why_unconfirmed(*doubt, silent, unknowing, one_of));
         reasons.extend(transition.assumed.as_ref().map(ToString::to_string));
         let because = silent.iter().zip(&transition.silent_because);
         reasons.extend(because.map(|(module, why)| format!("{module}: {}", plain(why))));
@@ -38,8 +41,30 @@ pub(crate) fn reason(transition: &FaultTransition) -> String {
     reasons.join("; ")
 }
 
+fn symptom(transition: &FaultTransition) -> Option<String> {
+    let departs = |what: &str| {
+        let since = match (transition.before_service, transition.onset_step) {
+            (true, _) | (_, None) => "already when it was first compared".to_owned(),
+            (false, Some(step)) => format!("since step {step} at the earliest"),
+        };
+        Some(format!("{what} departs from its reference, {since}"))
+    };
+    match transition.symptom {
+        Symptom::Change => None,
+        Symptom::NoSignal => Some("no signal".to_owned()),
+        Symptom::Departure => {
+            let evidence = transition.evidence.as_ref();
+            let size = evidence.map(|e| residual(transition.kind, e.residual - e.level));
+            departs(&size.map_or("its mean".to_owned(), |size| format!("its mean, off by {size},")))
+        }
+        Symptom::OilContent => departs("its oil content"),
+        Symptom::Scatter => departs("its noise"),
+    }
+}
+
 fn ordered(given: &GivenOrder) -> String {
     let what = match (given.order, given.force) {
+        (OrderKind::Reset, _) if given.re_tare => "replaced, and its reference re-tared,",
         (OrderKind::Acknowledge, _) => "acknowledged",
         (OrderKind::Reset, false) => "reset",
         (OrderKind::Reset, true) => "reset by force",

@@ -13,7 +13,7 @@ use crate::binary::{Outcome, repository, run};
 const STEPS: u64 = 6000;
 
 /// A copy of the small mast's configurations, into which thresholds are written.
-fn small_mast() -> tempfile::TempDir {
+pub(crate) fn small_mast() -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
     fs::create_dir(copy.path().join("small")).unwrap();
     for folder in ["", "small"] {
@@ -28,7 +28,7 @@ fn small_mast() -> tempfile::TempDir {
     copy
 }
 
-fn path(mast: &tempfile::TempDir, name: &str) -> String {
+pub(crate) fn path(mast: &tempfile::TempDir, name: &str) -> String {
     mast.path().join("small").join(name).display().to_string()
 }
 

@@ -7,7 +7,7 @@ use crate::binary::{repository, run};
 /// A copy of the shipped configurations to spoil.
 fn copy_of_configs() -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
-    for folder in ["", "tower", "thresholds"] {
+    for folder in ["", "tower", "thresholds", "references"] {
         fs::create_dir_all(copy.path().join(folder)).unwrap();
         for entry in fs::read_dir(repository("configs").join(folder)).unwrap() {
             let entry = entry.unwrap();
@@ -77,7 +77,8 @@ fn a_file_of_no_kind_is_answered_with_the_kinds() {
     let file = folder.path().join("x.toml");
     fs::write(&file, "colour = 1\n").unwrap();
     let file = file.display().to_string();
-    run(&["check", &file]).fails(3, &["x.toml: nothing that is known", "`modules`", "`faults`"]);
+    run(&["check", &file])
+        .fails(3, &["x.toml: nothing that is known", "`modules`", "`cylinders`", "`faults`"]);
     fs::write(folder.path().join("x.toml"), "a = 1\nb = [\n").unwrap();
     run(&["check", &file]).fails(3, &["x.toml:2"]);
     run(&["check"]).fails(2, &["<FILES>"]);

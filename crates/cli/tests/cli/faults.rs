@@ -32,6 +32,7 @@ async fn troubled() -> StandIn {
             by: "ada@station".to_owned(),
             note: Some("looks loose".to_owned()),
             force: false,
+            re_tare: false,
         }),
         ..state("module1/sensor/g2", FaultState::Acknowledged, 2)
     };

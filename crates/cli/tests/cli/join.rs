@@ -11,7 +11,7 @@ const ROUTER: &str = "tls/192.0.2.10:7447";
 /// The shipped configurations, and certificates for two of them.
 fn computer() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for part in ["", "tower", "thresholds"] {
+    for part in ["", "tower", "thresholds", "references"] {
         fs::create_dir_all(folder.path().join(part)).unwrap();
         for entry in fs::read_dir(repository("configs").join(part)).unwrap() {
             let from = entry.unwrap().path();

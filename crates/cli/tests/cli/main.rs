@@ -8,6 +8,7 @@
 mod binary;
 mod calibrate;
 mod check;
+mod commission;
 mod demo;
 mod detect;
 mod detect_modules;

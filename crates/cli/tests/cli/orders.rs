@@ -38,6 +38,7 @@ async fn a_command_arrives_as_it_was_given_and_its_outcome_is_printed() {
         by: "ada".to_owned(),
         note: note.map(str::to_owned),
         force,
+        re_tare: false,
     };
     assert_eq!(*orders.lock().unwrap(), [order(Some("seen on site"), false), order(None, true)]);
 }

@@ -186,7 +186,7 @@ fn module1_with(identity: &Path, listen: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(repository("configs/module1.toml")).unwrap();
     let mut table: toml::Table = text.parse().unwrap();
-    for key in ["structure", "thresholds"] {
+    for key in ["structure", "thresholds", "reference"] {
         let path = repository("configs").join(table[key].as_str().unwrap());
         table.insert(key.into(), path.canonicalize().unwrap().display().to_string().into());
     }

@@ -134,7 +134,7 @@ fn what_copies_cannot_share_is_left_out() {
     let mut modules = Vec::new();
     for name in ["module1", "module2"] {
         let mut config = table(&repository(&format!("configs/{name}.toml")));
-        for key in ["structure", "thresholds"] {
+        for key in ["structure", "thresholds", "reference"] {
             let path = config[key].as_str().unwrap();
             let absolute = repository("configs").join(path).display().to_string();
             config.insert(key.into(), absolute.into());

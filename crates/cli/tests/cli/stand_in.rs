@@ -246,6 +246,7 @@ impl StandIn {
             module: module.parse().unwrap(),
             software: "0.1.0".to_owned(),
             thresholds: "made up".to_owned(),
+            reference: None,
             phase,
             in_service_since_step: Some(Step(2512)),
             run: None,
@@ -256,6 +257,7 @@ impl StandIn {
             latched: 0,
             unconfirmed: 0,
             unknown: 0,
+            verified: 0,
             waiting_questions: 0,
             next_sequence: 4,
             journal: wire::JournalStatus {

@@ -146,3 +146,60 @@ fn recordings_are_left_with_the_truth_beside_them() {
     assert_eq!(lines("changes.csv") as u64, 1 + written["changes"].as_u64().unwrap());
     assert_eq!(lines("scenario-00000.csv"), lines("nominal-00000.csv"));
 }
+
+#[test]
+fn conditions_are_one_object_whatever_the_number_of_jobs() {
+    let with = |jobs| {
+        let asked = ["--plants", "1", "--cases", "3", "--seed", "5", "--situation", "in_a_gap"];
+        run(&[&["study", "conditions"], &asked[..], &["--json", "--jobs", jobs]].concat())
+    };
+    let (one, two) = (with("1"), with("2"));
+    assert_eq!(one.stdout, two.stdout);
+    let object = object(&one);
+    assert!(one.stdout.starts_with("{\n  \"v\": 1,\n"), "{}", one.stdout);
+    assert_eq!((&object["weather"], &object["complete"]), (&"alike".into(), &true.into()));
+    assert_eq!(object["plants"][0]["references"].as_array().unwrap().len(), 2);
+    let all = &object["all"];
+    assert_eq!((all["cases"].as_u64(), all["faults"].as_u64()), (Some(3), Some(3)));
+    assert_eq!((&all["normal"], &all["healthy_named"]), (&0.into(), &0.into()));
+    assert_eq!(object["situations"][0]["situation"], "in_a_gap");
+    assert_eq!(object["cases"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn one_case_is_shown_as_its_campaign_has_it() {
+    let outcome = run(&[
+        "study",
+        "conditions",
+        "--weather",
+        "none",
+        "--cases",
+        "7",
+        "--seed",
+        "5",
+        "--from",
+        "8",
+        "--show",
+    ]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let said = &outcome.stdout;
+    assert!(said.starts_with("case 8, from_the_start, plant 1, seed "), "{said}");
+    for text in ["from step 0: ", "verdict", "at the end ", ": Named, named at step "] {
+        assert!(said.contains(text), "`{text}` is not in {said}");
+    }
+}
+
+#[test]
+fn conditions_that_cannot_be_meant_are_refused() {
+    let plant = repository("configs/plant.toml").display().to_string();
+    for (arguments, said) in [
+        (vec!["--mismatch", "1"], "`--mismatch` is 1; use a share from 0 to 0.9"),
+        (vec!["--bias-microstrain", "0"], "`--bias-microstrain` is 0; use a number from 0.1"),
+        (vec!["--situation", "asleep"], "from_the_start"),
+        (vec!["--weather", "none", "--plant", &plant], "--weather"),
+        (vec!["--config", "x.toml"], "--plant"),
+        (vec!["--show", "--json"], "--json"),
+    ] {
+        run(&[&["study", "conditions"], &arguments[..]].concat()).fails(2, &[said]);
+    }
+}

@@ -2,9 +2,11 @@
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::residual::NominalHydraulics;
+use diagnosis::state::Reference;
 use diagnosis::{Diagnoser, ModuleSetup, SetupError, SignalSettings};
 use names::{Component, ModuleName, StructureName};
 use pki::Holder;
@@ -25,6 +27,8 @@ struct DiagnoserFile {
     module: ModuleName,
     structure: PathBuf,
     thresholds: PathBuf,
+    #[serde(default)]
+    reference: Option<PathBuf>,
     #[serde(default)]
     peers: Vec<ModuleName>,
     #[serde(default = "one_millisecond")]
@@ -208,6 +212,11 @@ pub struct DiagnoserConfig {
 }
 
 impl DiagnoserConfig {
+    /// Fingerprint of the reference, if there is one.
+    pub(crate) fn reference(&self) -> Option<String> {
+        self.setup.reference.as_ref().map(|reference| reference.fingerprint())
+    }
+
     /// What the `diagnosis::Diagnoser` is made from.
     #[must_use]
     pub fn module_setup(&self) -> ModuleSetup {
@@ -261,6 +270,14 @@ impl DiagnoserConfig {
         self
     }
 
+    /// With the reference of the file, or without any.
+    pub(crate) fn with_reference(mut self, wanted: bool) -> Self {
+        if !wanted {
+            self.setup.reference = None;
+        }
+        self
+    }
+
     fn holder(&self) -> Holder {
         Holder::Module(self.setup.module.clone())
     }
@@ -311,7 +328,9 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     let structure_name = structure.name.clone();
     let holder = Holder::Module(written.module.clone());
     written.network.check_identity(&holder, &structure_name, &mut errors);
-    let setup = setup(&written, structure, fitted);
+    let reference = written.reference.as_ref().map(|path| load_reference(&document.beside(path)));
+    let reference = reference.and_then(|loaded| errors.collect(loaded));
+    let setup = ModuleSetup { reference, ..setup(&written, structure, fitted) };
     for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
         errors.add(file, document.line(&place(&problem)), problem);
     }
@@ -326,6 +345,10 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
         thresholds: thresholds.fingerprint(),
         setup,
     })
+}
+
+fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
+    Ok(Arc::new(Document::read(file)?.parse()?))
 }
 
 /// A module that thresholds are to be made for.
@@ -386,6 +409,7 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
         isolation: written.isolation.in_steps_of(written.step_s),
         thresholds,
         peers: written.peers.clone(),
+        reference: None,
     }
 }
 
@@ -405,6 +429,7 @@ fn place(problem: &SetupError) -> Vec<&str> {
         SetupError::Figure { name: name @ "warm_up_vectors", .. } => vec!["detection", name],
         SetupError::Figure { name, .. } => vec!["isolation", name],
         SetupError::Peer(_) => vec!["peers"],
+        SetupError::Reference(_) => vec!["reference"],
         SetupError::Structure(_) | SetupError::Model { .. } => vec!["structure"],
         SetupError::ThresholdCount { .. } | SetupError::Threshold { .. } => vec!["thresholds"],
     }

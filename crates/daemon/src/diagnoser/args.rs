@@ -46,6 +46,9 @@ struct Run {
     /// Keep the journal of faults in this directory, whatever the configuration says
     #[arg(long, value_name = "DIRECTORY")]
     state_dir: Option<PathBuf>,
+    /// Use no reference, whatever the configuration says: components are normal, not verified
+    #[arg(long)]
+    no_reference: bool,
     #[command(flatten)]
     network: NetworkFlags,
     #[command(flatten)]
@@ -69,10 +72,11 @@ pub fn main() -> ExitCode {
     })
 }
 
-fn run(Run { config, state_dir, network, health, shutdown }: Run) -> Result<(), Failure> {
+fn run(arguments: Run) -> Result<(), Failure> {
+    let Run { config, state_dir, no_reference, network, health, shutdown } = arguments;
     logging::start();
     let config = load_diagnoser(&config)?.with_flags(&network)?.with_health(&health)?;
-    let config = config.with_state_directory(state_dir);
+    let config = config.with_state_directory(state_dir).with_reference(!no_reference);
     runtime::until_done(shutdown, |shutdown| super::run(config, shutdown))
 }
 
@@ -82,12 +86,16 @@ fn check(configs: &[PathBuf]) -> Result<(), Failure> {
         if let Some(config) = errors.collect(load_diagnoser(file)) {
             let (actuators, gages) = config.size();
             let summary = format!(
-                "{}: valid: module `{}` of `{}`, {actuators} actuators, {gages} gages, peers: {}, thresholds {}",
+                "{}: valid: module `{}` of `{}`, {actuators} actuators, {gages} gages, peers: {}, thresholds {}, {}",
                 file.display(),
                 config.module(),
                 config.structure_name,
                 config.peers().len(),
                 config.thresholds,
+                config.reference().map_or_else(
+                    || "no reference".to_owned(),
+                    |fingerprint| format!("reference {fingerprint}"),
+                ),
             );
             writeln!(std::io::stdout(), "{summary}")
                 .map_err(|error| Failure::running("standard output", error))?;

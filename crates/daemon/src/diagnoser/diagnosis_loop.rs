@@ -20,6 +20,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use wire::{ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress};
 
+use super::conditions::Conditions;
 use super::health::ModuleBoard;
 use super::inquiry::{InquiryQueues, OrderInquiry, StateInquiry};
 use super::intake::{Arrival, Fetched, Flow, IntakeTally, Receiver, Sequencer, Store};
@@ -70,6 +71,7 @@ pub(crate) struct Boards {
     pub(crate) health: Arc<ModuleBoard>,
     /// For whoever asks for the present states.
     pub(crate) service: Service,
+    pub(crate) conditions: Conditions,
 }
 
 /// The diagnoser with everything around it.
@@ -85,6 +87,7 @@ pub(crate) struct DiagnosisLoop {
     backoff: Backoff,
     publish: PublishSettings,
     thresholds: String,
+    reference: Option<String>,
     tie_steps: u64,
     lag_ms: Option<f64>,
     latest_sample_unix_ns: Option<u64>,
@@ -116,6 +119,7 @@ impl DiagnosisLoop {
             backoff: Backoff::default(),
             publish: config.publish,
             thresholds: config.thresholds.clone(),
+            reference: config.reference(),
             tie_steps: config.tie_steps(),
             lag_ms: None,
             latest_sample_unix_ns: None,
@@ -183,6 +187,9 @@ impl DiagnosisLoop {
         }
         self.staleness.sample(std::time::Instant::now());
         self.note_time(time_unix_ns);
+        if self.diagnoser.window().is_some() {
+            self.boards.conditions.update(self.diagnoser.conditions());
+        }
         let changed = self.diagnoser.counters().changes != changes_before;
         self.publish_routinely(changed);
         self.tell_phase();
@@ -253,7 +260,8 @@ impl DiagnosisLoop {
             return;
         }
         let token = self.performer.pending.put_question(query);
-        let question = Question { run, from: question.from, as_of: question.step };
+        let (from, as_of, window) = (question.from, question.step, question.window);
+        let question = Question { run, from, as_of, window };
         self.handle(Event::Asked { token, question });
     }
 
@@ -286,6 +294,7 @@ impl DiagnosisLoop {
         self.handle(event);
         if let Some((peer, answered)) = ended {
             self.performer.query_pause.end();
+            self.boards.conditions.update(self.diagnoser.conditions());
             self.backoff.note(&peer, answered, std::time::Instant::now());
         }
     }
@@ -416,6 +425,7 @@ impl DiagnosisLoop {
         let around = Surroundings {
             speaker: &self.performer.speaker,
             thresholds: &self.thresholds,
+            reference: self.reference.as_deref(),
             phase: self.staleness.phase(to_phase(self.diagnoser.phase()).0),
             lag_ms: self.lag_ms,
             sample_age_ms: self.latest_sample_unix_ns.map(ms_since),

@@ -15,6 +15,7 @@
 //! | `status`, `health` | the status of it all; the same over HTTP |
 
 mod args;
+mod conditions;
 mod diagnosis_loop;
 mod health;
 mod inquiry;
@@ -40,6 +41,7 @@ use zenoh::pubsub::Subscriber;
 pub use args::{command_line, main};
 pub use state::StateDirectory;
 
+use conditions::Conditions;
 use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
 use health::{ModuleBoard, ModuleHealth};
 use inquiry::Queryables;
@@ -134,13 +136,15 @@ async fn serve(
     diagnoser.recall(recollection.memory(watch_file.as_ref().and_then(|(_, watch)| *watch)));
     let components = diagnoser.components().to_vec();
     let service = Service::new(supervisor.pulse(), staleness::NO_SAMPLE_YET.to_owned());
-    let states = States::new(&speaker, &components, service.clone());
+    let conditions = Conditions::new(diagnoser.conditions());
+    let states = States::new(&speaker, &components, service.clone(), conditions.clone());
     let boards = Boards {
         journal: keeper.board(),
         watch_file,
         peers: PeerBook::new(config.peers()),
         health,
         service,
+        conditions,
     };
 
     let mut events = EventLane::declare(session, &speaker, &config.publish, keeper, states)

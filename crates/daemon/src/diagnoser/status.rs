@@ -1,14 +1,15 @@
 //! How the diagnoser is.
 
+use diagnosis::state::Condition;
 use diagnosis::{Diagnoser, Evidence, Verdict};
 use names::Component;
 use shell::clock;
 use wire::{
-    FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase, ModuleStatus,
-    PeerStatus, PublisherCounters,
+    Agreement, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+    ModuleStatus, PeerStatus, PublisherCounters,
 };
 
-use crate::convert::{Speaker, to_counters, to_phase, to_state};
+use crate::convert::{Speaker, to_condition, to_counters, to_phase, to_state};
 use crate::metrics::ComponentReport;
 
 /// What the diagnoser itself does not know.
@@ -16,6 +17,7 @@ use crate::metrics::ComponentReport;
 pub(crate) struct Surroundings<'a> {
     pub(crate) speaker: &'a Speaker,
     pub(crate) thresholds: &'a str,
+    pub(crate) reference: Option<&'a str>,
     pub(crate) phase: ModulePhase,
     pub(crate) lag_ms: Option<f64>,
     pub(crate) sample_age_ms: Option<f64>,
@@ -36,11 +38,13 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
     let count = |wanted: fn(&Verdict) -> bool| {
         diagnoser.verdicts().filter(|(_, verdict)| wanted(verdict)).count() as u64
     };
+    let agrees = |condition: &&Condition| to_condition(condition).agreement == Agreement::Agrees;
     ModuleStatus {
         structure: around.speaker.structure.clone(),
         module: around.speaker.module.clone(),
         software: env!("CARGO_PKG_VERSION").to_owned(),
         thresholds: around.thresholds.to_owned(),
+        reference: around.reference.map(str::to_owned),
         phase: around.phase,
         in_service_since_step,
         run: diagnoser.run(),
@@ -51,6 +55,7 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
         latched: count(Verdict::is_latched),
         unconfirmed: count(|verdict| matches!(verdict, Verdict::Unconfirmed { .. })),
         unknown,
+        verified: diagnoser.conditions().filter(agrees).count() as u64,
         waiting_questions: diagnoser.waiting_questions() as u64,
         next_sequence: diagnoser.next_sequence(),
         journal: around.journal,
@@ -65,11 +70,16 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
 
 /// How each component is, in this phase.
 pub(crate) fn of_components(diagnoser: &Diagnoser, phase: ModulePhase) -> Vec<ComponentReport> {
-    let each = diagnoser.verdicts().zip(diagnoser.evidence());
-    let report = |((component, verdict), evidence): ((&Component, &Verdict), &Evidence)| {
+    let each = diagnoser.verdicts().zip(diagnoser.evidence()).zip(diagnoser.conditions());
+    let report = |(((component, verdict), evidence), condition): (
+        ((&Component, &Verdict), &Evidence),
+        &Condition,
+    )| {
+        let is_hidden =
+            phase != ModulePhase::InService || !to_condition(condition).agreement.allows_normal();
         let ratio = evidence.divergence.map(|_| evidence.ratio());
         let state = match to_state(verdict) {
-            FaultState::Normal if phase != ModulePhase::InService => FaultState::Unknown,
+            FaultState::Normal if is_hidden => FaultState::Unknown,
             state => state,
         };
         ComponentReport { component: component.clone(), state, ratio }

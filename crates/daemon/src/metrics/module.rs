@@ -47,6 +47,8 @@ pub(super) fn write(report: &ModuleReport, sheet: &mut Sheet<'_>) -> fmt::Result
     let ModuleReport { status, components, reason: _ } = report;
     write_present(status, sheet)?;
     write_components(components, sheet)?;
+    let help = "Components that agree with their reference as of the latest window.";
+    sheet.gauge("trusswatch_components_verified", help, status.verified)?;
     write_samples(&status.intake, &status.diagnosis, sheet)?;
     write_diagnosis(&status.diagnosis, sheet)?;
     write_inquiries(&status.inquiries, sheet)?;
@@ -61,6 +63,9 @@ fn write_present(status: &ModuleStatus, sheet: &mut Sheet<'_>) -> fmt::Result {
         "The thresholds in use.",
         ("fingerprint", &status.thresholds),
     )?;
+    if let Some(reference) = &status.reference {
+        sheet.info("trusswatch_reference", "The reference in use.", ("fingerprint", reference))?;
+    }
     let help = "When the status was published, which all metrics but the process's are of.";
     let published_s = seconds_of_ns(status.time_unix_ns);
     sheet.seconds("trusswatch_status_timestamp", help, Some(published_s))?;

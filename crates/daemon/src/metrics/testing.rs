@@ -46,6 +46,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         module,
         software: "0.1.0".into(),
         thresholds: "0123456789abcdef".into(),
+        reference: None,
         phase,
         in_service_since_step: Some(Step(0)),
         run: Some(RunId(0)),
@@ -56,6 +57,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         latched: 0,
         unconfirmed: 0,
         unknown: 0,
+        verified: 0,
         waiting_questions: 0,
         next_sequence: 0,
         journal: JournalStatus {

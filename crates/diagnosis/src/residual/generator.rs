@@ -68,6 +68,7 @@ pub struct ResidualGenerator {
     local: LocalModel,
     loops: Vec<TrackedForce>,
     forces: Vec<f64>,
+    contents_pa: Vec<f64>,
     demands: Vec<f64>,
     /// Those of the sample before, and between the two.
     earlier: Signals,
@@ -110,6 +111,7 @@ impl ResidualGenerator {
             loops: vec![TrackedForce::new(hydraulics, step_s); actuators],
             hydraulics,
             forces: vec![0.0; actuators],
+            contents_pa: vec![0.0; actuators],
             demands: vec![0.0; actuators],
             earlier: Signals::none(actuators),
             between: Signals::none(actuators),
@@ -158,8 +160,10 @@ impl ResidualGenerator {
     pub fn push(&mut self, sample: &Sample) -> &[f64] {
         self.earlier.forces.copy_from_slice(&self.forces);
         self.earlier.demands.copy_from_slice(&self.demands);
-        for (force, pressures) in self.forces.iter_mut().zip(&sample.pressures_pa) {
+        let observed = self.forces.iter_mut().zip(&mut self.contents_pa);
+        for ((force, content), pressures) in observed.zip(&sample.pressures_pa) {
             *force = self.hydraulics.force_n(*pressures);
+            *content = self.hydraulics.content_pa(*pressures);
         }
         self.demands.copy_from_slice(&sample.demands_n);
         self.cross_gap();
@@ -204,6 +208,16 @@ impl ResidualGenerator {
     /// How far an actuator's demand moved across the latest gap \[N\].
     pub(crate) fn swing_n(&self, actuator: usize) -> f64 {
         self.swings_n[actuator]
+    }
+
+    /// The observed forces of the latest sample \[N\].
+    pub(crate) fn forces_n(&self) -> &[f64] {
+        &self.forces
+    }
+
+    /// The oil contents of the cylinders at the latest sample \[Pa\].
+    pub(crate) fn contents_pa(&self) -> &[f64] {
+        &self.contents_pa
     }
 
     /// The residuals of the latest sample.

@@ -52,6 +52,12 @@ impl NominalHydraulics {
         a * self.area_a_m2 - b * self.area_b_m2
     }
 
+    /// (p_A·A_A + p_B·A_B)/(A_A + A_B) \[Pa\]: it tells how much oil is in both chambers together, whatever the force.
+    #[must_use]
+    pub fn content_pa(&self, [a, b]: [f64; 2]) -> f64 {
+        (a * self.area_a_m2 + b * self.area_b_m2) / (self.area_a_m2 + self.area_b_m2)
+    }
+
     /// Time constant of the force loop while no valve is full \[s\]: 1/(β·K_P·(A_A/V_A + A_B/V_B)).
     #[must_use]
     pub fn time_constant_s(&self) -> f64 {

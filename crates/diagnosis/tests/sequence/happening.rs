@@ -84,6 +84,7 @@ fn order() -> impl Strategy<Value = OrderKind> {
         3 => Just(OrderKind::Acknowledge),
         3 => Just(OrderKind::Reset { force: false }),
         2 => Just(OrderKind::Reset { force: true }),
+        1 => Just(OrderKind::ReTare),
     ]
 }
 

@@ -57,7 +57,9 @@ fn check_order(transition: &Transition) {
     let kind = transition.order.as_ref().map(|order| order.kind);
     match kind {
         Some(OrderKind::Acknowledge) => assert_eq!(transition.verdict, Verdict::Acknowledged),
-        Some(OrderKind::Reset { .. }) => assert_eq!(transition.verdict, Verdict::Normal),
+        Some(OrderKind::Reset { .. } | OrderKind::ReTare) => {
+            assert_eq!(transition.verdict, Verdict::Normal);
+        }
         None => assert_ne!(transition.verdict, Verdict::Acknowledged),
     }
 }
@@ -68,7 +70,9 @@ fn check_step(before: &Verdict, transition: &Transition) {
         Verdict::Latched => {
             matches!(kind, Some(OrderKind::Acknowledge | OrderKind::Reset { force: true }))
         }
-        Verdict::Acknowledged => matches!(kind, Some(OrderKind::Reset { .. })),
+        Verdict::Acknowledged => {
+            matches!(kind, Some(OrderKind::Reset { .. } | OrderKind::ReTare))
+        }
         _ if before.is_undecidable() => {
             matches!(kind, Some(OrderKind::Reset { .. })) || transition.verdict == Verdict::Latched
         }

@@ -83,6 +83,6 @@ impl Peer {
             actuator_faults.retain(|fault| fault.step <= question.as_of);
         }
         let watching_since = said.watching_since.map(Step);
-        Answer { question, watching_since, changes, actuator_faults, alarms: None }
+        Answer { question, watching_since, changes, actuator_faults, alarms: None, window: None }
     }
 }

@@ -72,6 +72,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
         // about twice what healthy runs reach
         thresholds: vec![0.0035; 12],
         peers: names.iter().filter(|peer| *peer != name).cloned().collect(),
+        reference: None,
     });
     let setups = setups.collect();
     (structure, parameters, setups)

@@ -6,6 +6,7 @@ use wire::{FaultTransition, Topic};
 use zenoh::key_expr::KeyExpr;
 
 use crate::convert::Speaker;
+use crate::diagnoser::conditions::Conditions;
 use crate::diagnoser::service::Service;
 
 /// The latest transition of each component, in the order of the channels.
@@ -14,6 +15,7 @@ pub(crate) struct States {
     speaker: Speaker,
     pages: Vec<Page>,
     service: Service,
+    conditions: Conditions,
 }
 
 #[derive(Debug)]
@@ -24,13 +26,19 @@ struct Page {
 }
 
 impl States {
-    pub(crate) fn new(speaker: &Speaker, components: &[Component], service: Service) -> Self {
+    pub(crate) fn new(
+        speaker: &Speaker,
+        components: &[Component],
+        service: Service,
+        conditions: Conditions,
+    ) -> Self {
         let page = |component: &Component| Page {
             component: component.clone(),
             key: speaker.key(Topic::Fault(component.clone())),
             latest: None,
         };
-        Self { speaker: speaker.clone(), pages: components.iter().map(page).collect(), service }
+        let pages = components.iter().map(page).collect();
+        Self { speaker: speaker.clone(), pages, service, conditions }
     }
 
     pub(crate) fn components(&self) -> impl Iterator<Item = &Component> {
@@ -47,27 +55,28 @@ impl States {
     /// The states of those components whose key the expression asked for covers; what is not monitored at
     /// present is not normal.
     pub(crate) fn covered_by(&self, expression: &KeyExpr<'_>) -> Vec<(&str, FaultTransition)> {
-        let covered = self.pages.iter().filter(|page| {
+        let covered = self.pages.iter().enumerate().filter(|(_, page)| {
             KeyExpr::try_from(page.key.as_str()).is_ok_and(|key| expression.intersects(&key))
         });
         let unknown = self.service.unknown();
-        let state = |page: &Page| {
+        let state = |channel: usize, page: &Page| {
             let state = match &page.latest {
                 Some(transition) => transition.clone(),
                 None => self.speaker.untouched(&page.component, clock::unix_ns()),
             };
             match &unknown {
                 Some(unknown) => state.while_unknown(unknown.clone()),
-                None => state,
+                None => self.conditions.enter(channel, state),
             }
         };
-        covered.map(|page| (page.key.as_str(), state(page))).collect()
+        covered.map(|(channel, page)| (page.key.as_str(), state(channel, page))).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use diagnosis::state::Condition;
     use shell::supervision::Supervisor;
     use wire::{FaultState, ModulePhase};
 
@@ -82,7 +91,9 @@ mod tests {
             Speaker { structure: "tower".parse().unwrap(), module: "module1".parse().unwrap() };
         let names = ["actuator/a1", "sensor/a1", "sensor/g2"];
         let components: Vec<Component> = names.iter().map(|name| name.parse().unwrap()).collect();
-        let mut book = States::new(&speaker, &components, service);
+        let conditions = [Condition::NotVerified, Condition::NotVerified, Condition::NotVerified];
+        let conditions = Conditions::new(conditions.iter());
+        let mut book = States::new(&speaker, &components, service, conditions);
         let mut latched = speaker.untouched(&components[2], 9);
         latched.state = FaultState::Latched;
         latched.sequence = 3;

@@ -92,7 +92,9 @@ impl PeerQueries {
             };
             book.note_outcome(&peer, outcome.as_ref().err());
             let event = match outcome {
-                Ok(answer) => Event::Answered { peer, answer: from_answer(answer) },
+                Ok(answer) => {
+                    Event::Answered { peer, answer: from_answer(answer, question.window) }
+                }
                 Err(failure) => {
                     tracing::debug!(%peer, ?question, "question not answered: {failure}");
                     Event::Unanswered { peer, question, failure }

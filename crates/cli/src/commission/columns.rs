@@ -1,0 +1,81 @@
+//! Which columns of a table of samples belong to which signals.
+
+use diagnosis::{ModuleSetup, Sample};
+use names::{Component, RunId, Step};
+
+/// Name of the column that numbers the steps.
+const STEP: &str = "step";
+/// Up to here every whole number is a floating-point number.
+const LARGEST_STEP: f64 = (1_u64 << 53) as f64;
+
+/// The columns of a module's samples: possibly the step, then demands, pressures and elongations.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    step: bool,
+    actuators: usize,
+    names: Vec<String>,
+}
+
+impl Columns {
+    /// Finds the columns of a module's signals.
+    ///
+    /// # Errors
+    /// In words, which of them is missing.
+    pub(super) fn find(header: &[String], setup: &ModuleSetup) -> Result<Columns, String> {
+        let signals = signals(setup);
+        if let Some(missing) = signals.iter().find(|name| !header.contains(name)) {
+            return Err(format!(
+                "there is no column `{missing}`; give every signal of the module's components"
+            ));
+        }
+        let step = header.iter().any(|name| name == STEP);
+        let names = step.then(|| STEP.to_owned()).into_iter().chain(signals).collect();
+        let is_actuator = |component: &Component| matches!(component, Component::Actuator(_));
+        let actuators = setup.components().iter().filter(|c| is_actuator(c)).count();
+        Ok(Columns { step, actuators, names })
+    }
+
+    /// Their names, in the order of [`Columns::sample`].
+    pub(super) fn names(&self) -> Vec<String> {
+        self.names.clone()
+    }
+
+    /// The step after these many rows, if steps are not numbered.
+    pub(super) fn sample(&self, row: &[f64], rows_before: u64) -> Result<Sample, String> {
+        let (step, signals) = match row {
+            [step, signals @ ..] if self.step => (whole(*step)?, signals),
+            _ => (rows_before, row),
+        };
+        let (demands, rest) = signals.split_at(self.actuators.min(signals.len()));
+        let (pressures, elongations) = rest.split_at((2 * self.actuators).min(rest.len()));
+        let (chambers, _) = pressures.as_chunks::<2>();
+        Ok(Sample {
+            run: RunId(0),
+            step: Step(step),
+            demands_n: demands.to_vec(),
+            pressures_pa: chambers.to_vec(),
+            elongations_m: elongations.to_vec(),
+        })
+    }
+}
+
+/// Demands of all actuators, both pressures of each, elongations of all gages.
+fn signals(setup: &ModuleSetup) -> Vec<String> {
+    let components = setup.components();
+    let of = |component: &Component, signal: &str| format!("{}/{component}/{signal}", setup.module);
+    let (actuators, gages): (Vec<_>, Vec<_>) =
+        components.iter().partition(|component| matches!(component, Component::Actuator(_)));
+    let demands = actuators.iter().map(|actuator| of(actuator, "demand_n"));
+    let pressures = actuators
+        .iter()
+        .flat_map(|actuator| ["pressure_a_pa", "pressure_b_pa"].map(|signal| of(actuator, signal)));
+    let elongations = gages.iter().map(|gage| of(gage, "elongation_m"));
+    demands.chain(pressures).chain(elongations).collect()
+}
+
+fn whole(step: f64) -> Result<u64, String> {
+    if step.fract() == 0.0 && (0.0..=LARGEST_STEP).contains(&step) {
+        return Ok(step as u64);
+    }
+    Err(format!("step {step} is no step; use whole numbers from 0"))
+}

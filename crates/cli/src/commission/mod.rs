@@ -1,0 +1,56 @@
+//! `trusswatch commission`: references of healthy modules, from snippets that are simulated or recorded.
+
+mod arguments;
+mod columns;
+mod modules;
+mod provenance;
+mod recorded;
+mod references;
+mod report;
+mod simulated;
+mod snippets_file;
+
+use std::fs;
+
+use daemon::config::PlantConfig;
+use diagnosis::ModuleSetup;
+use diagnosis::state::Snippet;
+use study::commissioning::SnippetPlan;
+
+use crate::failure::Failure;
+
+pub(crate) use arguments::Arguments;
+use report::Report;
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    arguments.check()?;
+    let plant = arguments.simulation.load()?;
+    let setups = modules::load(&arguments.modules, plant.as_ref())?;
+    let mut snippets = snippets_file::read(&arguments.add, &setups)?;
+    let earlier = snippets.len();
+    snippets.extend(new_snippets(arguments, plant.as_ref(), &setups, &snippets)?);
+    let references = references::learn_all(&setups, &snippets)?;
+    fs::create_dir_all(&arguments.out).map_err(|error| {
+        Failure::runtime(format!("cannot make {}: {error}", arguments.out.display()))
+    })?;
+    snippets_file::write(&arguments.out, &setups, &snippets)?;
+    let provenance = provenance::command(arguments);
+    let written = references::write(&arguments.out, references, &provenance)?;
+    Report::of(&setups, &written, snippets.len(), earlier).print(arguments.json)
+}
+
+fn new_snippets(
+    arguments: &Arguments,
+    plant: Option<&PlantConfig>,
+    setups: &[ModuleSetup],
+    earlier: &[Snippet],
+) -> Result<Vec<Snippet>, Failure> {
+    let Some(plant) = plant else {
+        let recordings = &arguments.recordings;
+        snippets_file::check_new(earlier, recordings.iter().map(|path| recorded::label(path)))?;
+        return recorded::read(recordings, arguments.skip_bad, setups);
+    };
+    let plans = arguments.simulation.plans(setups);
+    snippets_file::check_new(earlier, plans.iter().map(SnippetPlan::label))?;
+    arguments.simulation.record(plant, setups, &plans)
+}

@@ -1,0 +1,173 @@
+//! What the references can tell, for people and for machines.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use diagnosis::ModuleSetup;
+use diagnosis::state::{ForceRange, Reference};
+use names::{Component, ComponentPath, ModuleName};
+use serde::Serialize;
+
+use super::references::Written;
+use crate::failure::Failure;
+use crate::table::{TextTable, table, terminal_width};
+use crate::versioned;
+
+/// None seen in so many hours: fewer than three in as many, at 95 %.
+const NONE_SEEN_BOUND: f64 = 3.0;
+
+/// What was learnt of all modules.
+#[derive(Debug, Serialize)]
+pub(super) struct Report<'a> {
+    snippets: usize,
+    /// Of these, so many were added from earlier.
+    earlier_snippets: usize,
+    modules: Vec<OfModule<'a>>,
+}
+
+/// What was learnt of a module.
+#[derive(Debug, Serialize)]
+struct OfModule<'a> {
+    module: &'a ModuleName,
+    file: &'a Path,
+    snippets: usize,
+    hours: f64,
+    peers: Vec<&'a ModuleName>,
+    gage_threshold: f64,
+    cylinder_threshold: f64,
+    largest_left_out: LeftOut,
+    /// No healthy gage or cylinder reached its threshold in snippets that had been left out: what that bounds \[1/h\].
+    false_alarms_per_hour_below: f64,
+    gages: Vec<OfGage>,
+    forces: Vec<&'a ForceRange>,
+}
+
+/// The largest departure of a healthy gage in snippets that had been left out.
+#[derive(Debug, Serialize)]
+struct LeftOut {
+    alone: f64,
+    with_peers: f64,
+}
+
+/// The smallest bias that is found on average \[m/m\].
+#[derive(Debug, Serialize)]
+struct OfGage {
+    gage: ComponentPath,
+    alone_strain: f64,
+    with_peers_strain: f64,
+}
+
+impl<'a> Report<'a> {
+    pub(super) fn of(
+        setups: &[ModuleSetup],
+        written: &'a [Written],
+        snippets: usize,
+        earlier_snippets: usize,
+    ) -> Self {
+        let both = setups.iter().zip(written);
+        let modules = both.map(|(setup, written)| OfModule::of(setup, written)).collect();
+        Self { snippets, earlier_snippets, modules }
+    }
+
+    /// Prints it on standard output.
+    pub(super) fn print(&self, json: bool) -> Result<(), Failure> {
+        let mut out = io::stdout().lock();
+        if json {
+            write!(out, "{}", versioned::text(self)?)?;
+        } else {
+            self.modules.iter().try_for_each(|module| module.print(&mut out))?;
+        }
+        Ok(out.flush()?)
+    }
+}
+
+impl<'a> OfModule<'a> {
+    fn of(setup: &ModuleSetup, Written { reference, file }: &'a Written) -> Self {
+        let [alone, with_peers] = reference.largest_left_out;
+        let is_own = |force: &&ForceRange| force.actuator.module == reference.module;
+        OfModule {
+            module: &reference.module,
+            file,
+            snippets: reference.means.snippets,
+            hours: reference.hours,
+            peers: reference.peers().collect(),
+            gage_threshold: reference.gage_threshold,
+            cylinder_threshold: reference.cylinder_threshold,
+            largest_left_out: LeftOut { alone, with_peers },
+            false_alarms_per_hour_below: NONE_SEEN_BOUND / reference.hours,
+            gages: gages(setup, reference),
+            forces: reference.forces.iter().filter(is_own).collect(),
+        }
+    }
+
+    fn print(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "{}\n", self.table().text(terminal_width()))?;
+        let Self { snippets, hours, gage_threshold, cylinder_threshold, .. } = self;
+        writeln!(out, "learnt from {snippets} snippets, {hours:.3} h")?;
+        for range in &self.forces {
+            writeln!(out, "{}: {}", range.actuator, seen(range))?;
+        }
+        let LeftOut { alone, with_peers } = self.largest_left_out;
+        writeln!(
+            out,
+            "thresholds: gages {gage_threshold:.1}, cylinders {cylinder_threshold:.1}; the largest \
+             departure of a healthy gage in snippets left out: {alone:.1} alone, {with_peers:.1} with \
+             all peers"
+        )?;
+        let bound = self.false_alarms_per_hour_below;
+        writeln!(
+            out,
+            "no false alarm in {hours:.3} left-out hours, which bounds their rate below {bound:.0} per \
+             hour (95 %)"
+        )?;
+        writeln!(out, "{}: the reference of {}\n", self.file.display(), self.module)
+    }
+
+    fn table(&self) -> TextTable {
+        let mut heading = vec!["gage", "smallest bias found alone [µε]"];
+        heading.extend((!self.peers.is_empty()).then_some("with all peers [µε]"));
+        let mut lines = table(&heading);
+        for OfGage { gage, alone_strain, with_peers_strain } in &self.gages {
+            let figures = [alone_strain, with_peers_strain].map(|s| format!("{:.2}", 1e6 * s));
+            let row = std::iter::once(gage.to_string()).chain(figures);
+            lines.add_row(row.take(heading.len()));
+        }
+        lines.align_right(1..heading.len());
+        lines
+    }
+}
+
+fn gages(setup: &ModuleSetup, reference: &Reference) -> Vec<OfGage> {
+    let [alone, with_peers] = reference.smallest_biases_m();
+    let module = setup.structure.module(&setup.module);
+    let gages = module.map(|module| module.gages.as_slice()).unwrap_or_default();
+    let of_gage = |(gage, (alone_m, with_peers_m)): (&truss::Gage, (&f64, &f64))| {
+        let length_m = setup.structure.gage_length_m(gage);
+        let component = Component::Sensor(gage.name.clone());
+        OfGage {
+            gage: ComponentPath { module: setup.module.clone(), component },
+            alone_strain: alone_m / length_m,
+            with_peers_strain: with_peers_m / length_m,
+        }
+    };
+    gages.iter().zip(alone.iter().zip(&with_peers)).map(of_gage).collect()
+}
+
+/// The forces of a cylinder, in words.
+fn seen(range: &ForceRange) -> String {
+    let kilonewtons = |newtons: f64| format!("{:+.1}", newtons / 1e3).replace('-', "−");
+    let (least, largest) = (kilonewtons(range.least_n), kilonewtons(range.largest_n));
+    format!("{least} to {largest} kN, not seen beyond")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_have_their_signs() {
+        let actuator = "m1/actuator/a1".parse().unwrap();
+        let range = ForceRange { actuator, least_n: -6140.0, largest_n: 5210.0 };
+        assert_eq!(seen(&range), "−6.1 to +5.2 kN, not seen beyond");
+    }
+}

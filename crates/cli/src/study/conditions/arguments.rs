@@ -1,0 +1,183 @@
+//! What `trusswatch study conditions` takes, and what of it cannot be meant.
+
+use std::num::NonZeroU64;
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use study::conditions::{CaseKind, ConditionCampaign, Situation};
+
+use crate::failure::Failure;
+use crate::shipped::{MODULES, PLANT, Shipped, WEATHER_ALIKE, WEATHER_UNEVEN};
+use crate::study::arguments::JobsArguments;
+use crate::study::preset;
+
+/// Weather of the shipped plant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Weather {
+    /// Wind and noise only, as in `configs/plant.toml`
+    None,
+    /// Any wind, live loads and temperatures, the same in all modules: `configs/weather/alike.toml`
+    Alike,
+    /// Other temperatures in each module and member, imperfect gages, pressure sensors and valves:
+    /// `configs/weather/uneven.toml`
+    Uneven,
+}
+
+impl Weather {
+    fn plant(self) -> Shipped {
+        match self {
+            Weather::None => PLANT,
+            Weather::Alike => WEATHER_ALIKE,
+            Weather::Uneven => WEATHER_UNEVEN,
+        }
+    }
+
+    pub(super) fn as_str(self) -> &'static str {
+        match self {
+            Weather::None => "none",
+            Weather::Alike => "alike",
+            Weather::Uneven => "uneven",
+        }
+    }
+}
+
+/// Go through faults that no change shows: from the start, in gaps, creeping, behind other faults
+///
+/// Draws so many plants, each commissioned in its weather like by `trusswatch commission`: 40 snippets of 12 s and a
+/// stroke of 100 kN of each cylinder. Then it goes through the cases of each plant. A case follows from the seed and
+/// its own number alone; case N is one of plant N/cases. A healthy component that is named is a defect of the
+/// diagnosis: the command then fails, and says how to look at that case.
+#[derive(Debug, clap::Args)]
+pub(in crate::study) struct Arguments {
+    /// How many plants
+    #[arg(long, default_value = "3", value_name = "N")]
+    pub(super) plants: NonZeroU64,
+    /// Cases of each plant; situations take turns
+    #[arg(long, default_value = "140", value_name = "N")]
+    pub(super) cases: NonZeroU64,
+    /// Seed of the campaign: plants, weather and faults follow from it
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Mismatch of each plant against the nominal model
+    #[arg(long, default_value_t = 0.1, value_name = "X", allow_hyphen_values = true)]
+    pub(super) mismatch: f64,
+    /// Weather of the shipped plant
+    #[arg(long, value_enum, default_value = "alike", value_name = "NAME")]
+    pub(super) weather: Weather,
+    /// Another plant than the shipped one, with its own weather
+    #[arg(long, value_name = "PLANT.toml", conflicts_with = "weather")]
+    pub(super) plant: Option<PathBuf>,
+    /// Other diagnosers than the shipped ones: their configurations, in the order of the structure
+    #[arg(long = "config", value_name = "MODULE.toml", requires = "plant")]
+    pub(super) modules: Vec<PathBuf>,
+    /// Only cases of this situation
+    #[arg(long, value_name = "NAME", value_parser = situations())]
+    pub(super) situation: Option<Situation>,
+    /// Every fault that may be one is a bias of this size, either way, the gages taking turns; drifts are followed
+    /// so far
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub(super) bias_microstrain: Option<f64>,
+    /// Length of a case in which nothing is wrong [s]; e.g. 600 with `--situation healthy` for many hours
+    #[arg(long, value_name = "S", value_parser = lengths)]
+    pub(super) healthy_seconds: Option<f64>,
+    /// Let every module work without its peers: its reference knows the module alone, and what another module's fault
+    /// does to it it takes for a fault of its own, which is no defect here
+    #[arg(long)]
+    pub(super) alone: bool,
+    /// Number of the first case
+    #[arg(long, default_value_t = 0, value_name = "K")]
+    pub(super) from: u64,
+    #[command(flatten)]
+    pub(super) jobs: JobsArguments,
+    /// Go through the first of them only, and print what happens
+    #[arg(long)]
+    pub(super) show: bool,
+    /// Print one JSON object instead of a table
+    #[arg(long, conflicts_with = "show")]
+    pub(super) json: bool,
+}
+
+/// Reads a length in seconds.
+fn lengths(text: &str) -> Result<f64, String> {
+    let length = text.parse().ok().filter(|length| (1.0..=86_400.0).contains(length));
+    length.ok_or_else(|| "use a number of seconds from 1 to 86400".to_owned())
+}
+
+/// Reads a situation by its name in files.
+fn situations() -> impl TypedValueParser<Value = Situation> {
+    PossibleValuesParser::new(Situation::ALL.map(Situation::as_str)).try_map(|name| {
+        let named = Situation::ALL.into_iter().find(|situation| situation.as_str() == name);
+        named.ok_or("no such situation")
+    })
+}
+
+impl Arguments {
+    /// The campaign that they ask for.
+    pub(super) fn campaign(&self) -> Result<ConditionCampaign, Failure> {
+        self.check()?;
+        let (plant, mut setups) = match (&self.plant, &self.modules[..]) {
+            (None, _) => preset::with_shipped(self.weather.plant(), MODULES, preset::read)?,
+            (Some(plant), []) => {
+                preset::with_shipped(PLANT, MODULES, |_, modules| preset::read(plant, modules))?
+            }
+            (Some(plant), modules) => preset::read(plant, modules)?,
+        };
+        if self.alone {
+            setups.iter_mut().for_each(|setup| setup.peers.clear());
+        }
+        Ok(ConditionCampaign {
+            structure: plant.structure,
+            parameters: plant.parameters,
+            setups,
+            mismatch: self.mismatch,
+            seed: self.seed,
+            cases_per_plant: self.cases.get(),
+            kind: CaseKind {
+                situation: self.situation,
+                bias_strain: self.bias_strain(),
+                healthy_s: self.healthy_seconds,
+            },
+        })
+    }
+
+    fn check(&self) -> Result<(), Failure> {
+        let mismatch = self.mismatch;
+        if !(0.0..=0.9).contains(&mismatch) {
+            let problem = format!("`--mismatch` is {mismatch}; use a share from 0 to 0.9");
+            return Err(Failure::usage(problem));
+        }
+        match self.bias_microstrain.filter(|size| !(0.1..=1e4).contains(size)) {
+            Some(size) => Err(Failure::usage(format!(
+                "`--bias-microstrain` is {size}; use a number from 0.1 to 10000"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn bias_strain(&self) -> Option<f64> {
+        self.bias_microstrain.map(|size| size * 1e-6)
+    }
+
+    /// What the weather is called.
+    pub(super) fn weather_name(&self) -> &'static str {
+        if self.plant.is_some() { "own" } else { self.weather.as_str() }
+    }
+
+    /// The command that shows one of their cases.
+    pub(super) fn to_show(&self, number: u64) -> String {
+        let mut words = vec!["trusswatch study conditions".to_owned()];
+        match &self.plant {
+            None => words.push(format!("--weather {}", self.weather.as_str())),
+            Some(plant) => words.push(format!("--plant {}", plant.display())),
+        }
+        words.extend(self.modules.iter().map(|module| format!("--config {}", module.display())));
+        let Self { seed, mismatch, cases, .. } = self;
+        words.push(format!("--seed {seed} --mismatch {mismatch} --cases {cases}"));
+        words.extend(self.situation.map(|situation| format!("--situation {}", situation.as_str())));
+        words.extend(self.bias_microstrain.map(|size| format!("--bias-microstrain {size}")));
+        words.extend(self.healthy_seconds.map(|length| format!("--healthy-seconds {length}")));
+        words.extend(self.alone.then(|| "--alone".to_owned()));
+        words.push(format!("--from {number} --show"));
+        words.join(" ")
+    }
+}

@@ -1,0 +1,199 @@
+//! From windows to transitions: what the comparison with the reference finds, beside what has changed.
+//!
+//! | change detector | departs from the reference | verdict |
+//! |---|---|---|
+//! | root | – | faulty since its onset; its condition tells whether it has returned |
+//! | explained | no | explained while the change goes on, then closed |
+//! | explained | yes | a fault of its own |
+//! | none | yes | faulty, since its last agreement at the earliest; or before service |
+
+use names::{ComponentPath, ModuleName, RunId, Step};
+
+use crate::channels::Channels;
+use crate::counters::Counters;
+use crate::event::Action;
+use crate::evidence::Evidence;
+use crate::judging::Judging;
+use crate::ledger::Departure;
+use crate::question::{Answer, PeerFailure, Question};
+use crate::settings::ModuleSetup;
+use crate::state::{Conclusion, Condition, Departed, Finding, Reaction, StateDetector, WINDOW_S};
+use crate::verdict::{Doubt, Symptom, Verdict};
+
+/// Windows in which one of several suspects has to agree before it is no longer one.
+const CLEARED: u32 = 10;
+
+/// The comparison with the reference, if there is one.
+#[derive(Debug, Clone)]
+pub(crate) struct Comparing {
+    detector: Option<StateDetector>,
+    window_steps: u64,
+    run: RunId,
+}
+
+impl Comparing {
+    pub(crate) fn new(setup: &ModuleSetup) -> Self {
+        let window_steps = setup.sampling().steps(WINDOW_S);
+        let reference = setup.reference.clone();
+        let detector = reference.map(|known| StateDetector::new(known, setup, window_steps));
+        Self { detector, window_steps, run: RunId::default() }
+    }
+
+    /// A run begins: nothing has been compared yet.
+    pub(crate) fn restart(&mut self) {
+        if let Some(detector) = &mut self.detector {
+            detector.restart();
+        }
+    }
+
+    /// An operator has reset a component.
+    pub(crate) fn forgive(&mut self, channel: usize) {
+        if let Some(detector) = &mut self.detector {
+            detector.forgive(channel);
+        }
+    }
+
+    /// By how much a component was off in the latest window \[m\], \[Pa\]: a gage's mean, a cylinder's oil content.
+    pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
+        self.detector.as_ref()?.departure(channel)
+    }
+
+    pub(crate) fn condition(&self, channel: usize) -> &Condition {
+        self.detector.as_ref().map_or(&Condition::NotVerified, |known| known.condition(channel))
+    }
+
+    /// Compares the window that ended at this step, if one did.
+    pub(crate) fn compare(
+        &mut self,
+        (run, step): (RunId, Step),
+        channels: &Channels,
+        judging: &mut Judging,
+        counters: &mut Counters,
+        actions: &mut Vec<Action>,
+    ) {
+        let (Some(detector), Some(window)) = (&mut self.detector, channels.window()) else {
+            return;
+        };
+        self.run = run;
+        let ledger = judging.ledger();
+        let known =
+            (0..channels.components().len()).map(|k| ledger.verdict(k).is_latched()).collect();
+        let (late, reaction) = detector.take(window, known);
+        if let Some(conclusion) = late {
+            self.enter(conclusion, channels, judging, actions);
+        }
+        match reaction {
+            Reaction::Ask(peers) => {
+                let question = Question { run, from: step, as_of: step, window: true };
+                counters.questions_asked += peers.len() as u64;
+                actions.extend(peers.into_iter().map(|peer| Action::Ask { peer, question }));
+            }
+            Reaction::Concluded(conclusion) => self.enter(conclusion, channels, judging, actions),
+        }
+    }
+
+    /// Takes a peer's answer; `None` if there is none.
+    pub(crate) fn answered(
+        &mut self,
+        (peer, question, answer): (&ModuleName, Question, Option<Answer>),
+        channels: &Channels,
+        judging: &mut Judging,
+        counters: &mut Counters,
+        actions: &mut Vec<Action>,
+    ) {
+        let Some(detector) = self.detector.as_mut().filter(|_| question.run == self.run) else {
+            return;
+        };
+        let (conclusion, fits) = detector.answered(peer, question.as_of, answer);
+        if let Err(reason) = fits {
+            counters.answers_malformed += 1;
+            let (peer, failure) = (peer.clone(), PeerFailure::Malformed(reason));
+            actions.push(Action::AnswerRejected { peer, failure });
+        }
+        if let Some(conclusion) = conclusion {
+            self.enter(conclusion, channels, judging, actions);
+        }
+    }
+
+    fn enter(
+        &self,
+        conclusion: Conclusion,
+        channels: &Channels,
+        judging: &mut Judging,
+        actions: &mut Vec<Action>,
+    ) {
+        let Conclusion { until, findings } = conclusion;
+        for (channel, finding) in findings {
+            match finding {
+                Finding::Agrees { windows } => {
+                    self.agree(channel, windows, until, channels, judging, actions);
+                }
+                Finding::Departed { departed, onset, before_service } => {
+                    if judging.is_open(channel) {
+                        continue;
+                    }
+                    let evidence = evidence_of(&departed, until);
+                    let symptom = departed.symptom;
+                    let departure = Departure { symptom, onset, evidence, before_service };
+                    judging.depart((self.run, channel), Verdict::Latched, departure, actions);
+                }
+                Finding::OneOf { components, onset } => {
+                    if judging.is_open(channel) || !narrows(judging, channel, &components) {
+                        continue;
+                    }
+                    let evidence = Evidence { step: until, ..channels.evidence()[channel] };
+                    let (symptom, before_service) = (Symptom::Departure, false);
+                    let departure = Departure { symptom, onset, evidence, before_service };
+                    let verdict = Verdict::Unconfirmed { doubt: Doubt::OneOf(components) };
+                    judging.depart((self.run, channel), verdict, departure, actions);
+                }
+            }
+        }
+    }
+
+    /// What is healthy now, and was explained by another fault or one of several suspects, is normal again.
+    fn agree(
+        &self,
+        channel: usize,
+        windows: u32,
+        until: Step,
+        channels: &Channels,
+        judging: &mut Judging,
+        actions: &mut Vec<Action>,
+    ) {
+        let changed = channels.monitor(channel).changed_until();
+        let over = changed.is_none_or(|changed| changed.plus(self.window_steps) <= until);
+        match judging.ledger().verdict(channel) {
+            Verdict::Explained { .. } if over => {
+                judging.close_explained(channel, until, channels, actions)
+            }
+            Verdict::Unconfirmed { doubt: Doubt::OneOf(_) } if windows >= CLEARED => {
+                let cleared = judging.ledger_mut().clear(channel, until);
+                actions.extend(cleared.map(Action::Publish));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// As evidence of a channel: what was measured, where it should be, and the statistic in place of the divergence.
+fn evidence_of(departed: &Departed, step: Step) -> Evidence {
+    Evidence {
+        step,
+        residual: departed.measured,
+        level: departed.expected,
+        divergence: Some(departed.statistic),
+        threshold: departed.threshold,
+    }
+}
+
+/// Do these suspects tell more than what is known?
+fn narrows(judging: &Judging, channel: usize, components: &[ComponentPath]) -> bool {
+    match judging.ledger().verdict(channel) {
+        Verdict::Unconfirmed { doubt: Doubt::OneOf(known) } => {
+            components.len() < known.len() && components.iter().all(|path| known.contains(path))
+        }
+        Verdict::Unconfirmed { .. } => false,
+        verdict => !verdict.is_latched(),
+    }
+}

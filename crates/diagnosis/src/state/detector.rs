@@ -1,0 +1,395 @@
+//! Compares each window with the reference.
+//!
+//! What a module measures by itself tells whether something may be displaced; if so, the peers are asked for the means
+//! of the same window, with which the displaced gage can be distinguished from the others. What departs in two windows one
+//! after the other is found. A peer that is silent leaves less to compare with: more gages may then be meant.
+
+use std::sync::Arc;
+
+use names::{ComponentPath, ModuleName, Step};
+
+use super::condition::{Condition, Obstacle};
+use super::fault_set::{is_evidence, largest_evidence, smallest};
+use super::gaussian::Comparison;
+use super::reference::{ForceRange, Reference};
+use super::track::{Departed, Finding, Outcome, Track};
+use super::window::{CylinderMeans, GageMeans, WindowMeans};
+use crate::question::Answer;
+use crate::settings::ModuleSetup;
+use crate::verdict::Symptom;
+
+/// Windows one after the other in which a departure has to show: of a gage, of a cylinder. What a healthy cylinder makes
+/// of a demand that jumps may lie in two.
+const HELD: u32 = 2;
+const HELD_BY_CYLINDER: u32 = 3;
+/// Share of the threshold from which on peers are asked.
+const SUSPICION: f64 = 0.5;
+/// A gage whose white noise is so many times that of its reference, or so many times less, has departed.
+const SCATTER: f64 = 2.0;
+/// The structure swings too much for a comparison if three of its gages vary so many times as much as was seen.
+const SWING: f64 = 2.0;
+const SWINGING_GAGES: usize = 3;
+
+/// What was found as of a step, channel by channel.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Conclusion {
+    pub(crate) until: Step,
+    pub(crate) findings: Vec<(usize, Finding)>,
+}
+
+/// What becomes of a window.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Reaction {
+    /// These peers are to be asked for theirs.
+    Ask(Vec<ModuleName>),
+    Concluded(Conclusion),
+}
+
+/// A window that waits for the peers' answers.
+#[derive(Debug, Clone)]
+struct Pending {
+    window: WindowMeans,
+    known: Vec<bool>,
+    awaited: Vec<ModuleName>,
+    answers: Vec<(ModuleName, Answer)>,
+}
+
+/// A module's comparison with its reference.
+#[derive(Debug, Clone)]
+pub(crate) struct StateDetector {
+    reference: Arc<Reference>,
+    peers: Vec<ModuleName>,
+    actuators: usize,
+    window_steps: u64,
+    tracks: Vec<Track>,
+    pending: Option<Pending>,
+}
+
+impl StateDetector {
+    pub(crate) fn new(reference: Arc<Reference>, setup: &ModuleSetup, window_steps: u64) -> Self {
+        let peers = reference.peers().cloned().collect();
+        let channels = setup.components().len();
+        let actuators = setup.actuators();
+        let held = |channel| if channel < actuators { HELD_BY_CYLINDER } else { HELD };
+        let tracks = (0..channels).map(|channel| Track::new(held(channel))).collect();
+        Self { reference, peers, actuators, window_steps, tracks, pending: None }
+    }
+
+    /// Nothing has been compared yet: a run begins.
+    pub(crate) fn restart(&mut self) {
+        for track in &mut self.tracks {
+            *track = Track::new(track.held);
+        }
+        self.pending = None;
+    }
+
+    /// A component was reset by an operator: what was found of it counts no more, but that it agrees.
+    pub(crate) fn forgive(&mut self, channel: usize) {
+        let track = &mut self.tracks[channel];
+        if !matches!(track.condition, Condition::Agrees { .. }) {
+            *track = Track::new(track.held);
+        }
+    }
+
+    /// The condition of a channel as of the latest comparison.
+    pub(crate) fn condition(&self, channel: usize) -> &Condition {
+        &self.tracks[channel].condition
+    }
+
+    /// By how much a channel's mean, or oil content, was off in the latest window.
+    pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
+        self.tracks[channel].off
+    }
+
+    /// Takes a window; `known` are the channels that are known to be faulty. One that still waits for answers is
+    /// concluded with those that came.
+    pub(crate) fn take(
+        &mut self,
+        window: &WindowMeans,
+        known: Vec<bool>,
+    ) -> (Option<Conclusion>, Reaction) {
+        let late = self.pending.take().map(|pending| self.conclude(pending));
+        let alone = Pending {
+            window: window.clone(),
+            known,
+            awaited: self.peers.clone(),
+            answers: Vec::new(),
+        };
+        let reaction = if !self.peers.is_empty() && self.is_suspicious(&alone) {
+            self.pending = Some(alone);
+            Reaction::Ask(self.peers.clone())
+        } else {
+            Reaction::Concluded(self.conclude(alone))
+        };
+        (late, reaction)
+    }
+
+    /// Takes a peer's answer, `None` if there was none; the conclusion if it was the last.
+    ///
+    /// # Errors
+    /// What is wrong with the answer. It counts as none.
+    pub(crate) fn answered(
+        &mut self,
+        peer: &ModuleName,
+        as_of: Step,
+        answer: Option<Answer>,
+    ) -> (Option<Conclusion>, Result<(), String>) {
+        let fits = self.check(peer, as_of, answer.as_ref());
+        let Some(mut pending) = self.pending.take() else { return (None, fits) };
+        if pending.window.until != as_of {
+            self.pending = Some(pending);
+            return (None, fits);
+        }
+        pending.awaited.retain(|awaited| awaited != peer);
+        if let Some(answer) = answer.filter(|_| fits.is_ok()) {
+            pending.answers.push((peer.clone(), answer));
+        }
+        if pending.awaited.is_empty() {
+            (Some(self.conclude(pending)), fits)
+        } else {
+            self.pending = Some(pending);
+            (None, fits)
+        }
+    }
+
+    fn check(&self, peer: &ModuleName, as_of: Step, answer: Option<&Answer>) -> Result<(), String> {
+        let Some(window) = answer.and_then(|answer| answer.window.as_ref()) else { return Ok(()) };
+        if window.until != as_of {
+            return Err(format!("its window ends at step {}, not at {as_of}", window.until));
+        }
+        let (gages, forces) =
+            (self.reference.gages_of(peer).count(), self.reference.forces_of(peer).count());
+        if window.gages.len() != gages || window.cylinders.len() != forces {
+            let (g, c) = (window.gages.len(), window.cylinders.len());
+            return Err(format!(
+                "its window has {g} gages and {c} cylinders; the reference knows {gages} and {forces}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Does what the module measures by itself come near a threshold?
+    fn is_suspicious(&self, alone: &Pending) -> bool {
+        if self.swings(&alone.window) {
+            return false;
+        }
+        let threshold = self.reference.gage_threshold;
+        let suspicion = self.compare(alone).map(|comparison| {
+            largest_evidence(&comparison, 0..self.gages(), threshold) > SUSPICION
+        });
+        suspicion.unwrap_or(false)
+            || self.tracks.iter().skip(self.actuators).any(|t| t.departing > 0)
+    }
+
+    fn gages(&self) -> usize {
+        self.tracks.len() - self.actuators
+    }
+
+    /// The values that are there against the reference, without those of components known to be faulty.
+    fn compare(&self, pending: &Pending) -> Option<Comparison> {
+        let mut comparison = self.reference.means.compare(&self.values(pending))?;
+        for place in self.known_places(pending) {
+            comparison = comparison.without(place);
+        }
+        Some(comparison)
+    }
+
+    /// Gages, then forces; those of a peer that has not answered are not numbers.
+    fn values(&self, pending: &Pending) -> Vec<f64> {
+        let window_of = |module: &ModuleName| {
+            let answer = pending.answers.iter().find(|(peer, _)| peer == module);
+            let of_peer = answer.and_then(|(_, answer)| answer.window.as_ref());
+            if *module == self.reference.module { Some(&pending.window) } else { of_peer }
+        };
+        let modules = || std::iter::once(&self.reference.module).chain(&self.peers);
+        let gages = modules().flat_map(|module| {
+            let window = window_of(module);
+            let gage = move |place: usize| Some(window?.gages[place]?.residual_m);
+            (0..self.reference.gages_of(module).count()).map(gage)
+        });
+        let forces = modules().flat_map(|module| {
+            let window = window_of(module);
+            let force = move |place: usize| Some(window?.cylinders[place]?.force_n);
+            (0..self.reference.forces_of(module).count()).map(force)
+        });
+        gages.chain(forces).map(|value| value.unwrap_or(f64::NAN)).collect()
+    }
+
+    /// The places of gages that are known to be faulty, here or by a peer's word.
+    fn known_places<'a>(&'a self, pending: &'a Pending) -> impl Iterator<Item = usize> + 'a {
+        let is_known = |(place, path): (usize, &ComponentPath)| {
+            let known = if path.module == self.reference.module {
+                pending.known[self.actuators + place]
+            } else {
+                let answer = pending.answers.iter().find(|(peer, _)| *peer == path.module);
+                let alarms = answer.and_then(|(_, answer)| answer.alarms.as_ref());
+                let faulty = |alarm: &crate::question::Alarm| {
+                    alarm.faulty && alarm.component == path.component
+                };
+                alarms.is_some_and(|alarms| alarms.iter().any(faulty))
+            };
+            known.then_some(place)
+        };
+        self.reference.gages.iter().enumerate().filter_map(is_known)
+    }
+
+    fn swings(&self, window: &WindowMeans) -> bool {
+        let both = window.gages.iter().zip(&self.reference.own_gages);
+        let swinging = both.filter(|(gage, reference)| {
+            gage.is_some_and(|gage| gage.swing_m2 > SWING * SWING * reference.largest_swing_m2)
+        });
+        swinging.count() >= SWINGING_GAGES
+    }
+
+    fn conclude(&mut self, pending: Pending) -> Conclusion {
+        let outcomes = self.outcomes(&pending);
+        let until = pending.window.until;
+        let window_began = until.minus(self.window_steps - 1);
+        let mut findings = Vec::new();
+        for (channel, (track, outcome)) in self.tracks.iter_mut().zip(outcomes).enumerate() {
+            let onset = track.agreed.map_or(window_began, |agreed| agreed.plus(1));
+            let found = track.take(outcome, until, onset);
+            findings.extend(found.map(|finding| (channel, finding)));
+        }
+        Conclusion { until, findings }
+    }
+
+    /// What the window says of each channel.
+    fn outcomes(&self, pending: &Pending) -> Vec<Outcome> {
+        let window = &pending.window;
+        if self.swings(window) {
+            return vec![Outcome::CannotTell(Obstacle::Swinging); self.tracks.len()];
+        }
+        let forces = self.reference.forces_of(&self.reference.module);
+        let cylinders = window.cylinders.iter().zip(&self.reference.cylinders).zip(forces);
+        let of_cylinder = |((means, reference), range): (
+            (&Option<CylinderMeans>, &super::Gaussian),
+            &ForceRange,
+        )| {
+            let Some(means) = means else { return Outcome::Missing };
+            if !range.has_seen(means.force_n) {
+                return Outcome::CannotTell(Obstacle::UnseenForce(range.actuator.clone()));
+            }
+            let values = means.values();
+            let Some(comparison) = reference.compare(&values) else { return Outcome::Missing };
+            self.of_cylinder(&comparison, values)
+        };
+        let mut outcomes: Vec<Outcome> = cylinders.map(of_cylinder).collect();
+        outcomes.extend(self.of_gages(pending));
+        outcomes
+    }
+
+    fn of_cylinder(&self, comparison: &Comparison, values: [f64; 4]) -> Outcome {
+        let threshold = self.reference.cylinder_threshold;
+        // If not one of the two explains it, both have departed.
+        let set = smallest(comparison, &[0, 1], threshold);
+        let place = match set.as_deref() {
+            Some([]) => return Outcome::Agrees,
+            Some([displaced, ..]) => displaced.place,
+            None => 0,
+        };
+        let Some(departure) = comparison.departure(place) else { return Outcome::Missing };
+        Outcome::Departs(Departed {
+            symptom: if place == 0 { Symptom::Departure } else { Symptom::OilContent },
+            of_gage: false,
+            measured: values[place],
+            expected: values[place] - departure.size,
+            statistic: departure.plain,
+            threshold,
+        })
+    }
+
+    fn of_gages(&self, pending: &Pending) -> Vec<Outcome> {
+        let gages = self.gages();
+        if let Some(unseen) = self.unseen_force(pending) {
+            return vec![Outcome::CannotTell(Obstacle::UnseenForce(unseen)); gages];
+        }
+        let Some(comparison) = self.compare(pending) else { return vec![Outcome::Missing; gages] };
+        let candidates: Vec<usize> = (0..self.reference.gages.len()).collect();
+        let threshold = self.reference.gage_threshold;
+        let Some(set) = smallest(&comparison, &candidates, threshold) else {
+            return vec![Outcome::CannotTell(Obstacle::NoSetFits); gages];
+        };
+        let rest = set.iter().fold(comparison, |rest, displaced| rest.without(displaced.place));
+        let mut outcomes: Vec<Outcome> =
+            (0..gages).map(|place| self.of_gage(pending, place, &rest)).collect();
+        let path = |place: usize| self.reference.gages[place].clone();
+        for displaced in &set {
+            let group: Vec<usize> =
+                std::iter::once(displaced.place).chain(displaced.or.iter().copied()).collect();
+            if let [place] = group[..] {
+                if place < gages {
+                    let mean = pending.window.gages[place].map_or(0.0, |gage| gage.residual_m);
+                    outcomes[place] = Outcome::Departs(Departed {
+                        symptom: Symptom::Departure,
+                        of_gage: true,
+                        measured: mean,
+                        expected: mean - displaced.departure.size,
+                        statistic: displaced.departure.plain,
+                        threshold,
+                    });
+                }
+                continue;
+            }
+            for &place in group.iter().filter(|place| **place < gages) {
+                outcomes[place] = Outcome::OneOf(group.iter().map(|k| path(*k)).collect());
+            }
+        }
+        outcomes
+    }
+
+    /// A gage that is in no fault set: it agrees with its reference, unless it is known to be faulty and still departs,
+    /// or its noise is not what it was.
+    fn of_gage(&self, pending: &Pending, place: usize, rest: &Comparison) -> Outcome {
+        let Some(means) = pending.window.gages[place] else { return Outcome::Missing };
+        let reference = &self.reference.own_gages[place];
+        if let Some(departed) = scatter(means, reference.scatter_m2) {
+            return Outcome::Departs(departed);
+        }
+        if !pending.known[self.actuators + place] {
+            return Outcome::Agrees;
+        }
+        let mut values = self.values(pending);
+        for (other, value) in values.iter_mut().enumerate() {
+            if other != place && other < self.reference.gages.len() && !rest.considers(other) {
+                *value = f64::NAN;
+            }
+        }
+        let departure = self.reference.means.compare(&values).and_then(|all| all.departure(place));
+        let threshold = self.reference.gage_threshold;
+        match departure {
+            Some(departure) if is_evidence(departure, threshold) => Outcome::Departs(Departed {
+                symptom: Symptom::Departure,
+                of_gage: true,
+                measured: means.residual_m,
+                expected: means.residual_m - departure.size,
+                statistic: departure.plain,
+                threshold,
+            }),
+            _ => Outcome::Agrees,
+        }
+    }
+
+    /// A force beyond what was seen.
+    fn unseen_force(&self, pending: &Pending) -> Option<ComponentPath> {
+        let values = self.values(pending);
+        let forces = self.reference.forces.iter().zip(&values[self.reference.gages.len()..]);
+        let unseen =
+            |(range, force): &(&ForceRange, &f64)| !force.is_nan() && !range.has_seen(**force);
+        forces.into_iter().find(unseen).map(|(range, _)| range.actuator.clone())
+    }
+}
+
+/// Is the white noise of a gage not what it was?
+fn scatter(means: GageMeans, reference_m2: f64) -> Option<Departed> {
+    let ratio = (means.scatter_m2 / reference_m2).max(1e-12);
+    let statistic = ratio.max(1.0 / ratio);
+    (statistic > SCATTER).then(|| Departed {
+        symptom: Symptom::Scatter,
+        of_gage: true,
+        measured: means.scatter_m2.sqrt(),
+        expected: reference_m2.sqrt(),
+        statistic,
+        threshold: SCATTER,
+    })
+}

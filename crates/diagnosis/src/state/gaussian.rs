@@ -1,0 +1,269 @@
+//! A Gaussian learnt from snippets of healthy data, and how far new values are from it.
+//!
+//! With x the values, μ and S the Gaussian's mean and covariance, P = S⁻¹ and v = P (x − μ), the distance is
+//! Q = (x − μ)ᵀ v, and z_j² = v_j²/P_jj is twice what the logarithm of the likelihood gains if value j alone is
+//! displaced. A Gaussian learnt from n snippets is not known exactly: its prediction has heavier tails, and
+//! z'_j² = z_j²/(1 + 1/n + (Q − z_j²)/n) is the distance in its terms (Hotelling's statistic with n in place of the
+//! degrees of freedom: windows of one snippet tell little more than one of them).
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// Added to each variance, as a share of it: what the arithmetic can resolve.
+const RIDGE: f64 = 1e-9;
+
+/// A Gaussian of several values, each in units of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gaussian {
+    /// How many snippets it was learnt from, n.
+    pub snippets: usize,
+    /// Mean of each value.
+    pub mean: Vec<f64>,
+    /// Standard deviation of each value.
+    pub deviation: Vec<f64>,
+    /// Correlation of each value with those before it.
+    pub correlations: Vec<Vec<f64>>,
+}
+
+/// One window's values, and the snippet that it belongs to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Observation<'a> {
+    pub(crate) snippet: usize,
+    pub(crate) values: &'a [f64],
+}
+
+impl Gaussian {
+    /// Learns from observations of as many values as `least` says: the least deviation that each is taken for.
+    pub(crate) fn learn(observations: &[Observation<'_>], least: &[f64]) -> Self {
+        let (count, size) = (observations.len().max(1) as f64, least.len());
+        let mut snippets: Vec<usize> = observations.iter().map(|one| one.snippet).collect();
+        snippets.sort_unstable();
+        snippets.dedup();
+        let mean_of =
+            |place: usize| observations.iter().map(|one| one.values[place]).sum::<f64>() / count;
+        let mean: Vec<f64> = (0..size).map(mean_of).collect();
+        let covariance = |a: usize, b: usize| {
+            let product = |one: &Observation| (one.values[a] - mean[a]) * (one.values[b] - mean[b]);
+            observations.iter().map(product).sum::<f64>() / count
+        };
+        let deviation: Vec<f64> =
+            (0..size).map(|place| covariance(place, place).sqrt().max(least[place])).collect();
+        let correlation = |a: usize, b: usize| covariance(a, b) / (deviation[a] * deviation[b]);
+        let correlations = (0..size).map(|a| (0..a).map(|b| correlation(a, b)).collect()).collect();
+        Self { snippets: snippets.len(), mean, deviation, correlations }
+    }
+
+    /// Are the lengths those of so many values, and the figures such that it can be used?
+    pub(crate) fn is_sound(&self, size: usize) -> bool {
+        let lengths = self.mean.len() == size
+            && self.deviation.len() == size
+            && self.correlations.len() == size
+            && self.correlations.iter().enumerate().all(|(place, row)| row.len() == place);
+        lengths
+            && self.snippets > 0
+            && self.mean.iter().all(|mean| mean.is_finite())
+            && self.deviation.iter().all(|deviation| deviation.is_finite() && *deviation > 0.0)
+            && self.correlations.iter().flatten().all(|r| r.is_finite() && r.abs() <= 1.0 + 1e-9)
+            && self.precision(&(0..size).collect::<Vec<_>>()).is_some()
+    }
+
+    /// How much each of these values must be displaced for its z' to reach a threshold, on average, if only they are
+    /// known.
+    pub(crate) fn smallest_displacements(&self, places: &[usize], threshold: f64) -> Vec<f64> {
+        let Some(precision) = self.precision(places) else { return Vec::new() };
+        // Of a healthy window Q is as large as there are values.
+        let (n, others) = (self.snippets as f64, places.len() as f64 - 1.0);
+        let spread = (1.0 + (1.0 + others) / n).sqrt();
+        let displacement = |(k, place): (usize, &usize)| {
+            threshold * spread * self.deviation[*place] / precision[(k, k)].sqrt()
+        };
+        places.iter().enumerate().map(displacement).collect()
+    }
+
+    /// Compares values with it; those that are not finite are left out. `None` if nothing is left, or no inverse.
+    pub(crate) fn compare(&self, values: &[f64]) -> Option<Comparison> {
+        let present: Vec<usize> = (0..values.len()).filter(|k| values[*k].is_finite()).collect();
+        let precision = self.precision(&present)?;
+        let off = |&place: &usize| (values[place] - self.mean[place]) / self.deviation[place];
+        let off = DVector::from_iterator(present.len(), present.iter().map(off));
+        let pull = &precision * &off;
+        Some(Comparison {
+            scales: present.iter().map(|place| self.deviation[*place]).collect(),
+            distance: off.dot(&pull),
+            snippets: self.snippets as f64,
+            present,
+            precision,
+            pull,
+        })
+    }
+
+    /// The inverse of the correlations of these values.
+    fn precision(&self, places: &[usize]) -> Option<DMatrix<f64>> {
+        if places.is_empty() {
+            return None;
+        }
+        let correlation = |row: usize, column: usize| {
+            let (a, b) = (places[row].max(places[column]), places[row].min(places[column]));
+            if a == b { 1.0 + RIDGE } else { self.correlations[a][b] }
+        };
+        let matrix = DMatrix::from_fn(places.len(), places.len(), correlation);
+        matrix.cholesky().map(|factor| factor.inverse())
+    }
+}
+
+/// How far values are from a Gaussian, some of them perhaps left out of consideration.
+#[derive(Debug, Clone)]
+pub(crate) struct Comparison {
+    /// The places of the values that are there.
+    present: Vec<usize>,
+    scales: Vec<f64>,
+    precision: DMatrix<f64>,
+    pull: DVector<f64>,
+    distance: f64,
+    snippets: f64,
+}
+
+/// How far one value is from what the others say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Departure {
+    /// z.
+    pub(crate) plain: f64,
+    /// z'.
+    pub(crate) predicted: f64,
+    /// How much too large the value is, in its own unit.
+    pub(crate) size: f64,
+}
+
+impl Comparison {
+    /// Q.
+    pub(crate) fn distance(&self) -> f64 {
+        self.distance
+    }
+
+    /// Is there a value at this place that is considered?
+    pub(crate) fn considers(&self, place: usize) -> bool {
+        self.position(place).is_some_and(|k| self.precision[(k, k)] > 0.0)
+    }
+
+    /// The value at a place against what the others that are considered say.
+    pub(crate) fn departure(&self, place: usize) -> Option<Departure> {
+        let k = self.position(place).filter(|k| self.precision[(*k, *k)] > 0.0)?;
+        let (pull, weight) = (self.pull[k], self.precision[(k, k)]);
+        let square = pull * pull / weight;
+        let others = (self.distance - square).max(0.0);
+        let spread = 1.0 + 1.0 / self.snippets + others / self.snippets;
+        Some(Departure {
+            plain: square.sqrt(),
+            predicted: (square / spread).sqrt(),
+            size: self.scales[k] * pull / weight,
+        })
+    }
+
+    /// The same without the value at a place.
+    pub(crate) fn without(&self, place: usize) -> Comparison {
+        let mut rest = self.clone();
+        let Some(k) = self.position(place).filter(|k| self.precision[(*k, *k)] > 0.0) else {
+            return rest;
+        };
+        let column = self.precision.column(k).clone_owned();
+        let (weight, pull) = (column[k], self.pull[k]);
+        rest.precision.ger(-1.0 / weight, &column, &column, 1.0);
+        rest.pull.axpy(-pull / weight, &column, 1.0);
+        rest.distance = (self.distance - pull * pull / weight).max(0.0);
+        rest.precision.row_mut(k).fill(0.0);
+        rest.precision.column_mut(k).fill(0.0);
+        rest.pull[k] = 0.0;
+        rest
+    }
+
+    /// By how much twice the logarithm of the likelihood is smaller than with the values of `other`, in the terms of
+    /// the prediction.
+    pub(crate) fn less_likely_than(&self, other: &Comparison) -> f64 {
+        let n = self.snippets;
+        n * ((n + self.distance) / (n + other.distance)).ln()
+    }
+
+    fn position(&self, place: usize) -> Option<usize> {
+        self.present.binary_search(&place).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// x and y follow a common cause, z is noise of its own.
+    fn draw(count: usize, seed: u64) -> Vec<[f64; 3]> {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut generator) };
+        let one = |_| {
+            let cause = 10.0 * normal();
+            [cause + 0.1 * normal(), 2.0 * cause + 0.1 * normal() + 5.0, 1e-6 * normal()]
+        };
+        (0..count).map(one).collect()
+    }
+
+    fn learnt() -> Gaussian {
+        let data = draw(4000, 1);
+        let observations: Vec<_> = data
+            .iter()
+            .enumerate()
+            .map(|(snippet, values)| Observation { snippet, values })
+            .collect();
+        Gaussian::learn(&observations, &[0.0; 3])
+    }
+
+    #[test]
+    fn a_value_is_judged_by_those_that_go_with_it() {
+        let gaussian = learnt();
+        assert!(gaussian.is_sound(3));
+        // Both far off, but as they go together.
+        let together = gaussian.compare(&[30.0, 65.0, 0.0]).unwrap();
+        assert!(together.departure(0).unwrap().plain < 2.0);
+        // Given y, x is known to √(0.1² + (0.1/2)²) = 0.112.
+        let apart = gaussian.compare(&[31.0, 65.0, 0.0]).unwrap();
+        let departure = apart.departure(0).unwrap();
+        assert!((departure.plain - 1.0 / 0.112).abs() < 0.6, "{departure:?}");
+        assert!((departure.size - 1.0).abs() < 0.03, "{departure:?}");
+        assert!(apart.departure(2).unwrap().plain < 0.5);
+    }
+
+    #[test]
+    fn what_is_missing_is_left_out_and_leaving_out_is_the_same_as_missing() {
+        let gaussian = learnt();
+        let values = [31.0, 65.0, 2e-6];
+        let missing = gaussian.compare(&[f64::NAN, 65.0, 2e-6]).unwrap();
+        let without = gaussian.compare(&values).unwrap().without(0);
+        assert!((missing.distance() - without.distance()).abs() < 1e-9);
+        for place in 1..3 {
+            let (a, b) = (missing.departure(place).unwrap(), without.departure(place).unwrap());
+            assert!((a.predicted - b.predicted).abs() < 1e-9 && (a.size - b.size).abs() < 1e-9);
+        }
+        assert!(!without.considers(0) && !missing.considers(0) && missing.departure(0).is_none());
+        assert!(gaussian.compare(&[f64::NAN; 3]).is_none());
+    }
+
+    #[test]
+    fn distances_of_healthy_values_are_those_of_chi_square() {
+        let gaussian = learnt();
+        let fresh = draw(4000, 2);
+        let distance = |values: &[f64; 3]| gaussian.compare(values).unwrap().distance();
+        let mean = fresh.iter().map(distance).sum::<f64>() / 4000.0;
+        // χ² with three degrees of freedom: mean 3, deviation of the mean of 4000 values √6/√4000 = 0.04.
+        assert!((mean - 3.0).abs() < 0.2, "{mean}");
+    }
+
+    #[test]
+    fn a_gaussian_of_few_snippets_is_trusted_less() {
+        let few = Gaussian { snippets: 5, ..learnt() };
+        let values = [31.0, 65.0, 10e-6];
+        let (few, many) = (few.compare(&values).unwrap(), learnt().compare(&values).unwrap());
+        let (few, many) = (few.departure(0).unwrap(), many.departure(0).unwrap());
+        assert_eq!(few.plain, many.plain);
+        assert!(few.predicted < 0.6 * many.predicted, "{few:?} {many:?}");
+    }
+}

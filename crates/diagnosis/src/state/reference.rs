@@ -1,0 +1,220 @@
+//! What is known of a module while it was healthy: the Gaussians of its window means under the weather and the forces
+//! that were seen, and the thresholds that follow from them.
+
+use names::{Component, ComponentPath, ModuleName};
+use serde::{Deserialize, Serialize};
+
+use super::gaussian::Gaussian;
+use crate::settings::ModuleSetup;
+
+/// Version of the file.
+pub const REFERENCE_VERSION: u32 = 1;
+
+/// The reference of one module.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// Version of the format.
+    pub version: u32,
+    /// The module.
+    pub module: ModuleName,
+    /// Fingerprint of the settings that residuals depend on ([`residual_settings`]).
+    pub settings: String,
+    /// Hours of data that it was learnt from.
+    pub hours: f64,
+    /// z' from which on a gage is displaced.
+    pub gage_threshold: f64,
+    /// z' from which on a cylinder has departed.
+    pub cylinder_threshold: f64,
+    /// The largest z' of a healthy gage in snippets that had been left out, by modules that answered: none, all.
+    pub largest_left_out: [f64; 2],
+    /// Whose gages the first values of `means` are: the module's own, then its peers'.
+    pub gages: Vec<ComponentPath>,
+    /// Whose forces the other values of `means` are, in the same order of modules, with what was seen of them.
+    pub forces: Vec<ForceRange>,
+    /// Of gage residuals \[m\] and forces \[N\].
+    pub means: Gaussian,
+    /// Each of the module's own gages.
+    pub own_gages: Vec<GageReference>,
+    /// Each of its cylinders: mean tracking residual \[N\], oil content \[Pa\], force \[N\], its rate \[N/s\].
+    pub cylinders: Vec<Gaussian>,
+}
+
+/// The forces of a cylinder that were seen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceRange {
+    /// The cylinder.
+    pub actuator: ComponentPath,
+    /// The least mean force of a window \[N\].
+    pub least_n: f64,
+    /// The largest \[N\].
+    pub largest_n: f64,
+}
+
+impl ForceRange {
+    /// Is this force within what was seen, and a tenth of its width on either side?
+    pub(crate) fn has_seen(&self, force_n: f64) -> bool {
+        let margin = 0.1 * (self.largest_n - self.least_n);
+        (self.least_n - margin..=self.largest_n + margin).contains(&force_n)
+    }
+}
+
+/// What is known of a gage beside its mean.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GageReference {
+    /// Mean variance of its white noise \[m²\].
+    pub scatter_m2: f64,
+    /// Largest variance of its residual within a window \[m²\].
+    pub largest_swing_m2: f64,
+}
+
+/// A reference that does not fit the module.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ReferenceProblem {
+    /// Written by another version.
+    #[error("its version is {0}; this program reads version {REFERENCE_VERSION}: commission again")]
+    Version(u32),
+    /// Another module's.
+    #[error("it is the reference of `{found}`; give that of `{expected}`")]
+    OtherModule {
+        /// Whose it is.
+        found: ModuleName,
+        /// Whose it should be.
+        expected: ModuleName,
+    },
+    /// Made with other settings.
+    #[error(
+        "it was made with other settings of structure, hydraulics, sampling or residual (fingerprint {found}, now {expected}): commission again"
+    )]
+    OtherSettings {
+        /// Its fingerprint.
+        found: String,
+        /// That of the module as it is configured.
+        expected: String,
+    },
+    /// It lists other components than the module has.
+    #[error("its components are not those of the module and its peers: commission again")]
+    Components,
+    /// A length or a figure that cannot be.
+    #[error("`{0}` holds figures that cannot be right: commission again")]
+    Figures(&'static str),
+}
+
+/// Distinguishes settings that residuals depend on from others.
+#[must_use]
+pub fn residual_settings(setup: &ModuleSetup) -> String {
+    let ModuleSetup { structure, hydraulics, step_s, detection, .. } = setup;
+    let residual = detection.actuator_residual;
+    let text = format!("{}\n{hydraulics:?}\n{step_s:?}\n{residual:?}", structure.to_toml());
+    fingerprint(&text)
+}
+
+/// FNV-1a: the same on every machine and in every version.
+fn fingerprint(text: &str) -> String {
+    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{hash:016x}")
+}
+
+impl Reference {
+    /// Distinguishes it from other references.
+    #[must_use]
+    pub fn fingerprint(&self) -> String {
+        fingerprint(&format!("{self:?}"))
+    }
+
+    /// Everything that keeps it from being used with a module.
+    #[must_use]
+    pub fn problems(&self, setup: &ModuleSetup) -> Vec<ReferenceProblem> {
+        if self.version != REFERENCE_VERSION {
+            return vec![ReferenceProblem::Version(self.version)];
+        }
+        if self.module != setup.module {
+            let (found, expected) = (self.module.clone(), setup.module.clone());
+            return vec![ReferenceProblem::OtherModule { found, expected }];
+        }
+        let mut problems = Vec::new();
+        let expected = residual_settings(setup);
+        if self.settings != expected {
+            let found = self.settings.clone();
+            problems.push(ReferenceProblem::OtherSettings { found, expected });
+        }
+        let components = setup.components();
+        let own = components.iter().filter(|component| matches!(component, Component::Sensor(_)));
+        let own_gages = self.gages_of(&self.module).map(|path| &path.component);
+        let known_peer =
+            |path: &ComponentPath| path.module == self.module || setup.peers.contains(&path.module);
+        let fits = own.eq(own_gages)
+            && self.forces_of(&self.module).count() == setup.actuators()
+            && self.gages.iter().chain(self.forces.iter().map(|f| &f.actuator)).all(known_peer);
+        if !fits {
+            problems.push(ReferenceProblem::Components);
+        }
+        problems.extend(self.figure_problems());
+        problems
+    }
+
+    /// Everything in its lengths and figures that cannot be right, whatever the module's settings are.
+    #[must_use]
+    pub fn figure_problems(&self) -> Vec<ReferenceProblem> {
+        let (gages, cylinders) =
+            (self.gages_of(&self.module).count(), self.forces_of(&self.module).count());
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let sound = [
+            ("means", self.means.is_sound(self.gages.len() + self.forces.len())),
+            ("cylinders", self.cylinders.iter().all(|cylinder| cylinder.is_sound(4))),
+            ("cylinders", self.cylinders.len() == cylinders),
+            ("own_gages", self.own_gages.len() == gages),
+            ("own_gages", self.own_gages.iter().all(|gage| positive(gage.scatter_m2))),
+            ("gage_threshold", positive(self.gage_threshold)),
+            ("cylinder_threshold", positive(self.cylinder_threshold)),
+        ];
+        let unsound = sound.iter().filter(|(_, sound)| !sound);
+        unsound.map(|(name, _)| ReferenceProblem::Figures(name)).collect()
+    }
+
+    /// The peers that it knows, in the order of its values.
+    pub fn peers(&self) -> impl Iterator<Item = &ModuleName> {
+        let mut peers: Vec<&ModuleName> = Vec::new();
+        for path in self.gages.iter().chain(self.forces.iter().map(|force| &force.actuator)) {
+            if path.module != self.module && !peers.contains(&&path.module) {
+                peers.push(&path.module);
+            }
+        }
+        peers.into_iter()
+    }
+
+    /// The smallest bias of each of its own gages that is found \[m\], on average: without any peer, and with all.
+    #[must_use]
+    pub fn smallest_biases_m(&self) -> [Vec<f64>; 2] {
+        let own_gages = self.own_gages.len();
+        let forces = self.gages.len();
+        let alone: Vec<usize> =
+            (0..own_gages).chain(forces..forces + self.cylinders.len()).collect();
+        let together: Vec<usize> = (0..forces + self.forces.len()).collect();
+        [alone, together].map(|places| {
+            let mut all = self.means.smallest_displacements(&places, self.gage_threshold);
+            all.truncate(own_gages);
+            all
+        })
+    }
+
+    /// The gages of one module.
+    pub(crate) fn gages_of<'a>(
+        &'a self,
+        module: &'a ModuleName,
+    ) -> impl Iterator<Item = &'a ComponentPath> {
+        self.gages.iter().filter(move |path| path.module == *module)
+    }
+
+    /// The forces of one module.
+    pub(crate) fn forces_of<'a>(
+        &'a self,
+        module: &'a ModuleName,
+    ) -> impl Iterator<Item = &'a ForceRange> {
+        self.forces.iter().filter(move |force| force.actuator.module == *module)
+    }
+}

@@ -1,0 +1,133 @@
+//! A component over the windows: when what they say is found.
+
+use names::{ComponentPath, Step};
+
+use super::condition::{Condition, Obstacle};
+use crate::verdict::Symptom;
+
+/// How a component departs from its reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Departed {
+    pub(crate) symptom: Symptom,
+    pub(crate) of_gage: bool,
+    /// What was measured, and what the reference expects, in the symptom's unit.
+    pub(crate) measured: f64,
+    pub(crate) expected: f64,
+    /// The statistic and its threshold.
+    pub(crate) statistic: f64,
+    pub(crate) threshold: f64,
+}
+
+impl Departed {
+    /// What a new tare would make up for, if one can.
+    fn shift(&self) -> Option<f64> {
+        let off = self.measured - self.expected;
+        match (self.symptom, self.of_gage) {
+            (Symptom::Departure, true) | (Symptom::OilContent, _) => Some(off),
+            _ => None,
+        }
+    }
+}
+
+/// What one window says of a component.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Outcome {
+    /// There is no mean of it.
+    Missing,
+    Agrees,
+    Departs(Departed),
+    OneOf(Vec<ComponentPath>),
+    CannotTell(Obstacle),
+}
+
+/// What is found of a component.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Finding {
+    /// It agrees with its reference, in so many windows one after the other.
+    Agrees { windows: u32 },
+    /// It has departed. It was first compared so late that it may have done so before.
+    Departed { departed: Departed, onset: Step, before_service: bool },
+    /// It or another of these has.
+    OneOf { components: Vec<ComponentPath>, onset: Step },
+}
+
+/// A component over the windows.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    pub(super) condition: Condition,
+    /// By how much its mean, or its oil content, was off in the latest window that was compared.
+    pub(super) off: Option<f64>,
+    /// The last window that it agreed in ended here.
+    pub(super) agreed: Option<Step>,
+    /// Windows one after the other in which it agreed, in which it or another one departed, in which it did.
+    pub(super) agreeing: u32,
+    pub(super) departing: u32,
+    pub(super) certain: u32,
+    /// In how many of them a departure has to show.
+    pub(super) held: u32,
+}
+
+impl Track {
+    /// Not compared yet; a departure is found in so many windows.
+    pub(super) fn new(held: u32) -> Self {
+        Self {
+            condition: Condition::NotCompared,
+            off: None,
+            agreed: None,
+            agreeing: 0,
+            departing: 0,
+            certain: 0,
+            held,
+        }
+    }
+}
+
+impl Track {
+    /// Takes what a window that ended at `until` says. A departure began at `onset` or later.
+    pub(super) fn take(&mut self, outcome: Outcome, until: Step, onset: Step) -> Option<Finding> {
+        match outcome {
+            // What is unknown now was known before, and will be again.
+            Outcome::Missing => None,
+            Outcome::CannotTell(obstacle) => {
+                self.condition = Condition::CannotTell { obstacle };
+                self.agreeing = 0;
+                None
+            }
+            Outcome::Agrees => {
+                self.condition = Condition::Agrees { as_of: until };
+                self.off = Some(0.0);
+                self.agreed = Some(until);
+                (self.departing, self.certain) = (0, 0);
+                self.agreeing += 1;
+                Some(Finding::Agrees { windows: self.agreeing })
+            }
+            Outcome::Departs(departed) => {
+                self.off = departed.shift();
+                self.depart();
+                self.certain += 1;
+                let held = self.certain >= self.held;
+                self.condition = match held {
+                    true => Condition::Departed { as_of: until },
+                    false => Condition::Doubtful { as_of: until },
+                };
+                let before_service = self.agreed.is_none();
+                held.then_some(Finding::Departed { departed, onset, before_service })
+            }
+            Outcome::OneOf(components) => {
+                self.depart();
+                self.certain = 0;
+                let held = self.departing >= self.held;
+                self.condition = match held {
+                    true => Condition::OneOf { as_of: until, components: components.clone() },
+                    false => Condition::Doubtful { as_of: until },
+                };
+                held.then_some(Finding::OneOf { components, onset })
+            }
+        }
+    }
+
+    fn depart(&mut self) {
+        self.agreeing = 0;
+        self.departing += 1;
+    }
+}

@@ -1,0 +1,309 @@
+//! Means of what a module measures, over windows that begin and end at the same steps in every module.
+//!
+//! A channel that lacked more than a tenth of its values in a window has no mean in it. The scatter of a gage is the
+//! variance of its white noise: a sixth of the mean square of the residual's second differences, in which the
+//! structure's slow motion leaves nothing.
+
+use std::collections::VecDeque;
+
+use names::Step;
+use serde::{Deserialize, Serialize};
+
+/// Length of a window \[s\].
+pub const WINDOW_S: f64 = 1.0;
+/// Windows that are kept, for peers that ask late.
+const KEPT: usize = 8;
+/// Share of the values that a mean needs at least.
+const LEAST_SHARE: f64 = 0.9;
+
+/// A gage over a window.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GageMeans {
+    /// Mean residual (eq. 14) \[m\].
+    pub residual_m: f64,
+    /// Variance of the reading's white noise \[m²\].
+    pub scatter_m2: f64,
+    /// Variance of the residual within the window \[m²\]: how much the structure swings.
+    pub swing_m2: f64,
+}
+
+/// A cylinder over a window.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CylinderMeans {
+    /// Mean observed force (eq. 8) \[N\].
+    pub force_n: f64,
+    /// How fast it rises: the mean over the second half less that over the first, over half a window \[N/s\].
+    pub rate_n_per_s: f64,
+    /// Mean residual: what the nominal cylinder gives beyond the observed force \[N\].
+    pub tracking_n: f64,
+    /// Mean pressure of both chambers, weighted by their areas, (p_A A_A + p_B A_B)/(A_A + A_B) \[Pa\]: a measure of
+    /// the oil in them.
+    pub content_pa: f64,
+}
+
+impl CylinderMeans {
+    /// What its Gaussian is of: tracking residual, oil content; and what they depend on, force and its rate.
+    pub(crate) fn values(&self) -> [f64; 4] {
+        [self.tracking_n, self.content_pa, self.force_n, self.rate_n_per_s]
+    }
+}
+
+/// A module over a window.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WindowMeans {
+    /// The window's last step.
+    pub until: Step,
+    /// The gages, in the order of the description; `None` without enough values.
+    pub gages: Vec<Option<GageMeans>>,
+    /// The cylinders, likewise.
+    pub cylinders: Vec<Option<CylinderMeans>>,
+}
+
+/// What a module measures at one step; without a number where a channel has no usable value.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Measured<'a> {
+    /// Residuals of the actuators \[N\], then of the gages \[m\].
+    pub(crate) residuals: &'a [f64],
+    /// Observed forces \[N\].
+    pub(crate) forces_n: &'a [f64],
+    /// Oil contents \[Pa\].
+    pub(crate) contents_pa: &'a [f64],
+}
+
+/// A sum of so many values.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    sum: f64,
+    count: u64,
+}
+
+impl Sum {
+    fn add(&mut self, value: f64) {
+        if value.is_finite() {
+            self.sum += value;
+            self.count += 1;
+        }
+    }
+
+    fn less(self, other: Sum) -> Sum {
+        Sum { sum: self.sum - other.sum, count: self.count - other.count }
+    }
+
+    fn mean(self, least: u64) -> Option<f64> {
+        (self.count >= least).then(|| self.sum / self.count as f64)
+    }
+}
+
+/// Collects windows, step by step. Allocates nothing after it was made.
+#[derive(Debug, Clone)]
+pub(crate) struct Windows {
+    window_steps: u64,
+    /// The present window: steps since the run's beginning over a window's length.
+    number: u64,
+    cylinders: Vec<[Sum; 3]>,
+    /// The forces of the first half.
+    early: Vec<Sum>,
+    gages: Vec<[Sum; 3]>,
+    /// The residuals of each gage at the two steps before.
+    before: Vec<[f64; 2]>,
+    last_step: Option<Step>,
+    /// Complete windows, oldest first.
+    kept: VecDeque<WindowMeans>,
+    spare: Vec<WindowMeans>,
+}
+
+impl Windows {
+    pub(crate) fn new(actuators: usize, gages: usize, window_steps: u64) -> Self {
+        let empty = WindowMeans {
+            until: Step(0),
+            gages: vec![None; gages],
+            cylinders: vec![None; actuators],
+        };
+        Self {
+            window_steps: window_steps.max(2),
+            number: 0,
+            cylinders: vec![[Sum::default(); 3]; actuators],
+            early: vec![Sum::default(); actuators],
+            gages: vec![[Sum::default(); 3]; gages],
+            before: vec![[f64::NAN; 2]; gages],
+            last_step: None,
+            kept: VecDeque::with_capacity(KEPT),
+            spare: vec![empty; KEPT],
+        }
+    }
+
+    /// Forgets everything: another run begins, or the models do.
+    pub(crate) fn restart(&mut self) {
+        self.begin(0);
+        self.spare.extend(self.kept.drain(..));
+        self.before.fill([f64::NAN; 2]);
+        self.last_step = None;
+    }
+
+    /// Takes what was measured at a step; the window that ends with it, if one does.
+    pub(crate) fn take(&mut self, step: Step, measured: Measured<'_>) -> Option<&WindowMeans> {
+        let number = step.0 / self.window_steps;
+        if number != self.number {
+            self.begin(number);
+        }
+        if self.last_step.is_none_or(|last| last.plus(1) != step) {
+            self.before.fill([f64::NAN; 2]);
+        }
+        self.last_step = Some(step);
+        self.add(measured);
+        if step.0 % self.window_steps < self.window_steps / 2 {
+            for (early, force) in self.early.iter_mut().zip(measured.forces_n) {
+                early.add(*force);
+            }
+        }
+        let complete = (step.0 + 1).is_multiple_of(self.window_steps);
+        if complete { self.close(step) } else { None }
+    }
+
+    fn begin(&mut self, number: u64) {
+        self.number = number;
+        self.cylinders.fill([Sum::default(); 3]);
+        self.early.fill(Sum::default());
+        self.gages.fill([Sum::default(); 3]);
+    }
+
+    fn add(&mut self, Measured { residuals, forces_n, contents_pa }: Measured<'_>) {
+        let (tracking_n, residuals_m) = residuals.split_at(self.cylinders.len());
+        let values = forces_n.iter().zip(tracking_n).zip(contents_pa);
+        for ([force, tracking, content], ((force_n, tracking_n), content_pa)) in
+            self.cylinders.iter_mut().zip(values)
+        {
+            force.add(*force_n);
+            tracking.add(*tracking_n);
+            content.add(*content_pa);
+        }
+        let gages = self.gages.iter_mut().zip(&mut self.before);
+        for (([residual, square, scatter], before), now) in gages.zip(residuals_m) {
+            residual.add(*now);
+            square.add(now * now);
+            let [older, newer] = *before;
+            let second = now - 2.0 * newer + older;
+            scatter.add(second * second / 6.0);
+            *before = [newer, *now];
+        }
+    }
+
+    fn close(&mut self, until: Step) -> Option<&WindowMeans> {
+        let oldest = if self.kept.len() == KEPT { self.kept.pop_front() } else { None };
+        let mut means = oldest.or_else(|| self.spare.pop())?;
+        let least = (LEAST_SHARE * self.window_steps as f64) as u64;
+        means.until = until;
+        let half_s = 0.5 * WINDOW_S;
+        let cylinders = means.cylinders.iter_mut().zip(&self.cylinders).zip(&self.early);
+        for ((means, [force, tracking, content]), early) in cylinders {
+            let halves = early.mean(least / 3).zip(force.less(*early).mean(least / 3));
+            let all = (force.mean(least), halves, tracking.mean(least), content.mean(least));
+            *means = match all {
+                (Some(force_n), Some((early_n, late_n)), Some(tracking_n), Some(content_pa)) => {
+                    let rate_n_per_s = (late_n - early_n) / half_s;
+                    Some(CylinderMeans { force_n, rate_n_per_s, tracking_n, content_pa })
+                }
+                _ => None,
+            };
+        }
+        for (means, [residual, square, scatter]) in means.gages.iter_mut().zip(&self.gages) {
+            // A missing sample costs three second differences.
+            let all = (residual.mean(least), square.mean(least), scatter.mean(least / 2));
+            *means = match all {
+                (Some(residual_m), Some(square_m2), Some(scatter_m2)) => {
+                    let swing_m2 = (square_m2 - residual_m * residual_m).max(0.0);
+                    Some(GageMeans { residual_m, scatter_m2, swing_m2 })
+                }
+                _ => None,
+            };
+        }
+        self.kept.push_back(means);
+        self.begin(self.number + 1);
+        self.kept.back()
+    }
+
+    /// The latest complete window.
+    pub(crate) fn latest(&self) -> Option<&WindowMeans> {
+        self.kept.back()
+    }
+
+    /// The window that ended at a step, if it was complete and is still kept.
+    pub(crate) fn ended_at(&self, step: Step) -> Option<&WindowMeans> {
+        self.kept.iter().find(|window| window.until == step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Windows of a hundred steps; one cylinder and one gage, whose values follow from the step.
+    fn windows(steps: impl Iterator<Item = u64>) -> (Windows, Vec<u64>) {
+        let mut windows = Windows::new(1, 1, 100);
+        let mut ends = Vec::new();
+        for step in steps {
+            let value = step as f64;
+            let measured = Measured {
+                residuals: &[2.0 * value, if step % 2 == 0 { 1.0 } else { -1.0 }],
+                forces_n: &[value],
+                contents_pa: &[7.0],
+            };
+            ends.extend(windows.take(Step(step), measured).map(|window| window.until.0));
+        }
+        (windows, ends)
+    }
+
+    #[test]
+    fn means_are_those_of_the_steps_of_a_window() {
+        let (windows, ends) = windows(0..2000);
+        assert_eq!(ends, (0..20).map(|number| 100 * number + 99).collect::<Vec<_>>());
+        assert_eq!(windows.ended_at(Step(99)), None);
+        let means = windows.ended_at(Step(1299)).unwrap();
+        let expected = CylinderMeans {
+            force_n: 1249.5,
+            rate_n_per_s: 100.0,
+            tracking_n: 2499.0,
+            content_pa: 7.0,
+        };
+        assert_eq!(means.cylinders, [Some(expected)]);
+        // Readings that go up and down by 2 have second differences of 4.
+        let gage = means.gages[0].unwrap();
+        assert_eq!(gage.residual_m, 0.0);
+        assert!((gage.scatter_m2 - 16.0 / 6.0).abs() < 1e-12 && gage.swing_m2 == 1.0);
+    }
+
+    #[test]
+    fn a_window_that_begins_anywhere_ends_where_all_do() {
+        let (windows, ends) = windows(1234..1460);
+        assert_eq!(ends, [1299, 1399]);
+        assert!(windows.ended_at(Step(1299)).unwrap().cylinders[0].is_none());
+        assert_eq!(windows.ended_at(Step(1399)).unwrap().cylinders[0].unwrap().force_n, 1349.5);
+    }
+
+    #[test]
+    fn a_missing_sample_leaves_a_mean_and_many_leave_none() {
+        let (few, _) = windows((0..200).filter(|step| *step != 149 && *step != 155));
+        let means = few.ended_at(Step(199)).unwrap();
+        assert!((means.cylinders[0].unwrap().force_n - (14950.0 - 304.0) / 98.0).abs() < 1e-9);
+        let (many, _) = windows((0..200).filter(|step| !(141..153).contains(step)));
+        assert_eq!(many.ended_at(Step(199)).unwrap().cylinders, [None]);
+        let (without_end, ends) = windows((0..250).filter(|step| *step != 199));
+        assert_eq!(ends, [99]);
+        assert_eq!(without_end.ended_at(Step(199)), None);
+    }
+
+    #[test]
+    fn a_value_that_is_none_costs_its_own_channel() {
+        let mut windows = Windows::new(1, 2, 100);
+        for step in 0..100 {
+            let measured = Measured {
+                residuals: &[0.0, f64::NAN, 1.0],
+                forces_n: &[0.0],
+                contents_pa: &[0.0],
+            };
+            windows.take(Step(step), measured);
+        }
+        let means = windows.ended_at(Step(99)).unwrap();
+        assert!(means.gages[0].is_none() && means.gages[1].is_some());
+    }
+}

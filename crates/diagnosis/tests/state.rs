@@ -1,0 +1,363 @@
+//! A module that is compared with its reference: what was wrong before anybody looked is found, nothing is called healthy
+//! that has not been compared, and orders go by the reference.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+mod fixture;
+
+use std::sync::{Arc, LazyLock};
+
+use diagnosis::state::{
+    Condition, GageMeans, Reference, ReferenceProblem, Snippet, WindowMeans, commission,
+};
+use diagnosis::{
+    Action, Answer, Diagnoser, Doubt, Event, GivenOrder, ModuleSetup, Order, OrderKind,
+    OrderRefusal, OrderToken, PeerFailure, Rule, SetupError, Symptom, Verdict,
+};
+use fixture::{Bench, setup};
+use names::Step;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// The models have settled and the channels are watched.
+const SETTLED: u64 = 4000;
+const BIAS_M: f64 = 30e-6;
+
+fn alone() -> ModuleSetup {
+    ModuleSetup { peers: Vec::new(), ..setup("lower", Rule::FirstChange) }
+}
+
+/// The module under forces that differ from snippet to snippet.
+fn snippets(setup: &ModuleSetup, count: u64) -> Vec<Snippet> {
+    let setup = ModuleSetup { thresholds: vec![f64::MAX; setup.thresholds.len()], ..setup.clone() };
+    let mut generator = ChaCha8Rng::seed_from_u64(5);
+    let mut snippet = |seed: u64| {
+        let mut bench = Bench::of(setup.clone());
+        bench.signals.random_from(seed);
+        for offset in &mut bench.signals.pressure_offsets {
+            *offset = 2e5 * (generator.random::<f64>() - 0.5);
+        }
+        let mut windows = Vec::new();
+        for step in 0..SETTLED + 3000 {
+            bench.run(1);
+            if step >= SETTLED {
+                windows.extend(bench.diagnoser.window().cloned());
+            }
+        }
+        Snippet { label: format!("seed {seed}"), modules: vec![windows] }
+    };
+    (100..100 + count).map(&mut snippet).collect()
+}
+
+fn reference() -> Arc<Reference> {
+    static REFERENCE: LazyLock<Arc<Reference>> = LazyLock::new(|| {
+        let setup = alone();
+        Arc::new(commission(std::slice::from_ref(&setup), 0, &snippets(&setup, 40)).unwrap())
+    });
+    Arc::clone(&REFERENCE)
+}
+
+fn commissioned() -> Bench {
+    Bench::of(ModuleSetup { reference: Some(reference()), ..alone() })
+}
+
+fn condition(bench: &Bench, component: &str) -> Condition {
+    let place = bench.diagnoser.components().iter().position(|own| own.to_string() == component);
+    bench.diagnoser.conditions().nth(place.unwrap()).unwrap().clone()
+}
+
+fn order(bench: &mut Bench, kind: OrderKind) -> Result<u64, OrderRefusal> {
+    let given = GivenOrder { kind, by: "ada".into(), note: None };
+    let order = Order { component: "sensor/g1".parse().unwrap(), given };
+    bench.give(Event::Ordered { token: OrderToken(7), order });
+    match bench.actions.last().unwrap() {
+        Action::Obeyed { sequence, .. } => Ok(*sequence),
+        Action::OrderRefused { refusal, .. } => Err(refusal.clone()),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn without_a_reference_nothing_is_verified() {
+    let mut bench = Bench::of(alone());
+    bench.run(SETTLED);
+    assert!(bench.diagnoser.conditions().all(|known| *known == Condition::NotVerified));
+}
+
+#[test]
+fn what_is_healthy_agrees_once_it_has_been_compared_and_as_of_when() {
+    let mut bench = commissioned();
+    bench.run(400);
+    assert!(bench.diagnoser.conditions().all(|known| *known == Condition::NotCompared));
+    bench.run(SETTLED - 400);
+    let as_of = Step(SETTLED - 1);
+    assert!(bench.diagnoser.conditions().all(|known| *known == Condition::Agrees { as_of }));
+    bench.run(20_000);
+    assert!(bench.transitions().is_empty(), "{:?}", bench.transitions());
+}
+
+#[test]
+fn what_was_wrong_before_service_is_found() {
+    let mut bench = commissioned();
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(SETTLED + 2000);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    let found = bench.transitions()[0].clone();
+    assert_eq!((found.symptom, found.before_service), (Symptom::Departure, true));
+    let size = found.evidence.residual - found.evidence.level;
+    assert!((size - BIAS_M).abs() < 0.1 * BIAS_M, "{size}");
+    assert!(matches!(condition(&bench, "sensor/g1"), Condition::Departed { .. }));
+}
+
+#[test]
+fn what_happens_unseen_is_found_with_the_time_since_when() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    for _ in 0..600 {
+        bench.signals.sample();
+    }
+    bench.signals.gage_offsets[1] = -BIAS_M;
+    bench.run(SETTLED + 3000);
+    assert_eq!(bench.latched(), ["sensor/g2"]);
+    let found = bench.transitions().into_iter().find(|t| t.verdict == Verdict::Latched).unwrap();
+    assert_eq!((found.symptom, found.before_service), (Symptom::Departure, false));
+    assert_eq!(found.onset, Step(SETTLED), "it agreed until then");
+}
+
+#[test]
+fn a_creeping_gage_is_found() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    for _ in 0..40_000 {
+        bench.signals.gage_offsets[0] += 1e-9;
+        bench.run(1);
+    }
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    assert_eq!(bench.transitions().len(), 1, "{:?}", bench.transitions());
+}
+
+#[test]
+fn a_cylinder_that_loses_oil_is_found_though_its_force_is_right() {
+    let mut bench = commissioned();
+    for _ in 0..SETTLED + 2000 {
+        let mut sample = bench.signals.sample();
+        // 30 bar less in A, and as much less in B as leaves the force what it was.
+        sample.pressures_pa[0][0] -= 30e5;
+        sample.pressures_pa[0][1] -= 30e5 * 1.3273 / 0.9425;
+        bench.give(Event::Sample(sample));
+    }
+    assert_eq!(bench.latched(), ["actuator/a1"]);
+    assert_eq!(bench.transitions()[0].symptom, Symptom::OilContent);
+}
+
+#[test]
+fn a_frozen_gage_is_found_by_its_noise() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    for _ in 0..3000 {
+        let mut sample = bench.signals.sample();
+        sample.elongations_m[0] = 0.0;
+        bench.give(Event::Sample(sample));
+    }
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+}
+
+#[test]
+fn a_reset_goes_by_the_reference_and_a_new_gage_is_re_tared() {
+    let mut bench = commissioned();
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(SETTLED + 2000);
+    order(&mut bench, OrderKind::Acknowledge).unwrap();
+    let refused = order(&mut bench, OrderKind::Reset { force: false });
+    assert!(matches!(refused, Err(OrderRefusal::StillDeparted(_))), "{refused:?}");
+    order(&mut bench, OrderKind::ReTare).unwrap();
+    let tare = bench.transitions().last().unwrap().tare.unwrap();
+    assert!((tare - BIAS_M).abs() < 0.1 * BIAS_M, "{tare}");
+    bench.run(SETTLED);
+    assert!(matches!(condition(&bench, "sensor/g1"), Condition::Agrees { .. }));
+    assert_eq!(bench.latched(), [""; 0]);
+    let mut restarted = bench.restarted();
+    restarted.signals.gage_offsets[0] = BIAS_M;
+    restarted.run(SETTLED + 2000);
+    assert_eq!(restarted.latched(), [""; 0], "the tare outlives the process");
+    bench.signals.gage_offsets[0] = 0.0;
+    bench.run(SETTLED + 3000);
+    assert_eq!(bench.latched(), ["sensor/g1"], "the old place is wrong now");
+}
+
+#[test]
+fn a_repaired_fault_stays_latched_and_is_seen_to_have_returned() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(3000);
+    assert!(matches!(condition(&bench, "sensor/g1"), Condition::Departed { .. }));
+    bench.signals.gage_offsets[0] = 0.0;
+    bench.run(3000);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    assert!(matches!(condition(&bench, "sensor/g1"), Condition::Agrees { .. }));
+    order(&mut bench, OrderKind::Acknowledge).unwrap();
+    order(&mut bench, OrderKind::Reset { force: false }).unwrap();
+}
+
+#[test]
+fn a_force_beyond_what_was_seen_makes_the_gages_unknown_and_none_faulty() {
+    let mut bench = commissioned();
+    for offset in &mut bench.signals.pressure_offsets {
+        *offset = 5e6;
+    }
+    bench.run(SETTLED + 2000);
+    assert!(matches!(condition(&bench, "sensor/g1"), Condition::CannotTell { .. }));
+    let gages = bench.latched().into_iter().filter(|name| name.starts_with("sensor"));
+    assert_eq!(gages.count(), 0);
+}
+
+/// Two gages of a module that move alike, and a peer that could tell them apart.
+fn with_peer() -> Bench {
+    let mut reference = Reference::clone(&reference());
+    let (own, peer) = (alone().module, fixture::name("upper"));
+    let add = |path: &names::ComponentPath| names::ComponentPath {
+        module: peer.clone(),
+        component: path.component.clone(),
+    };
+    let gages: Vec<_> = reference.gages.iter().map(add).collect();
+    let forces: Vec<_> = reference.forces.clone();
+    assert!(reference.gages.iter().all(|path| path.module == own));
+    // As if the peer measured the same, without any correlation with this module.
+    let (mean, deviation) = (reference.means.mean.clone(), reference.means.deviation.clone());
+    let rows = reference.means.correlations.clone();
+    let own_gages = reference.gages.len();
+    let order: Vec<Option<usize>> = (0..own_gages)
+        .map(Some)
+        .chain(gages.iter().map(|_| None))
+        .chain((own_gages..mean.len()).map(Some))
+        .chain(forces.iter().map(|_| None))
+        .collect();
+    let place = |of: Option<usize>, k: usize| of.unwrap_or(k % mean.len());
+    reference.means.mean = order.iter().enumerate().map(|(k, of)| mean[place(*of, k)]).collect();
+    reference.means.deviation =
+        order.iter().enumerate().map(|(k, of)| deviation[place(*of, k)]).collect();
+    let correlation = |a: usize, b: usize| match (order[a], order[b]) {
+        (Some(a), Some(b)) => rows[a.max(b)][a.min(b)],
+        _ => 0.0,
+    };
+    reference.means.correlations =
+        (0..order.len()).map(|a| (0..a).map(|b| correlation(a, b)).collect()).collect();
+    reference.gages.extend(gages);
+    reference.forces.extend(
+        forces
+            .into_iter()
+            .map(|force| diagnosis::state::ForceRange { actuator: add(&force.actuator), ..force }),
+    );
+    Bench::of(ModuleSetup {
+        reference: Some(Arc::new(reference)),
+        ..setup("lower", Rule::FirstChange)
+    })
+}
+
+#[test]
+fn peers_are_asked_only_when_something_may_be_wrong_and_a_silent_one_stops_nothing() {
+    let mut bench = with_peer();
+    bench.run(SETTLED + 5000);
+    assert_eq!(bench.questions(), []);
+    let mut bench = with_peer();
+    bench.signals.gage_offsets[0] = BIAS_M;
+    while bench.signals.step.0 < SETTLED + 3000 {
+        bench.run(1);
+        for (peer, question) in bench.questions() {
+            assert!(question.window);
+            let failure = PeerFailure::TimedOut;
+            bench.actions.retain(|action| !matches!(action, Action::Ask { .. }));
+            bench.give(Event::Unanswered { peer, question, failure });
+        }
+    }
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+}
+
+#[test]
+fn a_window_that_does_not_fit_counts_as_none_and_is_counted() {
+    let mut bench = with_peer();
+    bench.signals.gage_offsets[0] = BIAS_M;
+    let mut rejected = 0;
+    while bench.signals.step.0 < SETTLED + 3000 {
+        bench.run(1);
+        for (peer, question) in bench.questions() {
+            bench.actions.clear();
+            let gage = GageMeans { residual_m: f64::MAX, scatter_m2: 0.0, swing_m2: 0.0 };
+            let window = WindowMeans {
+                until: question.as_of,
+                gages: vec![Some(gage); 99],
+                cylinders: vec![],
+            };
+            let answer = Answer {
+                question,
+                watching_since: Some(Step(0)),
+                changes: Vec::new(),
+                actuator_faults: Vec::new(),
+                alarms: None,
+                window: Some(window),
+            };
+            bench.give(Event::Answered { peer, answer });
+            let is_rejection = |action: &&Action| matches!(action, Action::AnswerRejected { .. });
+            rejected += bench.actions.iter().filter(is_rejection).count() as u64;
+        }
+    }
+    assert!(rejected > 1);
+    assert_eq!(bench.diagnoser.counters().answers_malformed, rejected);
+    assert_eq!(bench.latched(), ["sensor/g1"], "what it measures itself is enough");
+}
+
+#[test]
+fn a_reference_of_other_settings_is_refused_and_named() {
+    let refused = |change: fn(&mut ModuleSetup)| {
+        let mut setup = ModuleSetup { reference: Some(reference()), ..alone() };
+        change(&mut setup);
+        let problems = Diagnoser::new(setup).unwrap_err();
+        assert!(
+            problems.iter().all(|problem| matches!(problem, SetupError::Reference(_))),
+            "{problems:?}"
+        );
+        problems.len()
+    };
+    assert_eq!(refused(|setup| setup.hydraulics.volume_a_m3 *= 1.01), 1);
+    assert_eq!(refused(|setup| setup.step_s = 2e-3), 1);
+    let mut other = Reference::clone(&reference());
+    other.version = 99;
+    assert_eq!(other.problems(&alone()), [ReferenceProblem::Version(99)]);
+    let mut broken = Reference::clone(&reference());
+    broken.means.deviation[0] = f64::NAN;
+    assert_eq!(broken.problems(&alone()), [ReferenceProblem::Figures("means")]);
+}
+
+#[test]
+fn too_few_snippets_are_refused_with_the_number_needed() {
+    let setup = alone();
+    let error = commission(std::slice::from_ref(&setup), 0, &snippets(&setup, 5)).unwrap_err();
+    assert!(error.to_string().contains("give at least"), "{error}");
+}
+
+/// Both of two suspects are named, and neither is called faulty.
+#[test]
+fn what_cannot_be_told_apart_is_one_of_several() {
+    let mut reference = Reference::clone(&reference());
+    // As if gages 1 and 2 always moved alike, and nothing else knew of them.
+    let size = reference.means.mean.len();
+    for a in 0..size {
+        for b in 0..a {
+            reference.means.correlations[a][b] = if (a, b) == (1, 0) { 0.999_999 } else { 0.0 };
+        }
+    }
+    let deviation = reference.means.deviation[0];
+    reference.means.deviation[1] = deviation;
+    let setup = ModuleSetup { reference: Some(Arc::new(reference)), ..alone() };
+    let mut bench = Bench::of(setup);
+    bench.signals.gage_offsets[0] = 0.2 * deviation;
+    bench.run(SETTLED + 3000);
+    for gage in ["sensor/g1", "sensor/g2"] {
+        let verdict = bench.verdict(gage);
+        let Verdict::Unconfirmed { doubt: Doubt::OneOf(suspects) } = verdict else {
+            panic!("{gage}: {verdict:?}")
+        };
+        assert_eq!(suspects.len(), 2);
+    }
+}

@@ -1,0 +1,72 @@
+//! From a module's samples to the means of its windows, wherever the samples come from.
+
+use diagnosis::state::WindowMeans;
+use diagnosis::{Action, Diagnoser, ModuleSetup, Sample};
+use names::Step;
+
+use crate::error::StudyError;
+use crate::rig::RigError;
+
+/// The models forget how they began within this time \[s\].
+pub const SETTLING_S: f64 = 2.5;
+/// After a gap that is longer, the models begin anew \[s\].
+const LONGEST_GAP_S: f64 = 0.1;
+/// Never reached by a divergence: nothing is judged and no peer is asked.
+const OUT_OF_REACH: f64 = f64::MAX;
+
+/// Takes the samples of one module, one by one, and keeps the means of its windows.
+#[derive(Debug)]
+pub struct WindowCollector {
+    diagnoser: Diagnoser,
+    actions: Vec<Action>,
+    step_s: f64,
+    last_step: Option<Step>,
+    /// From here on the models have settled.
+    settled: Step,
+    windows: Vec<WindowMeans>,
+}
+
+impl WindowCollector {
+    /// Has seen nothing yet. Whatever thresholds and reference `setup` has do not matter.
+    ///
+    /// # Errors
+    /// A setup that cannot be right.
+    pub fn new(setup: &ModuleSetup) -> Result<Self, StudyError> {
+        let mut setup = ModuleSetup { reference: None, ..setup.clone() };
+        setup.thresholds.fill(OUT_OF_REACH);
+        let (module, step_s) = (setup.module.clone(), setup.step_s);
+        let diagnoser =
+            Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })?;
+        Ok(Self {
+            diagnoser,
+            actions: Vec::new(),
+            step_s,
+            last_step: None,
+            settled: Step(0),
+            windows: Vec::new(),
+        })
+    }
+
+    /// Takes the next sample. Its step lies after that of the sample before, or the sample is not used.
+    pub fn take(&mut self, sample: &Sample) {
+        let gap = self.last_step.map(|last| sample.step.since(last));
+        if gap.is_none_or(|gap| gap > self.steps(LONGEST_GAP_S)) {
+            self.settled = sample.step.plus(self.steps(SETTLING_S));
+        }
+        self.last_step = Some(sample.step);
+        self.diagnoser.take_sample(sample, &mut self.actions);
+        self.actions.clear();
+        let settled = |window: &&WindowMeans| window.until >= self.settled;
+        self.windows.extend(self.diagnoser.window().filter(settled).cloned());
+    }
+
+    fn steps(&self, seconds: f64) -> u64 {
+        (seconds / self.step_s).round() as u64
+    }
+
+    /// The windows that ended once the models had settled.
+    #[must_use]
+    pub fn finish(self) -> Vec<WindowMeans> {
+        self.windows
+    }
+}

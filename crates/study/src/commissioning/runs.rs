@@ -1,0 +1,112 @@
+//! Simulated commissioning: snippets of one plant under changing weather, and a stroke of every cylinder.
+
+use std::sync::atomic::AtomicBool;
+
+use diagnosis::ModuleSetup;
+use diagnosis::state::Snippet;
+use names::{ComponentPath, RunId};
+use plant::{Plant, Stroke};
+
+use super::collector::{SETTLING_S, WindowCollector};
+use super::site::Site;
+use crate::error::StudyError;
+use crate::parallel;
+use crate::rig::{RigError, advance, check_modules};
+
+/// One snippet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SnippetPlan {
+    /// Of its wind, loads, noise and hour.
+    pub seed: u64,
+    /// How long it is \[s\].
+    pub seconds: f64,
+    /// What moves in it.
+    pub stroke: Option<Stroke>,
+}
+
+impl SnippetPlan {
+    /// What the snippet is called.
+    #[must_use]
+    pub fn label(&self) -> String {
+        match &self.stroke {
+            Some(stroke) => format!("seed {}, stroke of {}", self.seed, stroke.actuator),
+            None => format!("seed {}", self.seed),
+        }
+    }
+}
+
+/// Makes snippets, `jobs` at a time; they come back in their order. `done` is called after each.
+///
+/// # Errors
+/// A plant or a diagnoser that cannot be made.
+pub fn record_snippets(
+    site: &Site,
+    setups: &[ModuleSetup],
+    plans: &[SnippetPlan],
+    jobs: usize,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<Snippet>, StudyError> {
+    let numbered: Vec<(usize, &SnippetPlan)> = plans.iter().enumerate().collect();
+    let mut snippets: Vec<Option<Snippet>> = vec![None; plans.len()];
+    parallel::for_each(
+        &numbered,
+        jobs,
+        &AtomicBool::new(false),
+        |(_, plan)| record(site, setups, plan),
+        |(number, _), snippet| {
+            snippets[*number] = Some(snippet);
+            done();
+            Ok(())
+        },
+    )?;
+    Ok(snippets.into_iter().flatten().collect())
+}
+
+fn record(site: &Site, setups: &[ModuleSetup], plan: &SnippetPlan) -> Result<Snippet, StudyError> {
+    let mut plant = site.plant(plan.seed)?;
+    check_modules(&plant, setups)?;
+    let steps = |seconds: f64| (seconds / site.true_parameters.step_s).round() as u64;
+    let mut collectors = setups.iter().map(WindowCollector::new).collect::<Result<Vec<_>, _>>()?;
+    let mut samples = Vec::new();
+    let mut go_on = |plant: &mut Plant, steps: u64| {
+        for _ in 0..steps {
+            advance(plant, RunId(plan.seed), &mut samples);
+            let both = collectors.iter_mut().zip(&samples);
+            both.for_each(|(collector, sample)| collector.take(sample));
+        }
+    };
+    go_on(&mut plant, steps(SETTLING_S));
+    if let Some(stroke) = &plan.stroke {
+        plant.begin_stroke(stroke.clone()).map_err(RigError::from)?;
+    }
+    go_on(&mut plant, steps(plan.seconds));
+    let modules = collectors.into_iter().map(WindowCollector::finish).collect();
+    Ok(Snippet { label: plan.label(), modules })
+}
+
+/// The usual snippets: so many under changing weather, and for each cylinder a stroke.
+#[must_use]
+pub fn usual_snippets(
+    actuators: &[ComponentPath],
+    first_seed: u64,
+    weather: u64,
+    seconds: f64,
+    stroke_n: f64,
+) -> Vec<SnippetPlan> {
+    let seeds = |from: u64| (0..).map(move |number| first_seed.wrapping_add(from + number));
+    let mut plans: Vec<SnippetPlan> = seeds(0)
+        .take(weather as usize)
+        .map(|seed| SnippetPlan { seed, seconds, stroke: None })
+        .collect();
+    plans.extend(actuators.iter().zip(seeds(weather)).map(|(actuator, seed)| SnippetPlan {
+        seed,
+        seconds,
+        stroke: Some(Stroke {
+            actuator: actuator.clone(),
+            force_n: stroke_n,
+            duration_s: seconds,
+            largest_strain: 1e-3,
+        }),
+    }));
+    plans
+}
