@@ -8,6 +8,7 @@ use diagnosis::state::{Reference, Snippet};
 use study::commissioning::learn;
 
 use crate::failure::Failure;
+use crate::wording::{now_unix_ns, utc};
 
 /// What a module's reference is, and where it was written.
 #[derive(Debug)]
@@ -34,12 +35,13 @@ pub(super) fn write(
     references: Vec<Reference>,
     provenance: &str,
 ) -> Result<Vec<Written>, Failure> {
+    let day: String = utc(now_unix_ns()).chars().take_while(|c| *c != 'T').collect();
     let write = |reference: Reference| {
         let file = directory.join(format!("{}.toml", reference.module));
         let text =
             toml::to_string(&reference).map_err(|error| Failure::runtime(error.to_string()))?;
         let head = format!(
-            "# What module `{}` measures while it is healthy; written by `trusswatch commission`:\n# {provenance}\n",
+            "# What module `{}` measures while it is healthy; written on {day} by\n# {provenance}\n",
             reference.module
         );
         fs::write(&file, head + &text).map_err(|error| {

@@ -96,6 +96,8 @@ pub struct CaseKind {
     /// Every fault that may be one is a bias of this strain, either way \[m/m\], and gages take turns. A drift is
     /// followed until it has come so far.
     pub bias_strain: Option<f64>,
+    /// Every fault that may be one is a leak of this coefficient \[m²\]; kinds of leak and cylinders take turns.
+    pub leak_m2: Option<f64>,
     /// How long nothing is wrong in a case in which nothing is \[s\].
     pub healthy_s: Option<f64>,
 }
@@ -143,8 +145,9 @@ impl Case {
         let mut generator = generator(campaign_seed, FIRST_STREAM | number);
         let (situation, turn) = kind.turn(number);
         let seed = generator.next_u64();
-        let bias = kind.bias_strain.map(|strain| SizedBias { strain, turn });
-        let mut draw = Draw { structure, step_s, bias, smallest, generator: &mut generator };
+        let bias = kind.bias_strain.map(|size| Sized { size, turn });
+        let leak = kind.leak_m2.map(|size| Sized { size, turn });
+        let mut draw = Draw { structure, step_s, bias, leak, smallest, generator: &mut generator };
         let mut begin = draw.within(BEFORE_S, BEFORE_S + 2.0);
         let mut blind = None;
         let injections = match situation {
@@ -200,10 +203,10 @@ impl Case {
     }
 }
 
-/// A bias of a given size, and which gage's turn it is.
+/// A fault of a given size, and whose turn it is.
 #[derive(Debug, Clone, Copy)]
-struct SizedBias {
-    strain: f64,
+struct Sized {
+    size: f64,
     turn: u64,
 }
 
@@ -215,7 +218,8 @@ fn sizes(smallest: f64) -> [f64; 2] {
 struct Draw<'a> {
     structure: &'a Structure,
     step_s: f64,
-    bias: Option<SizedBias>,
+    bias: Option<Sized>,
+    leak: Option<Sized>,
     smallest: &'a dyn Fn(&ComponentPath) -> f64,
     generator: &'a mut ChaCha8Rng,
 }
@@ -242,6 +246,9 @@ impl Draw<'_> {
         if self.bias.is_some() {
             return self.of_kind(FaultKind::Bias, at, taken);
         }
+        if let Some(leak) = self.leak {
+            return self.of_kind(KINDS[(leak.turn % 3) as usize], at, taken);
+        }
         // As many gages as cylinders.
         let place = self.generator.random_range(0..2 * (KINDS.len() - 1));
         self.of_kind(KINDS[place.min(KINDS.len() - 1)], at, taken)
@@ -251,24 +258,23 @@ impl Draw<'_> {
         let component = self.component(kind, taken)?;
         let length = gage_length_m(self.structure, &component);
         let fault = match kind {
-            FaultKind::InternalLeakage => {
-                Fault::InternalLeakage { area_m2: self.log_uniform(LEAK_AREA_M2) }
-            }
-            FaultKind::ExternalLeakageA => {
-                Fault::ExternalLeakageA { area_m2: self.log_uniform(LEAK_AREA_M2) }
-            }
-            FaultKind::ExternalLeakageB => {
-                Fault::ExternalLeakageB { area_m2: self.log_uniform(LEAK_AREA_M2) }
-            }
+            FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2: self.leak_m2() },
+            FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2: self.leak_m2() },
+            FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2: self.leak_m2() },
             FaultKind::HardOver => Fault::HardOver {},
             _ => {
                 let range = self
                     .bias
-                    .map_or_else(|| sizes((self.smallest)(&component)), |bias| [bias.strain; 2]);
+                    .map_or_else(|| sizes((self.smallest)(&component)), |bias| [bias.size; 2]);
                 Fault::Bias { offset_m: self.signed(range) * length }
             }
         };
         Some(Injection { at, until: None, component, fault })
+    }
+
+    fn leak_m2(&mut self) -> f64 {
+        let range = self.leak.map_or(LEAK_AREA_M2, |leak| [leak.size; 2]);
+        self.log_uniform(range)
     }
 
     fn drift(&mut self, at: Step) -> Option<Injection> {
@@ -283,8 +289,12 @@ impl Draw<'_> {
         let mut fitting = components_that_can_have(self.structure, kind);
         fitting.retain(|component| !taken.contains(component));
         let count = fitting.len().max(1);
-        let place = match self.bias.filter(|_| kind.component_kind() == ComponentKind::Sensor) {
-            Some(bias) => (bias.turn % count as u64) as usize,
+        let turn = match kind.component_kind() {
+            ComponentKind::Sensor => self.bias.map(|bias| bias.turn),
+            ComponentKind::Actuator => self.leak.map(|leak| leak.turn / 3),
+        };
+        let place = match turn {
+            Some(turn) => (turn % count as u64) as usize,
             None => self.generator.random_range(0..count),
         };
         fitting.get(place).cloned()
@@ -315,7 +325,7 @@ mod tests {
 
     #[test]
     fn biases_of_one_size_visit_every_gage_alike_in_every_situation() {
-        let kind = CaseKind { situation: None, bias_strain: Some(8e-6), healthy_s: None };
+        let kind = CaseKind { bias_strain: Some(8e-6), ..CaseKind::default() };
         let mut visits = BTreeMap::<_, u64>::new();
         let mut signs = [0, 0];
         for case in cases(kind, 7 * 16) {
@@ -342,8 +352,7 @@ mod tests {
 
     #[test]
     fn one_situation_can_be_drawn_alone() {
-        let kind =
-            CaseKind { situation: Some(Situation::Second), bias_strain: None, healthy_s: None };
+        let kind = CaseKind { situation: Some(Situation::Second), ..CaseKind::default() };
         for case in cases(kind, 30) {
             let [first, second] = &case.injections[..] else { panic!("{case:?}") };
             assert_ne!(first.component, second.component);

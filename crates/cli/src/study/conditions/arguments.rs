@@ -77,6 +77,9 @@ pub(in crate::study) struct Arguments {
     /// so far
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub(super) bias_microstrain: Option<f64>,
+    /// Every fault that may be one is a leak of this coefficient, kinds of leak and cylinders taking turns
+    #[arg(long, value_name = "X", conflicts_with = "bias_microstrain", value_parser = leaks)]
+    pub(super) leak_area_m2: Option<f64>,
     /// Length of a case in which nothing is wrong [s]; e.g. 600 with `--situation healthy` for many hours
     #[arg(long, value_name = "S", value_parser = lengths)]
     pub(super) healthy_seconds: Option<f64>,
@@ -95,6 +98,12 @@ pub(in crate::study) struct Arguments {
     /// Print one JSON object instead of a table
     #[arg(long, conflicts_with = "show")]
     pub(super) json: bool,
+}
+
+/// Reads a leak coefficient.
+fn leaks(text: &str) -> Result<f64, String> {
+    let leak = text.parse().ok().filter(|leak| (1e-12..=1e-4).contains(leak));
+    leak.ok_or_else(|| "use a coefficient from 1e-12 to 1e-4 m²".to_owned())
 }
 
 /// Reads a length in seconds.
@@ -135,6 +144,7 @@ impl Arguments {
             kind: CaseKind {
                 situation: self.situation,
                 bias_strain: self.bias_strain(),
+                leak_m2: self.leak_area_m2,
                 healthy_s: self.healthy_seconds,
             },
         })
@@ -175,6 +185,7 @@ impl Arguments {
         words.push(format!("--seed {seed} --mismatch {mismatch} --cases {cases}"));
         words.extend(self.situation.map(|situation| format!("--situation {}", situation.as_str())));
         words.extend(self.bias_microstrain.map(|size| format!("--bias-microstrain {size}")));
+        words.extend(self.leak_area_m2.map(|leak| format!("--leak-area-m2 {leak}")));
         words.extend(self.healthy_seconds.map(|length| format!("--healthy-seconds {length}")));
         words.extend(self.alone.then(|| "--alone".to_owned()));
         words.push(format!("--from {number} --show"));
