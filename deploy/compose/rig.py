@@ -77,8 +77,10 @@ class Rig:
         return document["transitions"]
 
     def reset(self, components):
-        """Acknowledges and resets the components. By force: what a gage reads in the wind may
-        look like a random walk that was found when it was small for half a minute."""
+        """Acknowledges and resets the components. The simulated structure begins again before, with new cylinders: those
+        that were repaired hold another amount of oil, and would depart from their references."""
+        run("docker", "restart", "--time", "5", self.containers["plant"])
+        self.in_service()
         self.trusswatch("ack", *components, "--by", "rig", by=self.orderer)
         self.trusswatch("reset", *components, "--by", "rig", "--force", by=self.orderer)
 
