@@ -24,7 +24,7 @@ fn comes_back<Q: Debug + PartialEq>(
         Err(error) => {
             let refusal = error.to_string();
             is_bearable(&refusal);
-            let named = ["run", "from", "to", "step", "since", "limit"];
+            let named = ["run", "from", "to", "step", "window", "since", "limit"];
             assert!(named.iter().any(|name| refusal.contains(name)), "{refusal}: which parameter?");
         }
     }
