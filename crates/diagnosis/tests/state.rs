@@ -97,6 +97,22 @@ fn what_is_healthy_agrees_once_it_has_been_compared_and_as_of_when() {
 }
 
 #[test]
+fn what_is_not_compared_any_more_does_not_agree() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    for step in 0..4000 {
+        let sample = bench.signals.sample();
+        if step % 5 != 0 || (step + 1) % 1000 == 0 {
+            bench.give(Event::Sample(sample));
+        }
+    }
+    assert_eq!(condition(&bench, "sensor/g1"), Condition::NotCompared);
+    assert_eq!(bench.latched(), [""; 0]);
+    bench.run(SETTLED);
+    assert!(matches!(condition(&bench, "sensor/g1"), Condition::Agrees { .. }));
+}
+
+#[test]
 fn what_was_wrong_before_service_is_found() {
     let mut bench = commissioned();
     bench.signals.gage_offsets[0] = BIAS_M;

@@ -5,6 +5,9 @@ use names::{ComponentPath, Step};
 use super::condition::{Condition, Obstacle};
 use crate::verdict::Symptom;
 
+/// Windows one after the other without a mean of a component, from which on nothing is known of it.
+const MISSED: u32 = 2;
+
 /// How a component departs from its reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Departed {
@@ -63,6 +66,8 @@ pub(super) struct Track {
     pub(super) agreeing: u32,
     pub(super) departing: u32,
     pub(super) certain: u32,
+    /// Windows one after the other without a mean of it.
+    pub(super) missing: u32,
     /// In how many of them a departure has to show.
     pub(super) held: u32,
 }
@@ -77,17 +82,26 @@ impl Track {
             agreeing: 0,
             departing: 0,
             certain: 0,
+            missing: 0,
             held,
         }
     }
-}
 
-impl Track {
     /// Takes what a window that ended at `until` says. A departure began at `onset` or later.
     pub(super) fn take(&mut self, outcome: Outcome, until: Step, onset: Step) -> Option<Finding> {
+        if !matches!(outcome, Outcome::Missing) {
+            self.missing = 0;
+        }
         match outcome {
-            // What is unknown now was known before, and will be again.
-            Outcome::Missing => None,
+            // One window tells little; without two, what was known says nothing of the present.
+            Outcome::Missing => {
+                self.missing += 1;
+                if self.missing >= MISSED {
+                    self.condition = Condition::NotCompared;
+                    self.agreeing = 0;
+                }
+                None
+            }
             Outcome::CannotTell(obstacle) => {
                 self.condition = Condition::CannotTell { obstacle };
                 self.agreeing = 0;
