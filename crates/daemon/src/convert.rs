@@ -1,6 +1,6 @@
 //! Between the results of the diagnosis and messages.
 
-use diagnosis::state::{self, CylinderMeans, GageMeans, WindowMeans};
+use diagnosis::state::{self, CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use diagnosis::{Answer, Counters, Doubt, Phase, Question, Symptom, Transition, Verdict};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
 use wire::{Agreement, FaultState, FaultTransition, ModulePhase};
@@ -234,7 +234,18 @@ fn to_wire_evidence(evidence: &diagnosis::Evidence) -> wire::Evidence {
 
 pub(crate) fn to_question(question: Question) -> wire::StateQuestion {
     let Question { run, from, as_of, window } = question;
+    let window = window.map(|length| match length {
+        WindowLength::Short => wire::WindowLength::Short,
+        WindowLength::Long => wire::WindowLength::Long,
+    });
     wire::StateQuestion { run: Some(run), from, step: as_of, window }
+}
+
+pub(crate) fn from_window_length(length: wire::WindowLength) -> WindowLength {
+    match length {
+        wire::WindowLength::Short => WindowLength::Short,
+        wire::WindowLength::Long => WindowLength::Long,
+    }
 }
 
 pub(crate) fn to_change(change: diagnosis::Change) -> wire::StateChange {
@@ -251,10 +262,11 @@ pub(crate) fn from_change(change: wire::StateChange) -> diagnosis::Change {
     diagnosis::Change { component, onset: onset_step.unwrap_or(step), step, ratio, until }
 }
 
-/// `window`: were the means of the window asked for?
-pub(crate) fn from_answer(answer: wire::StateAnswer, window: bool) -> Answer {
+/// `window`: the means of a window of which length were asked for, if any?
+pub(crate) fn from_answer(answer: wire::StateAnswer, window: Option<WindowLength>) -> Answer {
     let until = answer.as_of_step;
-    let means = answer.window.map(|window| from_window(window, until));
+    // What was not asked for is not looked at.
+    let means = window.zip(answer.window).map(|(length, means)| from_window(means, length, until));
     let changes = answer.changes.into_iter().map(from_change);
     let faults = answer
         .actuator_faults
@@ -338,7 +350,7 @@ fn to_window(means: WindowMeans) -> wire::Window {
     }
 }
 
-fn from_window(window: wire::Window, until: Step) -> WindowMeans {
+fn from_window(window: wire::Window, length: WindowLength, until: Step) -> WindowMeans {
     let gage = |wire::GageWindow { residual_m, scatter_m2, swing_m2 }| GageMeans {
         residual_m,
         scatter_m2,
@@ -348,6 +360,7 @@ fn from_window(window: wire::Window, until: Step) -> WindowMeans {
         CylinderMeans { force_n, rate_n_per_s, tracking_n, content_pa }
     };
     WindowMeans {
+        length,
         until,
         gages: window.gages.into_iter().map(|one| one.map(gage)).collect(),
         cylinders: window.cylinders.into_iter().map(|one| one.map(cylinder)).collect(),

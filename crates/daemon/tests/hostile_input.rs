@@ -234,7 +234,7 @@ async fn a_question_is_answered_held_or_refused_with_its_reason() {
     put_sample(&observer, &sample(0)).await;
     status(&observer, |status| status.step == Some(Step(0))).await;
     let other_run =
-        StateQuestion { run: Some(RunId(9)), from: Step(0), step: Step(0), window: false };
+        StateQuestion { run: Some(RunId(9)), from: Step(0), step: Step(0), window: None };
     assert!(refused(ask(&observer, &other_run.to_parameters()).await).contains("present run"));
     assert!(refused(ask(&observer, "from=0&step=900000").await).contains("too far ahead"));
 

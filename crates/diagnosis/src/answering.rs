@@ -128,7 +128,7 @@ impl Knowledge<'_> {
             changes: changes.collect(),
             actuator_faults: actuator_faults.collect(),
             alarms: Some(ledger.alarms(run, as_of)),
-            window: self.channels.window_ended_at(as_of).filter(|_| window).cloned(),
+            window: window.and_then(|length| self.channels.window_ended_at(length, as_of)).cloned(),
         }
     }
 

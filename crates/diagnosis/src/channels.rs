@@ -12,7 +12,7 @@ use crate::residual::ResidualGenerator;
 use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, SetupError};
 use crate::shift::Shifts;
-use crate::state::{Measured, WINDOW_S, WindowMeans, Windows};
+use crate::state::{Measured, WindowLength, WindowMeans, Windows};
 use crate::unseen::Unseen;
 use crate::validity::{Supply, Validity};
 
@@ -44,13 +44,12 @@ pub(crate) struct Channels {
     coverage: Coverage,
     unseen: Unseen,
     shifts: Shifts,
-    windows: Windows,
+    /// Short ones and long ones; each with: did one end at the latest step?
+    windows: [(Windows, bool); 2],
     /// What is subtracted before a comparison with the reference: of a gage \[m\], of an oil content \[Pa\].
     tares: Vec<f64>,
     /// What goes into the windows: residuals, forces, oil contents; not a number where there is none.
     measured: [Vec<f64>; 3],
-    /// A window ended at the latest step.
-    window_ended: bool,
     phase: Phase,
     /// Most samples in a row that are filled in when they are lost.
     longest_filled: u64,
@@ -102,17 +101,16 @@ impl Channels {
             coverage: Coverage::default(),
             shifts: Shifts::new(&setup.prior_scatters()),
             unseen: Unseen::new((detection.divergence.window + detection.divergence.lag) as u64),
-            windows: Windows::new(
-                setup.actuators(),
-                components.len() - setup.actuators(),
-                setup.sampling().steps(WINDOW_S),
-            ),
+            windows: WindowLength::ALL.map(|length| {
+                let steps = setup.sampling().steps(length.seconds());
+                let gages = components.len() - setup.actuators();
+                (Windows::new(length, steps, setup.actuators(), gages), false)
+            }),
             measured: [
                 vec![f64::NAN; components.len()],
                 vec![f64::NAN; setup.actuators()],
                 vec![f64::NAN; setup.actuators()],
             ],
-            window_ended: false,
             tares: vec![0.0; components.len()],
             components,
             phase: Phase::Waiting,
@@ -139,7 +137,7 @@ impl Channels {
         self.coverage = Coverage::default();
         self.unseen.forget();
         self.shifts.forget();
-        self.windows.restart();
+        self.windows.iter_mut().for_each(|(windows, _)| windows.restart());
         self.unfilled = 0;
     }
 
@@ -253,7 +251,9 @@ impl Channels {
             *content = if good { *observed_pa - self.tares[channel] } else { f64::NAN };
         }
         let measured = Measured { residuals, forces_n, contents_pa };
-        self.window_ended = self.windows.take(step, measured).is_some();
+        for (windows, ended) in &mut self.windows {
+            *ended = windows.take(step, measured);
+        }
     }
 
     /// What a gage, or a cylinder's oil content, measures too much counts no more from now on: the tare, all in all.
@@ -262,14 +262,15 @@ impl Channels {
         self.tares[channel]
     }
 
-    /// The window that ended at a step, if it is still kept.
-    pub(crate) fn window_ended_at(&self, step: Step) -> Option<&WindowMeans> {
-        self.windows.ended_at(step)
+    /// The window of this length that ended at a step, if it is still kept.
+    pub(crate) fn window_ended_at(&self, length: WindowLength, step: Step) -> Option<&WindowMeans> {
+        self.windows[length as usize].0.ended_at(step)
     }
 
-    /// The window that ended at the latest step, if one did.
-    pub(crate) fn window(&self) -> Option<&WindowMeans> {
-        self.windows.latest().filter(|_| self.window_ended)
+    /// The window of this length that ended at the latest step, if one did.
+    pub(crate) fn window(&self, length: WindowLength) -> Option<&WindowMeans> {
+        let (windows, ended) = &self.windows[length as usize];
+        windows.latest().filter(|_| *ended)
     }
 
     /// Replaces what the sample lacks. A channel that has had a value again after a while is relearnt; after a

@@ -17,52 +17,83 @@ use crate::judging::Judging;
 use crate::ledger::Departure;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::ModuleSetup;
-use crate::state::{Conclusion, Condition, Departed, Finding, Reaction, StateDetector, WINDOW_S};
+use crate::state::{
+    Conclusion, Condition, Departed, Finding, Reaction, StateDetector, WindowLength,
+};
 use crate::verdict::{Doubt, Symptom, Verdict};
 
 /// Windows in which one of several suspects has to agree before it is no longer one.
 const CLEARED: u32 = 10;
 
+/// Questions to peers about short windows between two long ones: what they cannot settle waits for the long one.
+const SHORT_QUESTIONS: u32 = 3;
+
 /// The comparison with the reference, if there is one.
 #[derive(Debug, Clone)]
 pub(crate) struct Comparing {
-    detector: Option<StateDetector>,
-    window_steps: u64,
+    detectors: Option<Detectors>,
+    /// Steps of a long window.
+    long_steps: u64,
     run: RunId,
+}
+
+/// One for the windows of each length.
+#[derive(Debug, Clone)]
+struct Detectors {
+    short: StateDetector,
+    long: StateDetector,
+    /// Short windows since the latest long one about which peers were asked.
+    asked: u32,
+}
+
+impl Detectors {
+    fn of(&mut self, length: WindowLength) -> &mut StateDetector {
+        match length {
+            WindowLength::Short => &mut self.short,
+            WindowLength::Long => &mut self.long,
+        }
+    }
 }
 
 impl Comparing {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
-        let window_steps = setup.sampling().steps(WINDOW_S);
-        let reference = setup.reference.clone();
-        let detector = reference.map(|known| StateDetector::new(known, setup, window_steps));
-        Self { detector, window_steps, run: RunId::default() }
+        let detectors = setup.reference.clone().map(|known| Detectors {
+            short: StateDetector::new(WindowLength::Short, known.clone(), setup),
+            long: StateDetector::new(WindowLength::Long, known, setup),
+            asked: 0,
+        });
+        let long_steps = setup.sampling().steps(WindowLength::Long.seconds());
+        Self { detectors, long_steps, run: RunId::default() }
     }
 
     /// A run begins: nothing has been compared yet.
     pub(crate) fn restart(&mut self) {
-        if let Some(detector) = &mut self.detector {
-            detector.restart();
+        if let Some(Detectors { short, long, asked }) = &mut self.detectors {
+            short.restart();
+            long.restart();
+            *asked = 0;
         }
     }
 
     /// An operator has reset a component.
     pub(crate) fn forgive(&mut self, channel: usize) {
-        if let Some(detector) = &mut self.detector {
-            detector.forgive(channel);
+        if let Some(Detectors { short, long, .. }) = &mut self.detectors {
+            short.forgive(channel);
+            long.forgive(channel);
         }
     }
 
     /// By how much a component was off in the latest window \[m\], \[Pa\]: a gage's mean, a cylinder's oil content.
     pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
-        self.detector.as_ref()?.departure(channel)
+        self.detectors.as_ref()?.long.departure(channel)
     }
 
     pub(crate) fn condition(&self, channel: usize) -> &Condition {
-        self.detector.as_ref().map_or(&Condition::NotVerified, |known| known.condition(channel))
+        let detectors = self.detectors.as_ref();
+        detectors.map_or(&Condition::NotVerified, |known| known.long.condition(channel))
     }
 
-    /// Compares the window that ended at this step, if one did.
+    /// Compares the windows that ended at this step.
     pub(crate) fn compare(
         &mut self,
         (run, step): (RunId, Step),
@@ -71,25 +102,60 @@ impl Comparing {
         counters: &mut Counters,
         actions: &mut Vec<Action>,
     ) {
-        let (Some(detector), Some(window)) = (&mut self.detector, channels.window()) else {
-            return;
-        };
         self.run = run;
-        let ledger = judging.ledger();
-        let known =
-            (0..channels.components().len()).map(|k| ledger.verdict(k).is_latched()).collect();
-        let (late, reaction) = detector.take(window, known);
-        if let Some(conclusion) = late {
-            self.enter(conclusion, channels, judging, actions);
-        }
-        match reaction {
-            Reaction::Ask(peers) => {
-                let question = Question { run, from: step, as_of: step, window: true };
-                counters.questions_asked += peers.len() as u64;
-                actions.extend(peers.into_iter().map(|peer| Action::Ask { peer, question }));
+        let short_ended = channels.window(WindowLength::Short).is_some();
+        let calm = short_ended && self.is_calm(step, channels, judging);
+        for length in WindowLength::ALL {
+            let (Some(detectors), Some(window)) = (&mut self.detectors, channels.window(length))
+            else {
+                continue;
+            };
+            match length {
+                WindowLength::Long => detectors.asked = 0,
+                WindowLength::Short if calm && detectors.asked < SHORT_QUESTIONS => {}
+                WindowLength::Short => {
+                    detectors.short.skip();
+                    continue;
+                }
             }
-            Reaction::Concluded(conclusion) => self.enter(conclusion, channels, judging, actions),
+            let ledger = judging.ledger();
+            let known =
+                (0..channels.components().len()).map(|k| ledger.verdict(k).is_latched()).collect();
+            let (late, reaction) = detectors.of(length).take(window, known);
+            if let Some(conclusion) = late {
+                // A peer that does not answer within a short window is not asked about the next one.
+                if length == WindowLength::Short {
+                    detectors.asked = SHORT_QUESTIONS;
+                }
+                self.enter(length, conclusion, channels, judging, actions);
+            }
+            match reaction {
+                Reaction::Ask(peers) => {
+                    let as_of = window.until;
+                    let question = Question { run, from: as_of, as_of, window: Some(length) };
+                    counters.questions_asked += peers.len() as u64;
+                    actions.extend(peers.into_iter().map(|peer| Action::Ask { peer, question }));
+                    if let Some(detectors) = &mut self.detectors {
+                        detectors.asked += u32::from(length == WindowLength::Short);
+                    }
+                }
+                Reaction::Concluded(conclusion) => {
+                    self.enter(length, conclusion, channels, judging, actions);
+                }
+            }
         }
+    }
+
+    /// Has nothing changed for a second, and does nothing wait for a judgement? While something moves, short windows hold
+    /// what a second would even out.
+    fn is_calm(&self, now: Step, channels: &Channels, judging: &Judging) -> bool {
+        let quiet = |channel: usize| {
+            let changed = channels.monitor(channel).changed_until();
+            let verdict = judging.ledger().verdict(channel);
+            changed.is_none_or(|changed| changed.plus(self.long_steps) <= now)
+                && (*verdict == Verdict::Normal || verdict.is_latched())
+        };
+        (0..channels.components().len()).all(quiet)
     }
 
     /// Takes a peer's answer; `None` if there is none.
@@ -101,22 +167,23 @@ impl Comparing {
         counters: &mut Counters,
         actions: &mut Vec<Action>,
     ) {
-        let Some(detector) = self.detector.as_mut().filter(|_| question.run == self.run) else {
-            return;
-        };
-        let (conclusion, fits) = detector.answered(peer, question.as_of, answer);
+        let detectors = self.detectors.as_mut().filter(|_| question.run == self.run);
+        let Some((detectors, length)) = detectors.zip(question.window) else { return };
+        let (conclusion, fits) = detectors.of(length).answered(peer, question.as_of, answer);
         if let Err(reason) = fits {
             counters.answers_malformed += 1;
             let (peer, failure) = (peer.clone(), PeerFailure::Malformed(reason));
             actions.push(Action::AnswerRejected { peer, failure });
         }
         if let Some(conclusion) = conclusion {
-            self.enter(conclusion, channels, judging, actions);
+            self.enter(length, conclusion, channels, judging, actions);
         }
     }
 
+    /// Enters what was found. Of short windows only what has departed for certain counts: the long ones tell the rest.
     fn enter(
-        &self,
+        &mut self,
+        length: WindowLength,
         conclusion: Conclusion,
         channels: &Channels,
         judging: &mut Judging,
@@ -125,7 +192,12 @@ impl Comparing {
         let Conclusion { until, findings } = conclusion;
         for (channel, finding) in findings {
             match finding {
+                Finding::Agrees { .. } | Finding::OneOf { .. } if length == WindowLength::Short => {
+                }
                 Finding::Agrees { windows } => {
+                    if let Some(detectors) = &mut self.detectors {
+                        detectors.short.note_agreement(channel, until);
+                    }
                     self.agree(channel, windows, until, channels, judging, actions);
                 }
                 Finding::Departed { departed, onset, before_service } => {
@@ -162,7 +234,7 @@ impl Comparing {
         actions: &mut Vec<Action>,
     ) {
         let changed = channels.monitor(channel).changed_until();
-        let over = changed.is_none_or(|changed| changed.plus(self.window_steps) <= until);
+        let over = changed.is_none_or(|changed| changed.plus(self.long_steps) <= until);
         match judging.ledger().verdict(channel) {
             Verdict::Explained { .. } if over => {
                 judging.close_explained(channel, until, channels, actions)

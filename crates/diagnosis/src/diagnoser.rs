@@ -22,7 +22,7 @@ use crate::phase::Phase;
 use crate::question::{Answer, Question};
 use crate::sample::Sample;
 use crate::settings::{ModuleSetup, SetupError};
-use crate::state::{Condition, WindowMeans};
+use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::{Transition, Verdict};
 
 /// The diagnoser of one module.
@@ -149,7 +149,7 @@ impl Diagnoser {
         self.judging.judge(now, &self.channels, &mut self.counters, actions);
     }
 
-    /// Compares the window that ended at this step, if one did, with the reference.
+    /// Compares the windows that ended at this step with the reference.
     fn compare(&mut self, now: (RunId, Step), actions: &mut Vec<Action>) {
         let Self { channels, judging, comparing, counters, .. } = self;
         comparing.compare(now, channels, judging, counters, actions);
@@ -157,7 +157,7 @@ impl Diagnoser {
 
     fn take_answer(&mut self, peer: &ModuleName, answer: Answer, actions: &mut Vec<Action>) {
         let Some(now) = self.intake.position() else { return };
-        if answer.question.window {
+        if answer.question.window.is_some() {
             let Self { channels, judging, comparing, counters, .. } = self;
             let question = answer.question;
             let answered = (peer, question, Some(answer));
@@ -170,7 +170,7 @@ impl Diagnoser {
 
     fn take_silence(&mut self, peer: &ModuleName, question: Question, actions: &mut Vec<Action>) {
         let Some(now) = self.intake.position() else { return };
-        if question.window {
+        if question.window.is_some() {
             let Self { channels, judging, comparing, counters, .. } = self;
             counters.questions_unanswered += 1;
             let answered = (peer, question, None);
@@ -265,10 +265,10 @@ impl Diagnoser {
         self.channels.evidence()
     }
 
-    /// The means over the window that ended at the latest step, if one did.
+    /// The means over the window of this length that ended at the latest step, if one did.
     #[must_use]
-    pub fn window(&self) -> Option<&WindowMeans> {
-        self.channels.window()
+    pub fn window(&self, length: WindowLength) -> Option<&WindowMeans> {
+        self.channels.window(length)
     }
 
     /// The condition of each component, in the order of [`Diagnoser::components`].

@@ -7,7 +7,7 @@
 use names::{ActuatorName, Component, RunId, Step};
 
 use crate::change::Change;
-use crate::state::WindowMeans;
+use crate::state::{WindowLength, WindowMeans};
 
 /// Most changes that one answer may carry.
 pub const MAX_CHANGES_IN_ANSWER: usize = 4096;
@@ -21,8 +21,8 @@ pub struct Question {
     pub from: Step,
     /// The step as of which the answer is wanted, itself included.
     pub as_of: Step,
-    /// Are the means of the window that ended with that step wanted?
-    pub window: bool,
+    /// Are the means of the window that ended with that step wanted, and of which length?
+    pub window: Option<WindowLength>,
 }
 
 /// An actuator that the answering module has declared faulty.

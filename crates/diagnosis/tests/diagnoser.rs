@@ -300,7 +300,7 @@ fn a_question_is_answered_as_of_its_step_and_not_before() {
     let (mut bench, _) = biased();
     let token = QuestionToken(7);
     let question =
-        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: false };
+        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: None };
     bench.actions.clear();
     bench.give(Event::Asked { token, question });
     bench.run(4);
@@ -321,7 +321,7 @@ fn a_late_question_gets_the_same_answer_as_one_in_time() {
     let at = bench.now().minus(4);
     let ask = |bench: &mut Bench, token| {
         bench.actions.clear();
-        let question = Question { run: RunId(1), from: Step(0), as_of: at, window: false };
+        let question = Question { run: RunId(1), from: Step(0), as_of: at, window: None };
         bench.give(Event::Asked { token: QuestionToken(token), question });
         let Action::Answer { answer, .. } = &bench.actions[0] else { panic!() };
         answer.clone()
@@ -335,7 +335,7 @@ fn a_late_question_gets_the_same_answer_as_one_in_time() {
 fn questions_that_cannot_be_answered_are_refused_with_the_reason() {
     let mut bench = Bench::new("lower", Rule::FirstChange);
     let token = QuestionToken(1);
-    let question = Question { run: RunId(1), from: Step(0), as_of: Step(10), window: false };
+    let question = Question { run: RunId(1), from: Step(0), as_of: Step(10), window: None };
     bench.give(Event::Asked { token, question });
     assert_eq!(bench.actions.pop(), Some(Action::Refuse { token, refusal: Refusal::NoSample }));
     bench.run(20);
@@ -358,7 +358,7 @@ fn a_withdrawn_question_is_not_answered() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let token = QuestionToken(1);
     let question =
-        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: false };
+        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: None };
     bench.give(Event::Asked { token, question });
     bench.give(Event::Withdrawn { token });
     bench.run(10);
@@ -370,7 +370,7 @@ fn a_flood_of_questions_is_bounded() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let as_of = bench.now().plus(5);
     for token in 0..5000 {
-        let question = Question { run: RunId(1), from: Step(0), as_of, window: false };
+        let question = Question { run: RunId(1), from: Step(0), as_of, window: None };
         bench.give(Event::Asked { token: QuestionToken(token), question });
     }
     assert!(bench.diagnoser.waiting_questions() <= 1024);

@@ -141,7 +141,7 @@ fn faulty_actuator() -> (Bench, Step) {
 
 /// The steps of the changes of actuators that a peer receives as of a step.
 fn reported(bench: &mut Bench, as_of: Step) -> Vec<Step> {
-    let question = Question { run: bench.signals.run, from: Step(0), as_of, window: false };
+    let question = Question { run: bench.signals.run, from: Step(0), as_of, window: None };
     bench.give(Event::Asked { token: QuestionToken(1), question });
     let Action::Answer { answer, .. } = bench.actions.pop().unwrap() else { panic!() };
     answer.actuator_faults.iter().map(|fault| fault.step).collect()

@@ -104,7 +104,7 @@ fn peers_are_answered_from_before_the_restart_and_refused_what_is_not_known() {
     let last = bench.now();
     let mut again = bench.restarted();
     let mut ask = |run, as_of| {
-        let question = Question { run: RunId(run), from: Step(0), as_of, window: false };
+        let question = Question { run: RunId(run), from: Step(0), as_of, window: None };
         again.give(Event::Asked { token: QuestionToken(1), question });
         again.actions.pop().unwrap()
     };
@@ -117,7 +117,7 @@ fn peers_are_answered_from_before_the_restart_and_refused_what_is_not_known() {
     assert_eq!(refusal, Refusal::NoSample);
     again.signals.step = last.plus(500);
     again.run(WARM_UP + 100);
-    let question = Question { run: RunId(1), from: Step(0), as_of: last.plus(10), window: false };
+    let question = Question { run: RunId(1), from: Step(0), as_of: last.plus(10), window: None };
     again.give(Event::Asked { token: QuestionToken(1), question });
     let Action::Answer { answer, .. } = again.actions.pop().unwrap() else { panic!() };
     assert_eq!(answer.watching_since, None, "nothing was watched then");

@@ -8,7 +8,8 @@ mod fixture;
 use std::sync::{Arc, LazyLock};
 
 use diagnosis::state::{
-    Condition, GageMeans, Reference, ReferenceProblem, Snippet, WindowMeans, commission,
+    Condition, GageMeans, Gaussian, Reference, ReferenceProblem, Snippet, WindowLength,
+    WindowMeans, commission,
 };
 use diagnosis::{
     Action, Answer, Diagnoser, Doubt, Event, GivenOrder, ModuleSetup, Order, OrderKind,
@@ -41,7 +42,8 @@ fn snippets(setup: &ModuleSetup, count: u64) -> Vec<Snippet> {
         for step in 0..SETTLED + 3000 {
             bench.run(1);
             if step >= SETTLED {
-                windows.extend(bench.diagnoser.window().cloned());
+                let lengths = WindowLength::ALL.into_iter();
+                windows.extend(lengths.filter_map(|l| bench.diagnoser.window(l)).cloned());
             }
         }
         Snippet { label: format!("seed {seed}"), modules: vec![windows] }
@@ -52,7 +54,7 @@ fn snippets(setup: &ModuleSetup, count: u64) -> Vec<Snippet> {
 fn reference() -> Arc<Reference> {
     static REFERENCE: LazyLock<Arc<Reference>> = LazyLock::new(|| {
         let setup = alone();
-        Arc::new(commission(std::slice::from_ref(&setup), 0, &snippets(&setup, 40)).unwrap())
+        Arc::new(commission(std::slice::from_ref(&setup), 0, &snippets(&setup, 40), 0.001).unwrap())
     });
     Arc::clone(&REFERENCE)
 }
@@ -228,7 +230,34 @@ fn a_force_beyond_what_was_seen_makes_the_gages_unknown_and_none_faulty() {
     assert_eq!(gages.count(), 0);
 }
 
-/// Two gages of a module that move alike, and a peer that could tell them apart.
+/// As if the peer measured the same, without any correlation with this module, which has so many gages.
+fn with_uncorrelated_peer(own: &Gaussian, gages: usize) -> Gaussian {
+    let (own_gages, own_forces) = ((0..gages).map(Some), (gages..own.mean.len()).map(Some));
+    let of_peer = |count| std::iter::repeat_n(None, count);
+    let order: Vec<Option<usize>> = own_gages
+        .chain(of_peer(gages))
+        .chain(own_forces)
+        .chain(of_peer(own.mean.len() - gages))
+        .collect();
+    let all = |values: &[f64]| -> Vec<f64> {
+        let value = |(k, of): (usize, &Option<usize>)| values[of.unwrap_or(k % values.len())];
+        order.iter().enumerate().map(value).collect()
+    };
+    let correlation = |a: usize, b: usize| match (order[a], order[b]) {
+        (Some(a), Some(b)) => own.correlations[a.max(b)][a.min(b)],
+        _ => 0.0,
+    };
+    Gaussian {
+        snippets: own.snippets,
+        mean: all(&own.mean),
+        deviation: all(&own.deviation),
+        correlations: (0..order.len())
+            .map(|a| (0..a).map(|b| correlation(a, b)).collect())
+            .collect(),
+    }
+}
+
+/// A module with a peer that moves by itself.
 fn with_peer() -> Bench {
     let mut reference = Reference::clone(&reference());
     let (own, peer) = (alone().module, fixture::name("upper"));
@@ -239,26 +268,9 @@ fn with_peer() -> Bench {
     let gages: Vec<_> = reference.gages.iter().map(add).collect();
     let forces: Vec<_> = reference.forces.clone();
     assert!(reference.gages.iter().all(|path| path.module == own));
-    // As if the peer measured the same, without any correlation with this module.
-    let (mean, deviation) = (reference.means.mean.clone(), reference.means.deviation.clone());
-    let rows = reference.means.correlations.clone();
-    let own_gages = reference.gages.len();
-    let order: Vec<Option<usize>> = (0..own_gages)
-        .map(Some)
-        .chain(gages.iter().map(|_| None))
-        .chain((own_gages..mean.len()).map(Some))
-        .chain(forces.iter().map(|_| None))
-        .collect();
-    let place = |of: Option<usize>, k: usize| of.unwrap_or(k % mean.len());
-    reference.means.mean = order.iter().enumerate().map(|(k, of)| mean[place(*of, k)]).collect();
-    reference.means.deviation =
-        order.iter().enumerate().map(|(k, of)| deviation[place(*of, k)]).collect();
-    let correlation = |a: usize, b: usize| match (order[a], order[b]) {
-        (Some(a), Some(b)) => rows[a.max(b)][a.min(b)],
-        _ => 0.0,
-    };
-    reference.means.correlations =
-        (0..order.len()).map(|a| (0..a).map(|b| correlation(a, b)).collect()).collect();
+    for means in [&mut reference.short.means, &mut reference.long.means] {
+        *means = with_uncorrelated_peer(means, gages.len());
+    }
     reference.gages.extend(gages);
     reference.forces.extend(
         forces
@@ -274,14 +286,17 @@ fn with_peer() -> Bench {
 #[test]
 fn peers_are_asked_only_when_something_may_be_wrong_and_a_silent_one_stops_nothing() {
     let mut bench = with_peer();
-    bench.run(SETTLED + 5000);
+    bench.run(SETTLED);
+    // What the models made of their start does not count.
+    bench.actions.clear();
+    bench.run(5000);
     assert_eq!(bench.questions(), []);
     let mut bench = with_peer();
     bench.signals.gage_offsets[0] = BIAS_M;
     while bench.signals.step.0 < SETTLED + 3000 {
         bench.run(1);
         for (peer, question) in bench.questions() {
-            assert!(question.window);
+            assert!(question.window.is_some());
             let failure = PeerFailure::TimedOut;
             bench.actions.retain(|action| !matches!(action, Action::Ask { .. }));
             bench.give(Event::Unanswered { peer, question, failure });
@@ -301,6 +316,7 @@ fn a_window_that_does_not_fit_counts_as_none_and_is_counted() {
             bench.actions.clear();
             let gage = GageMeans { residual_m: f64::MAX, scatter_m2: 0.0, swing_m2: 0.0 };
             let window = WindowMeans {
+                length: question.window.unwrap(),
                 until: question.as_of,
                 gages: vec![Some(gage); 99],
                 cylinders: vec![],
@@ -341,14 +357,15 @@ fn a_reference_of_other_settings_is_refused_and_named() {
     other.version = 99;
     assert_eq!(other.problems(&alone()), [ReferenceProblem::Version(99)]);
     let mut broken = Reference::clone(&reference());
-    broken.means.deviation[0] = f64::NAN;
+    broken.long.means.deviation[0] = f64::NAN;
     assert_eq!(broken.problems(&alone()), [ReferenceProblem::Figures("means")]);
 }
 
 #[test]
 fn too_few_snippets_are_refused_with_the_number_needed() {
     let setup = alone();
-    let error = commission(std::slice::from_ref(&setup), 0, &snippets(&setup, 5)).unwrap_err();
+    let error =
+        commission(std::slice::from_ref(&setup), 0, &snippets(&setup, 5), 0.001).unwrap_err();
     assert!(error.to_string().contains("give at least"), "{error}");
 }
 
@@ -357,14 +374,16 @@ fn too_few_snippets_are_refused_with_the_number_needed() {
 fn what_cannot_be_told_apart_is_one_of_several() {
     let mut reference = Reference::clone(&reference());
     // As if gages 1 and 2 always moved alike, and nothing else knew of them.
-    let size = reference.means.mean.len();
-    for a in 0..size {
-        for b in 0..a {
-            reference.means.correlations[a][b] = if (a, b) == (1, 0) { 0.999_999 } else { 0.0 };
+    for means in [&mut reference.short.means, &mut reference.long.means] {
+        for (a, row) in means.correlations.iter_mut().enumerate() {
+            row.fill(0.0);
+            if a == 1 {
+                row[0] = 0.999_999;
+            }
         }
+        means.deviation[1] = means.deviation[0];
     }
-    let deviation = reference.means.deviation[0];
-    reference.means.deviation[1] = deviation;
+    let deviation = reference.long.means.deviation[0];
     let setup = ModuleSetup { reference: Some(Arc::new(reference)), ..alone() };
     let mut bench = Bench::of(setup);
     bench.signals.gage_offsets[0] = 0.2 * deviation;
@@ -376,4 +395,33 @@ fn what_cannot_be_told_apart_is_one_of_several() {
         };
         assert_eq!(suspects.len(), 2);
     }
+}
+
+/// Long before the first two seconds are over: short windows tell it.
+#[test]
+fn what_is_far_off_is_found_within_tenths_of_a_second() {
+    let mut bench = commissioned();
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(400);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    let latched = bench.transitions().pop().unwrap();
+    assert!(latched.before_service);
+    assert_eq!(latched.symptom, Symptom::Departure);
+}
+
+/// What agreed over a second was healthy then, though no short window has been compared since.
+#[test]
+fn what_short_windows_find_began_after_the_last_agreement() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    // Too slow for the change detector: 10 µm a second.
+    let began = bench.signals.step;
+    for _ in 0..8000 {
+        bench.signals.gage_offsets[0] += 1e-8;
+        bench.run(1);
+    }
+    let latched =
+        bench.transitions().into_iter().find(|t| t.symptom == Symptom::Departure).unwrap();
+    assert!(!latched.before_service);
+    assert!(latched.onset >= began && latched.decided > latched.onset, "{latched:?}");
 }

@@ -259,7 +259,7 @@ impl Rig {
             }
             Action::Answer { token, answer } => {
                 let (asker, peer, _) = self.asked.get(usize::try_from(token.0).ok()?)?.clone();
-                if answer.question.window {
+                if answer.question.window.is_some() {
                     return Some((asker, Event::Answered { peer, answer }));
                 }
                 self.occurrences.push(Occurrence::Question {

@@ -82,7 +82,7 @@ fn modules_without_peers_have_references_of_their_own() {
         let reference = setup.reference.clone().unwrap();
         assert_eq!((reference.gages.len(), reference.forces.len()), (8, 4));
         assert_eq!(reference.peers().count(), 0);
-        let [alone, together] = reference.largest_left_out;
+        let [alone, together] = reference.long.largest_left_out;
         assert_eq!(alone, together);
         assert_eq!(setup.problems(), []);
     }

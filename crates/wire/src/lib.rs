@@ -69,7 +69,7 @@ pub use sample::Sample;
 pub use schema::schema;
 pub use state::{
     ActuatorFault, Alarm, CylinderWindow, GageWindow, StateAnswer, StateChange, StateQuestion,
-    Window,
+    Window, WindowLength,
 };
 pub use status::{
     DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,

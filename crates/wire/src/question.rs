@@ -18,6 +18,16 @@ pub enum QuestionError {
         /// What it is.
         value: String,
     },
+    /// A parameter is none of the values that there are.
+    #[error("`{name}` is `{value}`; use {known}")]
+    Unknown {
+        /// Which.
+        name: &'static str,
+        /// What it is.
+        value: String,
+        /// What there is, in words.
+        known: String,
+    },
     /// A parameter is given twice.
     #[error("`{0}` is given twice")]
     Repeated(&'static str),
@@ -31,18 +41,36 @@ pub enum QuestionError {
     },
 }
 
-/// The number that a parameter gives, if it is there.
-pub(crate) fn number(text: &str, name: &'static str) -> Result<Option<u64>, QuestionError> {
+/// The text that a parameter gives, if it is there.
+fn value<'a>(text: &'a str, name: &'static str) -> Result<Option<&'a str>, QuestionError> {
     let mut values = text
         .split(['&', ';'])
         .filter_map(|pair| pair.split_once('=').or(Some((pair, ""))))
         .filter_map(|(key, value)| (key == name).then_some(value));
-    let Some(value) = values.next() else { return Ok(None) };
-    if values.next().is_some() {
-        return Err(QuestionError::Repeated(name));
-    }
+    let value = values.next();
+    if values.next().is_some() { Err(QuestionError::Repeated(name)) } else { Ok(value) }
+}
+
+/// The number that a parameter gives, if it is there.
+pub(crate) fn number(text: &str, name: &'static str) -> Result<Option<u64>, QuestionError> {
+    let Some(value) = value(text, name)? else { return Ok(None) };
     let parsed = value.parse();
     parsed.map(Some).map_err(|_| QuestionError::NotANumber { name, value: quotation(value, 64) })
+}
+
+/// Which of these a parameter gives, if it is there.
+pub(crate) fn one_of<T: Copy>(
+    text: &str,
+    name: &'static str,
+    all: &[T],
+    as_str: fn(T) -> &'static str,
+) -> Result<Option<T>, QuestionError> {
+    let Some(value) = value(text, name)? else { return Ok(None) };
+    let found = all.iter().copied().find(|one| as_str(*one) == value);
+    found.map(Some).ok_or_else(|| {
+        let known = all.iter().map(|one| as_str(*one)).collect::<Vec<_>>().join(" or ");
+        QuestionError::Unknown { name, value: quotation(value, 64), known }
+    })
 }
 
 /// The number that a parameter gives.

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
-use crate::question::{QuestionError, in_order, number, required};
+use crate::question::{QuestionError, in_order, number, one_of, required};
 
 /// A question to a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,8 +19,31 @@ pub struct StateQuestion {
     pub from: Step,
     /// The step as of which the answer is wanted, itself included.
     pub step: Step,
-    /// Are the means of the window that ended with that step wanted?
-    pub window: bool,
+    /// Are the means of the window that ended with that step wanted, and of which length?
+    pub window: Option<WindowLength>,
+}
+
+/// How long a window is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WindowLength {
+    /// A tenth of a second, `0.1`.
+    Short,
+    /// A second, `1`.
+    Long,
+}
+
+impl WindowLength {
+    /// Both.
+    pub const ALL: [WindowLength; 2] = [WindowLength::Short, WindowLength::Long];
+
+    /// In seconds, as in the parameters of a query.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            WindowLength::Short => "0.1",
+            WindowLength::Long => "1",
+        }
+    }
 }
 
 impl StateQuestion {
@@ -28,7 +51,8 @@ impl StateQuestion {
     #[must_use]
     pub fn to_parameters(&self) -> String {
         let run = self.run.map_or(String::new(), |run| format!("&run={}", run.0));
-        let window = if self.window { "&window=1" } else { "" };
+        let window =
+            self.window.map_or(String::new(), |length| format!("&window={}", length.as_str()));
         format!("from={}&step={}{run}{window}", self.from, self.step)
     }
 
@@ -40,7 +64,7 @@ impl StateQuestion {
         let from = Step(required(text, "from")?);
         let step = Step(required(text, "step")?);
         let run = number(text, "run")?.map(RunId);
-        let window = number(text, "window")?.is_some_and(|wanted| wanted != 0);
+        let window = one_of(text, "window", &WindowLength::ALL, WindowLength::as_str)?;
         in_order(from, step)?;
         Ok(Self { run, from, step, window })
     }
@@ -169,16 +193,18 @@ mod tests {
 
     #[test]
     fn a_question_is_written_and_read_back() {
-        for run in [None, Some(RunId(u64::MAX))] {
-            let question =
-                StateQuestion { run, from: Step(3), step: Step(99), window: run.is_some() };
+        let lengths = [None, Some(WindowLength::Short), Some(WindowLength::Long)];
+        for (run, window) in
+            [None, Some(RunId(u64::MAX))].into_iter().zip(lengths.into_iter().rev())
+        {
+            let question = StateQuestion { run, from: Step(3), step: Step(99), window };
             assert_eq!(read(&question.to_parameters()), Ok(question));
         }
     }
 
     #[test]
     fn both_separators_are_understood_and_other_parameters_passed_over() {
-        let expected = StateQuestion { run: None, from: Step(1), step: Step(2), window: false };
+        let expected = StateQuestion { run: None, from: Step(1), step: Step(2), window: None };
         for text in ["from=1&step=2", "from=1;step=2", "step=2;_anyke;from=1", "x=9&from=1&step=2"]
         {
             assert_eq!(read(text), Ok(expected), "{text}");
@@ -190,6 +216,8 @@ mod tests {
         assert_eq!(read(""), Err(QuestionError::Missing("from")));
         assert_eq!(read("from=1"), Err(QuestionError::Missing("step")));
         assert_eq!(read("from=1&from=2&step=3"), Err(QuestionError::Repeated("from")));
+        let unknown = read("from=1&step=2&window=7").unwrap_err();
+        assert_eq!(unknown.to_string(), "`window` is `7`; use 0.1 or 1");
         let backwards = QuestionError::Backwards { from: Step(3), to: Step(2) };
         assert_eq!(read("from=3&step=2"), Err(backwards));
         for (text, value) in [("from=-1&step=2", "-1"), ("from=&step=2", ""), ("from&step=2", "")] {

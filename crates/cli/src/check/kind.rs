@@ -32,7 +32,7 @@ impl Kind {
         Kind::of_table(&table).ok_or_else(|| {
             let problem = "nothing that is known: a structure has `modules`, a plant `structure` but \
                            no `module`, a diagnoser `module` and `structure`, thresholds \
-                           `thresholds` and `provenance`, a reference `gage_threshold` and `cylinders`, a \
+                           `thresholds` and `provenance`, a reference `cylinder_threshold` and `cylinders`, a \
                            schedule `faults`";
             (None, problem.to_owned())
         })
@@ -45,7 +45,7 @@ impl Kind {
             Some(Kind::Structure)
         } else if has("provenance") || is_table("thresholds") {
             Some(Kind::Thresholds)
-        } else if has("gage_threshold") && has("cylinders") {
+        } else if has("cylinder_threshold") && has("cylinders") {
             Some(Kind::Reference)
         } else if has("module") {
             Some(Kind::Diagnoser)
@@ -75,7 +75,7 @@ mod tests {
         assert_eq!(kind("structure = 's'\nseed = 1"), Ok(Kind::Plant));
         assert_eq!(kind("module = 'm'\nstructure = 's'\nthresholds = 't'"), Ok(Kind::Diagnoser));
         assert_eq!(kind("module = 'm'\n[thresholds]"), Ok(Kind::Thresholds));
-        let reference = "module = 'm'\ngage_threshold = 6\n[[cylinders]]";
+        let reference = "module = 'm'\ncylinder_threshold = 6\n[[cylinders]]";
         assert_eq!(kind(reference), Ok(Kind::Reference));
         assert_eq!(kind("[[faults]]"), Ok(Kind::Schedule));
         assert_eq!(Kind::of(Path::new("x.json5"), "{"), Ok(Kind::Zenoh));

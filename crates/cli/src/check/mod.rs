@@ -129,8 +129,8 @@ fn reference(file: &Path, text: &str) -> Result<String, ConfigErrors> {
         let each = problems.iter().flat_map(|problem| mistake(file, None, problem).0);
         return Err(ConfigErrors(each.collect()));
     }
-    let Reference { module, hours, own_gages, cylinders, .. } = &read;
-    let (gages, cylinders) = (own_gages.len(), cylinders.len());
+    let Reference { module, hours, long, cylinders, .. } = &read;
+    let (gages, cylinders) = (long.own_gages.len(), cylinders.len());
     Ok(format!(
         "reference of module `{module}`, {cylinders} actuators, {gages} gages, learnt from {hours:.3} h"
     ))

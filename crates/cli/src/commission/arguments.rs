@@ -3,6 +3,8 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use study::commissioning::FALSE_ALARMS_PER_HOUR;
+
 use crate::failure::Failure;
 
 /// How long a snippet may be \[s\]: what a stroke may take.
@@ -52,6 +54,9 @@ pub(crate) struct Arguments {
     /// Directory that references and snippets are written into
     #[arg(long, value_name = "DIR")]
     pub(super) out: PathBuf,
+    /// Rate of false alarms of a module that the thresholds are for, at most and with 95 % confidence [1/h]
+    #[arg(long, default_value_t = FALSE_ALARMS_PER_HOUR, value_name = "R", allow_hyphen_values = true)]
+    pub(super) false_alarms_per_hour: f64,
     /// Print one JSON object
     #[arg(long)]
     pub(super) json: bool,
@@ -99,6 +104,12 @@ impl Arguments {
         }
         if !(*stroke_n > 0.0 && stroke_n.is_finite()) {
             let problem = format!("`--stroke-n` is {stroke_n}; use a finite number above 0");
+            return Err(Failure::usage(problem));
+        }
+        let rate = self.false_alarms_per_hour;
+        if !(rate > 0.0 && rate.is_finite()) {
+            let problem =
+                format!("`--false-alarms-per-hour` is {rate}; use a finite number above 0");
             return Err(Failure::usage(problem));
         }
         match mismatch.filter(|mismatch| !(0.0..1.0).contains(mismatch)) {

@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut snippets = snippets_file::read(&arguments.add, &setups)?;
     let earlier = snippets.len();
     snippets.extend(new_snippets(arguments, plant.as_ref(), &setups, &snippets)?);
-    let references = references::learn_all(&setups, &snippets)?;
+    let references = references::learn_all(&setups, &snippets, arguments.false_alarms_per_hour)?;
     fs::create_dir_all(&arguments.out).map_err(|error| {
         Failure::runtime(format!("cannot make {}: {error}", arguments.out.display()))
     })?;

@@ -21,6 +21,7 @@ pub(super) fn command(arguments: &Arguments) -> String {
     words.extend(recordings.map(|directory| format!("--recording {}", quoted(directory))));
     words.extend(arguments.skip_bad.then(|| "--skip-bad".to_owned()));
     words.extend(arguments.add.iter().map(|file| format!("--add {}", quoted(file))));
+    words.push(format!("--false-alarms-per-hour {}", arguments.false_alarms_per_hour));
     words.push(format!("--out {}", quoted(&arguments.out)));
     words.join(" ")
 }

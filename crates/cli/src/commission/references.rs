@@ -21,9 +21,10 @@ pub(super) struct Written {
 pub(super) fn learn_all(
     setups: &[ModuleSetup],
     snippets: &[Snippet],
+    false_alarms_per_hour: f64,
 ) -> Result<Vec<Reference>, Failure> {
     let reference = |(place, setup): (usize, &ModuleSetup)| {
-        learn(setups, place, snippets)
+        learn(setups, place, snippets, false_alarms_per_hour)
             .map_err(|error| Failure::input(format!("`{}`: {error}", setup.module)))
     };
     setups.iter().enumerate().map(reference).collect()

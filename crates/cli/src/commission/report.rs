@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use diagnosis::ModuleSetup;
-use diagnosis::state::{ForceRange, Reference};
+use diagnosis::state::{ForceRange, LEAST_THRESHOLD, Reference};
 use names::{Component, ComponentPath, ModuleName};
 use serde::Serialize;
 
@@ -12,9 +12,6 @@ use super::references::Written;
 use crate::failure::Failure;
 use crate::table::{TextTable, table, terminal_width};
 use crate::versioned;
-
-/// None seen in so many hours: fewer than three in as many, at 95 %.
-const NONE_SEEN_BOUND: f64 = 3.0;
 
 /// What was learnt of all modules.
 #[derive(Debug, Serialize)]
@@ -34,10 +31,12 @@ struct OfModule<'a> {
     hours: f64,
     peers: Vec<&'a ModuleName>,
     gage_threshold: f64,
+    /// Over windows of a tenth of a second.
+    short_gage_threshold: f64,
     cylinder_threshold: f64,
     largest_left_out: LeftOut,
-    /// No healthy gage or cylinder reached its threshold in snippets that had been left out: what that bounds \[1/h\].
-    false_alarms_per_hour_below: f64,
+    /// The rate of false alarms that the thresholds are for, at most (95 %) \[1/h\].
+    false_alarms_per_hour: f64,
     gages: Vec<OfGage>,
     forces: Vec<&'a ForceRange>,
 }
@@ -83,18 +82,19 @@ impl<'a> Report<'a> {
 
 impl<'a> OfModule<'a> {
     fn of(setup: &ModuleSetup, Written { reference, file }: &'a Written) -> Self {
-        let [alone, with_peers] = reference.largest_left_out;
+        let [alone, with_peers] = reference.long.largest_left_out;
         let is_own = |force: &&ForceRange| force.actuator.module == reference.module;
         OfModule {
             module: &reference.module,
             file,
-            snippets: reference.means.snippets,
+            snippets: reference.long.means.snippets,
             hours: reference.hours,
             peers: reference.peers().collect(),
-            gage_threshold: reference.gage_threshold,
+            gage_threshold: reference.long.gage_threshold,
+            short_gage_threshold: reference.short.gage_threshold,
             cylinder_threshold: reference.cylinder_threshold,
             largest_left_out: LeftOut { alone, with_peers },
-            false_alarms_per_hour_below: NONE_SEEN_BOUND / reference.hours,
+            false_alarms_per_hour: reference.false_alarms_per_hour,
             gages: gages(setup, reference),
             forces: reference.forces.iter().filter(is_own).collect(),
         }
@@ -103,6 +103,7 @@ impl<'a> OfModule<'a> {
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "{}\n", self.table().text(terminal_width()))?;
         let Self { snippets, hours, gage_threshold, cylinder_threshold, .. } = self;
+        let (short, rate) = (self.short_gage_threshold, self.false_alarms_per_hour);
         writeln!(out, "learnt from {snippets} snippets, {hours:.3} h")?;
         for range in &self.forces {
             writeln!(out, "{}: {}", range.actuator, seen(range))?;
@@ -110,15 +111,14 @@ impl<'a> OfModule<'a> {
         let LeftOut { alone, with_peers } = self.largest_left_out;
         writeln!(
             out,
-            "thresholds: gages {gage_threshold:.1}, cylinders {cylinder_threshold:.1}; the largest \
-             departure of a healthy gage in snippets left out: {alone:.1} alone, {with_peers:.1} with \
-             all peers"
+            "thresholds: gages {gage_threshold:.1} (over tenths of a second {short:.1}), cylinders \
+             {cylinder_threshold:.1}; the largest departure of a healthy gage in snippets left out: \
+             {alone:.1} alone, {with_peers:.1} with all peers"
         )?;
-        let bound = self.false_alarms_per_hour_below;
         writeln!(
             out,
-            "no false alarm in {hours:.3} left-out hours, which bounds their rate below {bound:.0} per \
-             hour (95 %)"
+            "for {rate} false alarms an hour at most (95 %), if what healthy values reach falls off \
+             further as it does in these {hours:.3} h; {LEAST_THRESHOLD} at least"
         )?;
         writeln!(out, "{}: the reference of {}\n", self.file.display(), self.module)
     }

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 /// Name of the file in the directory of references.
 pub(super) const NAME: &str = "snippets.jsonl";
 /// Version of the file.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 
 /// Whose snippets the file holds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

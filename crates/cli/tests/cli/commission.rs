@@ -55,14 +55,19 @@ fn name_reference(mast: &tempfile::TempDir, module: &str) -> PathBuf {
 fn references_are_written_that_the_modules_take() {
     let mast = small_mast();
     let said = done(simulated(&mast, &["--snippets", WEATHER]));
-    for text in ["smallest bias", "lower/sensor/g1", "not seen beyond", "per hour (95 %)"] {
+    for text in [
+        "smallest bias",
+        "lower/sensor/g1",
+        "not seen beyond",
+        "false alarms an hour at most (95 %)",
+    ] {
         assert!(said.contains(text), "`{text}` is not in {said}");
     }
     for module in MODULES {
         let file = name_reference(&mast, module);
         let setup = load_diagnoser(&file).unwrap().module_setup();
         let reference = setup.reference.clone().unwrap();
-        assert_eq!((reference.means.snippets, reference.peers().count()), (27, 1));
+        assert_eq!((reference.long.means.snippets, reference.peers().count()), (30, 1));
         let checked = run(&["check", &file.display().to_string()]);
         checked.succeeds();
         let alone = path(&mast, &format!("references/{module}.toml"));
@@ -81,7 +86,7 @@ fn a_spoilt_reference_is_refused_by_check() {
     let file = path(&mast, "references/lower.toml");
     let text = fs::read_to_string(&file).unwrap();
     for (from, to, said) in [
-        ("version = 1\n", "version = 7\n", "its version is 7"),
+        ("version = 2\n", "version = 7\n", "its version is 7"),
         ("gage_threshold = ", "gage_threshold = -", "`gage_threshold` holds figures"),
         ("hours = ", "ours = ", "ours"),
     ] {
@@ -96,16 +101,16 @@ fn later_snippets_are_added_to_earlier_ones() {
     let snippets = path(&mast, "references/snippets.jsonl");
     let count = || fs::read_to_string(&snippets).unwrap().lines().count() - 1;
     done(simulated(&mast, &["--snippets", WEATHER]));
-    assert_eq!(count(), 27);
+    assert_eq!(count(), 30);
     let more = ["--snippets", "5", "--seed", "2000", "--add", &snippets, "--json"];
     let object: Value = serde_json::from_str(&done(simulated(&mast, &more))).unwrap();
-    assert_eq!(count(), 35);
-    assert_eq!(reference(&path(&mast, "references/lower.toml")).means.snippets, 35);
-    assert_eq!((&object["v"], &object["snippets"]), (&1.into(), &35.into()));
-    assert_eq!(object["earlier_snippets"], 27);
+    assert_eq!(count(), 41);
+    assert_eq!(reference(&path(&mast, "references/lower.toml")).long.means.snippets, 41);
+    assert_eq!((&object["v"], &object["snippets"]), (&1.into(), &41.into()));
+    assert_eq!(object["earlier_snippets"], 30);
     let lower = &object["modules"][0];
-    assert_eq!((&lower["module"], &lower["snippets"]), (&"lower".into(), &35.into()));
-    for figure in ["hours", "gage_threshold", "false_alarms_per_hour_below"] {
+    assert_eq!((&lower["module"], &lower["snippets"]), (&"lower".into(), &41.into()));
+    for figure in ["hours", "gage_threshold", "false_alarms_per_hour"] {
         assert!(lower[figure].as_f64().is_some_and(|figure| figure > 0.0), "{lower}");
     }
     assert_eq!(lower["gages"].as_array().unwrap().len(), 3);
@@ -128,7 +133,7 @@ fn earlier_snippets_of_something_else_are_refused() {
         outcome.fails(3, &[&["spoilt.jsonl"], said].concat());
     };
     refused(&text.replacen("\"upper\"", "\"top\"", 1), &["`top`", "`upper`", "give the same"]);
-    refused(&text.replacen("\"v\":1", "\"v\":2", 1), &["its version is 2"]);
+    refused(&text.replacen("\"v\":2", "\"v\":9", 1), &["its version is 9"]);
     refused(&text.replacen("\"settings\":[\"", "\"settings\":[\"0", 1), &["settings of `lower`"]);
     refused(&text.replacen("\"label\"", "\"name\"", 1), &["line 2"]);
     refused("", &["it is empty"]);
@@ -201,7 +206,7 @@ fn recorded_samples_give_the_reference_of_the_same_samples_in_the_library() {
     let plans: Vec<SnippetPlan> = seeds.iter().map(plan).collect();
     let snippets = record_snippets(&site, &setups, &plans, 1, &|| {}).unwrap();
     for (place, module) in MODULES.iter().enumerate() {
-        let expected = learn(&setups, place, &snippets).unwrap();
+        let expected = learn(&setups, place, &snippets, 0.001).unwrap();
         assert_eq!(reference(&path(&mast, &format!("references/{module}.toml"))), expected);
     }
 }

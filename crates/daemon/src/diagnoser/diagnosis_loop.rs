@@ -10,6 +10,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use diagnosis::state::WindowLength;
 use diagnosis::{Action, Diagnoser, Event, Question};
 use names::Step;
 use shell::clock;
@@ -32,7 +33,7 @@ use super::staleness::Staleness;
 use super::state::{Board, Watch, WatchFile};
 use super::status::{self, Surroundings};
 use crate::config::{DiagnoserConfig, PublishSettings};
-use crate::convert::{Speaker, from_wire_order, to_phase};
+use crate::convert::{Speaker, from_window_length, from_wire_order, to_phase};
 use crate::metrics::ModuleReport;
 use crate::status_line;
 
@@ -187,7 +188,7 @@ impl DiagnosisLoop {
         }
         self.staleness.sample(std::time::Instant::now());
         self.note_time(time_unix_ns);
-        if self.diagnoser.window().is_some() {
+        if self.diagnoser.window(WindowLength::Long).is_some() {
             self.boards.conditions.update(self.diagnoser.conditions());
         }
         let changed = self.diagnoser.counters().changes != changes_before;
@@ -260,7 +261,8 @@ impl DiagnosisLoop {
             return;
         }
         let token = self.performer.pending.put_question(query);
-        let (from, as_of, window) = (question.from, question.step, question.window);
+        let (from, as_of) = (question.from, question.step);
+        let window = question.window.map(from_window_length);
         let question = Question { run, from, as_of, window };
         self.handle(Event::Asked { token, question });
     }

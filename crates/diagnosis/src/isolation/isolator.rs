@@ -276,7 +276,7 @@ impl Isolator {
             let of_cases = latest.filter(|_| due().any(|step| !peer.has_answered(step)));
             let of_claims = self.claims.due_of(&peer.name, now);
             let Some(as_of) = of_cases.max(of_claims) else { continue };
-            let question = Question { run, from: peer.unknown_from(tie), as_of, window: false };
+            let question = Question { run, from: peer.unknown_from(tie), as_of, window: None };
             questions.push((peer.name.clone(), question));
             peer.outstanding = Some(question);
         }

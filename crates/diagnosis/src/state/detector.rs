@@ -3,6 +3,9 @@
 //! What a module measures by itself tells whether something may be displaced; if so, the peers are asked for the means
 //! of the same window, with which the displaced gage can be distinguished from the others. What departs in two windows one
 //! after the other is found. A peer that is silent leaves less to compare with: more gages may then be meant.
+//!
+//! Short windows are compared by a detector of their own. It judges gages only, for a cylinder's force needs a second to
+//! follow its demand, and asks peers only about what is beyond the threshold.
 
 use std::sync::Arc;
 
@@ -11,19 +14,21 @@ use names::{ComponentPath, ModuleName, Step};
 use super::condition::{Condition, Obstacle};
 use super::fault_set::{is_evidence, largest_evidence, smallest};
 use super::gaussian::Comparison;
-use super::reference::{ForceRange, Reference};
+use super::reference::{ForceRange, MeansReference, Reference};
 use super::track::{Departed, Finding, Outcome, Track};
-use super::window::{CylinderMeans, GageMeans, WindowMeans};
+use super::window::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
 use crate::verdict::Symptom;
 
-/// Windows one after the other in which a departure has to show: of a gage, of a cylinder. What a healthy cylinder makes
-/// of a demand that jumps may lie in two.
+/// Windows one after the other in which a departure has to show: of a gage, of a cylinder, of a gage in short windows. What
+/// a healthy cylinder makes of a demand that jumps may lie in two; and short windows lie in one sway of the structure.
 const HELD: u32 = 2;
 const HELD_BY_CYLINDER: u32 = 3;
+const HELD_SHORT: u32 = 3;
 /// Share of the threshold from which on peers are asked.
 const SUSPICION: f64 = 0.5;
+const SUSPICION_SHORT: f64 = 1.0;
 /// A gage whose white noise is so many times that of its reference, or so many times less, has departed.
 const SCATTER: f64 = 2.0;
 /// The structure swings too much for a comparison if three of its gages vary so many times as much as was seen.
@@ -54,9 +59,10 @@ struct Pending {
     answers: Vec<(ModuleName, Answer)>,
 }
 
-/// A module's comparison with its reference.
+/// A module's comparison with its reference over windows of one length.
 #[derive(Debug, Clone)]
 pub(crate) struct StateDetector {
+    length: WindowLength,
     reference: Arc<Reference>,
     peers: Vec<ModuleName>,
     actuators: usize,
@@ -66,13 +72,26 @@ pub(crate) struct StateDetector {
 }
 
 impl StateDetector {
-    pub(crate) fn new(reference: Arc<Reference>, setup: &ModuleSetup, window_steps: u64) -> Self {
+    pub(crate) fn new(
+        length: WindowLength,
+        reference: Arc<Reference>,
+        setup: &ModuleSetup,
+    ) -> Self {
         let peers = reference.peers().cloned().collect();
         let channels = setup.components().len();
         let actuators = setup.actuators();
-        let held = |channel| if channel < actuators { HELD_BY_CYLINDER } else { HELD };
+        let held = |channel| match length {
+            WindowLength::Short => HELD_SHORT,
+            WindowLength::Long if channel < actuators => HELD_BY_CYLINDER,
+            WindowLength::Long => HELD,
+        };
         let tracks = (0..channels).map(|channel| Track::new(held(channel))).collect();
-        Self { reference, peers, actuators, window_steps, tracks, pending: None }
+        let window_steps = setup.sampling().steps(length.seconds());
+        Self { length, reference, peers, actuators, window_steps, tracks, pending: None }
+    }
+
+    fn means(&self) -> &MeansReference {
+        self.reference.over(self.length)
     }
 
     /// Nothing has been compared yet: a run begins.
@@ -81,6 +100,18 @@ impl StateDetector {
             *track = Track::new(track.held);
         }
         self.pending = None;
+    }
+
+    /// Nothing that departs is taken to go on.
+    pub(crate) fn skip(&mut self) {
+        self.tracks.iter_mut().for_each(Track::skip);
+        self.pending = None;
+    }
+
+    /// A component agreed with its reference in a window of another length.
+    pub(crate) fn note_agreement(&mut self, channel: usize, until: Step) {
+        let agreed = &mut self.tracks[channel].agreed;
+        *agreed = (*agreed).max(Some(until));
     }
 
     /// A component was reset by an operator: what was found of it counts no more, but that it agrees.
@@ -173,12 +204,17 @@ impl StateDetector {
         if self.swings(&alone.window) {
             return false;
         }
-        let threshold = self.reference.gage_threshold;
+        let threshold = self.means().gage_threshold;
+        let suspicious = match self.length {
+            WindowLength::Short => SUSPICION_SHORT,
+            WindowLength::Long => SUSPICION,
+        };
         let suspicion = self.compare(alone).map(|comparison| {
-            largest_evidence(&comparison, 0..self.gages(), threshold) > SUSPICION
+            largest_evidence(&comparison, 0..self.gages(), threshold) > suspicious
         });
-        suspicion.unwrap_or(false)
-            || self.tracks.iter().skip(self.actuators).any(|t| t.departing > 0)
+        let cylinders = self.tracks.iter().zip(&alone.known).take(self.actuators);
+        let departing = |(track, known): (&Track, &bool)| track.departing > 0 && !known;
+        suspicion.unwrap_or(false) || cylinders.into_iter().any(departing)
     }
 
     fn gages(&self) -> usize {
@@ -187,7 +223,7 @@ impl StateDetector {
 
     /// The values that are there against the reference, without those of components known to be faulty.
     fn compare(&self, pending: &Pending) -> Option<Comparison> {
-        let mut comparison = self.reference.means.compare(&self.values(pending))?;
+        let mut comparison = self.means().means.compare(&self.values(pending))?;
         for place in self.known_places(pending) {
             comparison = comparison.without(place);
         }
@@ -234,7 +270,7 @@ impl StateDetector {
     }
 
     fn swings(&self, window: &WindowMeans) -> bool {
-        let both = window.gages.iter().zip(&self.reference.own_gages);
+        let both = window.gages.iter().zip(&self.means().own_gages);
         let swinging = both.filter(|(gage, reference)| {
             gage.is_some_and(|gage| gage.swing_m2 > SWING * SWING * reference.largest_swing_m2)
         });
@@ -262,11 +298,14 @@ impl StateDetector {
         }
         let forces = self.reference.forces_of(&self.reference.module);
         let cylinders = window.cylinders.iter().zip(&self.reference.cylinders).zip(forces);
+        let judges_cylinders = self.length == WindowLength::Long;
         let of_cylinder = |((means, reference), range): (
             (&Option<CylinderMeans>, &super::Gaussian),
             &ForceRange,
         )| {
-            let Some(means) = means else { return Outcome::Missing };
+            let Some(means) = means.as_ref().filter(|_| judges_cylinders) else {
+                return Outcome::Missing;
+            };
             if !range.has_seen(means.force_n) {
                 return Outcome::CannotTell(Obstacle::UnseenForce(range.actuator.clone()));
             }
@@ -306,7 +345,7 @@ impl StateDetector {
         }
         let Some(comparison) = self.compare(pending) else { return vec![Outcome::Missing; gages] };
         let candidates: Vec<usize> = (0..self.reference.gages.len()).collect();
-        let threshold = self.reference.gage_threshold;
+        let threshold = self.means().gage_threshold;
         let Some(set) = smallest(&comparison, &candidates, threshold) else {
             return vec![Outcome::CannotTell(Obstacle::NoSetFits); gages];
         };
@@ -342,8 +381,10 @@ impl StateDetector {
     /// or its noise is not what it was.
     fn of_gage(&self, pending: &Pending, place: usize, rest: &Comparison) -> Outcome {
         let Some(means) = pending.window.gages[place] else { return Outcome::Missing };
-        let reference = &self.reference.own_gages[place];
-        if let Some(departed) = scatter(means, reference.scatter_m2) {
+        // A tenth of a second is too short to tell how much a gage scatters.
+        if self.length == WindowLength::Long
+            && let Some(departed) = scatter(means, self.means().own_gages[place].scatter_m2)
+        {
             return Outcome::Departs(departed);
         }
         if !pending.known[self.actuators + place] {
@@ -355,8 +396,8 @@ impl StateDetector {
                 *value = f64::NAN;
             }
         }
-        let departure = self.reference.means.compare(&values).and_then(|all| all.departure(place));
-        let threshold = self.reference.gage_threshold;
+        let departure = self.means().means.compare(&values).and_then(|all| all.departure(place));
+        let threshold = self.means().gage_threshold;
         match departure {
             Some(departure) if is_evidence(departure, threshold) => Outcome::Departs(Departed {
                 symptom: Symptom::Departure,

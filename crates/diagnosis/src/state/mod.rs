@@ -1,23 +1,29 @@
 //! Is it healthy now? The second answer, beside that to "what changed just now?".
 //!
-//! Means over windows of a second are compared with a reference that was learnt from the healthy module.
+//! Means over windows of a second, and of a tenth of one, are compared with a reference that was learnt from the healthy
+//! module.
 
 mod commissioning;
 mod condition;
 mod detector;
 mod fault_set;
 mod gaussian;
+mod left_out;
 mod reference;
+mod snippet;
+mod threshold;
 mod track;
 mod window;
 
-pub use commissioning::{CommissioningError, Snippet, commission};
+pub use commissioning::{CommissioningError, LEAST_THRESHOLD, commission};
 pub use condition::{Condition, Obstacle};
 pub(crate) use detector::{Conclusion, Reaction, StateDetector};
 pub use gaussian::Gaussian;
 pub use reference::{
-    ForceRange, GageReference, REFERENCE_VERSION, Reference, ReferenceProblem, residual_settings,
+    ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, ReferenceProblem,
+    residual_settings,
 };
+pub use snippet::Snippet;
 pub(crate) use track::{Departed, Finding};
-pub use window::{CylinderMeans, GageMeans, WINDOW_S, WindowMeans};
+pub use window::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
 pub(crate) use window::{Measured, Windows};

@@ -5,10 +5,11 @@ use names::{Component, ComponentPath, ModuleName};
 use serde::{Deserialize, Serialize};
 
 use super::gaussian::Gaussian;
+use super::window::WindowLength;
 use crate::settings::ModuleSetup;
 
 /// Version of the file.
-pub const REFERENCE_VERSION: u32 = 1;
+pub const REFERENCE_VERSION: u32 = 2;
 
 /// The reference of one module.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,22 +23,48 @@ pub struct Reference {
     pub settings: String,
     /// Hours of data that it was learnt from.
     pub hours: f64,
-    /// z' from which on a gage is displaced.
-    pub gage_threshold: f64,
+    /// The rate of false alarms of the module that the thresholds are for, at most \[1/h\].
+    pub false_alarms_per_hour: f64,
     /// z' from which on a cylinder has departed.
     pub cylinder_threshold: f64,
-    /// The largest z' of a healthy gage in snippets that had been left out, by modules that answered: none, all.
-    pub largest_left_out: [f64; 2],
-    /// Whose gages the first values of `means` are: the module's own, then its peers'.
+    /// Whose gages the first values of all `means` are: the module's own, then its peers'.
     pub gages: Vec<ComponentPath>,
     /// Whose forces the other values of `means` are, in the same order of modules, with what was seen of them.
     pub forces: Vec<ForceRange>,
+    /// Over windows of a second.
+    pub long: MeansReference,
+    /// Over windows of a tenth of a second.
+    pub short: MeansReference,
+    /// Each of its cylinders: mean tracking residual \[N\], oil content \[Pa\], force \[N\], its rate \[N/s\].
+    pub cylinders: Vec<Gaussian>,
+}
+
+/// Gages and forces over windows of one length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeansReference {
+    /// z' from which on a gage is displaced.
+    pub gage_threshold: f64,
+    /// The largest z' of a healthy gage in snippets that had been left out, by modules that answered: none, all.
+    pub largest_left_out: [f64; 2],
     /// Of gage residuals \[m\] and forces \[N\].
     pub means: Gaussian,
     /// Each of the module's own gages.
     pub own_gages: Vec<GageReference>,
-    /// Each of its cylinders: mean tracking residual \[N\], oil content \[Pa\], force \[N\], its rate \[N/s\].
-    pub cylinders: Vec<Gaussian>,
+}
+
+impl MeansReference {
+    /// What of it cannot be, if the module has so many gages and there are so many values.
+    fn unsound(&self, gages: usize, values: usize) -> Option<&'static str> {
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let sound = [
+            ("means", self.means.is_sound(values)),
+            ("own_gages", self.own_gages.len() == gages),
+            ("own_gages", self.own_gages.iter().all(|gage| positive(gage.scatter_m2))),
+            ("gage_threshold", positive(self.gage_threshold)),
+        ];
+        sound.iter().find(|(_, sound)| !sound).map(|(name, _)| *name)
+    }
 }
 
 /// The forces of a cylinder that were seen.
@@ -164,16 +191,15 @@ impl Reference {
             (self.gages_of(&self.module).count(), self.forces_of(&self.module).count());
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let sound = [
-            ("means", self.means.is_sound(self.gages.len() + self.forces.len())),
             ("cylinders", self.cylinders.iter().all(|cylinder| cylinder.is_sound(4))),
             ("cylinders", self.cylinders.len() == cylinders),
-            ("own_gages", self.own_gages.len() == gages),
-            ("own_gages", self.own_gages.iter().all(|gage| positive(gage.scatter_m2))),
-            ("gage_threshold", positive(self.gage_threshold)),
+            ("false_alarms_per_hour", positive(self.false_alarms_per_hour)),
             ("cylinder_threshold", positive(self.cylinder_threshold)),
         ];
-        let unsound = sound.iter().filter(|(_, sound)| !sound);
-        unsound.map(|(name, _)| ReferenceProblem::Figures(name)).collect()
+        let unsound = sound.iter().filter(|(_, sound)| !sound).map(|(name, _)| *name);
+        let values = self.gages.len() + self.forces.len();
+        let of_means = [&self.short, &self.long].map(|means| means.unsound(gages, values));
+        unsound.chain(of_means.into_iter().flatten()).map(ReferenceProblem::Figures).collect()
     }
 
     /// The peers that it knows, in the order of its values.
@@ -190,16 +216,25 @@ impl Reference {
     /// The smallest bias of each of its own gages that is found \[m\], on average: without any peer, and with all.
     #[must_use]
     pub fn smallest_biases_m(&self) -> [Vec<f64>; 2] {
-        let own_gages = self.own_gages.len();
+        let own_gages = self.long.own_gages.len();
         let forces = self.gages.len();
         let alone: Vec<usize> =
             (0..own_gages).chain(forces..forces + self.cylinders.len()).collect();
         let together: Vec<usize> = (0..forces + self.forces.len()).collect();
         [alone, together].map(|places| {
-            let mut all = self.means.smallest_displacements(&places, self.gage_threshold);
+            let MeansReference { means, gage_threshold, .. } = &self.long;
+            let mut all = means.smallest_displacements(&places, *gage_threshold);
             all.truncate(own_gages);
             all
         })
+    }
+
+    /// Gages and forces over windows of this length.
+    pub(crate) fn over(&self, length: WindowLength) -> &MeansReference {
+        match length {
+            WindowLength::Short => &self.short,
+            WindowLength::Long => &self.long,
+        }
     }
 
     /// The gages of one module.

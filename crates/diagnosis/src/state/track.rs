@@ -140,6 +140,11 @@ impl Track {
         }
     }
 
+    /// A window was not compared: what follows does not go on from what was before.
+    pub(super) fn skip(&mut self) {
+        (self.agreeing, self.departing, self.certain) = (0, 0, 0);
+    }
+
     fn depart(&mut self) {
         self.agreeing = 0;
         self.departing += 1;

@@ -9,8 +9,30 @@ use std::collections::VecDeque;
 use names::Step;
 use serde::{Deserialize, Serialize};
 
-/// Length of a window \[s\].
-pub const WINDOW_S: f64 = 1.0;
+/// How long a window is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WindowLength {
+    /// A tenth of a second: tells soon what is far off, though the structure's sway is in its means.
+    Short,
+    /// A second.
+    Long,
+}
+
+impl WindowLength {
+    /// Both.
+    pub const ALL: [WindowLength; 2] = [WindowLength::Short, WindowLength::Long];
+
+    /// How long \[s\].
+    #[must_use]
+    pub const fn seconds(self) -> f64 {
+        match self {
+            WindowLength::Short => 0.1,
+            WindowLength::Long => 1.0,
+        }
+    }
+}
+
 /// Windows that are kept, for peers that ask late.
 const KEPT: usize = 8;
 /// Share of the values that a mean needs at least.
@@ -51,7 +73,9 @@ impl CylinderMeans {
 /// A module over a window.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WindowMeans {
-    /// The window's last step.
+    /// How long the window is.
+    pub length: WindowLength,
+    /// Its last step.
     pub until: Step,
     /// The gages, in the order of the description; `None` without enough values.
     pub gages: Vec<Option<GageMeans>>,
@@ -94,12 +118,15 @@ impl Sum {
     }
 }
 
-/// Collects windows, step by step. Allocates nothing after it was made.
+/// Collects windows of one length, step by step. Allocates nothing after it was made.
 #[derive(Debug, Clone)]
 pub(crate) struct Windows {
+    length: WindowLength,
     window_steps: u64,
     /// The present window: steps since the run's beginning over a window's length.
     number: u64,
+    /// It has begun and has not ended.
+    is_open: bool,
     cylinders: Vec<[Sum; 3]>,
     /// The forces of the first half.
     early: Vec<Sum>,
@@ -113,15 +140,23 @@ pub(crate) struct Windows {
 }
 
 impl Windows {
-    pub(crate) fn new(actuators: usize, gages: usize, window_steps: u64) -> Self {
+    pub(crate) fn new(
+        length: WindowLength,
+        window_steps: u64,
+        actuators: usize,
+        gages: usize,
+    ) -> Self {
         let empty = WindowMeans {
+            length,
             until: Step(0),
             gages: vec![None; gages],
             cylinders: vec![None; actuators],
         };
         Self {
+            length,
             window_steps: window_steps.max(2),
             number: 0,
+            is_open: false,
             cylinders: vec![[Sum::default(); 3]; actuators],
             early: vec![Sum::default(); actuators],
             gages: vec![[Sum::default(); 3]; gages],
@@ -140,12 +175,18 @@ impl Windows {
         self.last_step = None;
     }
 
-    /// Takes what was measured at a step; the window that ends with it, if one does.
-    pub(crate) fn take(&mut self, step: Step, measured: Measured<'_>) -> Option<&WindowMeans> {
+    /// Takes what was measured at a step. Did a window end with it, or before it, its last samples lost?
+    pub(crate) fn take(&mut self, step: Step, measured: Measured<'_>) -> bool {
         let number = step.0 / self.window_steps;
+        let mut ended = false;
         if number != self.number {
+            if self.is_open {
+                ended = true;
+                self.close();
+            }
             self.begin(number);
         }
+        self.is_open = true;
         if self.last_step.is_none_or(|last| last.plus(1) != step) {
             self.before.fill([f64::NAN; 2]);
         }
@@ -156,12 +197,16 @@ impl Windows {
                 early.add(*force);
             }
         }
-        let complete = (step.0 + 1).is_multiple_of(self.window_steps);
-        if complete { self.close(step) } else { None }
+        if (step.0 + 1).is_multiple_of(self.window_steps) {
+            ended = true;
+            self.close();
+        }
+        ended
     }
 
     fn begin(&mut self, number: u64) {
         self.number = number;
+        self.is_open = false;
         self.cylinders.fill([Sum::default(); 3]);
         self.early.fill(Sum::default());
         self.gages.fill([Sum::default(); 3]);
@@ -188,12 +233,12 @@ impl Windows {
         }
     }
 
-    fn close(&mut self, until: Step) -> Option<&WindowMeans> {
+    fn close(&mut self) {
         let oldest = if self.kept.len() == KEPT { self.kept.pop_front() } else { None };
-        let mut means = oldest.or_else(|| self.spare.pop())?;
+        let Some(mut means) = oldest.or_else(|| self.spare.pop()) else { return };
         let least = (LEAST_SHARE * self.window_steps as f64) as u64;
-        means.until = until;
-        let half_s = 0.5 * WINDOW_S;
+        means.until = Step((self.number + 1) * self.window_steps - 1);
+        let half_s = 0.5 * self.length.seconds();
         let cylinders = means.cylinders.iter_mut().zip(&self.cylinders).zip(&self.early);
         for ((means, [force, tracking, content]), early) in cylinders {
             let halves = early.mean(least / 3).zip(force.less(*early).mean(least / 3));
@@ -219,15 +264,14 @@ impl Windows {
         }
         self.kept.push_back(means);
         self.begin(self.number + 1);
-        self.kept.back()
     }
 
-    /// The latest complete window.
+    /// The latest window that has ended.
     pub(crate) fn latest(&self) -> Option<&WindowMeans> {
         self.kept.back()
     }
 
-    /// The window that ended at a step, if it was complete and is still kept.
+    /// The window that ended at a step, if it is still kept.
     pub(crate) fn ended_at(&self, step: Step) -> Option<&WindowMeans> {
         self.kept.iter().find(|window| window.until == step)
     }
@@ -239,7 +283,7 @@ mod tests {
 
     /// Windows of a hundred steps; one cylinder and one gage, whose values follow from the step.
     fn windows(steps: impl Iterator<Item = u64>) -> (Windows, Vec<u64>) {
-        let mut windows = Windows::new(1, 1, 100);
+        let mut windows = Windows::new(WindowLength::Long, 100, 1, 1);
         let mut ends = Vec::new();
         for step in steps {
             let value = step as f64;
@@ -248,7 +292,8 @@ mod tests {
                 forces_n: &[value],
                 contents_pa: &[7.0],
             };
-            ends.extend(windows.take(Step(step), measured).map(|window| window.until.0));
+            let ended = windows.take(Step(step), measured);
+            ends.extend(windows.latest().filter(|_| ended).map(|window| window.until.0));
         }
         (windows, ends)
     }
@@ -287,14 +332,25 @@ mod tests {
         assert!((means.cylinders[0].unwrap().force_n - (14950.0 - 304.0) / 98.0).abs() < 1e-9);
         let (many, _) = windows((0..200).filter(|step| !(141..153).contains(step)));
         assert_eq!(many.ended_at(Step(199)).unwrap().cylinders, [None]);
-        let (without_end, ends) = windows((0..250).filter(|step| *step != 199));
-        assert_eq!(ends, [99]);
-        assert_eq!(without_end.ended_at(Step(199)), None);
+    }
+
+    #[test]
+    fn a_window_ends_though_its_last_samples_are_lost() {
+        let (windows, ends) = self::windows((0..250).filter(|step| *step != 199));
+        assert_eq!(ends, [99, 199]);
+        let means = windows.ended_at(Step(199)).unwrap();
+        assert!((means.cylinders[0].unwrap().force_n - (14950.0 - 199.0) / 99.0).abs() < 1e-9);
+        let (windows, ends) = self::windows((0..520).filter(|step| !(150..510).contains(step)));
+        assert_eq!(ends, [99, 199]);
+        assert_eq!(windows.ended_at(Step(199)).unwrap().cylinders, [None]);
+        let (windows, ends) = self::windows([120, 299].into_iter());
+        assert_eq!(ends, [299], "the later of two");
+        assert_eq!(windows.ended_at(Step(199)).unwrap().gages, [None]);
     }
 
     #[test]
     fn a_value_that_is_none_costs_its_own_channel() {
-        let mut windows = Windows::new(1, 2, 100);
+        let mut windows = Windows::new(WindowLength::Short, 100, 1, 2);
         for step in 0..100 {
             let measured = Measured {
                 residuals: &[0.0, f64::NAN, 1.0],

@@ -116,7 +116,7 @@ impl Driver {
     fn ask(&mut self, from: u64, ahead: i64, run: u64) {
         let as_of = Step(self.bench.signals.step.0.saturating_add_signed(ahead));
         let from = Step(from.min(as_of.0));
-        let question = Question { run: RunId(run), from, as_of, window: false };
+        let question = Question { run: RunId(run), from, as_of, window: None };
         let token = self.inquiries.ask(question);
         self.give(Event::Asked { token, question });
     }

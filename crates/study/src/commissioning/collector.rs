@@ -1,6 +1,6 @@
 //! From a module's samples to the means of its windows, wherever the samples come from.
 
-use diagnosis::state::WindowMeans;
+use diagnosis::state::{WindowLength, WindowMeans};
 use diagnosis::{Action, Diagnoser, ModuleSetup, Sample};
 use names::Step;
 
@@ -56,15 +56,16 @@ impl WindowCollector {
         self.last_step = Some(sample.step);
         self.diagnoser.take_sample(sample, &mut self.actions);
         self.actions.clear();
+        let windows = WindowLength::ALL.into_iter().filter_map(|l| self.diagnoser.window(l));
         let settled = |window: &&WindowMeans| window.until >= self.settled;
-        self.windows.extend(self.diagnoser.window().filter(settled).cloned());
+        self.windows.extend(windows.filter(settled).cloned());
     }
 
     fn steps(&self, seconds: f64) -> u64 {
         (seconds / self.step_s).round() as u64
     }
 
-    /// The windows that ended once the models had settled.
+    /// The windows of both lengths that ended once the models had settled.
     #[must_use]
     pub fn finish(self) -> Vec<WindowMeans> {
         self.windows

@@ -6,6 +6,6 @@ mod runs;
 mod site;
 
 pub use collector::{SETTLING_S, WindowCollector};
-pub use learn::learn;
+pub use learn::{FALSE_ALARMS_PER_HOUR, learn};
 pub use runs::{SnippetPlan, record_snippets, usual_snippets};
 pub use site::Site;

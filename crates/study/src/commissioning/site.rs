@@ -5,7 +5,7 @@ use diagnosis::state::CommissioningError;
 use plant::{Mismatch, Plant, PlantParameters};
 use truss::Structure;
 
-use super::learn::learn;
+use super::learn::{FALSE_ALARMS_PER_HOUR, learn};
 use super::runs::{SnippetPlan, record_snippets};
 use crate::error::StudyError;
 
@@ -73,7 +73,7 @@ impl Site {
     ) -> Result<Vec<ModuleSetup>, StudyError> {
         let snippets = record_snippets(self, setups, plans, jobs, done)?;
         let with_reference = |(place, setup): (usize, &ModuleSetup)| {
-            let reference = learn(setups, place, &snippets)?;
+            let reference = learn(setups, place, &snippets, FALSE_ALARMS_PER_HOUR)?;
             Ok::<_, CommissioningError>(ModuleSetup {
                 reference: Some(reference.into()),
                 ..setup.clone()

@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn lies_are_well_formed_but_for_the_one_that_is_not_meant_to_be() {
         let question =
-            StateQuestion { run: Some(RunId(7)), from: Step(100), step: Step(200), window: false };
+            StateQuestion { run: Some(RunId(7)), from: Step(100), step: Step(200), window: None };
         let answer = |lie: Lie| wire::decode::<StateAnswer>(&lie.words(question));
         assert!(answer(Lie::Malformed).is_err());
         assert_eq!(answer(Lie::AnotherQuestion).unwrap().as_of_step, Step(1200));

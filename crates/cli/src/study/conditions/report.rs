@@ -181,9 +181,9 @@ impl<'a> OfPlant<'a> {
             Some(OfReference {
                 module: &reference.module,
                 hours: reference.hours,
-                gage_threshold: reference.gage_threshold,
+                gage_threshold: reference.long.gage_threshold,
                 cylinder_threshold: reference.cylinder_threshold,
-                largest_left_out: reference.largest_left_out,
+                largest_left_out: reference.long.largest_left_out,
             })
         };
         let references = plant.setups.iter().filter_map(of_setup).collect();

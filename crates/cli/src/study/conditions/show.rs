@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use diagnosis::Transition;
-use diagnosis::state::Condition;
+use diagnosis::state::{Condition, WindowLength};
 use names::ComponentPath;
 use study::conditions::{Case, CommissionedPlant, ConditionCampaign, run_case};
 use study::{Occurrence, Rig};
@@ -95,7 +95,8 @@ impl Conditions {
     /// Prints those that have changed, once a window has ended; that nothing is wrong goes without saying.
     fn changed(&mut self, rig: &Rig, out: &mut impl Write) -> io::Result<()> {
         let step = rig.samples().first().map_or(0, |sample| sample.step.0);
-        for diagnoser in rig.diagnosers().iter().filter(|d| d.window().is_some()) {
+        for diagnoser in rig.diagnosers().iter().filter(|d| d.window(WindowLength::Long).is_some())
+        {
             for (component, condition) in diagnoser.components().iter().zip(diagnoser.conditions())
             {
                 let (module, component) = (diagnoser.module().clone(), component.clone());
