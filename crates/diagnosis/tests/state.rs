@@ -409,6 +409,21 @@ fn what_is_far_off_is_found_within_tenths_of_a_second() {
     assert_eq!(latched.symptom, Symptom::Departure);
 }
 
+/// It agreed once, and a reset does not change that.
+#[test]
+fn what_departs_again_after_a_forced_reset_was_not_so_before_service() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(4000);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    order(&mut bench, OrderKind::Reset { force: true }).unwrap();
+    bench.run(4000);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    let again = bench.transitions().pop().unwrap();
+    assert_eq!((again.symptom, again.before_service), (Symptom::Departure, false));
+}
+
 /// What agreed over a second was healthy then, though no short window has been compared since.
 #[test]
 fn what_short_windows_find_began_after_the_last_agreement() {

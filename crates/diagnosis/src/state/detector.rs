@@ -114,11 +114,11 @@ impl StateDetector {
         *agreed = (*agreed).max(Some(until));
     }
 
-    /// A component was reset by an operator: what was found of it counts no more, but that it agrees.
+    /// A component was reset by an operator: what was found of it counts no more, but that it agrees, and when it last did.
     pub(crate) fn forgive(&mut self, channel: usize) {
         let track = &mut self.tracks[channel];
         if !matches!(track.condition, Condition::Agrees { .. }) {
-            *track = Track::new(track.held);
+            *track = Track { agreed: track.agreed, ..Track::new(track.held) };
         }
     }
 
