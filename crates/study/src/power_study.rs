@@ -5,6 +5,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use diagnosis::ModuleSetup;
 use names::Step;
 use names::fault::{Fault, FaultKind};
 use plant::PlantParameters;
@@ -182,16 +183,16 @@ fn scenario(
     let component = (fitting.get(generator.random_range(0..fitting.len().max(1))).cloned())
         .ok_or(StudyError::NothingToBreak)?;
     let fault = fault.of_size(size, gage_length_m(structure, &component), parameters);
-    let at = Step(watched_from(campaign) + (after_s / parameters.step_s).round() as u64);
+    let at = Step(watched_from(&campaign.setups) + (after_s / parameters.step_s).round() as u64);
     Ok(Scenario { number: run, seed, injection: Injection { at, until: None, component, fault } })
 }
 
 /// The first step at which every channel is watched.
-fn watched_from(campaign: &Campaign) -> u64 {
-    let warm_up = |setup: &diagnosis::ModuleSetup| {
+pub(crate) fn watched_from(setups: &[ModuleSetup]) -> u64 {
+    let warm_up = |setup: &ModuleSetup| {
         setup.detection.warm_up_vectors + setup.detection.divergence.window as u64
     };
-    campaign.setups.iter().map(warm_up).max().unwrap_or(0)
+    setups.iter().map(warm_up).max().unwrap_or(0)
 }
 
 fn point(size: f64, delays: Vec<u64>, runs: u64, campaign: &Campaign) -> PowerPoint {

@@ -4,7 +4,8 @@
 
 use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
 use roxmltree::{Document, Node};
-use study::figure::{figure4, figure5, figure6, power_figure};
+use study::figure::{figure4, figure5, figure6, limits_figure, power_figure};
+use study::limits::{Detector, LimitCurve, SizedKind, WeatherLimits, Within};
 use study::{Campaign, PowerCurve, PowerPoint, ScenarioRanges, StudyError};
 use truss::Structure;
 
@@ -200,5 +201,42 @@ fn power_curves_are_drawn_with_what_there_is_of_them() {
             assert!(texts.iter().any(|(words, _)| words.ends_with(&curve.title)));
         }
         assert_eq!(texts.iter().any(|(words, _)| *words == "100 µε"), !curves.is_empty());
+    }
+}
+
+#[test]
+fn limits_are_drawn_by_weather_and_detector_with_what_there_is_of_them() {
+    let within = [(0.002, 5.0), (0.02, 2.0)].map(|(within_s, size)| Within { within_s, size });
+    let curve = |detector, kind: SizedKind, found: &[Within]| LimitCurve {
+        detector,
+        kind,
+        unit: kind.unit(),
+        points: Vec::new(),
+        found: found.to_vec(),
+        right: Vec::new(),
+    };
+    let limits = vec![
+        curve(Detector::Change, SizedKind::Bias, &within),
+        curve(Detector::Reference, SizedKind::Bias, &[]),
+    ];
+    let alike = WeatherLimits { weather: "alike", limits };
+    let none = WeatherLimits { weather: "none", limits: Vec::new() };
+    for weathers in [vec![], vec![none.clone()], vec![none, alike]] {
+        let svg = limits_figure(&weathers);
+        let document = Document::parse(&svg).unwrap();
+        assert!(!svg.contains("NaN") && !svg.contains("inf") && svg.len() < LARGEST);
+        let texts = texts(&document);
+        let says = |wanted: &str| texts.iter().filter(|(words, _)| *words == wanted).count();
+        assert_eq!((says("(a) bias, found"), says("(b) bias, right")), (1, 1));
+        assert_eq!((says("(d) external leakage, found"), says("time [s]")), (1, 1));
+        // in the panels of what is found and of what is right
+        let drawn = 2 * usize::from(weathers.len() == 2);
+        assert_eq!((says("change, alike"), says("reference, alike")), (drawn, drawn));
+        let lines = document.descendants().filter(|node| node.has_tag_name("path")).count();
+        assert_eq!(lines, drawn / 2, "one curve has points");
+        assert_eq!(
+            svg.contains("bias, change, weather alike: 2 µε found within 0.02 s"),
+            drawn > 0
+        );
     }
 }

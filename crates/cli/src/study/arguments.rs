@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use study::Controller;
 
 use super::conditions::Arguments as ConditionsArguments;
+use super::limits::Arguments as LimitsArguments;
 use crate::table::WidthArguments;
 
 /// Which diagnosers are studied.
@@ -36,6 +37,7 @@ pub(super) enum Command {
     Power(PowerArguments),
     Histories(HistoriesArguments),
     Conditions(ConditionsArguments),
+    Limits(LimitsArguments),
     Compare(CompareArguments),
     Explain(ExplainArguments),
     Export(ExportArguments),

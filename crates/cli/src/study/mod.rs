@@ -1,6 +1,7 @@
 //! `trusswatch study`: campaigns of random scenarios in one process.
 
 mod arguments;
+mod commissioned;
 mod compare;
 mod conditions;
 mod document;
@@ -9,12 +10,14 @@ mod files;
 mod histories;
 mod interrupt;
 mod journal;
+mod limits;
 mod power;
 mod preset;
 mod recordings;
 mod report;
 mod runs;
 mod tables;
+mod weather;
 
 use std::io::{self, Write};
 
@@ -47,6 +50,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Conditions(arguments) => {
             let stop = interrupt::listen()?;
             conditions::run(arguments, &stop)
+        }
+        Command::Limits(arguments) => {
+            let stop = interrupt::listen()?;
+            limits::run(arguments, &stop)
         }
         Command::Compare(arguments) => compare_rules(arguments),
         Command::Explain(ExplainArguments { scenario, campaign }) => {

@@ -37,6 +37,15 @@ pub(super) fn campaign(arguments: &CampaignArguments) -> Result<Campaign, Failur
     }
 }
 
+/// Can plants be drawn that differ so much from the nominal model?
+pub(super) fn check_drawn(mismatch: f64) -> Result<(), Failure> {
+    if (0.0..=0.9).contains(&mismatch) {
+        return Ok(());
+    }
+    let problem = format!("`--mismatch` is {mismatch}; use a share from 0 to 0.9");
+    Err(Failure::usage(problem))
+}
+
 /// The same campaign with nominal runs of the length asked for.
 pub(super) fn with_runs(arguments: &CommonArguments) -> Result<Campaign, Failure> {
     let nominal_s = arguments.runs.nominal_seconds;

@@ -203,3 +203,42 @@ fn conditions_that_cannot_be_meant_are_refused() {
         run(&[&["study", "conditions"], &arguments[..]].concat()).fails(2, &[said]);
     }
 }
+
+#[test]
+fn limits_are_one_object_and_a_figure_whatever_the_number_of_jobs() {
+    let directory = tempfile::tempdir().unwrap();
+    let with = |jobs: &str| {
+        let svg = directory.path().join(format!("{jobs}.svg"));
+        let asked = ["--plants", "1", "--runs", "1", "--seed", "5", "--weather", "alike"];
+        let out = ["--json", "--jobs", jobs, "--svg", svg.to_str().unwrap()];
+        let outcome = run(&[&["study", "limits"], &asked[..], &out[..]].concat());
+        (object(&outcome), outcome.stdout, fs::read_to_string(svg).unwrap())
+    };
+    let (one, two) = (with("1"), with("2"));
+    assert_eq!(one, two);
+    let (object, text, svg) = one;
+    assert!(text.starts_with("{\n  \"v\": 1,\n"), "{text}");
+    assert!(svg.starts_with("<svg") && svg.contains("reference, alike"), "{svg}");
+    assert_eq!((&object["seed"], &object["runs"]), (&5.into(), &1.into()));
+    let weathers = object["weathers"].as_array().unwrap();
+    assert_eq!((weathers.len(), &weathers[0]["weather"]), (1, &"alike".into()));
+    // two detectors, three kinds of fault
+    let limits = weathers[0]["limits"].as_array().unwrap();
+    assert_eq!(limits.len(), 6);
+    for curve in limits {
+        let largest = curve["points"].as_array().unwrap().last().unwrap();
+        assert_eq!((&largest["runs"], &largest["found"]["count"]), (&1.into(), &1.into()));
+        assert!(curve["found"][0]["within_s"].as_f64().is_some_and(|time| time > 0.0));
+    }
+}
+
+#[test]
+fn limits_that_cannot_be_meant_are_refused() {
+    for (arguments, said) in [
+        (["--mismatch", "1"], "`--mismatch` is 1; use a share from 0 to 0.9"),
+        (["--weather", "fair"], "alike"),
+        (["--runs", "0"], "--runs"),
+    ] {
+        run(&[&["study", "limits"], &arguments[..]].concat()).fails(2, &[said]);
+    }
+}

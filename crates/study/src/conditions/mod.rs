@@ -7,5 +7,6 @@ mod tally;
 
 pub use campaign::{CommissionedPlant, ConditionCampaign};
 pub use draw::{Blind, Case, CaseKind, Situation};
+pub(crate) use run::standing;
 pub use run::{CaseRecord, Standing, run_case};
 pub use tally::{SituationTally, tally};

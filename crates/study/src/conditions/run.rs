@@ -115,7 +115,8 @@ fn record(case: &Case, rig: &Rig, named: Vec<(ComponentPath, Step)>) -> CaseReco
     }
 }
 
-fn standing(path: &ComponentPath, verdict: &Verdict, condition: &Condition) -> Standing {
+/// How a component stands of which this is known.
+pub(crate) fn standing(path: &ComponentPath, verdict: &Verdict, condition: &Condition) -> Standing {
     let of_group = |suspects: &[ComponentPath]| match suspects.first() {
         Some(likeliest) if likeliest == path => Standing::Likeliest,
         _ => Standing::InAGroup,

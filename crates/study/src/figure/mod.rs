@@ -1,7 +1,9 @@
-//! The study's figures: those of the paper, and power curves.
+//! The study's figures: those of the paper, power curves, and limits.
 
+mod limits;
 mod paper;
 mod power;
 
+pub use limits::limits_figure;
 pub use paper::{figure4, figure5, figure6};
 pub use power::power_figure;

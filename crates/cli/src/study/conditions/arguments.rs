@@ -7,39 +7,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use study::conditions::{CaseKind, ConditionCampaign, Situation};
 
 use crate::failure::Failure;
-use crate::shipped::{MODULES, PLANT, Shipped, WEATHER_ALIKE, WEATHER_UNEVEN};
+use crate::shipped::{MODULES, PLANT};
 use crate::study::arguments::JobsArguments;
 use crate::study::preset;
-
-/// Weather of the shipped plant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Weather {
-    /// Wind and noise only, as in `configs/plant.toml`
-    None,
-    /// Any wind, live loads and temperatures, the same in all modules: `configs/weather/alike.toml`
-    Alike,
-    /// Other temperatures in each module and member, imperfect gages, pressure sensors and valves:
-    /// `configs/weather/uneven.toml`
-    Uneven,
-}
-
-impl Weather {
-    fn plant(self) -> Shipped {
-        match self {
-            Weather::None => PLANT,
-            Weather::Alike => WEATHER_ALIKE,
-            Weather::Uneven => WEATHER_UNEVEN,
-        }
-    }
-
-    pub(super) fn as_str(self) -> &'static str {
-        match self {
-            Weather::None => "none",
-            Weather::Alike => "alike",
-            Weather::Uneven => "uneven",
-        }
-    }
-}
+use crate::study::weather::Weather;
 
 /// Go through faults that no change shows: from the start, in gaps, creeping, behind other faults
 ///
@@ -151,11 +122,7 @@ impl Arguments {
     }
 
     fn check(&self) -> Result<(), Failure> {
-        let mismatch = self.mismatch;
-        if !(0.0..=0.9).contains(&mismatch) {
-            let problem = format!("`--mismatch` is {mismatch}; use a share from 0 to 0.9");
-            return Err(Failure::usage(problem));
-        }
+        preset::check_drawn(self.mismatch)?;
         match self.bias_microstrain.filter(|size| !(0.1..=1e4).contains(size)) {
             Some(size) => Err(Failure::usage(format!(
                 "`--bias-microstrain` is {size}; use a number from 0.1 to 10000"

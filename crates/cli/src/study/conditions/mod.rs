@@ -4,11 +4,12 @@ mod arguments;
 mod report;
 mod show;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use study::conditions::{CaseRecord, CommissionedPlant, ConditionCampaign, run_case};
 use study::parallel;
 
+use super::commissioned::commission;
 use super::runs::unusable;
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -20,13 +21,13 @@ pub(super) fn run(arguments: &Arguments, stop: &AtomicBool) -> Result<(), Failur
     let campaign = arguments.campaign()?;
     if arguments.show {
         let place = campaign.plant_of(arguments.from);
-        let plants = commission(arguments, &campaign, place..place + 1, stop)?;
+        let plants = commission(&campaign, place..place + 1, arguments.jobs, stop)?;
         let Some(plant) = plants.first() else { return Err(interrupted(0)) };
         return show::case(arguments, &campaign, plant);
     }
     let first = campaign.plant_of(arguments.from);
     let last = first.saturating_add(arguments.plants.get());
-    let plants = commission(arguments, &campaign, first..last, stop)?;
+    let plants = commission(&campaign, first..last, arguments.jobs, stop)?;
     let numbers: Vec<u64> = (arguments.from..last * arguments.cases.get()).collect();
     let records = go_through(arguments, &campaign, &plants, &numbers, stop)?;
     let complete = records.len() == numbers.len();
@@ -45,28 +46,6 @@ pub(super) fn run(arguments: &Arguments, stop: &AtomicBool) -> Result<(), Failur
 
 fn interrupted(cases: usize) -> Failure {
     Failure::interrupted(format!("interrupted after {cases} cases"))
-}
-
-/// Commissions plants one after the other, until stopped.
-fn commission(
-    arguments: &Arguments,
-    campaign: &ConditionCampaign,
-    numbers: std::ops::Range<u64>,
-    stop: &AtomicBool,
-) -> Result<Vec<CommissionedPlant>, Failure> {
-    let snippets = (numbers.end - numbers.start).saturating_mul(campaign.snippets_per_plant());
-    let progress = Progress::of_snippets("commissioning", snippets);
-    let mut plants = Vec::new();
-    for number in numbers {
-        if stop.load(Ordering::Relaxed) {
-            break;
-        }
-        let jobs = arguments.jobs.count();
-        let plant = campaign.commission(number, jobs, &|| progress.advance());
-        plants.push(plant.map_err(|error| unusable(&error))?);
-    }
-    progress.end();
-    Ok(plants)
 }
 
 /// Goes through cases, several at a time; they come back in their order.

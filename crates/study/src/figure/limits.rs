@@ -1,0 +1,100 @@
+//! Smallest fault against time, for both detectors and each weather.
+
+use figure::plot::{Axis, Figure, Panel, Row, Series, Shape, Stroke, ticks};
+
+use crate::limits::{Detector, LimitCurve, SizedKind, WeatherLimits, Within, curves};
+
+/// The axis of times \[s\]: from a step to what a run lasts.
+const TIMES_S: [f64; 2] = [1e-3, 30.0];
+/// Room above the largest and below the smallest size, as a factor.
+const ROOM: f64 = 1.25;
+const HEIGHT_PX: f64 = 160.0;
+/// Lines of the first weather are this wide, those of each further one so much less \[px\].
+const WIDEST_PX: f64 = 3.4;
+const WIDTH_STEP_PX: f64 = 1.1;
+
+/// The limits as SVG: of each kind of fault the smallest size that is found in 95 % of the runs within a time, both
+/// logarithmic; of a bias also the smallest one of which the right gage is known. A line each for detector and weather.
+#[must_use]
+pub fn limits_figure(weathers: &[WeatherLimits]) -> String {
+    let of_kind = |kind| {
+        let found = panel(weathers, kind, "found", |curve| &curve.found);
+        let right =
+            (kind == SizedKind::Bias).then(|| panel(weathers, kind, "right", |curve| &curve.right));
+        [Some(found), right].into_iter().flatten()
+    };
+    let mut panels: Vec<Panel> = SizedKind::ALL.into_iter().flat_map(of_kind).collect();
+    let last = panels.len() - 1;
+    for panel in &mut panels[..last] {
+        panel.x = panel.x.clone().bare();
+    }
+    let figure = Figure {
+        title: "Smallest fault against time".to_owned(),
+        subtitle: "Smallest size reached in 95\u{a0}% of the runs within a time. Change detector: the fault jumps in; \
+                   reference: it is there from the first sample on. Found: a change that nothing explains, \
+                   declared faulty, or one of several suspects; right: declared faulty, or the likeliest of them."
+            .to_owned(),
+        description: sentences(weathers).join(" "),
+        rows: panels.into_iter().map(|panel| Row::new(HEIGHT_PX, vec![panel])).collect(),
+    };
+    figure.svg()
+}
+
+fn panel(
+    weathers: &[WeatherLimits],
+    kind: SizedKind,
+    what: &str,
+    of: fn(&LimitCurve) -> &[Within],
+) -> Panel {
+    let place = |of: &WeatherLimits| weathers.iter().position(|other| other.weather == of.weather);
+    let series = curves(weathers, kind).flat_map(|(weather, curve)| {
+        let name = format!("{}, {}", curve.detector.title(), weather.weather);
+        series(&name, stroke(place(weather).unwrap_or(0), curve.detector), of(curve))
+    });
+    let sizes = kind.sizes();
+    let ends = [sizes[0] / ROOM, sizes[sizes.len() - 1] * ROOM];
+    let x = Axis::log("time [s]").over(TIMES_S);
+    let y = Axis::log(format!("size [{}]", kind.unit())).over(ends);
+    Panel::new(format!("{}, {what}", kind.title()), x, y, series.collect())
+}
+
+/// A colour, marker and width for each weather, so that a line under another one is seen; dotted where a fault has to
+/// jump.
+fn stroke(place: usize, detector: Detector) -> Stroke {
+    let stroke = Stroke::nth(place).solid();
+    let stroke = match detector {
+        Detector::Change => stroke.dotted(),
+        Detector::Reference => stroke,
+    };
+    Stroke { width: (WIDEST_PX - WIDTH_STEP_PX * place as f64).max(1.0), ..stroke }
+}
+
+/// A staircase, as a size holds from its time on until the next, and markers at what was measured.
+fn series(name: &str, stroke: Stroke, curve: &[Within]) -> [Series; 3] {
+    let measured: Vec<[f64; 2]> = curve.iter().map(|step| [step.within_s, step.size]).collect();
+    let untils = measured.iter().skip(1).map(|[time, _]| *time).chain([TIMES_S[1]]);
+    let stairs = measured.iter().zip(untils).flat_map(|(step, until)| [*step, [until, step[1]]]);
+    [
+        // Only the legend shows line and marker together: a staircase has no markers at its inner corners.
+        Series::new(name, Shape::MarkedLine, stroke, Vec::new()),
+        Series::new("", Shape::Line, stroke, stairs.collect()),
+        Series::new("", Shape::Dots, stroke, measured),
+    ]
+}
+
+/// The smallest size of every curve, in words.
+fn sentences(weathers: &[WeatherLimits]) -> Vec<String> {
+    let all = SizedKind::ALL.into_iter().flat_map(|kind| curves(weathers, kind));
+    let sentence = |(weather, curve): (&WeatherLimits, &LimitCurve)| {
+        let (kind, detector) = (curve.kind.title(), curve.detector.title());
+        let who = format!("{kind}, {detector}, weather {}", weather.weather);
+        match curve.found.last() {
+            Some(Within { within_s, size }) => {
+                let (size, time) = (ticks::short(*size), ticks::short(*within_s));
+                format!("{who}: {size} {} found within {time} s.", curve.unit)
+            }
+            None => format!("{who}: no size tried is found in 95 % of the runs."),
+        }
+    };
+    all.map(sentence).collect()
+}
