@@ -17,16 +17,11 @@ use crate::judging::Judging;
 use crate::ledger::Departure;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::ModuleSetup;
-use crate::state::{
-    Conclusion, Condition, Departed, Finding, Reaction, StateDetector, WindowLength,
-};
+use crate::state::{Conclusion, Condition, Departed, Detectors, Finding, Reaction, WindowLength};
 use crate::verdict::{Doubt, Symptom, Verdict};
 
 /// Windows in which one of several suspects has to agree before it is no longer one.
 const CLEARED: u32 = 10;
-
-/// Questions to peers about short windows between two long ones: what they cannot settle waits for the long one.
-const SHORT_QUESTIONS: u32 = 3;
 
 /// The comparison with the reference, if there is one.
 #[derive(Debug, Clone)]
@@ -37,117 +32,69 @@ pub(crate) struct Comparing {
     run: RunId,
 }
 
-/// One for the windows of each length.
-#[derive(Debug, Clone)]
-struct Detectors {
-    short: StateDetector,
-    long: StateDetector,
-    /// Short windows since the latest long one about which peers were asked.
-    asked: u32,
-}
-
-impl Detectors {
-    fn of(&mut self, length: WindowLength) -> &mut StateDetector {
-        match length {
-            WindowLength::Short => &mut self.short,
-            WindowLength::Long => &mut self.long,
-        }
-    }
-}
-
 impl Comparing {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
-        let detectors = setup.reference.clone().map(|known| Detectors {
-            short: StateDetector::new(WindowLength::Short, known.clone(), setup),
-            long: StateDetector::new(WindowLength::Long, known, setup),
-            asked: 0,
-        });
+        let detectors = setup.reference.as_ref().map(|known| Detectors::new(known, setup));
         let long_steps = setup.sampling().steps(WindowLength::Long.seconds());
         Self { detectors, long_steps, run: RunId::default() }
     }
 
     /// A run begins: nothing has been compared yet.
     pub(crate) fn restart(&mut self) {
-        if let Some(Detectors { short, long, asked }) = &mut self.detectors {
-            short.restart();
-            long.restart();
-            *asked = 0;
-        }
+        self.detectors.iter_mut().for_each(Detectors::restart);
     }
 
     /// An operator has reset a component.
     pub(crate) fn forgive(&mut self, channel: usize) {
-        if let Some(Detectors { short, long, .. }) = &mut self.detectors {
-            short.forgive(channel);
-            long.forgive(channel);
-        }
+        self.detectors.iter_mut().for_each(|detectors| detectors.forgive(channel));
     }
 
-    /// By how much a component was off in the latest window \[m\], \[Pa\]: a gage's mean, a cylinder's oil content.
+    /// By how much a component was off in the latest long window \[m\], \[Pa\]: a gage's mean, a cylinder's oil content.
     pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
-        self.detectors.as_ref()?.long.departure(channel)
+        self.detectors.as_ref()?.departure(channel)
     }
 
     pub(crate) fn condition(&self, channel: usize) -> &Condition {
         let detectors = self.detectors.as_ref();
-        detectors.map_or(&Condition::NotVerified, |known| known.long.condition(channel))
+        detectors.map_or(&Condition::NotVerified, |known| known.condition(channel))
     }
 
     /// Compares the windows that ended at this step.
     pub(crate) fn compare(
         &mut self,
-        (run, step): (RunId, Step),
+        now: (RunId, Step),
         channels: &Channels,
         judging: &mut Judging,
         counters: &mut Counters,
         actions: &mut Vec<Action>,
     ) {
-        self.run = run;
-        let short_ended = channels.window(WindowLength::Short).is_some();
-        let calm = short_ended && self.is_calm(step, channels, judging);
-        for length in WindowLength::ALL {
-            let (Some(detectors), Some(window)) = (&mut self.detectors, channels.window(length))
-            else {
-                continue;
-            };
-            match length {
-                WindowLength::Long => detectors.asked = 0,
-                WindowLength::Short if calm && detectors.asked < SHORT_QUESTIONS => {}
-                WindowLength::Short => {
-                    detectors.short.skip();
-                    continue;
-                }
-            }
+        self.run = now.0;
+        for window in WindowLength::ALL.into_iter().filter_map(|length| channels.window(length)) {
+            let calm = self.is_calm(now.1, channels, judging);
+            let Some(detectors) = &mut self.detectors else { return };
             let ledger = judging.ledger();
             let known =
                 (0..channels.components().len()).map(|k| ledger.verdict(k).is_latched()).collect();
-            let (late, reaction) = detectors.of(length).take(window, known);
-            if let Some(conclusion) = late {
-                // A peer that does not answer within a short window is not asked about the next one.
-                if length == WindowLength::Short {
-                    detectors.asked = SHORT_QUESTIONS;
-                }
-                self.enter(length, conclusion, channels, judging, actions);
-            }
-            match reaction {
-                Reaction::Ask(peers) => {
-                    let as_of = window.until;
-                    let question = Question { run, from: as_of, as_of, window: Some(length) };
+            let (late, reaction) = detectors.take(window, known, calm);
+            let concluded = match reaction {
+                Some(Reaction::Ask(peers)) => {
+                    let (run, as_of) = (self.run, window.until);
+                    let question =
+                        Question { run, from: as_of, as_of, window: Some(window.length) };
                     counters.questions_asked += peers.len() as u64;
                     actions.extend(peers.into_iter().map(|peer| Action::Ask { peer, question }));
-                    if let Some(detectors) = &mut self.detectors {
-                        detectors.asked += u32::from(length == WindowLength::Short);
-                    }
+                    None
                 }
-                Reaction::Concluded(conclusion) => {
-                    self.enter(length, conclusion, channels, judging, actions);
-                }
+                Some(Reaction::Concluded(conclusion)) => Some(conclusion),
+                None => None,
+            };
+            for conclusion in late.into_iter().chain(concluded) {
+                self.enter(conclusion, channels, judging, actions);
             }
         }
     }
 
-    /// Has nothing changed for a second, and does nothing wait for a judgement? While something moves, short windows hold
-    /// what a second would even out.
+    /// Has nothing changed for a second, and does nothing wait for a judgement?
     fn is_calm(&self, now: Step, channels: &Channels, judging: &Judging) -> bool {
         let quiet = |channel: usize| {
             let changed = channels.monitor(channel).changed_until();
@@ -169,21 +116,19 @@ impl Comparing {
     ) {
         let detectors = self.detectors.as_mut().filter(|_| question.run == self.run);
         let Some((detectors, length)) = detectors.zip(question.window) else { return };
-        let (conclusion, fits) = detectors.of(length).answered(peer, question.as_of, answer);
+        let (conclusion, fits) = detectors.answered(peer, (length, question.as_of), answer);
         if let Err(reason) = fits {
             counters.answers_malformed += 1;
             let (peer, failure) = (peer.clone(), PeerFailure::Malformed(reason));
             actions.push(Action::AnswerRejected { peer, failure });
         }
         if let Some(conclusion) = conclusion {
-            self.enter(length, conclusion, channels, judging, actions);
+            self.enter(conclusion, channels, judging, actions);
         }
     }
 
-    /// Enters what was found. Of short windows only what has departed for certain counts: the long ones tell the rest.
     fn enter(
-        &mut self,
-        length: WindowLength,
+        &self,
         conclusion: Conclusion,
         channels: &Channels,
         judging: &mut Judging,
@@ -192,12 +137,7 @@ impl Comparing {
         let Conclusion { until, findings } = conclusion;
         for (channel, finding) in findings {
             match finding {
-                Finding::Agrees { .. } | Finding::OneOf { .. } if length == WindowLength::Short => {
-                }
                 Finding::Agrees { windows } => {
-                    if let Some(detectors) = &mut self.detectors {
-                        detectors.short.note_agreement(channel, until);
-                    }
                     self.agree(channel, windows, until, channels, judging, actions);
                 }
                 Finding::Departed { departed, onset, before_service } => {

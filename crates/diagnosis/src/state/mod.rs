@@ -6,6 +6,7 @@
 mod commissioning;
 mod condition;
 mod detector;
+mod detectors;
 mod fault_set;
 mod gaussian;
 mod left_out;
@@ -17,7 +18,8 @@ mod window;
 
 pub use commissioning::{CommissioningError, LEAST_THRESHOLD, commission};
 pub use condition::{Condition, Obstacle};
-pub(crate) use detector::{Conclusion, Reaction, StateDetector};
+pub(crate) use detector::{Conclusion, Reaction};
+pub(crate) use detectors::Detectors;
 pub use gaussian::Gaussian;
 pub use reference::{
     ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, ReferenceProblem,

@@ -1,0 +1,137 @@
+//! Windows of both lengths: a detector for each, and when the short ones are compared.
+
+use std::sync::Arc;
+
+use names::{ModuleName, Step};
+
+use super::condition::Condition;
+use super::detector::{Conclusion, Reaction, StateDetector};
+use super::reference::Reference;
+use super::track::Finding;
+use super::window::{WindowLength, WindowMeans};
+use crate::question::Answer;
+use crate::settings::ModuleSetup;
+
+/// Questions to peers about short windows between two long ones: what they cannot settle waits for the long one.
+const SHORT_QUESTIONS: u32 = 3;
+
+/// A module's comparison with its reference over windows of both lengths. The long ones tell the condition of each
+/// component; of the short ones only what has departed for certain counts.
+#[derive(Debug, Clone)]
+pub(crate) struct Detectors {
+    short: StateDetector,
+    long: StateDetector,
+    /// Short windows since the latest long one about which peers were asked.
+    asked: u32,
+}
+
+impl Detectors {
+    pub(crate) fn new(reference: &Arc<Reference>, setup: &ModuleSetup) -> Self {
+        let detector = |length| StateDetector::new(length, Arc::clone(reference), setup);
+        Self { short: detector(WindowLength::Short), long: detector(WindowLength::Long), asked: 0 }
+    }
+
+    /// Nothing has been compared yet: a run begins.
+    pub(crate) fn restart(&mut self) {
+        self.short.restart();
+        self.long.restart();
+        self.asked = 0;
+    }
+
+    /// A component was reset by an operator.
+    pub(crate) fn forgive(&mut self, channel: usize) {
+        self.short.forgive(channel);
+        self.long.forgive(channel);
+    }
+
+    /// By how much a channel's mean, or oil content, was off in the latest long window.
+    pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
+        self.long.departure(channel)
+    }
+
+    /// The condition of a channel as of the latest long window.
+    pub(crate) fn condition(&self, channel: usize) -> &Condition {
+        self.long.condition(channel)
+    }
+
+    /// Takes a window; `known` are the channels that are known to be faulty. A short one counts only if it is `calm`: while
+    /// something moves, it holds what a second would even out. Besides what becomes of it, what of an earlier one was
+    /// concluded without waiting any longer.
+    pub(crate) fn take(
+        &mut self,
+        window: &WindowMeans,
+        known: Vec<bool>,
+        calm: bool,
+    ) -> (Option<Conclusion>, Option<Reaction>) {
+        match window.length {
+            WindowLength::Long => {
+                self.asked = 0;
+                let (late, reaction) = self.long.take(window, known);
+                (late.map(|late| self.long_one(late)), Some(self.of_long(reaction)))
+            }
+            WindowLength::Short if !calm || self.asked >= SHORT_QUESTIONS => {
+                self.short.skip();
+                (None, None)
+            }
+            WindowLength::Short => {
+                let (late, reaction) = self.short.take(window, known);
+                match (&late, &reaction) {
+                    // A peer that does not answer within a short window is not asked about the next ones.
+                    (Some(_), _) => self.asked = SHORT_QUESTIONS,
+                    (None, Reaction::Ask(_)) => self.asked += 1,
+                    (None, Reaction::Concluded(_)) => {}
+                }
+                let reaction = match reaction {
+                    Reaction::Concluded(conclusion) => Reaction::Concluded(short_one(conclusion)),
+                    ask @ Reaction::Ask(_) => ask,
+                };
+                (late.map(short_one), Some(reaction))
+            }
+        }
+    }
+
+    /// Takes a peer's answer about a window, `None` if there was none; the conclusion if it was the last.
+    ///
+    /// # Errors
+    /// What is wrong with the answer. It counts as none.
+    pub(crate) fn answered(
+        &mut self,
+        peer: &ModuleName,
+        (length, as_of): (WindowLength, Step),
+        answer: Option<Answer>,
+    ) -> (Option<Conclusion>, Result<(), String>) {
+        match length {
+            WindowLength::Short => {
+                let (conclusion, fits) = self.short.answered(peer, as_of, answer);
+                (conclusion.map(short_one), fits)
+            }
+            WindowLength::Long => {
+                let (conclusion, fits) = self.long.answered(peer, as_of, answer);
+                (conclusion.map(|conclusion| self.long_one(conclusion)), fits)
+            }
+        }
+    }
+
+    fn of_long(&mut self, reaction: Reaction) -> Reaction {
+        match reaction {
+            Reaction::Concluded(conclusion) => Reaction::Concluded(self.long_one(conclusion)),
+            ask @ Reaction::Ask(_) => ask,
+        }
+    }
+
+    /// What agreed over a long window was healthy until then, whatever short ones find.
+    fn long_one(&mut self, conclusion: Conclusion) -> Conclusion {
+        for (channel, finding) in &conclusion.findings {
+            if matches!(finding, Finding::Agrees { .. }) {
+                self.short.note_agreement(*channel, conclusion.until);
+            }
+        }
+        conclusion
+    }
+}
+
+/// What is certain of a short window.
+fn short_one(mut conclusion: Conclusion) -> Conclusion {
+    conclusion.findings.retain(|(_, finding)| matches!(finding, Finding::Departed { .. }));
+    conclusion
+}
