@@ -160,6 +160,9 @@ impl fmt::Display for Fault {
                 f.write_str("hard-over, the inlet valve of chamber A is fully open")
             }
             Fault::Bias { offset_m } => write!(f, "bias of {:+.1} µm", micrometres(offset_m)),
+            Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 } => {
+                write!(f, "steady drift of {:+.1} µm/s", micrometres(drift_m_per_s))
+            }
             Fault::RandomWalk { drift_m_per_s, increment_m } => write!(
                 f,
                 "random walk, {:+.1} µm/s on average with steps of {:.2} µm",
@@ -253,10 +256,13 @@ mod tests {
     fn people_read_sizes_in_small_units() {
         let walk = Fault::RandomWalk { drift_m_per_s: 2e-4, increment_m: 2e-5 };
         let leak = Fault::ExternalLeakageA { area_m2: 3e-7 };
-        let read = [Fault::Bias { offset_m: -6e-4 }, walk, leak].map(|fault| fault.to_string());
+        let drift = Fault::RandomWalk { drift_m_per_s: 9e-5, increment_m: 0.0 };
+        let read =
+            [Fault::Bias { offset_m: -6e-4 }, walk, drift, leak].map(|fault| fault.to_string());
         let expected = [
             "bias of -600.0 µm",
             "random walk, +200.0 µm/s on average with steps of 20.00 µm",
+            "steady drift of +90.0 µm/s",
             "chamber A leaks to the outside, coefficient 3.00e-7 m²",
         ];
         assert_eq!(read, expected);

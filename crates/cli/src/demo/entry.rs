@@ -3,7 +3,7 @@
 use names::fault::Fault;
 use names::{ComponentPath, ModuleName, Step};
 use serde::Serialize;
-use wire::{Doubt, FaultState};
+use wire::{Doubt, FaultState, Symptom};
 
 /// A process of the demo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -24,6 +24,8 @@ pub(super) enum Entry {
     WarmingUp { step: Step, of_step: Step },
     /// Every channel of a module is watched.
     InService { module: ModuleName, since_step: Step },
+    /// Every module has compared its components with their references; so many of them agree.
+    Compared { step: Step, agree: u64, of: u64 },
     /// A component got a fault.
     Injected { step: Step, component: ComponentPath, fault: Fault, story: &'static str },
     /// A component lost its fault.
@@ -45,6 +47,7 @@ impl Entry {
     pub(super) fn step(&self) -> Option<Step> {
         match self {
             Entry::WarmingUp { step, .. }
+            | Entry::Compared { step, .. }
             | Entry::Injected { step, .. }
             | Entry::Repaired { step, .. }
             | Entry::Change { step, .. }
@@ -66,6 +69,11 @@ pub(super) struct Verdict {
     pub(super) component: ComponentPath,
     pub(super) state: FaultState,
     pub(super) detection_step: Option<Step>,
+    /// What it rests on.
+    pub(super) symptom: Symptom,
+    /// If it departs from its reference, what was measured and what was expected, in the unit of the symptom.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) departure: Option<Departure>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) explained_by: Option<ComponentPath>,
     /// If unconfirmed, why.
@@ -77,6 +85,15 @@ pub(super) struct Verdict {
     pub(super) unknowing: Vec<ModuleName>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) one_of: Vec<ComponentPath>,
+}
+
+/// How a component departs from its reference.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Departure {
+    pub(super) measured: f64,
+    pub(super) expected: f64,
+    /// Whether its divergence has reached its threshold since the latest injection.
+    pub(super) changed: bool,
 }
 
 /// What was injected against what was diagnosed.

@@ -1,12 +1,13 @@
 //! `trusswatch demo`: a plant and its diagnosers on this machine, faults, and what becomes of them.
 //!
 //! One stage a file: `rig` lays out the configurations, `children` runs the processes, `network`
-//! subscribes to them, `show` turns messages into entries, `printer` prints them, `ledger` compares
-//! what was injected with what was diagnosed.
+//! subscribes to them, `show` turns messages into entries, `printer` prints them, `finding` words what a
+//! module found, `ledger` compares what was injected with what was diagnosed.
 
 mod binaries;
 mod children;
 mod entry;
+mod finding;
 mod interrupt;
 mod ledger;
 mod network;
@@ -105,7 +106,7 @@ async fn connect_and_show(
     let pids = processes.iter().map(|process| process.pid).collect();
     let (structure, endpoint) = (rig.structure.to_string(), rig.own.clone());
     printer.print(&Entry::Started { structure, processes, endpoint })?;
-    let mut show = Show::new(rig.pace, rig.acts.clone(), &rig.modules);
+    let mut show = Show::new(rig.pace, rig.acts.clone(), &rig.modules, rig.components);
     let shown = tokio::select! {
         shown = listen(&mut show, &mut network, &mut printer) => shown,
         failure = children.unexpected_end() => Err(failure),

@@ -3,15 +3,14 @@
 use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
 
-use names::ModuleName;
-use serde::Serialize;
-use wire::FaultState;
-
 use super::entry::{Entry, Process, Summary, Verdict};
+use super::finding;
 use crate::paint::{Colour, Paint};
 use crate::table::{table, terminal_width};
 use crate::versioned;
-use crate::wording::{state_colour, why_unconfirmed};
+use crate::wording::state_colour;
+use names::ModuleName;
+use serde::Serialize;
 
 /// Prints entries on standard output.
 pub(super) struct Printer {
@@ -90,6 +89,7 @@ impl Printer {
             Entry::InService { module, .. } => {
                 format!("in service {module}: every channel is watched")
             }
+            Entry::Compared { agree, of, .. } => compared(*agree, *of),
             Entry::Injected { component, fault, story, .. } => {
                 let what = format!("{component}: {fault}");
                 format!("\n{}  {}\n{story}", paint.bold("INJECT   "), paint.bold(&what))
@@ -102,7 +102,9 @@ impl Printer {
             Entry::Asked { module, questions, unanswered, .. } => {
                 paint.in_colour(Colour::Cyan, &asked(module, *questions, *unanswered))
             }
-            Entry::Verdict(found) => paint.in_colour(state_colour(found.state), &verdict(found)),
+            Entry::Verdict(found) => {
+                paint.in_colour(state_colour(found.state), &finding::of(found))
+            }
             Entry::Trouble { text } => {
                 paint.in_colour(Colour::Yellow, &format!("trouble    {text}"))
             }
@@ -158,23 +160,8 @@ fn watch_line(endpoint: &str) -> String {
     )
 }
 
-/// What a module found, and how many steps after the change.
-fn verdict(found: &Verdict) -> String {
-    let Verdict { component, state, .. } = found;
-    match (state, &found.explained_by) {
-        (FaultState::Latched, _) => {
-            let after = found.detection_step.map_or(0, |detection| found.step.since(detection));
-            format!("FAULT      {component}, found {after} steps after its change")
-        }
-        (FaultState::Explained, Some(root)) => {
-            format!("explained  {component}, explained by {root}")
-        }
-        (FaultState::Unconfirmed, _) => {
-            let why = why_unconfirmed(found.doubt, &found.silent, &found.unknowing, &found.one_of);
-            format!("open       {component}, unconfirmed: {why}")
-        }
-        (state, _) => format!("{:<10} {component}", state.as_str()),
-    }
+fn compared(agree: u64, of: u64) -> String {
+    format!("compared   {agree} of {of} components agree with what the healthy modules measured")
 }
 
 fn asked(module: &ModuleName, questions: u64, unanswered: u64) -> String {
@@ -192,38 +179,6 @@ fn asked(module: &ModuleName, questions: u64, unanswered: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::Step;
-    use wire::Doubt;
-
-    #[test]
-    fn an_open_verdict_states_why_it_is_open() {
-        let open = |doubt, silent: &[&str], unknowing: &[&str]| {
-            let names = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect();
-            verdict(&Verdict {
-                step: Step(9),
-                component: "m1/sensor/g1".parse().unwrap(),
-                state: FaultState::Unconfirmed,
-                detection_step: Some(Step(3)),
-                explained_by: None,
-                doubt: Some(doubt),
-                silent: names(silent),
-                unknowing: names(unknowing),
-                one_of: Vec::new(),
-            })
-        };
-        let lines = [
-            open(Doubt::Silent, &["m2"], &[]),
-            open(Doubt::Unknowing, &[], &["m2"]),
-            open(Doubt::RunEnded, &[], &[]),
-        ];
-        let why = lines.map(|text| text.replace("open       m1/sensor/g1, unconfirmed: ", ""));
-        let expected = [
-            "no answer from m2",
-            "m2 was not watching when it happened",
-            "the run ended before there was a verdict",
-        ];
-        assert_eq!(why, expected);
-    }
 
     #[test]
     fn questions_are_counted_in_words() {

@@ -28,6 +28,8 @@ pub(super) struct Rig {
     pub(super) structure: StructureName,
     /// The modules with a diagnoser.
     pub(super) modules: Vec<ModuleName>,
+    /// How many components they have.
+    pub(super) components: u64,
     /// Where the parent listens.
     pub(super) own: String,
     /// Where the processes listen.
@@ -69,6 +71,7 @@ impl Rig {
             flags: flags.iter().map(OsString::from).collect(),
             structure: configs[0].structure_name.clone(),
             modules: configs.iter().map(|config| config.module().clone()).collect(),
+            components: configs.iter().map(components).sum(),
             own,
             endpoints,
             pace,
@@ -148,6 +151,10 @@ fn check_plant(place: &Path) -> Result<(), Failure> {
     let flags = PlantFlags { schedule: Some(schedule_file(place)), ..PlantFlags::default() };
     load_plant(&place.join(PLANT.path), &flags).map_err(|errors| unusable(&errors))?;
     Ok(())
+}
+
+fn components(config: &DiagnoserConfig) -> u64 {
+    config.module_setup().components().len() as u64
 }
 
 /// The longest of each length among the modules.

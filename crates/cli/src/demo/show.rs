@@ -1,11 +1,11 @@
 //! From messages to entries: what is reported, and when the show is over. No clock: time is the plant's.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use names::{ModuleName, Step};
-use wire::{Change, FaultState, FaultTransition, ModulePhase, ModuleStatus, PlantStatus};
+use names::{ComponentPath, ModuleName, Step};
+use wire::{Change, FaultState, FaultTransition, ModulePhase, ModuleStatus, PlantStatus, Symptom};
 
-use super::entry::{Entry, Summary, Verdict};
+use super::entry::{Departure, Entry, Summary, Verdict};
 use super::ledger::Ledger;
 use super::news::News;
 use super::story::{Act, Pace};
@@ -15,6 +15,8 @@ use super::story::{Act, Pace};
 struct Module {
     step: Step,
     in_service: bool,
+    /// Components that agree with their reference, and as of which step.
+    verified: (u64, Step),
     questions: u64,
     unanswered: u64,
 }
@@ -27,6 +29,12 @@ pub(super) struct Show {
     /// Injections and repairs that have not been reported.
     cues: Vec<(Step, Entry)>,
     modules: BTreeMap<ModuleName, Module>,
+    /// How many components they have together.
+    components: u64,
+    /// Whether it was reported how many of them agree with their reference.
+    compared: bool,
+    /// Those that have changed since the latest injection.
+    changed: BTreeSet<ComponentPath>,
     /// Processes that have not appeared.
     missing: Vec<String>,
     ledger: Ledger,
@@ -36,14 +44,25 @@ pub(super) struct Show {
 }
 
 impl Show {
-    pub(super) fn new(pace: Pace, acts: Vec<Act>, modules: &[ModuleName]) -> Show {
+    pub(super) fn new(pace: Pace, acts: Vec<Act>, modules: &[ModuleName], components: u64) -> Show {
         let mut cues: Vec<_> = acts.iter().flat_map(cues).collect();
         cues.sort_by_key(|(step, _)| std::cmp::Reverse(*step));
         let mut missing: Vec<_> = modules.iter().map(ModuleName::to_string).collect();
         missing.push(wire::keys::PLANT.to_owned());
         let modules = modules.iter().map(|module| (module.clone(), Module::default())).collect();
-        let (ledger, now) = (Ledger::default(), Step(0));
-        Show { pace, acts, cues, modules, missing, ledger, now, unsent: 0 }
+        Show {
+            pace,
+            acts,
+            cues,
+            modules,
+            components,
+            compared: false,
+            changed: BTreeSet::new(),
+            missing,
+            ledger: Ledger::default(),
+            now: Step(0),
+            unsent: 0,
+        }
     }
 
     /// Processes that have not appeared yet.
@@ -105,6 +124,9 @@ impl Show {
             entries.push(Entry::WarmingUp { step: self.now, of_step });
         }
         while let Some((_, cue)) = self.cues.pop_if(|(due, _)| *due <= self.now) {
+            if matches!(cue, Entry::Injected { .. }) {
+                self.changed.clear();
+            }
             entries.push(cue);
         }
     }
@@ -144,11 +166,30 @@ impl Show {
             });
         }
         (known.questions, known.unanswered) = (asked, unanswered);
+        known.verified = (status.verified, status.step.unwrap_or_default());
+        self.look_at_comparisons(entries);
+    }
+
+    /// Reports once how many components agree with their reference, when every module has compared some and nothing is
+    /// wrong yet.
+    fn look_at_comparisons(&mut self, entries: &mut Vec<Entry>) {
+        let modules = || self.modules.values();
+        if self.compared || modules().any(|module| !module.in_service || module.verified.0 == 0) {
+            return;
+        }
+        let agree = modules().map(|module| module.verified.0).sum();
+        let step = modules().map(|module| module.verified.1).max().unwrap_or_default();
+        self.compared = true;
+        if self.acts.first().is_some_and(|act| act.injected <= step) {
+            return;
+        }
+        entries.push(Entry::Compared { step, agree, of: self.components });
     }
 
     fn change(&mut self, change: Change, entries: &mut Vec<Entry>) {
         self.time_is(change.step, entries);
         let (component, ratio) = (change.component, change.evidence.ratio);
+        self.changed.insert(component.clone());
         entries.push(Entry::Change { step: change.step, component, ratio });
     }
 
@@ -160,8 +201,11 @@ impl Show {
         if matches!(transition.state, FaultState::Tentative | FaultState::Normal) {
             return;
         }
+        let departure = self.departure(&transition);
         entries.push(Entry::Verdict(Verdict {
             step,
+            departure,
+            symptom: transition.symptom,
             component: transition.component,
             state: transition.state,
             detection_step: transition.detection_step,
@@ -171,6 +215,18 @@ impl Show {
             unknowing: transition.unknowing,
             one_of: transition.one_of,
         }));
+    }
+
+    /// How it departs from its reference, if that is what the transition rests on.
+    fn departure(&self, transition: &FaultTransition) -> Option<Departure> {
+        let evidence = transition.evidence.as_ref()?;
+        let changed = self.changed.contains(&transition.component);
+        match transition.symptom {
+            Symptom::Change | Symptom::NoSignal => None,
+            Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
+                Some(Departure { measured: evidence.residual, expected: evidence.level, changed })
+            }
+        }
     }
 }
 
@@ -190,15 +246,21 @@ fn cues(act: &Act) -> [(Step, Entry); 2] {
 mod tests {
     use super::*;
     use crate::demo::testing::{PACE, acts, transition};
+    use crate::faults;
     use names::RunId;
-    use wire::Progress;
+    use wire::{Evidence, Progress};
 
     fn show() -> Show {
-        Show::new(PACE, acts(), &["m1".parse().unwrap(), "m2".parse().unwrap()])
+        Show::new(PACE, acts(), &["m1".parse().unwrap(), "m2".parse().unwrap()], 12)
     }
 
     fn progress(module: &str, step: u64) -> News {
         News::Progress(module.parse().unwrap(), Progress { run: RunId(1), step: Step(step) })
+    }
+
+    fn evidence(residual: f64, level: f64) -> Evidence {
+        let (step, divergence, threshold, ratio) = (Step(0), Some(9.0), 6.0, 1.5);
+        Evidence { step, residual, level, divergence, threshold, ratio }
     }
 
     fn shown(show: &mut Show, news: News) -> Vec<Entry> {
@@ -248,5 +310,55 @@ mod tests {
                 shown(&mut show, News::Transition(transition("m1/sensor/g1", state, 5))).is_empty()
             );
         }
+    }
+
+    #[test]
+    fn a_departure_has_its_figures_and_says_whether_a_change_showed() {
+        let component = || "m1/sensor/g1".parse().unwrap();
+        let change = |step| Change {
+            structure: "t".parse().unwrap(),
+            run: RunId(1),
+            step: Step(step),
+            component: component(),
+            evidence: evidence(0.0, 0.0),
+            time_unix_ns: 0,
+        };
+        let departs = |show: &mut Show| {
+            let found = FaultTransition {
+                symptom: Symptom::Departure,
+                evidence: Some(evidence(9e-5, 1e-6)),
+                ..transition("m1/sensor/g1", FaultState::Latched, 104)
+            };
+            let entries = shown(show, News::Transition(found));
+            let Some(Entry::Verdict(verdict)) = entries.last() else { panic!("{entries:?}") };
+            verdict.departure
+        };
+        let departure = |changed| Some(Departure { measured: 9e-5, expected: 1e-6, changed });
+        let mut show = show();
+        // Before the injection: it belongs to another story.
+        shown(&mut show, News::Change(change(99)));
+        assert_eq!(departs(&mut show), departure(false));
+        shown(&mut show, News::Change(change(101)));
+        assert_eq!(departs(&mut show), departure(true));
+    }
+
+    #[test]
+    fn that_components_agree_is_reported_once_every_module_has_compared_them() {
+        let mut show = show();
+        let mut status = |module: &str, verified| {
+            let status = ModuleStatus {
+                step: Some(Step(60)),
+                verified,
+                ..faults::testing::status(module, ModulePhase::InService)
+            };
+            let entries = shown(&mut show, News::Module(status)).into_iter();
+            let compared = |entry: &Entry| matches!(entry, Entry::Compared { .. });
+            entries.filter(compared).collect::<Vec<_>>()
+        };
+        assert_eq!(status("m1", 6), []);
+        assert_eq!(status("m2", 0), []);
+        let compared = Entry::Compared { step: Step(60), agree: 11, of: 12 };
+        assert_eq!(status("m2", 5), [compared]);
+        assert_eq!(status("m2", 6), []);
     }
 }

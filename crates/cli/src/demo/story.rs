@@ -3,8 +3,10 @@
 use names::fault::Fault;
 use names::{ComponentError, ComponentPath, Step};
 
-/// From the injection of a fault to the repair, in seconds of the plant.
+/// From the injection of a fault to the repair, in seconds of the plant: of one that changes something at once, and of one
+/// that only the means of two whole seconds show.
 const REPAIRED_AFTER_S: f64 = 1.2;
+const CREPT_AFTER_S: f64 = 3.2;
 
 /// One fault and what it shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,41 +14,56 @@ pub(super) struct Story {
     pub(super) title: &'static str,
     pub(super) component: ComponentPath,
     pub(super) fault: Fault,
+    /// From the injection to the repair \[s\].
+    pub(super) lasts_s: f64,
 }
 
 /// The stories in their order.
-const STORIES: [(&str, &str, Fault); 6] = [
+const STORIES: [(&str, &str, Fault, f64); 7] = [
     (
         "a gage reads too much; no other module knows of a cause, so the gage is faulty",
         "module1/sensor/g2",
         Fault::Bias { offset_m: 1.5e-4 },
+        REPAIRED_AFTER_S,
     ),
     (
         "a gage drifts at random",
         "module1/sensor/g7",
         Fault::RandomWalk { drift_m_per_s: 2e-4, increment_m: 2e-5 },
+        REPAIRED_AFTER_S,
     ),
     (
         "oil leaks from one chamber of a cylinder into the other",
         "module1/actuator/a3",
         Fault::InternalLeakage { area_m2: 3e-7 },
+        REPAIRED_AFTER_S,
     ),
     (
         "a cylinder leaks to the outside",
         "module2/actuator/a4",
         Fault::ExternalLeakageA { area_m2: 3e-7 },
+        REPAIRED_AFTER_S,
     ),
     (
         "a valve stands fully open; what the gages of both modules see of it, now and when it closes, \
          is explained by the module with the valve",
         "module1/actuator/a1",
         Fault::HardOver {},
+        REPAIRED_AFTER_S,
     ),
     (
         "a gage reads far too much; the controller reacts, forces and other gages follow, and the \
          first change explains them all",
         "module2/sensor/g1",
         Fault::Bias { offset_m: -6e-4 },
+        REPAIRED_AFTER_S,
+    ),
+    (
+        "a gage creeps, too slowly for a change to show; compared with what the healthy module \
+         measured, it is found all the same",
+        "module2/sensor/g3",
+        Fault::RandomWalk { drift_m_per_s: 9e-5, increment_m: 0.0 },
+        CREPT_AFTER_S,
     ),
 ];
 
@@ -55,10 +72,10 @@ const STORIES: [(&str, &str, Fault); 6] = [
 /// # Errors
 /// A component's path that is none.
 pub(super) fn stories() -> Result<Vec<Story>, ComponentError> {
-    let story = |(title, path, fault): &(&'static str, &str, Fault)| {
-        Ok(Story { title, component: path.parse()?, fault: *fault })
+    let story = |(title, path, fault, lasts_s)| {
+        Ok(Story { title, component: str::parse(path)?, fault, lasts_s })
     };
-    STORIES.iter().map(story).collect()
+    STORIES.into_iter().map(story).collect()
 }
 
 /// Lengths in steps that the times of the stories follow from.
@@ -89,11 +106,6 @@ impl Pace {
     fn forgotten(&self) -> u64 {
         self.interval + self.steps(0.1)
     }
-
-    /// From a story to the next: everything is forgotten and the fault explains nothing any more.
-    fn spacing(&self) -> u64 {
-        self.steps(REPAIRED_AFTER_S) + self.forgotten() + self.effects
-    }
 }
 
 /// A story with its times.
@@ -110,12 +122,16 @@ pub(super) struct Act {
 
 /// Puts the stories in time.
 pub(super) fn acts(stories: Vec<Story>, pace: &Pace) -> Vec<Act> {
-    let acts = stories.into_iter().enumerate().map(|(place, story)| {
-        let injected = pace.first().plus(place as u64 * pace.spacing());
-        let repaired = injected.plus(pace.steps(REPAIRED_AFTER_S));
-        Act { story, injected, repaired, over: repaired.plus(pace.forgotten()) }
-    });
-    acts.collect()
+    let mut next = pace.first();
+    let act = |story: Story| {
+        let injected = next;
+        let repaired = injected.plus(pace.steps(story.lasts_s));
+        let over = repaired.plus(pace.forgotten());
+        // Everything is forgotten, and the fault explains nothing any more.
+        next = over.plus(pace.effects);
+        Act { story, injected, repaired, over }
+    };
+    stories.into_iter().map(act).collect()
 }
 
 #[cfg(test)]
@@ -143,6 +159,19 @@ mod tests {
         for pair in acts.windows(2) {
             assert!(pair[1].injected.since(pair[0].repaired) > PACE.interval + PACE.effects);
             assert!(pair[0].repaired < pair[0].over && pair[0].over < pair[1].injected);
+        }
+    }
+
+    #[test]
+    fn a_creeping_fault_lasts_for_two_whole_seconds_wherever_they_begin() {
+        const MINIMUM_ISOLABLE_STRAIN_PER_S: f64 = 270e-6;
+        const SHORTEST_GAGE_M: f64 = 3.0;
+        for Act { story, injected, repaired, .. } in acts(stories().unwrap(), &PACE) {
+            let Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 } = story.fault else {
+                continue;
+            };
+            assert!(drift_m_per_s.abs() < 0.2 * MINIMUM_ISOLABLE_STRAIN_PER_S * SHORTEST_GAGE_M);
+            assert!(repaired.since(injected) > 3000);
         }
     }
 }

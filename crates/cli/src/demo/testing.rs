@@ -10,7 +10,7 @@ pub(super) const PACE: Pace = Pace { step_s: 1e-3, warm_up: 50, effects: 25, int
 
 pub(super) fn acts() -> Vec<Act> {
     let act = |path: &str, fault, injected| Act {
-        story: Story { title: "t", component: path.parse().unwrap(), fault },
+        story: Story { title: "t", component: path.parse().unwrap(), fault, lasts_s: 0.015 },
         injected: Step(injected),
         repaired: Step(injected + 15),
         over: Step(injected + 900),

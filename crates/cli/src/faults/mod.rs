@@ -6,7 +6,7 @@ mod document;
 mod module_table;
 mod report;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 use std::io::{self, IsTerminal, Write};
 

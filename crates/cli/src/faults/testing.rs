@@ -76,7 +76,7 @@ pub(super) fn latched(component: &str) -> FaultTransition {
     }
 }
 
-fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
+pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
     ModuleStatus {
         structure: "tower".parse().unwrap(),
         module: name.parse().unwrap(),

@@ -111,7 +111,7 @@ fn every_injected_fault_is_named_and_nothing_else() {
         let faults = summary[list].as_array().unwrap().iter();
         faults.map(|fault| fault["component"].as_str().unwrap().to_owned()).collect()
     };
-    assert_eq!(components("injected").len(), 6);
+    assert_eq!(components("injected").len(), 7);
     assert_eq!(components("injected"), components("diagnosed"));
     // Not "in_service": it is read off a status message, which may be dropped, and at this speed the
     // whole show is over before the next one.
@@ -124,6 +124,14 @@ fn every_injected_fault_is_named_and_nothing_else() {
             && entry["component"].as_str().unwrap().starts_with("module2/")
     });
     assert!(explained_elsewhere, "no gage of module2 was explained by the actuator of module1");
+    let departs = |entry: &&Value| entry["state"] == "latched" && entry["symptom"] == "departure";
+    let departing: Vec<&Value> = events.iter().filter(departs).collect();
+    let [creeping] = departing[..] else { panic!("one gage creeps: {departing:?}") };
+    assert_eq!(creeping["component"], components("injected")[6].as_str());
+    let departure = &creeping["departure"];
+    let figure = |name: &str| departure[name].as_f64().unwrap();
+    assert!(figure("measured") - figure("expected") > 20e-6, "{creeping}");
+    assert_eq!(departure["changed"], false);
 }
 
 #[test]

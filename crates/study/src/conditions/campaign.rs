@@ -13,9 +13,10 @@ use crate::scenario::{gage_length_m, generator};
 
 /// Plants draw from streams of their own.
 const FIRST_PLANT_STREAM: u64 = 7 << 60;
-/// What each plant is commissioned with: snippets under its weather beside a stroke of each cylinder, their length, and
-/// the force of the strokes.
-const WEATHER_SNIPPETS: u64 = 40;
+/// What each plant is commissioned with: snippets under its weather beside a stroke of each cylinder, no less than these
+/// and so many more than the values of a reference; their length, and the force of the strokes.
+const LEAST_WEATHER_SNIPPETS: u64 = 40;
+const MORE_THAN_VALUES: u64 = 12;
 const SNIPPET_S: f64 = 12.0;
 const STROKE_N: f64 = 100e3;
 
@@ -104,7 +105,19 @@ impl ConditionCampaign {
                 .map(move |component| ComponentPath { module: module.clone(), component })
         };
         let actuators: Vec<ComponentPath> = self.setups.iter().flat_map(of_module).collect();
-        usual_snippets(&actuators, first_seed, WEATHER_SNIPPETS, SNIPPET_S, STROKE_N)
+        usual_snippets(&actuators, first_seed, self.weather_snippets(), SNIPPET_S, STROKE_N)
+    }
+
+    /// Modules with many peers need more: their references have more values.
+    fn weather_snippets(&self) -> u64 {
+        let values = |setup: &ModuleSetup| {
+            let known = self.setups.iter().filter(|other| {
+                other.module == setup.module || setup.peers.contains(&other.module)
+            });
+            known.map(|other| other.components().len() as u64).sum::<u64>()
+        };
+        let most = self.setups.iter().map(values).max().unwrap_or(0);
+        LEAST_WEATHER_SNIPPETS.max(most + MORE_THAN_VALUES)
     }
 
     /// Draws a case of a plant. Its faults are larger than what the plant's references are stated to find.

@@ -3,6 +3,9 @@
 #![allow(dead_code, reason = "every test takes the parts that it needs")]
 #![allow(clippy::unwrap_used, reason = "test code")]
 
+pub mod taller;
+pub mod weather;
+
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::residual::{ActuatorResidual, NominalHydraulics};
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, SignalSettings, Verdict};
@@ -31,6 +34,12 @@ pub fn hard_over() -> Fault {
 pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
     let structure = Structure::from_toml(include_str!("../../../../configs/tower.toml")).unwrap();
     let parameters = PlantParameters::default();
+    let setups = setups(&structure, &parameters);
+    (structure, parameters, setups)
+}
+
+/// A diagnoser for each equipped module, each other one its peer.
+pub fn setups(structure: &Structure, parameters: &PlantParameters) -> Vec<ModuleSetup> {
     let names: Vec<_> = structure.equipped().map(|module| module.name.clone()).collect();
     let h = &parameters.hydraulics;
     let setups = names.iter().map(|name| ModuleSetup {
@@ -74,8 +83,7 @@ pub fn parts() -> (Structure, PlantParameters, Vec<ModuleSetup>) {
         peers: names.iter().filter(|peer| *peer != name).cloned().collect(),
         reference: None,
     });
-    let setups = setups.collect();
-    (structure, parameters, setups)
+    setups.collect()
 }
 
 pub fn rig(seed: u64, injections: Vec<Injection>) -> Rig {
