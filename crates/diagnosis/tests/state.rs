@@ -8,12 +8,12 @@ mod fixture;
 use std::sync::{Arc, LazyLock};
 
 use diagnosis::state::{
-    Condition, GageMeans, Gaussian, Reference, ReferenceProblem, Snippet, WindowLength,
-    WindowMeans, commission,
+    Condition, CylinderMeans, GageMeans, Gaussian, Reference, ReferenceProblem, Snippet,
+    WindowLength, WindowMeans, commission,
 };
 use diagnosis::{
     Action, Answer, Diagnoser, Doubt, Event, GivenOrder, ModuleSetup, Order, OrderKind,
-    OrderRefusal, OrderToken, PeerFailure, Rule, SetupError, Symptom, Verdict,
+    OrderRefusal, OrderToken, PeerFailure, Question, Rule, SetupError, Symptom, Verdict,
 };
 use fixture::{Bench, setup};
 use names::Step;
@@ -258,7 +258,7 @@ fn with_uncorrelated_peer(own: &Gaussian, gages: usize) -> Gaussian {
 }
 
 /// A module with a peer that moves by itself.
-fn with_peer() -> Bench {
+fn reference_with_peer() -> Reference {
     let mut reference = Reference::clone(&reference());
     let (own, peer) = (alone().module, fixture::name("upper"));
     let add = |path: &names::ComponentPath| names::ComponentPath {
@@ -277,10 +277,28 @@ fn with_peer() -> Bench {
             .into_iter()
             .map(|force| diagnosis::state::ForceRange { actuator: add(&force.actuator), ..force }),
     );
-    Bench::of(ModuleSetup {
-        reference: Some(Arc::new(reference)),
-        ..setup("lower", Rule::FirstChange)
-    })
+    reference
+}
+
+fn with_peer() -> Bench {
+    with_reference(reference_with_peer())
+}
+
+fn with_reference(reference: Reference) -> Bench {
+    let reference = Some(Arc::new(reference));
+    Bench::of(ModuleSetup { reference, ..setup("lower", Rule::FirstChange) })
+}
+
+/// An answer with such a window of the peer.
+fn answer(question: Question, window: WindowMeans) -> Answer {
+    Answer {
+        question,
+        watching_since: Some(Step(0)),
+        changes: Vec::new(),
+        actuator_faults: Vec::new(),
+        alarms: None,
+        window: Some(window),
+    }
 }
 
 #[test]
@@ -289,8 +307,9 @@ fn peers_are_asked_only_when_something_may_be_wrong_and_a_silent_one_stops_nothi
     bench.run(SETTLED);
     // What the models made of their start does not count.
     bench.actions.clear();
-    bench.run(5000);
-    assert_eq!(bench.questions(), []);
+    bench.run(7000);
+    let asked: Vec<u64> = bench.questions().iter().map(|(_, question)| question.as_of.0).collect();
+    assert_eq!(asked, [4999, 9999], "every fifth window");
     let mut bench = with_peer();
     bench.signals.gage_offsets[0] = BIAS_M;
     while bench.signals.step.0 < SETTLED + 3000 {
@@ -321,15 +340,7 @@ fn a_window_that_does_not_fit_counts_as_none_and_is_counted() {
                 gages: vec![Some(gage); 99],
                 cylinders: vec![],
             };
-            let answer = Answer {
-                question,
-                watching_since: Some(Step(0)),
-                changes: Vec::new(),
-                actuator_faults: Vec::new(),
-                alarms: None,
-                window: Some(window),
-            };
-            bench.give(Event::Answered { peer, answer });
+            bench.give(Event::Answered { peer, answer: answer(question, window) });
             let is_rejection = |action: &&Action| matches!(action, Action::AnswerRejected { .. });
             rejected += bench.actions.iter().filter(is_rejection).count() as u64;
         }
@@ -337,6 +348,47 @@ fn a_window_that_does_not_fit_counts_as_none_and_is_counted() {
     assert!(rejected > 1);
     assert_eq!(bench.diagnoser.counters().answers_malformed, rejected);
     assert_eq!(bench.latched(), ["sensor/g1"], "what it measures itself is enough");
+}
+
+/// By itself the module knows its first gage to 0.1 mm; the peer's first gage tells where it is to half a micrometre.
+#[test]
+fn what_only_a_peer_can_tell_is_found_and_does_not_pass_for_healthy() {
+    let mut reference = reference_with_peer();
+    let peer_gage = reference.gages.len() / 2;
+    let Gaussian { correlations, deviation, mean, .. } = &mut reference.long.means;
+    correlations.iter_mut().for_each(|row| row.fill(0.0));
+    correlations[peer_gage][0] = 0.999_99;
+    deviation[0] = 100e-6;
+    let (gages, mean) = (mean[peer_gage..2 * peer_gage].to_vec(), mean.clone());
+    let bench_with = |bias_m: f64| {
+        let mut bench = with_reference(reference.clone());
+        bench.signals.gage_offsets[0] = bias_m;
+        while bench.signals.step.0 < SETTLED + 8000 {
+            bench.run(1);
+            for (peer, question) in bench.questions() {
+                bench.actions.retain(|action| !matches!(action, Action::Ask { .. }));
+                let gage = |residual_m: &f64| {
+                    Some(GageMeans { residual_m: *residual_m, scatter_m2: 0.0, swing_m2: 0.0 })
+                };
+                let force = |force_n: &f64| {
+                    let (rate_n_per_s, tracking_n, content_pa) = (0.0, 0.0, 0.0);
+                    let force_n = *force_n;
+                    Some(CylinderMeans { force_n, rate_n_per_s, tracking_n, content_pa })
+                };
+                let forces = &mean[mean.len() - reference.forces.len() / 2..];
+                let window = WindowMeans {
+                    length: question.window.unwrap(),
+                    until: question.as_of,
+                    gages: gages.iter().map(gage).collect(),
+                    cylinders: forces.iter().map(force).collect(),
+                };
+                bench.give(Event::Answered { peer, answer: answer(question, window) });
+            }
+        }
+        bench
+    };
+    assert_eq!(bench_with(0.0).latched(), [""; 0]);
+    assert_eq!(bench_with(BIAS_M).latched(), ["sensor/g1"]);
 }
 
 #[test]

@@ -30,9 +30,12 @@ struct OfModule<'a> {
     snippets: usize,
     hours: f64,
     peers: Vec<&'a ModuleName>,
+    /// If all peers have answered, and if not.
     gage_threshold: f64,
-    /// Over windows of a tenth of a second.
+    gage_threshold_alone: f64,
+    /// The same over windows of a tenth of a second.
     short_gage_threshold: f64,
+    short_gage_threshold_alone: f64,
     cylinder_threshold: f64,
     largest_left_out: LeftOut,
     /// The rate of false alarms that the thresholds are for, at most (95 %) \[1/h\].
@@ -91,7 +94,9 @@ impl<'a> OfModule<'a> {
             hours: reference.hours,
             peers: reference.peers().collect(),
             gage_threshold: reference.long.gage_threshold,
+            gage_threshold_alone: reference.long.gage_threshold_alone,
             short_gage_threshold: reference.short.gage_threshold,
+            short_gage_threshold_alone: reference.short.gage_threshold_alone,
             cylinder_threshold: reference.cylinder_threshold,
             largest_left_out: LeftOut { alone, with_peers },
             false_alarms_per_hour: reference.false_alarms_per_hour,
@@ -103,7 +108,8 @@ impl<'a> OfModule<'a> {
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "{}\n", self.table().text(terminal_width()))?;
         let Self { snippets, hours, gage_threshold, cylinder_threshold, .. } = self;
-        let (short, rate) = (self.short_gage_threshold, self.false_alarms_per_hour);
+        let (gages_alone, rate) = (self.gage_threshold_alone, self.false_alarms_per_hour);
+        let (short, short_alone) = (self.short_gage_threshold, self.short_gage_threshold_alone);
         writeln!(out, "learnt from {snippets} snippets, {hours:.3} h")?;
         for range in &self.forces {
             writeln!(out, "{}: {}", range.actuator, seen(range))?;
@@ -111,8 +117,8 @@ impl<'a> OfModule<'a> {
         let LeftOut { alone, with_peers } = self.largest_left_out;
         writeln!(
             out,
-            "thresholds: gages {gage_threshold:.1} (over tenths of a second {short:.1}), cylinders \
-             {cylinder_threshold:.1}; the largest departure of a healthy gage in snippets left out: \
+            "thresholds: gages {gage_threshold:.1} with all peers, {gages_alone:.1} alone (over tenths \
+             of a second {short:.1} and {short_alone:.1}), cylinders {cylinder_threshold:.1}; the largest departure of a healthy gage in snippets left out: \
              {alone:.1} alone, {with_peers:.1} with all peers"
         )?;
         writeln!(

@@ -146,7 +146,8 @@ impl Places {
         });
         let most = |largest: &BTreeMap<usize, f64>| largest.values().copied().fold(0.0, f64::max);
         Ok(MeansReference {
-            gage_threshold: threshold(once_in, &alone).max(threshold(once_in, &together)),
+            gage_threshold: threshold(once_in, &together),
+            gage_threshold_alone: threshold(once_in, &alone),
             largest_left_out: [most(&alone), most(&together)],
             means,
             own_gages: learn_gages(data, self.own_gages),

@@ -1,8 +1,8 @@
 //! Compares each window with the reference.
 //!
-//! What a module measures by itself tells whether something may be displaced; if so, the peers are asked for the means
-//! of the same window, with which the displaced gage can be distinguished from the others. What departs in two windows one
-//! after the other is found. A peer that is silent leaves less to compare with: more gages may then be meant.
+//! What a module measures by itself tells whether something may be displaced; if so, and every few windows anyway, the
+//! peers are asked for the means of the same window, with which the displaced gage can be distinguished from the others:
+//! with them much smaller displacements show. What departs in two windows one after the other is found. A peer that is silent leaves less to compare with: more gages may then be meant.
 //!
 //! Short windows are compared by a detector of their own. It judges gages only, for a cylinder's force needs a second to
 //! follow its demand, and asks peers only about what is beyond the threshold.
@@ -29,6 +29,8 @@ const HELD_SHORT: u32 = 3;
 /// Share of the threshold from which on peers are asked.
 const SUSPICION: f64 = 0.5;
 const SUSPICION_SHORT: f64 = 1.0;
+/// Long windows after which peers are asked in any case: what only they can show is found a little later.
+const ROUTINE: u32 = 5;
 /// A gage whose white noise is so many times that of its reference, or so many times less, has departed.
 const SCATTER: f64 = 2.0;
 /// The structure swings too much for a comparison if three of its gages vary so many times as much as was seen.
@@ -55,6 +57,8 @@ pub(crate) enum Reaction {
 struct Pending {
     window: WindowMeans,
     known: Vec<bool>,
+    /// Were the peers asked about it?
+    asked: bool,
     awaited: Vec<ModuleName>,
     answers: Vec<(ModuleName, Answer)>,
 }
@@ -69,6 +73,8 @@ pub(crate) struct StateDetector {
     window_steps: u64,
     tracks: Vec<Track>,
     pending: Option<Pending>,
+    /// Windows since peers were asked.
+    unasked: u32,
 }
 
 impl StateDetector {
@@ -87,7 +93,16 @@ impl StateDetector {
         };
         let tracks = (0..channels).map(|channel| Track::new(held(channel))).collect();
         let window_steps = setup.sampling().steps(length.seconds());
-        Self { length, reference, peers, actuators, window_steps, tracks, pending: None }
+        Self {
+            length,
+            reference,
+            peers,
+            actuators,
+            window_steps,
+            tracks,
+            pending: None,
+            unasked: 0,
+        }
     }
 
     fn means(&self) -> &MeansReference {
@@ -100,6 +115,7 @@ impl StateDetector {
             *track = Track::new(track.held);
         }
         self.pending = None;
+        self.unasked = 0;
     }
 
     /// Nothing that departs is taken to go on.
@@ -143,11 +159,14 @@ impl StateDetector {
         let alone = Pending {
             window: window.clone(),
             known,
+            asked: false,
             awaited: self.peers.clone(),
             answers: Vec::new(),
         };
-        let reaction = if !self.peers.is_empty() && self.is_suspicious(&alone) {
-            self.pending = Some(alone);
+        self.unasked += 1;
+        let reaction = if !self.peers.is_empty() && self.is_to_ask(&alone) {
+            self.unasked = 0;
+            self.pending = Some(Pending { asked: true, ..alone });
             Reaction::Ask(self.peers.clone())
         } else {
             Reaction::Concluded(self.conclude(alone))
@@ -199,12 +218,21 @@ impl StateDetector {
         Ok(())
     }
 
-    /// Does what the module measures by itself come near a threshold?
-    fn is_suspicious(&self, alone: &Pending) -> bool {
+    /// Are the peers to be asked about a window? If what the module measures by itself comes near a threshold, if a gage has
+    /// begun to depart, or if they have not been asked for a while.
+    fn is_to_ask(&self, alone: &Pending) -> bool {
         if self.swings(&alone.window) {
             return false;
         }
-        let threshold = self.means().gage_threshold;
+        let gages = self.tracks.iter().zip(&alone.known).skip(self.actuators);
+        let departing = |(track, known): (&Track, &bool)| track.departing > 0 && !known;
+        let is_due = self.length == WindowLength::Long
+            && (self.unasked >= ROUTINE || gages.into_iter().any(departing));
+        is_due || self.is_suspicious(alone)
+    }
+
+    fn is_suspicious(&self, alone: &Pending) -> bool {
+        let threshold = self.threshold(alone);
         let suspicious = match self.length {
             WindowLength::Short => SUSPICION_SHORT,
             WindowLength::Long => SUSPICION,
@@ -212,9 +240,18 @@ impl StateDetector {
         let suspicion = self.compare(alone).map(|comparison| {
             largest_evidence(&comparison, 0..self.gages(), threshold) > suspicious
         });
-        let cylinders = self.tracks.iter().zip(&alone.known).take(self.actuators);
-        let departing = |(track, known): (&Track, &bool)| track.departing > 0 && !known;
-        suspicion.unwrap_or(false) || cylinders.into_iter().any(departing)
+        suspicion.unwrap_or(false)
+    }
+
+    /// The threshold for a comparison with what peers have answered.
+    fn threshold(&self, pending: &Pending) -> f64 {
+        let answered = pending.answers.iter().filter(|(_, answer)| answer.window.is_some());
+        let MeansReference { gage_threshold, gage_threshold_alone, .. } = self.means();
+        if answered.count() == self.peers.len() {
+            *gage_threshold
+        } else {
+            gage_threshold_alone.max(*gage_threshold)
+        }
     }
 
     fn gages(&self) -> usize {
@@ -345,7 +382,7 @@ impl StateDetector {
         }
         let Some(comparison) = self.compare(pending) else { return vec![Outcome::Missing; gages] };
         let candidates: Vec<usize> = (0..self.reference.gages.len()).collect();
-        let threshold = self.means().gage_threshold;
+        let threshold = self.threshold(pending);
         let Some(set) = smallest(&comparison, &candidates, threshold) else {
             return vec![Outcome::CannotTell(Obstacle::NoSetFits); gages];
         };
@@ -390,6 +427,10 @@ impl StateDetector {
         if !pending.known[self.actuators + place] {
             return Outcome::Agrees;
         }
+        // Whether it has returned is seen with the peers, if they are there.
+        if !pending.asked && !self.peers.is_empty() {
+            return Outcome::NotTold;
+        }
         let mut values = self.values(pending);
         for (other, value) in values.iter_mut().enumerate() {
             if other != place && other < self.reference.gages.len() && !rest.considers(other) {
@@ -397,7 +438,7 @@ impl StateDetector {
             }
         }
         let departure = self.means().means.compare(&values).and_then(|all| all.departure(place));
-        let threshold = self.means().gage_threshold;
+        let threshold = self.threshold(pending);
         match departure {
             Some(departure) if is_evidence(departure, threshold) => Outcome::Departs(Departed {
                 symptom: Symptom::Departure,

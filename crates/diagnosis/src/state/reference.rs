@@ -43,8 +43,10 @@ pub struct Reference {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeansReference {
-    /// z' from which on a gage is displaced.
+    /// z' from which on a gage is displaced, if all peers have answered.
     pub gage_threshold: f64,
+    /// The same if not.
+    pub gage_threshold_alone: f64,
     /// The largest z' of a healthy gage in snippets that had been left out, by modules that answered: none, all.
     pub largest_left_out: [f64; 2],
     /// Of gage residuals \[m\] and forces \[N\].
@@ -62,6 +64,7 @@ impl MeansReference {
             ("own_gages", self.own_gages.len() == gages),
             ("own_gages", self.own_gages.iter().all(|gage| positive(gage.scatter_m2))),
             ("gage_threshold", positive(self.gage_threshold)),
+            ("gage_threshold_alone", positive(self.gage_threshold_alone)),
         ];
         sound.iter().find(|(_, sound)| !sound).map(|(name, _)| *name)
     }
@@ -221,9 +224,9 @@ impl Reference {
         let alone: Vec<usize> =
             (0..own_gages).chain(forces..forces + self.cylinders.len()).collect();
         let together: Vec<usize> = (0..forces + self.forces.len()).collect();
-        [alone, together].map(|places| {
-            let MeansReference { means, gage_threshold, .. } = &self.long;
-            let mut all = means.smallest_displacements(&places, *gage_threshold);
+        let MeansReference { means, gage_threshold, gage_threshold_alone, .. } = &self.long;
+        [(alone, gage_threshold_alone), (together, gage_threshold)].map(|(places, threshold)| {
+            let mut all = means.smallest_displacements(&places, *threshold);
             all.truncate(own_gages);
             all
         })

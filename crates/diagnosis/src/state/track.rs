@@ -37,6 +37,8 @@ impl Departed {
 pub(super) enum Outcome {
     /// There is no mean of it.
     Missing,
+    /// This window says nothing of it; what was known holds.
+    NotTold,
     Agrees,
     Departs(Departed),
     OneOf(Vec<ComponentPath>),
@@ -93,6 +95,7 @@ impl Track {
             self.missing = 0;
         }
         match outcome {
+            Outcome::NotTold => None,
             // One window tells little; without two, what was known says nothing of the present.
             Outcome::Missing => {
                 self.missing += 1;
