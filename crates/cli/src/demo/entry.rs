@@ -32,8 +32,8 @@ pub(super) enum Entry {
     Repaired { step: Step, component: ComponentPath },
     /// A channel's divergence reached its threshold.
     Change { step: Step, component: ComponentPath, ratio: f64 },
-    /// A module queried its peers.
-    Asked { step: Step, module: ModuleName, questions: u64, unanswered: u64 },
+    /// Peers have not answered a module.
+    Unanswered { step: Step, module: ModuleName, questions: u64 },
     /// A module found something about a component.
     Verdict(Verdict),
     /// Something is not as it should be.
@@ -51,7 +51,7 @@ impl Entry {
             | Entry::Injected { step, .. }
             | Entry::Repaired { step, .. }
             | Entry::Change { step, .. }
-            | Entry::Asked { step, .. }
+            | Entry::Unanswered { step, .. }
             | Entry::Verdict(Verdict { step, .. }) => Some(*step),
             Entry::InService { since_step, .. } => Some(*since_step),
             Entry::Started { .. }

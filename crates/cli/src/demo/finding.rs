@@ -50,7 +50,7 @@ fn departs(found: &Verdict, Departure { measured, expected, changed }: Departure
     };
     format!(
         "{how}: it departs from its reference\n\
-         on average {measured} over the last second, where {expected} is expected"
+         on average {measured}, where {expected} is expected"
     )
 }
 
@@ -120,13 +120,13 @@ mod tests {
         assert_eq!(
             gage(Symptom::Departure, Some([9.5e-5, -1e-6])),
             "FAULT      m1/sensor/g1, though no change showed: it departs from its reference\n\
-             on average +95.00 µm off the module's model over the last second, where -1.00 µm is expected"
+             on average +95.00 µm off the module's model, where -1.00 µm is expected"
         );
         let frozen = gage(Symptom::Scatter, Some([0.0, 9e-7]));
-        let noise = "on average a noise of 0.00 µm over the last second, where 0.90 µm is expected";
+        let noise = "on average a noise of 0.00 µm, where 0.90 µm is expected";
         assert!(frozen.ends_with(noise), "{frozen}");
         let oil = fault("m1/actuator/a1", Symptom::OilContent, Some([60e5, 61.25e5]), true);
-        let pressure = "a pressure of 60.00 bar over the last second, where 61.25 bar is expected";
+        let pressure = "a pressure of 60.00 bar, where 61.25 bar is expected";
         assert!(oil.contains("beside a change") && oil.ends_with(pressure), "{oil}");
     }
 }

@@ -99,8 +99,8 @@ impl Printer {
                 Colour::Dim,
                 &format!("change     {component}, divergence at {ratio:.1} times its threshold"),
             ),
-            Entry::Asked { module, questions, unanswered, .. } => {
-                paint.in_colour(Colour::Cyan, &asked(module, *questions, *unanswered))
+            Entry::Unanswered { module, questions, .. } => {
+                paint.in_colour(Colour::Cyan, &unanswered(module, *questions))
             }
             Entry::Verdict(found) => {
                 paint.in_colour(state_colour(found.state), &finding::of(found))
@@ -164,16 +164,12 @@ fn compared(agree: u64, of: u64) -> String {
     format!("compared   {agree} of {of} components agree with what the healthy modules measured")
 }
 
-fn asked(module: &ModuleName, questions: u64, unanswered: u64) -> String {
-    let of_these = match unanswered {
-        0 => String::new(),
-        count => format!("; {count} went unanswered and are asked again"),
+fn unanswered(module: &ModuleName, questions: u64) -> String {
+    let what = match questions {
+        1 => "a question".to_owned(),
+        count => format!("{count} questions"),
     };
-    let times = match questions {
-        1 => "once".to_owned(),
-        _ => format!("{questions} times"),
-    };
-    format!("asked      {module} asked its peers {times}{of_these}")
+    format!("unanswered {what} of {module} to its peers; it asks again")
 }
 
 #[cfg(test)]
@@ -183,10 +179,8 @@ mod tests {
     #[test]
     fn questions_are_counted_in_words() {
         let module: ModuleName = "m1".parse().unwrap();
-        assert_eq!(asked(&module, 1, 0), "asked      m1 asked its peers once");
-        assert_eq!(
-            asked(&module, 3, 2),
-            "asked      m1 asked its peers 3 times; 2 went unanswered and are asked again"
-        );
+        let [one, two] = [1, 2].map(|questions| unanswered(&module, questions));
+        assert_eq!(one, "unanswered a question of m1 to its peers; it asks again");
+        assert_eq!(two, "unanswered 2 questions of m1 to its peers; it asks again");
     }
 }

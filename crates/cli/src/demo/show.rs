@@ -17,7 +17,6 @@ struct Module {
     in_service: bool,
     /// Components that agree with their reference, and as of which step.
     verified: (u64, Step),
-    questions: u64,
     unanswered: u64,
 }
 
@@ -155,17 +154,12 @@ impl Show {
             let since_step = status.in_service_since_step.unwrap_or(known.step);
             entries.push(Entry::InService { module: module.clone(), since_step });
         }
-        let asked = status.diagnosis.questions_asked;
         let unanswered = status.diagnosis.questions_unanswered;
-        if asked > known.questions || unanswered > known.unanswered {
-            entries.push(Entry::Asked {
-                step: known.step,
-                module,
-                questions: asked.saturating_sub(known.questions),
-                unanswered: unanswered.saturating_sub(known.unanswered),
-            });
+        if unanswered > known.unanswered {
+            let questions = unanswered - known.unanswered;
+            entries.push(Entry::Unanswered { step: known.step, module, questions });
         }
-        (known.questions, known.unanswered) = (asked, unanswered);
+        known.unanswered = unanswered;
         known.verified = (status.verified, status.step.unwrap_or_default());
         self.look_at_comparisons(entries);
     }
