@@ -69,6 +69,10 @@ impl Scene {
         deployment.set(1, "publish", "status_every_ms", 100);
         // The plant shares two processors with the flood; how soon it may be replaced is not the question.
         deployment.set(1, "input", "incumbent_ms", 2000);
+        // Without a reference the peer has nothing to ask while nothing changes: every question is the flood's.
+        deployment.reconfigure(1, |config| {
+            config.remove("reference").unwrap();
+        });
         let diagnosers = deployment.start_diagnosers();
         let observer = Observer::of(&deployment).await;
         observer.wait_for(&MODULES, false).await;
