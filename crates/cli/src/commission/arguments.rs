@@ -23,7 +23,7 @@ A module uses its reference once its configuration names it: reference = \"refer
 ///
 /// A reference is learnt from snippets: some seconds of all modules at a time, each under other weather and other
 /// loads, and while the cylinders move. What it was not taught under it cannot judge. Snippets are simulated: so many
-/// under the plant's weather, and one for each cylinder in which it pushes and pulls. Or they are recorded: each is a
+/// under the plant's weather, and two for each cylinder in which it pushes and pulls. Or they are recorded: each is a
 /// directory with a table (CSV) of samples for each module, `module1.csv`, with a header row and columns named like
 /// `module1/actuator/a1/demand_n`, `module1/actuator/a1/pressure_a_pa`, `module1/actuator/a1/pressure_b_pa` and
 /// `module1/sensor/g1/elongation_m`, and possibly one named `step`; each row is one step, the same in all tables. The
@@ -70,7 +70,7 @@ pub(super) struct Simulation {
     /// Configuration of the plant
     #[arg(long, value_name = "PLANT.toml", required_unless_present_any = ["recordings", "add"])]
     pub(super) plant: Option<PathBuf>,
-    /// Snippets under changing weather, beside a stroke of each cylinder
+    /// Snippets under changing weather, beside two strokes of each cylinder
     #[arg(long, default_value_t = 40, value_name = "N")]
     pub(super) snippets: u64,
     /// Length of a snippet and of a stroke [s]

@@ -63,31 +63,25 @@ impl Detectors {
         known: Vec<bool>,
         calm: bool,
     ) -> (Option<Conclusion>, Option<Reaction>) {
-        match window.length {
-            WindowLength::Long => {
-                self.asked = 0;
-                let (late, reaction) = self.long.take(window, known);
-                (late.map(|late| self.long_one(late)), Some(self.of_long(reaction)))
-            }
-            WindowLength::Short if !calm || self.asked >= SHORT_QUESTIONS => {
-                self.short.skip();
-                (None, None)
-            }
-            WindowLength::Short => {
-                let (late, reaction) = self.short.take(window, known);
-                match (&late, &reaction) {
-                    // A peer that does not answer within a short window is not asked about the next ones.
-                    (Some(_), _) => self.asked = SHORT_QUESTIONS,
-                    (None, Reaction::Ask(_)) => self.asked += 1,
-                    (None, Reaction::Concluded(_)) => {}
-                }
-                let reaction = match reaction {
-                    Reaction::Concluded(conclusion) => Reaction::Concluded(short_one(conclusion)),
-                    ask @ Reaction::Ask(_) => ask,
-                };
-                (late.map(short_one), Some(reaction))
-            }
+        let length = window.length;
+        if length == WindowLength::Short && (!calm || self.asked >= SHORT_QUESTIONS) {
+            self.short.skip();
+            return (None, None);
         }
+        let (late, reaction) = self.of(length).take(window, known);
+        self.asked = match (length, &late, &reaction) {
+            (WindowLength::Long, ..) => 0,
+            // A peer that does not answer within a short window is not asked about the next ones.
+            (WindowLength::Short, Some(_), _) => SHORT_QUESTIONS,
+            (WindowLength::Short, None, Reaction::Ask(_)) => self.asked + 1,
+            (WindowLength::Short, None, Reaction::Concluded(_)) => self.asked,
+        };
+        let late = late.map(|conclusion| self.weigh(length, conclusion));
+        let reaction = match reaction {
+            Reaction::Concluded(conclusion) => Reaction::Concluded(self.weigh(length, conclusion)),
+            ask @ Reaction::Ask(_) => ask,
+        };
+        (late, Some(reaction))
     }
 
     /// Takes a peer's answer about a window, `None` if there was none; the conclusion if it was the last.
@@ -100,27 +94,24 @@ impl Detectors {
         (length, as_of): (WindowLength, Step),
         answer: Option<Answer>,
     ) -> (Option<Conclusion>, Result<(), String>) {
+        let (conclusion, fits) = self.of(length).answered(peer, as_of, answer);
+        (conclusion.map(|conclusion| self.weigh(length, conclusion)), fits)
+    }
+
+    fn of(&mut self, length: WindowLength) -> &mut StateDetector {
         match length {
-            WindowLength::Short => {
-                let (conclusion, fits) = self.short.answered(peer, as_of, answer);
-                (conclusion.map(short_one), fits)
-            }
-            WindowLength::Long => {
-                let (conclusion, fits) = self.long.answered(peer, as_of, answer);
-                (conclusion.map(|conclusion| self.long_one(conclusion)), fits)
-            }
+            WindowLength::Short => &mut self.short,
+            WindowLength::Long => &mut self.long,
         }
     }
 
-    fn of_long(&mut self, reaction: Reaction) -> Reaction {
-        match reaction {
-            Reaction::Concluded(conclusion) => Reaction::Concluded(self.long_one(conclusion)),
-            ask @ Reaction::Ask(_) => ask,
+    /// Of a short window only what is certain counts. What agreed over a long one was healthy until then, whatever short
+    /// ones find.
+    fn weigh(&mut self, length: WindowLength, mut conclusion: Conclusion) -> Conclusion {
+        if length == WindowLength::Short {
+            conclusion.findings.retain(|(_, found)| matches!(found, Finding::Departed { .. }));
+            return conclusion;
         }
-    }
-
-    /// What agreed over a long window was healthy until then, whatever short ones find.
-    fn long_one(&mut self, conclusion: Conclusion) -> Conclusion {
         for (channel, finding) in &conclusion.findings {
             if matches!(finding, Finding::Agrees { .. }) {
                 self.short.note_agreement(*channel, conclusion.until);
@@ -128,10 +119,4 @@ impl Detectors {
         }
         conclusion
     }
-}
-
-/// What is certain of a short window.
-fn short_one(mut conclusion: Conclusion) -> Conclusion {
-    conclusion.findings.retain(|(_, finding)| matches!(finding, Finding::Departed { .. }));
-    conclusion
 }

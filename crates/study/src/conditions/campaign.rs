@@ -13,7 +13,7 @@ use crate::scenario::{gage_length_m, generator};
 
 /// Plants draw from streams of their own.
 const FIRST_PLANT_STREAM: u64 = 7 << 60;
-/// What each plant is commissioned with: snippets under its weather beside a stroke of each cylinder, no less than these
+/// What each plant is commissioned with: snippets under its weather beside two strokes of each cylinder, no less than these
 /// and so many more than the values of a reference; their length, and the force of the strokes.
 const LEAST_WEATHER_SNIPPETS: u64 = 40;
 const MORE_THAN_VALUES: u64 = 12;

@@ -15,9 +15,9 @@ use crate::study::weather::Weather;
 /// Go through faults that no change shows: from the start, in gaps, creeping, behind other faults
 ///
 /// Draws so many plants, each commissioned in its weather like by `trusswatch commission`: 40 snippets of 12 s, or more
-/// if its modules have more than one peer, and a stroke of 100 kN of each cylinder. Then it goes through the cases of each plant. A case follows from the seed and
-/// its own number alone; case N is one of plant N/cases. A healthy component that is named is a defect of the
-/// diagnosis: the command then fails, and says how to look at that case.
+/// if its modules have more than one peer, and two strokes of 100 kN of each cylinder. Then it goes through the cases of
+/// each plant. A case follows from the seed and its own number alone; case N is one of plant N/cases. A healthy component
+/// that is named is a defect of the diagnosis: the command then fails, and says how to look at that case.
 #[derive(Debug, clap::Args)]
 pub(in crate::study) struct Arguments {
     /// How many plants
