@@ -8,9 +8,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_schedule};
+use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_reference, load_schedule};
 use daemon::thresholds::Thresholds;
-use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
+use diagnosis::state::Reference;
 use serde::de::DeserializeOwned;
 use settings::{ConfigError, ConfigErrors};
 use truss::Structure;
@@ -56,7 +56,7 @@ fn check(file: &Path) -> Result<String, ConfigErrors> {
         Kind::Plant => plant(file),
         Kind::Diagnoser => diagnoser(file),
         Kind::Thresholds => thresholds(file, &text),
-        Kind::Reference => reference(file, &text),
+        Kind::Reference => reference(file),
         Kind::Schedule => Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len())),
         Kind::Zenoh => zenoh_settings::check(file),
     }
@@ -119,17 +119,14 @@ fn thresholds(file: &Path, text: &str) -> Result<String, ConfigErrors> {
 }
 
 /// A reference by itself: whether it fits a module shows when that module's file is checked.
-fn reference(file: &Path, text: &str) -> Result<String, ConfigErrors> {
-    let read: Reference = parsed(file, text)?;
-    let problems: Vec<ReferenceProblem> = match read.version {
-        REFERENCE_VERSION => read.figure_problems(),
-        other => vec![ReferenceProblem::Version(other)],
-    };
+fn reference(file: &Path) -> Result<String, ConfigErrors> {
+    let read = load_reference(file)?;
+    let problems = read.figure_problems();
     if !problems.is_empty() {
         let each = problems.iter().flat_map(|problem| mistake(file, None, problem).0);
         return Err(ConfigErrors(each.collect()));
     }
-    let Reference { module, hours, long, cylinders, .. } = &read;
+    let Reference { module, hours, long, cylinders, .. } = &*read;
     let (gages, cylinders) = (long.own_gages.len(), cylinders.len());
     Ok(format!(
         "reference of module `{module}`, {cylinders} actuators, {gages} gages, learnt from {hours:.3} h"

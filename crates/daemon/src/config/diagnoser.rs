@@ -6,14 +6,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::residual::NominalHydraulics;
-use diagnosis::state::Reference;
+use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
 use diagnosis::{Diagnoser, ModuleSetup, SetupError, SignalSettings};
 use names::{Component, ModuleName, StructureName};
 use pki::Holder;
 use serde::{Deserialize, Serialize};
 use session::Network;
 use session::NetworkFlags;
-use settings::{ConfigErrors, Document};
+use settings::{ConfigError, ConfigErrors, Document};
 use shell::health::{HealthFlags, HealthSettings};
 use truss::Structure;
 
@@ -347,8 +347,24 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     })
 }
 
-fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
-    Ok(Arc::new(Document::read(file)?.parse()?))
+/// Reads a reference. One of another version is refused as that, whatever it holds.
+///
+/// # Errors
+/// Why it cannot be read.
+pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
+    #[derive(Deserialize)]
+    struct Versioned {
+        version: u32,
+    }
+    let document = Document::read(file)?;
+    match document.parse() {
+        Ok(Versioned { version }) if version != REFERENCE_VERSION => {
+            let problem = ReferenceProblem::Version(version).to_string();
+            let line = document.line(&["version"]);
+            Err(ConfigErrors(vec![ConfigError { file: file.to_owned(), line, problem }]))
+        }
+        _ => Ok(Arc::new(document.parse()?)),
+    }
 }
 
 /// A module that thresholds are to be made for.

@@ -9,7 +9,7 @@ mod speed;
 
 pub use diagnoser::{
     DiagnoserConfig, InputSettings, PublishSettings, QuerySettings, StateSettings, Uncalibrated,
-    load_diagnoser, load_uncalibrated,
+    load_diagnoser, load_reference, load_uncalibrated,
 };
 pub use flags::PlantFlags;
 pub use method::{DetectionSection, IsolationSection};
