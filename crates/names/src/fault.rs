@@ -31,10 +31,21 @@ pub enum Fault {
     },
     /// The inlet valve of chamber A is fully open, its outlet shut.
     HardOver {},
+    /// The valve's spool sticks. It stays where it is until the flow that is commanded differs from its own by more
+    /// than the band, and then jumps to the command.
+    Stiction {
+        /// Flow by which a command may differ before the spool moves [m³/s].
+        band_m3_per_s: f64,
+    },
     /// The gage reads a constant amount too much.
     Bias {
         /// Offset of the elongation [m].
         offset_m: f64,
+    },
+    /// The gage's offset grows steadily from 0; the first increment is in the first faulty sample.
+    Drift {
+        /// Drift of the elongation [m/s].
+        drift_m_per_s: f64,
     },
     /// The gage's offset wanders: each step adds a normal increment.
     RandomWalk {
@@ -43,8 +54,24 @@ pub enum Fault {
         /// Standard deviation of the increment per step [m].
         increment_m: f64,
     },
+    /// The gage reads a multiple of the elongation.
+    Gain {
+        /// The multiple of what it read when it was healthy, noise apart: 1 is healthy.
+        gain: f64,
+    },
     /// The gage reads zero, noise apart.
     ZeroOutput {},
+    /// The gage repeats the last reading that it gave, noise included; its first one if it gave none before.
+    Stuck {},
+    /// The gage has a bad contact, which opens and closes by chance. It is open in the first faulty sample.
+    Intermittent {
+        /// Offset of the elongation while the contact is open [m].
+        offset_m: f64,
+        /// Mean time for which the contact is closed; each time is exponentially distributed [s].
+        closed_s: f64,
+        /// Mean time for which the contact is open; each time is exponentially distributed [s].
+        open_s: f64,
+    },
     /// The gage gives no reading at all: its wire is broken.
     NoSignal {},
 }
@@ -61,19 +88,46 @@ pub enum FaultKind {
     ExternalLeakageB,
     /// See [`Fault::HardOver`].
     HardOver,
+    /// See [`Fault::Stiction`].
+    Stiction,
     /// See [`Fault::Bias`].
     Bias,
+    /// See [`Fault::Drift`].
+    Drift,
     /// See [`Fault::RandomWalk`].
     RandomWalk,
+    /// See [`Fault::Gain`].
+    Gain,
     /// See [`Fault::ZeroOutput`].
     ZeroOutput,
+    /// See [`Fault::Stuck`].
+    Stuck,
+    /// See [`Fault::Intermittent`].
+    Intermittent,
     /// See [`Fault::NoSignal`].
     NoSignal,
 }
 
 impl FaultKind {
     /// Every kind, actuators first.
-    pub const ALL: [FaultKind; 8] = [
+    pub const ALL: [FaultKind; 13] = [
+        FaultKind::InternalLeakage,
+        FaultKind::ExternalLeakageA,
+        FaultKind::ExternalLeakageB,
+        FaultKind::HardOver,
+        FaultKind::Stiction,
+        FaultKind::Bias,
+        FaultKind::Drift,
+        FaultKind::RandomWalk,
+        FaultKind::Gain,
+        FaultKind::ZeroOutput,
+        FaultKind::Stuck,
+        FaultKind::Intermittent,
+        FaultKind::NoSignal,
+    ];
+
+    /// The kinds of the paper, which change a residual; campaigns draw from them. Their order is part of every draw.
+    pub const OF_RESIDUALS: &[FaultKind] = &[
         FaultKind::InternalLeakage,
         FaultKind::ExternalLeakageA,
         FaultKind::ExternalLeakageB,
@@ -81,14 +135,7 @@ impl FaultKind {
         FaultKind::Bias,
         FaultKind::RandomWalk,
         FaultKind::ZeroOutput,
-        FaultKind::NoSignal,
     ];
-
-    /// The kinds of the paper, which change a residual. A missing signal, the last, is no question of detection.
-    pub const OF_RESIDUALS: &[FaultKind] = match Self::ALL.split_last() {
-        Some((_no_signal, kinds)) => kinds,
-        None => &[],
-    };
 
     /// The kind of component that can have this fault.
     #[must_use]
@@ -97,10 +144,15 @@ impl FaultKind {
             FaultKind::InternalLeakage
             | FaultKind::ExternalLeakageA
             | FaultKind::ExternalLeakageB
-            | FaultKind::HardOver => ComponentKind::Actuator,
+            | FaultKind::HardOver
+            | FaultKind::Stiction => ComponentKind::Actuator,
             FaultKind::Bias
+            | FaultKind::Drift
             | FaultKind::RandomWalk
+            | FaultKind::Gain
             | FaultKind::ZeroOutput
+            | FaultKind::Stuck
+            | FaultKind::Intermittent
             | FaultKind::NoSignal => ComponentKind::Sensor,
         }
     }
@@ -113,9 +165,14 @@ impl FaultKind {
             FaultKind::ExternalLeakageA => "external_leakage_a",
             FaultKind::ExternalLeakageB => "external_leakage_b",
             FaultKind::HardOver => "hard_over",
+            FaultKind::Stiction => "stiction",
             FaultKind::Bias => "bias",
+            FaultKind::Drift => "drift",
             FaultKind::RandomWalk => "random_walk",
+            FaultKind::Gain => "gain",
             FaultKind::ZeroOutput => "zero_output",
+            FaultKind::Stuck => "stuck",
+            FaultKind::Intermittent => "intermittent",
             FaultKind::NoSignal => "no_signal",
         }
     }
@@ -128,9 +185,14 @@ impl FaultKind {
             FaultKind::ExternalLeakageA => "external leakage of chamber A",
             FaultKind::ExternalLeakageB => "external leakage of chamber B",
             FaultKind::HardOver => "hard-over",
+            FaultKind::Stiction => "stiction of the valve",
             FaultKind::Bias => "bias",
+            FaultKind::Drift => "drift",
             FaultKind::RandomWalk => "random walk",
+            FaultKind::Gain => "gain",
             FaultKind::ZeroOutput => "zero output",
+            FaultKind::Stuck => "stuck reading",
+            FaultKind::Intermittent => "intermittent contact",
             FaultKind::NoSignal => "no signal",
         }
     }
@@ -145,7 +207,6 @@ impl fmt::Display for FaultKind {
 /// With its size, for people: `bias of -600.0 µm`.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let micrometres = |metres: f64| metres * 1e6;
         match *self {
             Fault::InternalLeakage { area_m2 } => {
                 write!(f, "oil leaks from chamber A into chamber B, coefficient {area_m2:.2e} m²")
@@ -159,8 +220,13 @@ impl fmt::Display for Fault {
             Fault::HardOver {} => {
                 f.write_str("hard-over, the inlet valve of chamber A is fully open")
             }
+            Fault::Stiction { band_m3_per_s } => {
+                let band = cubic_centimetres(band_m3_per_s);
+                write!(f, "the valve's spool sticks until its flow is off by {band:.2} cm³/s")
+            }
             Fault::Bias { offset_m } => write!(f, "bias of {:+.1} µm", micrometres(offset_m)),
-            Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 } => {
+            Fault::Drift { drift_m_per_s }
+            | Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 } => {
                 write!(f, "steady drift of {:+.1} µm/s", micrometres(drift_m_per_s))
             }
             Fault::RandomWalk { drift_m_per_s, increment_m } => write!(
@@ -169,10 +235,31 @@ impl fmt::Display for Fault {
                 micrometres(drift_m_per_s),
                 micrometres(increment_m)
             ),
+            Fault::Gain { gain } => write!(f, "gain of {gain:.3}, 1 would be right"),
             Fault::ZeroOutput {} => f.write_str("zero output, the gage reads nothing but noise"),
+            Fault::Stuck {} => f.write_str("stuck, the gage repeats its last reading"),
+            Fault::Intermittent { offset_m, closed_s, open_s } => write!(
+                f,
+                "bad contact, off by {:+.1} µm for {:.1} ms after {:.1} ms without, on average",
+                micrometres(offset_m),
+                milliseconds(open_s),
+                milliseconds(closed_s)
+            ),
             Fault::NoSignal {} => f.write_str("no signal, the gage's wire is broken"),
         }
     }
+}
+
+fn micrometres(metres: f64) -> f64 {
+    metres * 1e6
+}
+
+fn cubic_centimetres(cubic_metres: f64) -> f64 {
+    cubic_metres * 1e6
+}
+
+fn milliseconds(seconds: f64) -> f64 {
+    seconds * 1e3
 }
 
 /// A fault parameter outside its range.
@@ -194,10 +281,38 @@ impl Fault {
             Fault::ExternalLeakageA { .. } => FaultKind::ExternalLeakageA,
             Fault::ExternalLeakageB { .. } => FaultKind::ExternalLeakageB,
             Fault::HardOver {} => FaultKind::HardOver,
+            Fault::Stiction { .. } => FaultKind::Stiction,
             Fault::Bias { .. } => FaultKind::Bias,
+            Fault::Drift { .. } => FaultKind::Drift,
             Fault::RandomWalk { .. } => FaultKind::RandomWalk,
+            Fault::Gain { .. } => FaultKind::Gain,
             Fault::ZeroOutput {} => FaultKind::ZeroOutput,
+            Fault::Stuck {} => FaultKind::Stuck,
+            Fault::Intermittent { .. } => FaultKind::Intermittent,
             Fault::NoSignal {} => FaultKind::NoSignal,
+        }
+    }
+
+    /// Its parameters by their names in files and messages, in the order in which people read them.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            Fault::InternalLeakage { area_m2 }
+            | Fault::ExternalLeakageA { area_m2 }
+            | Fault::ExternalLeakageB { area_m2 } => vec![("area_m2", area_m2)],
+            Fault::Stiction { band_m3_per_s } => vec![("band_m3_per_s", band_m3_per_s)],
+            Fault::Bias { offset_m } => vec![("offset_m", offset_m)],
+            Fault::Drift { drift_m_per_s } => vec![("drift_m_per_s", drift_m_per_s)],
+            Fault::RandomWalk { drift_m_per_s, increment_m } => {
+                vec![("drift_m_per_s", drift_m_per_s), ("increment_m", increment_m)]
+            }
+            Fault::Gain { gain } => vec![("gain", gain)],
+            Fault::Intermittent { offset_m, closed_s, open_s } => {
+                vec![("offset_m", offset_m), ("closed_s", closed_s), ("open_s", open_s)]
+            }
+            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::Stuck {} | Fault::NoSignal {} => {
+                Vec::new()
+            }
         }
     }
 
@@ -210,6 +325,15 @@ impl Fault {
         let require = |ok: bool, parameter, value, expected| {
             if ok { Ok(()) } else { Err(FaultError { kind, parameter, value, expected }) }
         };
+        let offset =
+            |value: f64| require(value.abs() < 1.0, "offset_m", value, "an offset within ±1 m");
+        let drift = |value: f64| {
+            require(value.abs() < 1.0, "drift_m_per_s", value, "a drift within ±1 m/s")
+        };
+        let mean_time = |parameter, value| {
+            let ok = (1e-3..=3600.0).contains(&value);
+            require(ok, parameter, value, "a mean time from 0.001 s to 3600 s")
+        };
         match *self {
             Fault::InternalLeakage { area_m2 }
             | Fault::ExternalLeakageA { area_m2 }
@@ -219,16 +343,16 @@ impl Fault {
                 area_m2,
                 "an area above 0 and below 1e-4 m²",
             ),
-            Fault::Bias { offset_m } => {
-                require(offset_m.abs() < 1.0, "offset_m", offset_m, "an offset within ±1 m")
-            }
+            Fault::Stiction { band_m3_per_s } => require(
+                band_m3_per_s > 0.0 && band_m3_per_s <= 1e-3,
+                "band_m3_per_s",
+                band_m3_per_s,
+                "a flow above 0 and at most 1e-3 m³/s",
+            ),
+            Fault::Bias { offset_m } => offset(offset_m),
+            Fault::Drift { drift_m_per_s } => drift(drift_m_per_s),
             Fault::RandomWalk { drift_m_per_s, increment_m } => {
-                require(
-                    drift_m_per_s.abs() < 1.0,
-                    "drift_m_per_s",
-                    drift_m_per_s,
-                    "a drift within ±1 m/s",
-                )?;
+                drift(drift_m_per_s)?;
                 require(
                     (0.0..1.0).contains(&increment_m),
                     "increment_m",
@@ -236,7 +360,20 @@ impl Fault {
                     "an increment from 0 to 1 m",
                 )
             }
-            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::NoSignal {} => Ok(()),
+            Fault::Gain { gain } => require(
+                gain > 0.0 && gain <= 10.0,
+                "gain",
+                gain,
+                "a gain above 0 and at most 10, 1 being that of a healthy gage; a gain of 0 is `zero_output`",
+            ),
+            Fault::Intermittent { offset_m, closed_s, open_s } => {
+                offset(offset_m)?;
+                mean_time("closed_s", closed_s)?;
+                mean_time("open_s", open_s)
+            }
+            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::Stuck {} | Fault::NoSignal {} => {
+                Ok(())
+            }
         }
     }
 }
@@ -249,7 +386,7 @@ mod tests {
     fn every_kind_belongs_to_one_kind_of_component() {
         let actuators =
             FaultKind::ALL.iter().filter(|k| k.component_kind() == ComponentKind::Actuator).count();
-        assert_eq!(actuators, 4);
+        assert_eq!(actuators, 5);
     }
 
     #[test]

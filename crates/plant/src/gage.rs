@@ -2,15 +2,19 @@
 //!
 //! y = k ζ + b + ε (eq. 12), ζ the elongation of the gage's member and ε normal noise. Healthy:
 //! k = 1, b = 0. Bias: b constant. Random walk: b_{j+1} = b_j + δ_j from b = 0, with δ normal; the
-//! first increment is in the first faulty sample. Zero output: k = 0, the noise remains. No signal: the reading is
-//! not a number. A healthy gage's k differs from 1 by what its glue and its leads make of it, and the reading is a
-//! multiple of what the converter resolves.
+//! first increment is in the first faulty sample. Drift: the same with δ constant. Gain: another k. Zero output: k = 0,
+//! the noise remains. Stuck: y is the last reading before, noise included. Intermittent: b while a bad contact is open.
+//! No signal: the reading is not a number. A healthy gage's k differs from 1 by what its glue and its leads make of it,
+//! and the reading is a multiple of what the converter resolves.
+//!
+//! Noise is drawn in every state, so that a repaired gage has the noise that it would have had.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use crate::check::Checks;
+use crate::contact::Contact;
 use crate::streams::Stream;
 
 /// The gages: all alike. Marks: \[E\] engineering estimate.
@@ -50,13 +54,28 @@ pub(crate) enum GageState {
     Bias {
         offset_m: f64,
     },
+    /// Increment per step \[m\], and the offset so far \[m\].
+    Drift {
+        increment_m: f64,
+        offset_m: f64,
+    },
     /// Mean and standard deviation of the increment per step \[m\], and the offset so far \[m\].
     RandomWalk {
         mean_m: f64,
         deviation_m: f64,
         offset_m: f64,
     },
+    /// Multiple of what a healthy gage reads.
+    Gain {
+        gain: f64,
+    },
     ZeroOutput,
+    Stuck,
+    /// The offset while the contact is open \[m\].
+    Intermittent {
+        offset_m: f64,
+        contact: Contact,
+    },
     NoSignal,
 }
 
@@ -68,27 +87,47 @@ struct Gage {
     noise: ChaCha8Rng,
     walk: ChaCha8Rng,
     state: GageState,
+    /// The last reading that it gave \[m\].
+    last_m: Option<f64>,
 }
 
 impl Gage {
     fn read(&mut self, elongation_m: f64) -> f64 {
+        let Some(analogue_m) = self.analogue_m(elongation_m) else { return f64::NAN };
+        let reading_m = if self.quantum_m > 0.0 {
+            self.quantum_m * (analogue_m / self.quantum_m).round()
+        } else {
+            analogue_m
+        };
+        self.last_m = Some(reading_m);
+        reading_m
+    }
+
+    /// What its converter is given; none without a signal.
+    fn analogue_m(&mut self, elongation_m: f64) -> Option<f64> {
         let noise = self.noise_m * normal(&mut self.noise);
         let amplified_m = self.gain * elongation_m;
-        let analogue = match &mut self.state {
+        Some(match &mut self.state {
             GageState::Healthy => amplified_m + noise,
             GageState::Bias { offset_m } => amplified_m + *offset_m + noise,
+            GageState::Drift { increment_m, offset_m } => {
+                *offset_m += *increment_m;
+                amplified_m + *offset_m + noise
+            }
             GageState::RandomWalk { mean_m, deviation_m, offset_m } => {
                 *offset_m += *mean_m + *deviation_m * normal(&mut self.walk);
                 amplified_m + *offset_m + noise
             }
+            GageState::Gain { gain } => *gain * amplified_m + noise,
             GageState::ZeroOutput => noise,
-            GageState::NoSignal => f64::NAN,
-        };
-        if self.quantum_m > 0.0 {
-            self.quantum_m * (analogue / self.quantum_m).round()
-        } else {
-            analogue
-        }
+            // A multiple of the quantum stays the same when it is rounded.
+            GageState::Stuck => self.last_m.unwrap_or(amplified_m + noise),
+            GageState::Intermittent { offset_m, contact } => {
+                let offset_m = if contact.is_open(&mut self.walk) { *offset_m } else { 0.0 };
+                amplified_m + offset_m + noise
+            }
+            GageState::NoSignal => return None,
+        })
     }
 }
 
@@ -118,6 +157,7 @@ impl Gages {
             noise: Stream::GageNoise(channel).generator(seed),
             walk: Stream::GageWalk(channel).generator(seed),
             state: GageState::Healthy,
+            last_m: None,
         };
         Self { gages: lengths_m.iter().enumerate().map(gage).collect() }
     }

@@ -12,6 +12,7 @@
 //! once, use matrix products that choose their instructions at run time.
 
 mod check;
+mod contact;
 pub mod controller;
 mod controller_parameters;
 mod course;

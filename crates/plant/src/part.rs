@@ -10,11 +10,12 @@ use nalgebra::DVector;
 use names::fault::Fault;
 use truss::{ModalStepper, Modes, Structure};
 
+use crate::contact::Contact;
 use crate::controller::{Controller, Design, beside, gage_lengths_m};
 use crate::equilibrium::Equilibrium;
 use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
-use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics};
+use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics, Spool};
 use crate::injection::Slot;
 use crate::parameters::PlantParameters;
 use crate::pressure_sensor::PressureSensors;
@@ -265,10 +266,15 @@ fn actuator_state(fault: Fault) -> ActuatorState {
         Fault::ExternalLeakageA { area_m2 } => leaking(0.0, area_m2, 0.0),
         Fault::ExternalLeakageB { area_m2 } => leaking(0.0, 0.0, area_m2),
         Fault::HardOver {} => ActuatorState::HardOver,
+        Fault::Stiction { band_m3_per_s } => ActuatorState::Sticking(Spool::new(band_m3_per_s)),
         // Gage faults never come here: the kinds are compared before.
         Fault::Bias { .. }
+        | Fault::Drift { .. }
         | Fault::RandomWalk { .. }
+        | Fault::Gain { .. }
         | Fault::ZeroOutput {}
+        | Fault::Stuck {}
+        | Fault::Intermittent { .. }
         | Fault::NoSignal {} => ActuatorState::Healthy,
     }
 }
@@ -276,17 +282,26 @@ fn actuator_state(fault: Fault) -> ActuatorState {
 fn gage_state(fault: Fault, step_s: f64) -> GageState {
     match fault {
         Fault::Bias { offset_m } => GageState::Bias { offset_m },
+        Fault::Drift { drift_m_per_s } => {
+            GageState::Drift { increment_m: drift_m_per_s * step_s, offset_m: 0.0 }
+        }
         Fault::RandomWalk { drift_m_per_s, increment_m } => GageState::RandomWalk {
             mean_m: drift_m_per_s * step_s,
             deviation_m: increment_m,
             offset_m: 0.0,
         },
+        Fault::Gain { gain } => GageState::Gain { gain },
         Fault::ZeroOutput {} => GageState::ZeroOutput,
+        Fault::Stuck {} => GageState::Stuck,
+        Fault::Intermittent { offset_m, closed_s, open_s } => {
+            GageState::Intermittent { offset_m, contact: Contact::new(closed_s, open_s, step_s) }
+        }
         Fault::NoSignal {} => GageState::NoSignal,
         // Actuator faults never come here: the kinds are compared before.
         Fault::InternalLeakage { .. }
         | Fault::ExternalLeakageA { .. }
         | Fault::ExternalLeakageB { .. }
-        | Fault::HardOver {} => GageState::Healthy,
+        | Fault::HardOver {}
+        | Fault::Stiction { .. } => GageState::Healthy,
     }
 }

@@ -158,12 +158,17 @@ fn each_fault_shows_first_on_its_own_channel_and_nowhere_else() {
     for (name, fault) in [
         (sensor, Fault::Bias { offset_m: 50e-6 }),
         (sensor, Fault::RandomWalk { drift_m_per_s: 20e-6, increment_m: 6e-6 }),
+        (sensor, Fault::Drift { drift_m_per_s: 20e-6 }),
+        (sensor, Fault::Gain { gain: 0.9 }),
         (sensor, Fault::ZeroOutput {}),
+        (sensor, Fault::Stuck {}),
+        (sensor, Fault::Intermittent { offset_m: 50e-6, closed_s: 0.5, open_s: 0.02 }),
         (sensor, Fault::NoSignal {}),
         (actuator, Fault::InternalLeakage { area_m2: 2e-7 }),
         (actuator, Fault::ExternalLeakageA { area_m2: 2e-7 }),
         (actuator, Fault::ExternalLeakageB { area_m2: 2e-7 }),
         (actuator, Fault::HardOver {}),
+        (actuator, Fault::Stiction { band_m3_per_s: 1e-5 }),
     ] {
         let mut faulty = plant(&parameters, 11);
         assert_eq!(record(&mut faulty, ONSET), nominal[..ONSET]);
@@ -264,6 +269,8 @@ fn a_minute_later_the_closed_loop_is_still_bounded_under_every_fault_of_an_actua
         Fault::ExternalLeakageA { area_m2: 5e-7 },
         Fault::ExternalLeakageB { area_m2: 5e-7 },
         Fault::HardOver {},
+        Fault::Stiction { band_m3_per_s: 1e-5 },
+        Fault::Stiction { band_m3_per_s: 1e-3 },
     ] {
         let mut plant = plant(&parameters, 4);
         plant.inject(&path("module1/actuator/a1"), fault).unwrap();

@@ -85,7 +85,7 @@ impl Scenario {
             ranges,
             parameters,
             &mut generator,
-        );
+        )?;
         let at = Step((onset_s / parameters.step_s).round() as u64);
         Some(Self { number, seed, injection: Injection { at, until: None, component, fault } })
     }
@@ -149,16 +149,16 @@ pub(crate) fn gage_length_m(structure: &Structure, path: &ComponentPath) -> f64 
     gage.map_or(f64::NAN, |gage| structure.gage_length_m(gage))
 }
 
-/// A fault of this kind; `length_m` is that of its gage.
+/// A fault of this kind; `length_m` is that of its gage. `None` for a kind that no campaign draws.
 pub(crate) fn draw_fault(
     kind: FaultKind,
     length_m: f64,
     ranges: &ScenarioRanges,
     parameters: &PlantParameters,
     generator: &mut ChaCha8Rng,
-) -> Fault {
+) -> Option<Fault> {
     let mut uniform = |[from, to]: [f64; 2]| generator.random_range(from..=to);
-    match kind {
+    Some(match kind {
         FaultKind::InternalLeakage => {
             Fault::InternalLeakage { area_m2: uniform(ranges.leak_area_m2) }
         }
@@ -178,6 +178,11 @@ pub(crate) fn draw_fault(
                 * (parameters.step_s / 1e-3).sqrt(),
         },
         FaultKind::ZeroOutput => Fault::ZeroOutput {},
-        FaultKind::NoSignal => Fault::NoSignal {},
-    }
+        FaultKind::Stiction
+        | FaultKind::Drift
+        | FaultKind::Gain
+        | FaultKind::Stuck
+        | FaultKind::Intermittent
+        | FaultKind::NoSignal => return None,
+    })
 }

@@ -60,16 +60,8 @@ impl<W: Write> TruthIndex<W> {
 }
 
 fn parameters(fault: &Fault) -> String {
-    match *fault {
-        Fault::InternalLeakage { area_m2 }
-        | Fault::ExternalLeakageA { area_m2 }
-        | Fault::ExternalLeakageB { area_m2 } => format!("area_m2={area_m2:e}"),
-        Fault::Bias { offset_m } => format!("offset_m={offset_m:e}"),
-        Fault::RandomWalk { drift_m_per_s, increment_m } => {
-            format!("drift_m_per_s={drift_m_per_s:e} increment_m={increment_m:e}")
-        }
-        Fault::HardOver {} | Fault::ZeroOutput {} | Fault::NoSignal {} => String::new(),
-    }
+    let named = |(name, value): (&str, f64)| format!("{name}={value:e}");
+    fault.parameters().into_iter().map(named).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -19,10 +19,15 @@ Faults and what they take:
   external_leakage_a  --area-m2
   external_leakage_b  --area-m2
   hard_over           nothing
-  zero_output         nothing
-  no_signal           nothing
+  stiction            --band-m3-per-s
   bias                --offset-m
+  drift               --drift-m-per-s
   random_walk         --drift-m-per-s --increment-m
+  gain                --gain
+  zero_output         nothing
+  stuck               nothing
+  intermittent        --offset-m --closed-s --open-s
+  no_signal           nothing
 
 Examples:
   trusswatch inject module1/sensor/g2 bias --offset-m 1.5e-4 --connect tcp/127.0.0.1:7447

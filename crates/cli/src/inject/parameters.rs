@@ -13,12 +13,24 @@ pub(super) struct Parameters {
     /// Offset of the elongation [m]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     offset_m: Option<f64>,
-    /// Mean drift of the elongation [m/s]
+    /// Drift of the elongation, of a random walk its mean [m/s]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     drift_m_per_s: Option<f64>,
     /// Standard deviation of the increment per step [m]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     increment_m: Option<f64>,
+    /// Multiple of the elongation that the gage reads; 1 is healthy
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    gain: Option<f64>,
+    /// Mean time for which a bad contact is closed [s]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    closed_s: Option<f64>,
+    /// Mean time for which a bad contact is open, and the offset there [s]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    open_s: Option<f64>,
+    /// Flow by which the command may differ before a sticking spool moves [m³/s]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    band_m3_per_s: Option<f64>,
 }
 
 /// Reads the name of a fault.
@@ -49,30 +61,43 @@ impl Parameters {
         Ok(fault)
     }
 
-    fn all(&self) -> [(&'static str, Option<f64>); 4] {
+    fn all(&self) -> [(&'static str, Option<f64>); 8] {
         [
             ("area_m2", self.area_m2),
             ("offset_m", self.offset_m),
             ("drift_m_per_s", self.drift_m_per_s),
             ("increment_m", self.increment_m),
+            ("gain", self.gain),
+            ("closed_s", self.closed_s),
+            ("open_s", self.open_s),
+            ("band_m3_per_s", self.band_m3_per_s),
         ]
     }
 
     /// What is missing was found before, and is not a number here.
     fn with(&self, kind: FaultKind) -> Fault {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let area_m2 = number(self.area_m2);
+        let (area_m2, offset_m) = (number(self.area_m2), number(self.offset_m));
+        let drift_m_per_s = number(self.drift_m_per_s);
         match kind {
             FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2 },
             FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2 },
             FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2 },
             FaultKind::HardOver => Fault::HardOver {},
-            FaultKind::Bias => Fault::Bias { offset_m: number(self.offset_m) },
-            FaultKind::RandomWalk => Fault::RandomWalk {
-                drift_m_per_s: number(self.drift_m_per_s),
-                increment_m: number(self.increment_m),
-            },
+            FaultKind::Stiction => Fault::Stiction { band_m3_per_s: number(self.band_m3_per_s) },
+            FaultKind::Bias => Fault::Bias { offset_m },
+            FaultKind::Drift => Fault::Drift { drift_m_per_s },
+            FaultKind::RandomWalk => {
+                Fault::RandomWalk { drift_m_per_s, increment_m: number(self.increment_m) }
+            }
+            FaultKind::Gain => Fault::Gain { gain: number(self.gain) },
             FaultKind::ZeroOutput => Fault::ZeroOutput {},
+            FaultKind::Stuck => Fault::Stuck {},
+            FaultKind::Intermittent => Fault::Intermittent {
+                offset_m,
+                closed_s: number(self.closed_s),
+                open_s: number(self.open_s),
+            },
             FaultKind::NoSignal => Fault::NoSignal {},
         }
     }
@@ -84,8 +109,12 @@ fn names(kind: FaultKind) -> &'static [&'static str] {
         FaultKind::InternalLeakage | FaultKind::ExternalLeakageA | FaultKind::ExternalLeakageB => {
             &["area_m2"]
         }
-        FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::NoSignal => &[],
+        FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::Stuck | FaultKind::NoSignal => &[],
+        FaultKind::Stiction => &["band_m3_per_s"],
         FaultKind::Bias => &["offset_m"],
+        FaultKind::Drift => &["drift_m_per_s"],
+        FaultKind::Gain => &["gain"],
+        FaultKind::Intermittent => &["offset_m", "closed_s", "open_s"],
         FaultKind::RandomWalk => &["drift_m_per_s", "increment_m"],
     }
 }
@@ -105,6 +134,10 @@ mod tests {
             offset_m: Some(-6e-4),
             drift_m_per_s: Some(2e-4),
             increment_m: Some(2e-5),
+            gain: Some(0.9),
+            closed_s: Some(0.5),
+            open_s: Some(0.02),
+            band_m3_per_s: Some(1e-5),
         };
         for kind in FaultKind::ALL {
             let only = |name, value: Option<f64>| value.filter(|_| names(kind).contains(&name));
@@ -113,6 +146,10 @@ mod tests {
                 offset_m: only("offset_m", given.offset_m),
                 drift_m_per_s: only("drift_m_per_s", given.drift_m_per_s),
                 increment_m: only("increment_m", given.increment_m),
+                gain: only("gain", given.gain),
+                closed_s: only("closed_s", given.closed_s),
+                open_s: only("open_s", given.open_s),
+                band_m3_per_s: only("band_m3_per_s", given.band_m3_per_s),
             };
             assert_eq!(own.fault(Some(kind)).unwrap().map(|fault| fault.kind()), Some(kind));
             let problem = given.fault(Some(kind)).unwrap_err();

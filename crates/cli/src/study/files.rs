@@ -4,7 +4,6 @@ use std::fs;
 use std::path::Path;
 
 use names::ComponentPath;
-use names::fault::Fault;
 use serde::Serialize;
 use study::{Diagnosed, NominalRecord, ScenarioRecord};
 
@@ -79,27 +78,18 @@ pub(super) fn write_table(
 
 impl ScenarioRow {
     fn of(record: &ScenarioRecord) -> Self {
-        let (mut area_m2, mut offset_m, mut increment_m, mut drift_m_per_s) =
-            (None, None, None, None);
-        match record.fault {
-            Fault::InternalLeakage { area_m2: area }
-            | Fault::ExternalLeakageA { area_m2: area }
-            | Fault::ExternalLeakageB { area_m2: area } => area_m2 = Some(area),
-            Fault::Bias { offset_m: offset } => offset_m = Some(offset),
-            Fault::RandomWalk { drift_m_per_s: drift, increment_m: increment } => {
-                (drift_m_per_s, increment_m) = (Some(drift), Some(increment));
-            }
-            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::NoSignal {} => {}
-        }
+        let parameters = record.fault.parameters();
+        let parameter =
+            |name| parameters.iter().find(|(of, _)| *of == name).map(|(_, value)| *value);
         Self {
             number: record.number,
             seed: record.seed,
             component: record.component.clone(),
             fault: record.kind().as_str(),
-            area_m2,
-            offset_m,
-            increment_m,
-            drift_m_per_s,
+            area_m2: parameter("area_m2"),
+            offset_m: parameter("offset_m"),
+            increment_m: parameter("increment_m"),
+            drift_m_per_s: parameter("drift_m_per_s"),
             onset_step: record.onset.0,
             base_speed_m_per_s: record.base_speed_m_per_s,
             reading_over_noise: record.reading_over_noise,

@@ -64,12 +64,21 @@ impl Cylinder {
         })
     }
 
+    /// The flow that the force control commands \[m³/s\].
+    #[inline]
+    pub(super) fn command(&self, [a, b]: [f64; 2], target: f64) -> f64 {
+        self.gain * (target - (a * self.area[0] - b * self.area[1]))
+    }
+
     /// ṗ_A and ṗ_B \[Pa/s\].
     fn rates(&self, [a, b]: [f64; 2], target: f64, state: &ActuatorState) -> [f64; 2] {
-        let command = self.gain * (target - (a * self.area[0] - b * self.area[1]));
+        let command = match state {
+            ActuatorState::Sticking(spool) => spool.flow(),
+            _ => self.command([a, b], target),
+        };
         let mut flows = [self.port(command, a), self.port(-command, b)];
         match *state {
-            ActuatorState::Healthy => {}
+            ActuatorState::Healthy | ActuatorState::Sticking(_) => {}
             ActuatorState::Leaking { internal, external_a, external_b } => {
                 let across = self.leak(internal, a - b);
                 flows[0] -= across + self.leak(external_a, a - self.ambient);

@@ -9,6 +9,7 @@
 //!   Each port passes at most q_max √(Δp / (p_supply − p_tank)), Δp being the pressure across it.
 //! - a closed valve lets some oil from the supply into each chamber and from there into the tank
 //! - hard-over: A's inlet is fully open and its outlet shut; B stays under control.
+//! - stiction: the valve's spool follows q once per step, by jumps, if it follows at all.
 //!
 //! F in the force control comes from the *measured* pressures, sampled once per step: the noise of
 //! the sample stays in the loop until the next. Within its flow limits the force then follows
@@ -21,9 +22,11 @@
 
 mod cylinder;
 mod parameters;
+mod spool;
 
 use cylinder::Cylinder;
 pub use parameters::HydraulicParameters;
+pub(crate) use spool::Spool;
 
 /// What is wrong with one actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -37,6 +40,8 @@ pub(crate) enum ActuatorState {
         external_b: f64,
     },
     HardOver,
+    /// The valve's spool sticks.
+    Sticking(Spool),
 }
 
 /// The pressures of all actuators.
@@ -89,9 +94,12 @@ impl Hydraulics {
     /// Integrates over one step under constant demands \[N\]; `noise_n` is the error of the force
     /// that each force control measures during the step \[N\].
     pub(crate) fn step(&mut self, demands_n: &[f64], noise_n: &[f64]) {
-        let actuators = self.pressures_pa.iter_mut().zip(&self.states);
+        let actuators = self.pressures_pa.iter_mut().zip(&mut self.states);
         for ((pressures, state), (demand, noise)) in actuators.zip(demands_n.iter().zip(noise_n)) {
             let target = demand - noise;
+            if let ActuatorState::Sticking(spool) = state {
+                spool.follow(self.cylinder.command(*pressures, target));
+            }
             for _ in 0..self.parameters.substeps {
                 *pressures = self.cylinder.substep(*pressures, target, state, self.substep_s);
             }

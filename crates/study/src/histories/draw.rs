@@ -138,5 +138,6 @@ fn draw_fault_of_any_component(
     fitting.retain(|component| !taken.contains(component));
     let component = fitting.get(generator.random_range(0..fitting.len().max(1)))?.clone();
     let length_m = gage_length_m(structure, &component);
-    Some((component, draw_fault(kind, length_m, ranges, parameters, generator)))
+    let fault = draw_fault(kind, length_m, ranges, parameters, generator)?;
+    Some((component, fault))
 }
