@@ -1,4 +1,4 @@
-//! Fault scenarios that cover every kind of fault, short enough for many of them.
+//! Fault scenarios that cover every kind of fault of the paper, short enough for many of them.
 
 use daemon::config::{Schedule, ScheduledFault};
 use names::Step;
@@ -17,7 +17,7 @@ pub fn single(component: &str, fault: Fault) -> Schedule {
     Schedule { faults: vec![fault] }
 }
 
-/// Every kind of fault, in both modules.
+/// Every kind of fault of the paper and a missing signal, in both modules.
 #[must_use]
 pub fn all() -> Vec<Schedule> {
     let walk = |increment_m| Fault::RandomWalk { drift_m_per_s: 6e-5, increment_m };

@@ -321,60 +321,33 @@ impl Fault {
     /// # Errors
     /// The first parameter that is not, with what would be right.
     pub fn check(&self) -> Result<(), FaultError> {
-        let kind = self.kind();
-        let require = |ok: bool, parameter, value, expected| {
-            if ok { Ok(()) } else { Err(FaultError { kind, parameter, value, expected }) }
-        };
-        let offset =
-            |value: f64| require(value.abs() < 1.0, "offset_m", value, "an offset within ±1 m");
-        let drift = |value: f64| {
-            require(value.abs() < 1.0, "drift_m_per_s", value, "a drift within ±1 m/s")
-        };
-        let mean_time = |parameter, value| {
-            let ok = (1e-3..=3600.0).contains(&value);
-            require(ok, parameter, value, "a mean time from 0.001 s to 3600 s")
-        };
-        match *self {
-            Fault::InternalLeakage { area_m2 }
-            | Fault::ExternalLeakageA { area_m2 }
-            | Fault::ExternalLeakageB { area_m2 } => require(
-                area_m2 > 0.0 && area_m2 < 1e-4,
-                "area_m2",
-                area_m2,
-                "an area above 0 and below 1e-4 m²",
-            ),
-            Fault::Stiction { band_m3_per_s } => require(
-                band_m3_per_s > 0.0 && band_m3_per_s <= 1e-3,
-                "band_m3_per_s",
-                band_m3_per_s,
-                "a flow above 0 and at most 1e-3 m³/s",
-            ),
-            Fault::Bias { offset_m } => offset(offset_m),
-            Fault::Drift { drift_m_per_s } => drift(drift_m_per_s),
-            Fault::RandomWalk { drift_m_per_s, increment_m } => {
-                drift(drift_m_per_s)?;
-                require(
-                    (0.0..1.0).contains(&increment_m),
-                    "increment_m",
-                    increment_m,
-                    "an increment from 0 to 1 m",
-                )
-            }
-            Fault::Gain { gain } => require(
-                gain > 0.0 && gain <= 10.0,
-                "gain",
-                gain,
-                "a gain above 0 and at most 10, 1 being that of a healthy gage; a gain of 0 is `zero_output`",
-            ),
-            Fault::Intermittent { offset_m, closed_s, open_s } => {
-                offset(offset_m)?;
-                mean_time("closed_s", closed_s)?;
-                mean_time("open_s", open_s)
-            }
-            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::Stuck {} | Fault::NoSignal {} => {
-                Ok(())
+        for (parameter, value) in self.parameters() {
+            let (right, expected) = range(parameter, value);
+            if !right {
+                return Err(FaultError { kind: self.kind(), parameter, value, expected });
             }
         }
+        Ok(())
+    }
+}
+
+/// Whether a parameter's value is in its range, and what that is.
+fn range(parameter: &str, value: f64) -> (bool, &'static str) {
+    match parameter {
+        "area_m2" => (value > 0.0 && value < 1e-4, "an area above 0 and below 1e-4 m²"),
+        "band_m3_per_s" => (value > 0.0 && value <= 1e-3, "a flow above 0 and at most 1e-3 m³/s"),
+        "offset_m" => (value.abs() < 1.0, "an offset within ±1 m"),
+        "drift_m_per_s" => (value.abs() < 1.0, "a drift within ±1 m/s"),
+        "increment_m" => ((0.0..1.0).contains(&value), "an increment from 0 to 1 m"),
+        "gain" => (
+            value > 0.0 && value <= 10.0,
+            "a gain above 0 and at most 10, where 1 is healthy; for 0 there is `zero_output`",
+        ),
+        "closed_s" | "open_s" => {
+            ((1e-3..=3600.0).contains(&value), "a mean time from 0.001 s to 3600 s")
+        }
+        // Without a range none is right, so that a new parameter cannot go without one.
+        _ => (false, "a parameter that has a range"),
     }
 }
 
@@ -394,15 +367,24 @@ mod tests {
         let walk = Fault::RandomWalk { drift_m_per_s: 2e-4, increment_m: 2e-5 };
         let leak = Fault::ExternalLeakageA { area_m2: 3e-7 };
         let drift = Fault::RandomWalk { drift_m_per_s: 9e-5, increment_m: 0.0 };
-        let read =
-            [Fault::Bias { offset_m: -6e-4 }, walk, drift, leak].map(|fault| fault.to_string());
-        let expected = [
-            "bias of -600.0 µm",
-            "random walk, +200.0 µm/s on average with steps of 20.00 µm",
-            "steady drift of +90.0 µm/s",
-            "chamber A leaks to the outside, coefficient 3.00e-7 m²",
-        ];
-        assert_eq!(read, expected);
+        for (fault, expected) in [
+            (Fault::Bias { offset_m: -6e-4 }, "bias of -600.0 µm"),
+            (walk, "random walk, +200.0 µm/s on average with steps of 20.00 µm"),
+            (drift, "steady drift of +90.0 µm/s"),
+            (Fault::Drift { drift_m_per_s: -9e-5 }, "steady drift of -90.0 µm/s"),
+            (Fault::Gain { gain: 0.95 }, "gain of 0.950, 1 would be right"),
+            (
+                Fault::Intermittent { offset_m: 5e-5, closed_s: 0.5, open_s: 0.02 },
+                "bad contact, off by +50.0 µm for 20.0 ms after 500.0 ms without, on average",
+            ),
+            (leak, "chamber A leaks to the outside, coefficient 3.00e-7 m²"),
+            (
+                Fault::Stiction { band_m3_per_s: 1e-5 },
+                "the valve's spool sticks until its flow is off by 10.00 cm³/s",
+            ),
+        ] {
+            assert_eq!(fault.to_string(), expected);
+        }
     }
 
     #[test]
@@ -411,5 +393,46 @@ mod tests {
         assert!(error.contains("offset_m"), "{error}");
         assert!(Fault::InternalLeakage { area_m2: -1.0 }.check().is_err());
         assert!(Fault::HardOver {}.check().is_ok());
+        let contact =
+            |offset_m, closed_s, open_s| Fault::Intermittent { offset_m, closed_s, open_s };
+        for (fault, parameter, right) in [
+            (Fault::Drift { drift_m_per_s: -1.0 }, "drift_m_per_s", "±1 m/s"),
+            (Fault::Gain { gain: 0.0 }, "gain", "`zero_output`"),
+            (Fault::Gain { gain: 10.5 }, "gain", "at most 10"),
+            (Fault::Gain { gain: f64::NAN }, "gain", "above 0"),
+            (contact(1.0, 0.5, 0.02), "offset_m", "±1 m"),
+            (contact(1e-4, 1e-4, 0.02), "closed_s", "from 0.001 s to 3600 s"),
+            (contact(1e-4, 0.5, f64::INFINITY), "open_s", "from 0.001 s to 3600 s"),
+            (Fault::Stiction { band_m3_per_s: 0.0 }, "band_m3_per_s", "above 0"),
+            (Fault::Stiction { band_m3_per_s: 2e-3 }, "band_m3_per_s", "1e-3 m³/s"),
+        ] {
+            let error = fault.check().unwrap_err().to_string();
+            let named = error.starts_with(&format!("`{parameter}` of fault `{}`", fault.kind()));
+            assert!(named && error.contains(right), "{error}");
+        }
+        for fault in [
+            Fault::Drift { drift_m_per_s: -0.9 },
+            Fault::Gain { gain: 1.0 },
+            Fault::Gain { gain: 10.0 },
+            contact(-1e-4, 1e-3, 3600.0),
+            Fault::Stiction { band_m3_per_s: 1e-3 },
+        ] {
+            assert_eq!(fault.check(), Ok(()), "{fault}");
+        }
+    }
+
+    #[test]
+    fn campaigns_draw_the_kinds_of_the_paper_in_their_order() {
+        let names: Vec<&str> = FaultKind::OF_RESIDUALS.iter().map(|kind| kind.as_str()).collect();
+        let expected = [
+            "internal_leakage",
+            "external_leakage_a",
+            "external_leakage_b",
+            "hard_over",
+            "bias",
+            "random_walk",
+            "zero_output",
+        ];
+        assert_eq!(names, expected);
     }
 }

@@ -206,6 +206,36 @@ mod tests {
             .collect()
     }
 
+    fn intermittent(offset_m: f64, closed_s: f64, open_s: f64) -> GageState {
+        GageState::Intermittent { offset_m, contact: Contact::new(closed_s, open_s, 1e-3) }
+    }
+
+    /// What a gage reads while its member moves, and what it would read if it were healthy; the fault is there in these
+    /// samples.
+    fn moving(
+        parameters: &GageParameters,
+        state: GageState,
+        faulty_in: std::ops::Range<i32>,
+    ) -> Vec<[f64; 2]> {
+        let mut faulty = Gages::new(parameters, &LENGTHS, 4);
+        let mut healthy = faulty.clone();
+        let sample = |step| {
+            if step == faulty_in.start {
+                faulty.set(0, state);
+            }
+            if step == faulty_in.end {
+                faulty.set(0, GageState::Healthy);
+            }
+            let truth = [50e-6 * (f64::from(step) * 0.1).sin(), 0.0, 0.0];
+            let (mut with, mut without) = (truth, truth);
+            faulty.read(&mut with);
+            healthy.read(&mut without);
+            assert_eq!(with[1..], without[1..]);
+            [with[0], without[0]]
+        };
+        (0..100).map(sample).collect()
+    }
+
     fn column(readings: &[[f64; 3]], gage: usize) -> Vec<f64> {
         readings.iter().map(|values| values[gage]).collect()
     }
@@ -239,6 +269,9 @@ mod tests {
         let healthy = readings(&[], 100);
         for (state, expected) in [
             (GageState::Bias { offset_m: 20e-6 }, 20e-6),
+            (GageState::Drift { increment_m: 1e-6, offset_m: 0.0 }, 1e-6),
+            (GageState::Gain { gain: 0.8 }, -0.2 * TRUE[1]),
+            (intermittent(20e-6, 0.05, 0.01), 20e-6),
             (GageState::ZeroOutput, -TRUE[1]),
             (GageState::RandomWalk { mean_m: 1e-6, deviation_m: 0.0, offset_m: 0.0 }, 1e-6),
         ] {
@@ -265,6 +298,72 @@ mod tests {
             let multiple = readings_of(&parameters, &[], 1)[0][gage] / (0.5e-6 * length);
             assert!((multiple - multiple.round()).abs() < 1e-9, "{multiple}");
         }
+    }
+
+    #[test]
+    fn a_wrong_gain_multiplies_what_a_healthy_gage_makes_of_the_elongation() {
+        let parameters =
+            GageParameters { noise_strain: 1e-15, gain_error: 0.02, ..GageParameters::default() };
+        for [faulty, healthy] in moving(&parameters, GageState::Gain { gain: 1.3 }, 0..100) {
+            assert!((faulty - 1.3 * healthy).abs() < 1e-13, "{faulty} {healthy}");
+        }
+        let noisy = moving(&GageParameters::default(), GageState::Gain { gain: 1.0 }, 0..100);
+        assert!(noisy.iter().all(|[faulty, healthy]| faulty == healthy));
+    }
+
+    #[test]
+    fn a_drift_grows_by_the_same_in_every_sample() {
+        let increment_m = 2e-6;
+        let drift = GageState::Drift { increment_m, offset_m: 0.0 };
+        let readings = moving(&GageParameters::default(), drift, 0..100);
+        for (sample, [faulty, healthy]) in (1..).map(f64::from).zip(readings) {
+            assert!((faulty - healthy - sample * increment_m).abs() < 1e-17);
+        }
+    }
+
+    #[test]
+    fn a_stuck_gage_repeats_its_last_reading_while_its_member_moves() {
+        for quantum_strain in [0.0, 0.3e-6] {
+            let parameters = GageParameters { quantum_strain, ..GageParameters::default() };
+            let readings = moving(&parameters, GageState::Stuck, 30..70);
+            for (step, [faulty, healthy]) in readings.iter().enumerate() {
+                let expected = if (30..70).contains(&step) { readings[29][0] } else { *healthy };
+                assert_eq!(faulty.to_bits(), expected.to_bits(), "{step}");
+            }
+            let readings = moving(&parameters, GageState::Stuck, 0..70);
+            assert!(readings[..70].iter().all(|[faulty, _]| *faulty == readings[0][1]));
+        }
+    }
+
+    #[test]
+    fn a_stuck_gage_repeats_the_last_reading_that_it_gave_and_no_missing_one() {
+        let mut gages = Gages::new(&GageParameters::default(), &LENGTHS, 4);
+        let mut read = |state| {
+            gages.set(0, state);
+            let mut values = TRUE;
+            gages.read(&mut values);
+            values[0]
+        };
+        let biased = read(GageState::Bias { offset_m: 1e-3 });
+        assert!(read(GageState::NoSignal).is_nan());
+        assert_eq!([read(GageState::Stuck), read(GageState::Stuck)], [biased; 2]);
+    }
+
+    #[test]
+    fn a_bad_contact_offsets_the_reading_while_it_is_open_and_leaves_it_alone_else() {
+        let (offset_m, count) = (20e-6, 100_000);
+        let (faulty, healthy) =
+            (readings(&[(0, intermittent(offset_m, 0.05, 0.01))], count), readings(&[], count));
+        let mut open = 0.0;
+        for (faulty, healthy) in faulty.iter().zip(&healthy) {
+            if faulty[0] != healthy[0] {
+                assert!((faulty[0] - healthy[0] - offset_m).abs() < 1e-18);
+                open += 1.0;
+            }
+        }
+        // The share over 100 s with the memory of 8.3 ms deviates by 0.0048.
+        let share: f64 = open / count as f64;
+        assert!((share - 0.01 / 0.06).abs() < 4.0 * 0.0048, "{share}");
     }
 
     #[test]

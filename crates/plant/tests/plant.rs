@@ -194,6 +194,16 @@ fn each_fault_shows_first_on_its_own_channel_and_nowhere_else() {
 }
 
 #[test]
+fn a_drift_is_a_random_walk_that_never_deviates() {
+    let mut drifting = plant(&PlantParameters::default(), 11);
+    let mut walking = drifting.clone();
+    let (gage, drift_m_per_s) = (path("module2/sensor/g3"), 20e-6);
+    drifting.inject(&gage, Fault::Drift { drift_m_per_s }).unwrap();
+    walking.inject(&gage, Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 }).unwrap();
+    assert_eq!(record(&mut drifting, 1000), record(&mut walking, 1000));
+}
+
+#[test]
 fn a_gage_fault_travels_through_the_controller_to_every_demand() {
     let parameters = PlantParameters::default();
     let mut nominal = plant(&parameters, 11);

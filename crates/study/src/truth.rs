@@ -72,5 +72,8 @@ mod tests {
     fn parameters_are_named() {
         let walk = Fault::RandomWalk { drift_m_per_s: -2e-5, increment_m: 3e-6 };
         assert_eq!(parameters(&walk), "drift_m_per_s=-2e-5 increment_m=3e-6");
+        let contact = Fault::Intermittent { offset_m: 5e-5, closed_s: 0.5, open_s: 0.02 };
+        assert_eq!(parameters(&contact), "offset_m=5e-5 closed_s=5e-1 open_s=2e-2");
+        assert_eq!(parameters(&Fault::Stuck {}), "");
     }
 }

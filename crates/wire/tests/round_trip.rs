@@ -236,6 +236,11 @@ fn answers_orders_and_refusals_are_read_back() {
     for (fault, at_step) in [
         (Some(Fault::Bias { offset_m: 1e-5 }), Some(Step(7))),
         (Some(Fault::ZeroOutput {}), None),
+        (Some(Fault::Drift { drift_m_per_s: 0.1 + 0.2 }), None),
+        (Some(Fault::Gain { gain: 0.95 }), None),
+        (Some(Fault::Stuck {}), None),
+        (Some(Fault::Intermittent { offset_m: -5e-5, closed_s: 0.5, open_s: 0.02 }), None),
+        (Some(Fault::Stiction { band_m3_per_s: 1e-5 }), None),
         (None, None),
     ] {
         let injection = Injection { component: component.clone().into(), fault, at_step };

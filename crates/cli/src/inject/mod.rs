@@ -32,6 +32,8 @@ Faults and what they take:
 Examples:
   trusswatch inject module1/sensor/g2 bias --offset-m 1.5e-4 --connect tcp/127.0.0.1:7447
   trusswatch inject module1/actuator/a3 internal_leakage --area-m2 3e-7 --connect tcp/127.0.0.1:7447
+  trusswatch inject module1/sensor/g5 intermittent --offset-m 5e-5 --closed-s 0.5 --open-s 0.02 \\
+    --connect tcp/127.0.0.1:7447
   trusswatch inject module1/sensor/g2 --repair --connect tcp/127.0.0.1:7447";
 
 /// Give a component of the simulated plant a fault, or repair it

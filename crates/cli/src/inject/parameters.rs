@@ -25,10 +25,10 @@ pub(super) struct Parameters {
     /// Mean time for which a bad contact is closed [s]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     closed_s: Option<f64>,
-    /// Mean time for which a bad contact is open, and the offset there [s]
+    /// Mean time for which a bad contact is open, and the reading off by the offset [s]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     open_s: Option<f64>,
-    /// Flow by which the command may differ before a sticking spool moves [m³/s]
+    /// Flow by which the command may differ from a sticking spool's before it moves [m³/s]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     band_m3_per_s: Option<f64>,
 }
@@ -45,16 +45,16 @@ pub(super) fn kinds() -> impl TypedValueParser<Value = FaultKind> {
 impl Parameters {
     /// The fault of this kind with these parameters, or none without a kind.
     pub(super) fn fault(&self, kind: Option<FaultKind>) -> Result<Option<Fault>, String> {
-        let wanted = kind.map_or(&[][..], names);
+        let fault = kind.map(|kind| self.with(kind));
+        let wanted = fault.map(|fault| fault.parameters()).unwrap_or_default();
         for (name, value) in self.all() {
             let what = kind.map_or("a repair".to_owned(), |kind| format!("`{kind}`"));
-            match (wanted.contains(&name), value) {
+            match (wanted.iter().any(|(wanted, _)| *wanted == name), value) {
                 (true, None) => return Err(format!("{what} needs {}", flag(name))),
                 (false, Some(_)) => return Err(format!("{what} takes no {}", flag(name))),
                 _ => {}
             }
         }
-        let fault = kind.map(|kind| self.with(kind));
         if let Some(fault) = &fault {
             fault.check().map_err(|error| error.to_string())?;
         }
@@ -74,7 +74,7 @@ impl Parameters {
         ]
     }
 
-    /// What is missing was found before, and is not a number here.
+    /// What is missing is not a number here.
     fn with(&self, kind: FaultKind) -> Fault {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let (area_m2, offset_m) = (number(self.area_m2), number(self.offset_m));
@@ -103,22 +103,6 @@ impl Parameters {
     }
 }
 
-/// The parameters of a kind of fault.
-fn names(kind: FaultKind) -> &'static [&'static str] {
-    match kind {
-        FaultKind::InternalLeakage | FaultKind::ExternalLeakageA | FaultKind::ExternalLeakageB => {
-            &["area_m2"]
-        }
-        FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::Stuck | FaultKind::NoSignal => &[],
-        FaultKind::Stiction => &["band_m3_per_s"],
-        FaultKind::Bias => &["offset_m"],
-        FaultKind::Drift => &["drift_m_per_s"],
-        FaultKind::Gain => &["gain"],
-        FaultKind::Intermittent => &["offset_m", "closed_s", "open_s"],
-        FaultKind::RandomWalk => &["drift_m_per_s", "increment_m"],
-    }
-}
-
 fn flag(name: &str) -> String {
     format!("--{}", name.replace('_', "-"))
 }
@@ -126,6 +110,11 @@ fn flag(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn names(kind: FaultKind) -> Vec<&'static str> {
+        let parameters = Parameters::default().with(kind).parameters();
+        parameters.into_iter().map(|(name, _)| name).collect()
+    }
 
     #[test]
     fn every_fault_takes_its_own_parameters_and_no_others() {
@@ -168,5 +157,8 @@ mod tests {
         let given = Parameters { offset_m: Some(7.0), ..Parameters::default() };
         let problem = given.fault(Some(FaultKind::Bias)).unwrap_err();
         assert!(problem.contains("offset_m") && problem.contains("±1 m"), "{problem}");
+        let given = Parameters { gain: Some(0.0), ..Parameters::default() };
+        let problem = given.fault(Some(FaultKind::Gain)).unwrap_err();
+        assert!(problem.contains("`gain`") && problem.contains("`zero_output`"), "{problem}");
     }
 }

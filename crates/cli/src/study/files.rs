@@ -10,7 +10,7 @@ use study::{Diagnosed, NominalRecord, ScenarioRecord};
 use super::runs::Runs;
 use crate::failure::Failure;
 
-/// A line of `scenarios.csv`.
+/// A line of `scenarios.csv`, with the parameters of the kinds of fault that campaigns draw.
 #[derive(Serialize)]
 struct ScenarioRow {
     number: u64,

@@ -25,9 +25,19 @@ async fn a_fault_arrives_as_it_was_given_and_so_does_a_repair() {
     let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
     assert_eq!((&document["effective_step"], &document["v"]), (&9000.into(), &1.into()));
     assert_eq!((&document["fault"], &document["structure"]), (&Value::Null, &"tower".into()));
+    let contact = ["--offset-m", "5e-5", "--closed-s", "0.5", "--open-s", "0.02"];
+    tower
+        .run(&[&["inject", "module1/sensor/g5", "intermittent"], &contact[..]].concat())
+        .succeeds();
+    let stiction = ["inject", "module1/actuator/a1", "stiction", "--band-m3-per-s", "1e-5"];
+    tower.run(&stiction).succeeds();
+    let contact = Fault::Intermittent { offset_m: 5e-5, closed_s: 0.5, open_s: 0.02 };
+    let stiction = Fault::Stiction { band_m3_per_s: 1e-5 };
     let expected = [
         injection("module1/sensor/g2", Some(Fault::Bias { offset_m: -6e-4 }), None),
         injection("module1/sensor/g2", None, Some(9000)),
+        injection("module1/sensor/g5", Some(contact), None),
+        injection("module1/actuator/a1", Some(stiction), None),
     ];
     assert_eq!(*taken.lock().unwrap(), expected);
 }
@@ -64,6 +74,8 @@ fn what_cannot_be_meant_is_not_sent() {
     inject(&["m/sensor/g", "biass"]).fails(2, &["biass", "bias"]);
     inject(&["m/sensor/g", "bias"]).fails(2, &["`bias` needs --offset-m"]);
     inject(&["m/sensor/g", "bias", "--offset-m", "7"]).fails(2, &["offset_m", "±1 m"]);
+    inject(&["m/sensor/g", "gain", "--gain", "0"]).fails(2, &["`gain`", "`zero_output`"]);
+    inject(&["m/sensor/g", "stuck", "--gain", "1"]).fails(2, &["takes no --gain"]);
     inject(&["m/sensor/g", "zero_output", "--area-m2", "1e-7"]).fails(2, &["takes no --area-m2"]);
     inject(&["m/sensor/g", "hard_over"]).fails(2, &["m/sensor/g", "hard_over", "actuator"]);
     inject(&["m/sensor/g", "zero_output", "--repair"]).fails(2, &["--repair"]);

@@ -115,6 +115,10 @@ mod tests {
         ActuatorState::Leaking { internal, external_a, external_b }
     }
 
+    fn sticking(band: f64) -> ActuatorState {
+        ActuatorState::Sticking(Spool::new(band))
+    }
+
     fn one(parameters: &HydraulicParameters, force: f64, state: ActuatorState) -> Hydraulics {
         let mut hydraulics = Hydraulics::new(parameters, 1e-3, &[force]);
         hydraulics.set(0, state);
@@ -164,11 +168,15 @@ mod tests {
     #[test]
     fn the_noise_of_the_measured_force_acts_as_an_error_of_the_demand() {
         let parameters = HydraulicParameters::default();
-        let mut noisy = one(&parameters, 0.0, ActuatorState::Healthy);
-        let mut quiet = noisy.clone();
-        noisy.step(&[1e3], &[400.0]);
-        quiet.step(&[600.0], &[0.0]);
-        assert_eq!(noisy.pressures_pa(), quiet.pressures_pa());
+        for state in [ActuatorState::Healthy, sticking(1e-6)] {
+            let mut noisy = one(&parameters, 0.0, state);
+            let mut quiet = noisy.clone();
+            for _ in 0..5 {
+                noisy.step(&[1e3], &[400.0]);
+                quiet.step(&[600.0], &[0.0]);
+                assert_eq!(noisy.pressures_pa(), quiet.pressures_pa());
+            }
+        }
     }
 
     /// In steady state the force control replaces what leaks: K_P (u − F) = ± leak.
@@ -222,6 +230,86 @@ mod tests {
         assert!((force(&hydraulics) - 200e5 * (1.3273e-2 - 9.425e-3)).abs() < 100.0);
     }
 
+    /// A control that is sampled once per step leaves 1 − h/τ of its error after each. A band moves the flow by no more
+    /// than itself, and with it the force by no more than band / K_P.
+    #[test]
+    fn a_spool_that_hardly_sticks_is_a_sampled_control() {
+        // However finely pressures are integrated, the control is sampled once per step.
+        let parameters = HydraulicParameters { substeps: 4, ..HydraulicParameters::default() };
+        let (band, demand) = (1e-14, 15e3);
+        let mut hydraulics = one(&parameters, 5e3, sticking(band));
+        let mut healthy = one(&parameters, 5e3, ActuatorState::Healthy);
+        let per_step = 1e-3 / parameters.time_constant_s();
+        let tolerance = 1e-6 + band / parameters.force_gain_m3_per_s_per_n;
+        for step in 1..=100 {
+            run(&mut hydraulics, demand, 1);
+            run(&mut healthy, demand, 1);
+            let expected = demand - 10e3 * (1.0 - per_step).powi(step);
+            assert!((force(&hydraulics) - expected).abs() < tolerance, "{step}");
+            // (1 − x)^n is below exp(−n x) by at most x/(2e), and a bit for the next order.
+            let ahead = force(&hydraulics) - force(&healthy);
+            assert!((0.0..10e3 * per_step * 0.2).contains(&ahead), "{step}: {ahead}");
+        }
+    }
+
+    #[test]
+    fn a_sticking_spool_stays_where_it_is_while_the_command_stays_within_the_band() {
+        let parameters = HydraulicParameters::default();
+        let band = 1e-5;
+        let within = 0.99 * band / parameters.force_gain_m3_per_s_per_n;
+        // From rest it lets nothing pass, so that the pressures stay as they are.
+        let mut hydraulics = one(&parameters, 5e3, sticking(band));
+        run(&mut hydraulics, 5e3, 1);
+        let start = hydraulics.pressures_pa()[0];
+        for step in 0..1000 {
+            run(&mut hydraulics, 5e3 + within * (f64::from(step) * 0.1).sin(), 1);
+            assert_eq!(hydraulics.pressures_pa()[0], start);
+        }
+        // In motion it lets the same pass, whatever the command.
+        let mut hydraulics = one(&parameters, 5e3, sticking(1e-4));
+        run(&mut hydraulics, 15e3, 1);
+        let [first, second] = [15e3, 8e3].map(|demand| {
+            let before = force(&hydraulics);
+            run(&mut hydraulics, demand, 1);
+            force(&hydraulics) - before
+        });
+        assert!((first - second).abs() < 1e-6, "{first} {second}");
+        let per_step = 1e-3 / parameters.time_constant_s();
+        assert!((first - 10e3 * per_step).abs() < 1e-6, "{first}");
+    }
+
+    /// It comes to rest where it happens to stick, or hunts: no further away than the command of a band, and what that
+    /// grows by in a step.
+    #[test]
+    fn a_sticking_spool_follows_a_large_demand_up_to_its_band() {
+        let parameters = HydraulicParameters::default();
+        for band in [1e-6, 1e-5, 5e-5] {
+            let mut hydraulics = one(&parameters, 0.0, sticking(band));
+            let largest = 1.0 + 1.1 * band / parameters.force_gain_m3_per_s_per_n;
+            for demand in [120e3, -60e3] {
+                run(&mut hydraulics, demand, 500);
+                for _ in 0..2000 {
+                    run(&mut hydraulics, demand, 1);
+                    let error = force(&hydraulics) - demand;
+                    assert!(error.abs() < largest, "{band}: {error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_spool_sticks_from_where_it_is_when_the_fault_begins() {
+        let parameters = HydraulicParameters::default();
+        let mut hydraulics = one(&parameters, 0.0, ActuatorState::Healthy);
+        run(&mut hydraulics, 10e3, 5);
+        let (command, before) = (10e3 - force(&hydraulics), force(&hydraulics));
+        hydraulics.set(0, sticking(1e-3));
+        run(&mut hydraulics, 10e3, 3);
+        let per_step = 1e-3 / parameters.time_constant_s();
+        let expected = before + 3.0 * per_step * command;
+        assert!((force(&hydraulics) - expected).abs() < 1e-6);
+    }
+
     #[test]
     fn pressures_stay_between_environment_and_supply_in_every_state() {
         let parameters = HydraulicParameters::default();
@@ -233,6 +321,9 @@ mod tests {
             leaking(9.9e-5, 0.0, 0.0),
             leaking(0.0, 9.9e-5, 0.0),
             ActuatorState::HardOver,
+            sticking(1e-7),
+            sticking(1e-5),
+            sticking(1e-3),
         ];
         for state in states {
             let mut hydraulics = one(&parameters, 0.0, state);

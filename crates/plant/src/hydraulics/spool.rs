@@ -31,3 +31,18 @@ impl Spool {
         self.flow.unwrap_or_default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_begins_at_the_command_holds_within_the_band_and_jumps_to_the_command_beyond() {
+        let mut spool = Spool::new(0.5);
+        let positions = [2.0, 2.5, 1.5, 2.625, 2.25, 2.0, -4.0].map(|command| {
+            spool.follow(command);
+            spool.flow()
+        });
+        assert_eq!(positions, [2.0, 2.0, 2.0, 2.625, 2.625, 2.0, -4.0]);
+    }
+}
