@@ -8,6 +8,7 @@ use crate::divergence::{DivergenceBank, DivergenceSettings, Outcome, Violation};
 use crate::evidence::Evidence;
 use crate::monitor::{Monitor, Observation};
 use crate::phase::Phase;
+use crate::recent::Recent;
 use crate::residual::ResidualGenerator;
 use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, SetupError};
@@ -46,6 +47,7 @@ pub(crate) struct Channels {
     shifts: Shifts,
     /// Short ones and long ones; each with: did one end at the latest step?
     windows: [(Windows, bool); 2],
+    recent: Recent,
     /// What is subtracted before a comparison with the reference: of a gage \[m\], of an oil content \[Pa\].
     tares: Vec<f64>,
     /// What goes into the windows: residuals, forces, oil contents; not a number where there is none.
@@ -106,6 +108,11 @@ impl Channels {
                 let gages = components.len() - setup.actuators();
                 (Windows::new(length, steps, setup.actuators(), gages), false)
             }),
+            recent: Recent::new(
+                setup.actuators(),
+                components.len() - setup.actuators(),
+                setup.step_s,
+            ),
             measured: [
                 vec![f64::NAN; components.len()],
                 vec![f64::NAN; setup.actuators()],
@@ -138,6 +145,7 @@ impl Channels {
         self.unseen.forget();
         self.shifts.forget();
         self.windows.iter_mut().for_each(|(windows, _)| windows.restart());
+        self.recent.restart();
         self.unfilled = 0;
     }
 
@@ -196,7 +204,7 @@ impl Channels {
                 self.latest[channel] = *residual;
             }
         }
-        self.measure(sample.step, settled);
+        self.measure(sample, settled);
         let outcomes = if settled { self.bank.push(&self.latest) } else { self.bank.skip() };
         let defined = outcomes.iter().any(|outcome| outcome.divergence().is_some());
         self.unseen.observe(sample.step, defined);
@@ -230,7 +238,7 @@ impl Channels {
     }
 
     /// Takes the sample into the windows, as far as it can be believed.
-    fn measure(&mut self, step: Step, settled: bool) {
+    fn measure(&mut self, sample: &Sample, settled: bool) {
         let [residuals, forces_n, contents_pa] = &mut self.measured;
         let actuators = forces_n.len();
         let forces_known = self.validity.force_is_assumed().is_none();
@@ -252,14 +260,20 @@ impl Channels {
         }
         let measured = Measured { residuals, forces_n, contents_pa };
         for (windows, ended) in &mut self.windows {
-            *ended = windows.take(step, measured);
+            *ended = windows.take(sample.step, measured);
         }
+        self.recent.take(sample, &residuals[actuators..], forces_n);
     }
 
     /// What a gage, or a cylinder's oil content, measures too much counts no more from now on: the tare, all in all.
     pub(crate) fn shift_tare(&mut self, channel: usize, off: f64) -> f64 {
         self.tares[channel] += off;
         self.tares[channel]
+    }
+
+    /// What was measured lately.
+    pub(crate) fn recent(&self) -> &Recent {
+        &self.recent
     }
 
     /// The window of this length that ended at a step, if it is still kept.

@@ -14,6 +14,7 @@ use crate::counters::Counters;
 use crate::coverage::Coverage;
 use crate::event::{Action, Event, QuestionToken};
 use crate::evidence::Evidence;
+use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
 use crate::memory::Memory;
@@ -35,6 +36,7 @@ pub struct Diagnoser {
     judging: Judging,
     answering: Answering,
     comparing: Comparing,
+    identifying: Identifying,
     counters: Counters,
 }
 
@@ -55,6 +57,7 @@ impl Diagnoser {
             channels,
             answering: Answering::new(setup.sampling()),
             comparing: Comparing::new(&setup),
+            identifying: Identifying::new(&setup),
             counters: Counters::default(),
             module: setup.module,
             peers: setup.peers,
@@ -72,6 +75,7 @@ impl Diagnoser {
             }
         }
         self.judging.recall_verdicts(sequence, latest);
+        self.identifying.recall(self.judging.ledger(), self.channels.components());
         let Some(past) = watch else { return };
         self.intake.recall(past.run);
         if let Some((since, until)) = past.watched {
@@ -128,6 +132,7 @@ impl Diagnoser {
         actions.extend(self.channels.update_phase(sample.step).map(Action::Phase));
         self.judge(now, actions);
         self.compare(now, actions);
+        self.identifying.follow(now, &self.channels, &self.judging, actions);
         self.answer_due(actions);
     }
 
@@ -139,6 +144,7 @@ impl Diagnoser {
         if let Some(last) = ended {
             self.channels.end_run();
             self.comparing.restart();
+            self.identifying.restart();
             self.answering.end_run(run, &mut self.counters, actions);
             self.judging.end_run(self.channels.components().len(), last, actions);
         }

@@ -6,6 +6,7 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use crate::change::Change;
 use crate::divergence::Violation;
 use crate::evidence::Evidence;
+use crate::identification::Excerpt;
 use crate::order::{Order, OrderRefusal, OrderToken};
 use crate::phase::Phase;
 use crate::question::{Answer, PeerFailure, Question, Refusal};
@@ -77,6 +78,9 @@ pub enum Action {
     },
     /// Make a transition durable, then publish it.
     Publish(Transition),
+    /// Identify a fault ([`crate::identification::identify`]), which takes milliseconds: at leisure, and publish what comes
+    /// of it.
+    Identify(Box<Excerpt>),
     /// The ratio of a change is final: peers receive this value from now on, and it is to be stored. Once
     /// more, with its last step, when it is over.
     Settled {

@@ -1,7 +1,7 @@
 //! What can go wrong with a component (sections 3.2 and 3.3 of the paper).
 //!
-//! The vocabulary is shared: the plant acts on it, messages and schedules carry it. A diagnoser never
-//! sees it: it knows residuals only.
+//! The vocabulary is shared: the plant acts on it, messages and schedules carry it. Of a fault itself a diagnoser sees
+//! residuals only; kinds are what it may identify.
 
 use std::fmt;
 

@@ -240,6 +240,7 @@ fn heard(occurrences: &[Occurrence]) -> (Vec<Diagnosed>, Conversation) {
     let mut conversation = Conversation::default();
     for occurrence in occurrences {
         match occurrence {
+            Occurrence::Identified { .. } => {}
             Occurrence::Change { .. } => conversation.changes += 1,
             Occurrence::Question { .. } => conversation.questions += 1,
             Occurrence::Transition { module, transition } => match &transition.verdict {

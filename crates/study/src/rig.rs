@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use diagnosis::identification::{Identification, identify};
 use diagnosis::{
     Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
     SetupError, Transition,
@@ -34,6 +35,13 @@ pub enum Occurrence {
         changes: Vec<Change>,
         /// The actuators that the peer declared faulty.
         actuator_faults: Vec<ActuatorFault>,
+    },
+    /// A fault was identified.
+    Identified {
+        /// The module.
+        module: ModuleName,
+        /// What it may be.
+        identification: Box<Identification>,
     },
     /// A verdict changed.
     Transition {
@@ -89,6 +97,7 @@ pub struct Rig {
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
     kept: VecDeque<Vec<Sample>>,
     keep: usize,
+    identifies: bool,
 }
 
 impl Rig {
@@ -121,6 +130,7 @@ impl Rig {
             stores,
             kept: VecDeque::new(),
             keep: 0,
+            identifies: false,
         })
     }
 
@@ -196,6 +206,11 @@ impl Rig {
         Ok(())
     }
 
+    /// Faults are identified from now on: their kind and size, which takes milliseconds each time.
+    pub fn identify(&mut self) {
+        self.identifies = true;
+    }
+
     /// Keeps the latest `count` samples of each module for diagnosers that are restarted.
     pub fn keep_samples(&mut self, count: usize) {
         self.keep = count;
@@ -251,6 +266,11 @@ impl Rig {
                 self.occurrences.push(Occurrence::Transition { module, transition });
                 None
             }
+            Action::Identify(excerpt) if self.identifies => {
+                let identification = Box::new(identify(&excerpt));
+                self.occurrences.push(Occurrence::Identified { module, identification });
+                None
+            }
             Action::Ask { peer, question } => {
                 let target = self.diagnosers.iter().position(|d| *d.module() == peer)?;
                 let token = QuestionToken(self.asked.len() as u64);
@@ -287,6 +307,7 @@ impl Rig {
             | Action::SignalLost { .. }
             | Action::AnswerRejected { .. }
             | Action::WordBroken { .. }
+            | Action::Identify(_)
             | Action::RunStarted(_) => None,
         }
     }

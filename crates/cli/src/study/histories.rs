@@ -192,6 +192,6 @@ fn print(occurrence: &Occurrence, out: &mut impl Write) -> io::Result<()> {
                 "step {decided:>7}  verdict     {module}/{component} {verdict:?} ({detection})"
             )
         }
-        Occurrence::Question { .. } => Ok(()),
+        Occurrence::Question { .. } | Occurrence::Identified { .. } => Ok(()),
     }
 }

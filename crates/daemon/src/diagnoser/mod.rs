@@ -18,6 +18,7 @@ mod args;
 mod conditions;
 mod diagnosis_loop;
 mod health;
+mod identifier;
 mod inquiry;
 mod intake;
 mod outgoing;
@@ -44,6 +45,7 @@ pub use state::StateDirectory;
 use conditions::Conditions;
 use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
 use health::{ModuleBoard, ModuleHealth};
+use identifier::Identifier;
 use inquiry::Queryables;
 use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
 use outgoing::{Drained, EventLane, Outbox, RoutineLane, States};
@@ -191,9 +193,11 @@ async fn serve(
 
     let queues = Queues { samples, fetched, inquiries: inquiries_out, answers: answers_out };
     let refusals = intake.receiver.refusals();
+    let identifier =
+        Identifier::start().map_err(|error| Failure::running("no thread can be started", error))?;
     let performer = Performer::new(
         speaker,
-        outbox,
+        (outbox, identifier),
         peers,
         PendingReplies::new(config.queries.hold()),
         QueryPause::new(config.queries.pause()),

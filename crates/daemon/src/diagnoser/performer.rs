@@ -9,6 +9,7 @@ use shell::occurrences::Occurrences;
 use wire::Obeyed;
 use zenoh::query::Query;
 
+use super::identifier::Identifier;
 use super::inquiry;
 use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};
@@ -21,6 +22,7 @@ use crate::convert::{Speaker, to_change};
 pub(crate) struct Performer {
     pub(crate) speaker: Speaker,
     pub(crate) outbox: Outbox,
+    pub(crate) identifier: Identifier,
     pub(crate) peers: PeerQueries,
     pub(crate) pending: PendingReplies,
     pub(crate) query_pause: QueryPause,
@@ -35,7 +37,7 @@ pub(crate) struct Performer {
 impl Performer {
     pub(crate) fn new(
         speaker: Speaker,
-        outbox: Outbox,
+        (outbox, identifier): (Outbox, Identifier),
         peers: PeerQueries,
         pending: PendingReplies,
         query_pause: QueryPause,
@@ -45,6 +47,7 @@ impl Performer {
         Self {
             speaker,
             outbox,
+            identifier,
             peers,
             pending,
             query_pause,
@@ -65,6 +68,7 @@ impl Performer {
             }
             Action::Settled { run, change } => self.remember(run, change),
             Action::Publish(transition) => self.publish(transition),
+            Action::Identify(excerpt) => self.identifier.identify(excerpt),
             Action::Ask { peer, question } => {
                 self.query_pause.begin();
                 self.peers.ask(peer, question);

@@ -54,6 +54,44 @@ impl Gaussian {
         Self { snippets: snippets.len(), mean, deviation, correlations }
     }
 
+    /// Learns from single rows of one stretch of time.
+    pub(crate) fn of_rows(rows: &[Vec<f64>], least: &[f64]) -> Self {
+        let observations: Vec<_> =
+            rows.iter().map(|values| Observation { snippet: 0, values }).collect();
+        Self::learn(&observations, least)
+    }
+
+    /// Adds a share of another's covariance, of its values at these places.
+    pub(crate) fn widen(&mut self, other: &Gaussian, places: &[usize], share: f64) {
+        let own = |s: &Self, a: usize, b: usize| s.covariance(a, b);
+        let theirs = |a: usize, b: usize| share * other.covariance(places[a], places[b]);
+        let size = self.mean.len();
+        let sum = |a: usize, b: usize| own(self, a, b) + theirs(a, b);
+        let deviation: Vec<f64> = (0..size).map(|k| sum(k, k).sqrt()).collect();
+        let correlations = (0..size)
+            .map(|a| (0..a).map(|b| sum(a, b) / (deviation[a] * deviation[b])).collect())
+            .collect();
+        self.deviation = deviation;
+        self.correlations = correlations;
+    }
+
+    fn covariance(&self, a: usize, b: usize) -> f64 {
+        let (low, high) = (a.min(b), a.max(b));
+        let correlation = if low == high { 1.0 } else { self.correlations[high][low] };
+        correlation * self.deviation[a] * self.deviation[b]
+    }
+
+    /// How one of these values follows from the others: by what each is multiplied in value − prediction, one for the value
+    /// itself, and the standard deviation of that.
+    pub(crate) fn regression(&self, places: &[usize], own: usize) -> Option<(Vec<f64>, f64)> {
+        let precision = self.precision(places)?;
+        let (weight, scale) = (precision[(own, own)], self.deviation[places[own]]);
+        let weights = places.iter().enumerate();
+        let weights =
+            weights.map(|(k, place)| precision[(own, k)] / weight * scale / self.deviation[*place]);
+        Some((weights.collect(), scale / weight.sqrt()))
+    }
+
     /// Are the lengths those of so many values, and the figures such that it can be used?
     pub(crate) fn is_sound(&self, size: usize) -> bool {
         let lengths = self.mean.len() == size

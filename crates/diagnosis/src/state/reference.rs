@@ -232,6 +232,12 @@ impl Reference {
         })
     }
 
+    /// Where the module's own gages and forces stand among the values of `means`.
+    pub(crate) fn own_places(&self) -> Vec<usize> {
+        let forces = self.gages.len();
+        (0..self.long.own_gages.len()).chain(forces..forces + self.cylinders.len()).collect()
+    }
+
     /// Gages and forces over windows of this length.
     pub(crate) fn over(&self, length: WindowLength) -> &MeansReference {
         match length {

@@ -34,6 +34,7 @@ impl<'a> Story<'a> {
         self.injection();
         for (step, occurrence) in &self.account.moments {
             match occurrence {
+                Occurrence::Identified { .. } => {}
                 Occurrence::Change { module, change } => self.change(*step, module, change),
                 Occurrence::Question { asker, peer, question, .. } => {
                     if self.is_needed(asker, question) {

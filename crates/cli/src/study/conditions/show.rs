@@ -81,7 +81,7 @@ fn occurred(occurrence: &Occurrence, out: &mut impl Write) -> io::Result<()> {
                  {onset}, detected {detection})"
             )
         }
-        Occurrence::Question { .. } => Ok(()),
+        Occurrence::Question { .. } | Occurrence::Identified { .. } => Ok(()),
     }
 }
 

@@ -1,0 +1,52 @@
+//! The valve's spool sticks where it is until the flow commanded is farther from that than a band, and then jumps there;
+//! the band \[m³/s\].
+
+use names::fault::FaultKind;
+
+use super::record::Record;
+use crate::identification::axis::Axis;
+use crate::identification::hypothesis::{Hypothesis, Weighing};
+use crate::identification::level::{Prior, Weighed};
+use crate::identification::mixture::Mixture;
+
+pub(super) const HYPOTHESIS: Hypothesis<Record> =
+    Hypothesis { kind: FaultKind::Stiction, prior: 1.0, weigh };
+
+/// As shares of what the open valve lets through; each order of magnitude is as likely as the other.
+const BANDS: [f64; 2] = [0.003, 0.3];
+/// Bands that are told apart, and at first.
+const PLACES: usize = 400;
+const AT_FIRST: f64 = 14.0;
+/// Onsets that are tried for each: where the spool stood when it began to stick matters little.
+const ONSETS: usize = 4;
+
+fn weigh(record: &Record) -> Weighing {
+    let [least, most] = BANDS.map(f64::ln);
+    let at = |place: usize| least + (most - least) * place as f64 / (PLACES - 1) as f64;
+    let axis = Axis::new((0..PLACES).map(at).collect(), 0.99 * (most - least) / AT_FIRST);
+    let onsets = record.some_onsets(ONSETS);
+    let mut all = Mixture::default();
+    for onset in &onsets {
+        let cases = axis.integrate(|place| {
+            let band = at(place).exp() * record.hydraulics.valve_flow_m3_per_s;
+            let level = record.with_valve(&spool(record, *onset, band));
+            let half = 0.01 * band;
+            let weighed = record.weigh(&level, &[Prior::about_zero(1.0)]).into_iter();
+            weighed.map(|case| Weighed { mean: band, variance: half * half, ..case }).collect()
+        });
+        all.extend(cases, 1.0 / onsets.len() as f64);
+    }
+    Weighing { cases: all, has_size: true }
+}
+
+/// What the valve lets through at each step.
+fn spool(record: &Record, onset_s: f64, band: f64) -> Vec<f64> {
+    let mut position = 0.0;
+    let follow = |step: &super::flows::Step| {
+        if step.at_s < onset_s || (step.commanded - position).abs() > band {
+            position = step.commanded;
+        }
+        position
+    };
+    record.steps.iter().map(follow).collect()
+}

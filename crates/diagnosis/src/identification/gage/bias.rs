@@ -1,0 +1,20 @@
+//! The gage reads a constant amount too much: a step at the onset \[m\].
+
+use names::fault::FaultKind;
+
+use super::record::Record;
+use super::scales::at_all;
+use crate::identification::hypothesis::{Hypothesis, Weighing};
+
+/// From its own noise to ten thousand times that.
+pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
+    kind: FaultKind::Bias,
+    prior: 1.0,
+    weigh: |record| {
+        let unit = record.own_noise_m2.sqrt();
+        let cases = record.over_onsets(|onset| {
+            at_all(&record.follow(onset, |point| point.share_after(onset.at_s)), unit)
+        });
+        Weighing { cases, has_size: true }
+    },
+};

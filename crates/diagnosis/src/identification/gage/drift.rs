@@ -1,0 +1,21 @@
+//! The gage's offset grows steadily: a ramp from the onset on \[m/s\].
+
+use names::fault::FaultKind;
+
+use super::record::Record;
+use super::scales::at_all;
+use crate::identification::hypothesis::{Hypothesis, Weighing};
+
+/// By its own noise in a hundred seconds, up to ten thousand times its noise in a second.
+pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
+    kind: FaultKind::Drift,
+    prior: 1.0,
+    weigh: |record| {
+        let unit = record.own_noise_m2.sqrt();
+        let cases = record.over_onsets(|onset| {
+            let filter = record.follow(onset, |point| point.time_after_s(onset.at_s));
+            [0.01, 1.0].iter().flat_map(|per_s| at_all(&filter, per_s * unit)).collect()
+        });
+        Weighing { cases, has_size: true }
+    },
+};

@@ -1,0 +1,25 @@
+//! The gage reads a multiple of what it should: what it is off is a share of what the others say that it should read.
+//! A part of the structure that has become softer shows in the same way, as a gain above one.
+
+use names::fault::FaultKind;
+
+use super::record::Record;
+use crate::identification::hypothesis::{Hypothesis, Weighing};
+use crate::identification::level::{Prior, Weighed};
+
+/// By how much the gain may differ from one: normal, each as likely as the others.
+const DEVIATIONS: [f64; 4] = [0.03, 0.1, 0.3, 1.0];
+
+pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
+    kind: FaultKind::Gain,
+    prior: 1.0,
+    weigh: |record| {
+        let cases = record.over_onsets(|onset| {
+            let filter =
+                record.follow(onset, |point| point.expected_m * point.share_after(onset.at_s));
+            let weighed = DEVIATIONS.iter().filter_map(|d| filter.weigh(&[Prior::about_zero(*d)]));
+            weighed.map(|case| Weighed { mean: 1.0 + case.mean, ..case }).collect()
+        });
+        Weighing { cases, has_size: true }
+    },
+};

@@ -1,0 +1,23 @@
+//! What can be wrong with a gage: one hypothesis a file.
+
+mod bias;
+mod drift;
+mod gain;
+mod random_walk;
+pub(super) mod record;
+mod scales;
+mod stuck;
+mod zero_output;
+
+use super::hypothesis::Hypothesis;
+use record::Record;
+
+/// All of them.
+pub(super) const HYPOTHESES: [Hypothesis<Record>; 6] = [
+    bias::HYPOTHESIS,
+    drift::HYPOTHESIS,
+    gain::HYPOTHESIS,
+    zero_output::HYPOTHESIS,
+    stuck::HYPOTHESIS,
+    random_walk::HYPOTHESIS,
+];

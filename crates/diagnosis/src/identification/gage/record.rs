@@ -1,0 +1,291 @@
+//! A gage's series as a hypothesis sees it: points of single steps, of hundredths and of whole seconds.
+
+use std::ops::Range;
+
+use crate::identification::axis::Axis;
+use crate::identification::excerpt::{Excerpt, GageSecond, GageSeries, GageStep, Seen};
+use crate::identification::level::{Level, Prior, Weighed, deviance};
+use crate::identification::mixture::Mixture;
+use crate::identification::points::{BLOCK_S, FINE_BEFORE_S, Grouping};
+
+/// What a gage should read is taken from the steps within this time of a point, the point itself excepted \[s\].
+const NEAR_S: f64 = 0.01;
+/// Steps before the onset without which neither noise nor wandering is learnt from it.
+const LEAST_BEFORE: usize = 40;
+/// By how much a gage that follows the others wanders in a second, in standard deviations of its noise.
+const WALKS: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
+/// An onset this long before the detection is as likely as one at it \[s\]; one twice as long ago half as likely.
+const YOUNG_S: f64 = 0.005;
+/// Onsets apart, at first, as a share of their age.
+const APART: f64 = 0.15;
+/// Onsets within a point that is longer than a block, or in a gap before it.
+const WITHIN: usize = 8;
+
+/// Means over a stretch of time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point {
+    /// From and until when \[s\], from the detection on.
+    from_s: f64,
+    until_s: f64,
+    /// Steps that it is a mean of.
+    pub(super) count: f64,
+    /// How much more it reads than the others say \[m\].
+    pub(super) off_m: f64,
+    /// What it reads \[m\].
+    pub(super) reading_m: f64,
+    /// What it should read \[m\], without noise that is in `off_m` too.
+    pub(super) expected_m: f64,
+}
+
+impl Point {
+    fn middle_s(&self) -> f64 {
+        0.5 * (self.from_s + self.until_s)
+    }
+
+    /// Which share of it is after a time.
+    pub(super) fn share_after(&self, at_s: f64) -> f64 {
+        let length = self.until_s - self.from_s;
+        if at_s <= self.from_s || length <= 0.0 {
+            return 1.0;
+        }
+        ((self.until_s - at_s) / length).clamp(0.0, 1.0)
+    }
+
+    /// How long it is after a time, on average over it \[s\].
+    pub(super) fn time_after_s(&self, at_s: f64) -> f64 {
+        let middle = 0.5 * (self.until_s + self.from_s.max(at_s)) - at_s;
+        self.share_after(at_s) * middle.max(0.0)
+    }
+}
+
+/// An onset that is tried: when, and the first point that it affects.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Onset {
+    pub(super) first: usize,
+    pub(super) at_s: f64,
+}
+
+/// A series, ready to be weighed.
+#[derive(Debug, Clone)]
+pub(in crate::identification) struct Record {
+    pub(super) points: Vec<Point>,
+    /// Variance of one step's own noise \[m²\].
+    pub(super) own_noise_m2: f64,
+    /// Variance of one step's `off_m` \[m²\].
+    pub(super) noise_m2: f64,
+    /// Length of a step \[s\].
+    pub(super) step_s: f64,
+    /// By how much the level wanders in a second \[m²\].
+    walk_m2_per_s: f64,
+    onsets: Vec<Onset>,
+    axis: Axis,
+    /// The filter before each point.
+    before: Vec<Level<0>>,
+}
+
+impl Record {
+    /// `None` without a single usable value.
+    pub(in crate::identification) fn new(excerpt: &Excerpt, series: &GageSeries) -> Option<Self> {
+        let grouping = Grouping::of(excerpt);
+        let steps = &series.steps;
+        let points = points(&grouping, steps, &series.seconds);
+        let before: Vec<GageStep> =
+            steps.iter().filter(|step| is_before(excerpt, step)).copied().collect();
+        let learnt = (before.len() >= LEAST_BEFORE).then_some(&before[..]);
+        let own_m2 = series.noise_m * series.noise_m;
+        let noise_m2 = white(learnt.unwrap_or(steps), |step| step.off_m).unwrap_or(own_m2);
+        let own_noise_m2 = learnt.and_then(|steps| white(steps, |step| step.reading_m));
+        let onsets = onsets(&points);
+        let earliest = match excerpt.seen {
+            Seen::Change { .. } => points.iter().position(|p| p.until_s >= grouping.fine_from_s),
+            Seen::Departure { .. } => None,
+        };
+        let mut record = Self {
+            axis: Axis::new(onsets.iter().map(|o| -(YOUNG_S - o.at_s).ln()).collect(), APART),
+            points,
+            own_noise_m2: own_noise_m2.unwrap_or(own_m2).clamp(0.01 * own_m2, noise_m2),
+            noise_m2,
+            step_s: excerpt.step_s,
+            walk_m2_per_s: 0.0,
+            onsets,
+            before: Vec::new(),
+        };
+        record.walk_m2_per_s = record.wandering(earliest.unwrap_or(0), series.level_m);
+        record.before = record.filters(record.walk_m2_per_s, series.level_m).collect();
+        (!record.onsets.is_empty()).then_some(record)
+    }
+
+    /// Weighs a hypothesis over all onsets.
+    pub(super) fn over_onsets(&self, weigh: impl Fn(&Onset) -> Vec<Weighed>) -> Mixture {
+        self.axis.integrate(|place| weigh(&self.onsets[place]))
+    }
+
+    /// The filter before an onset.
+    pub(super) fn before(&self, onset: &Onset) -> &Level<0> {
+        &self.before[onset.first]
+    }
+
+    /// Time from the point before to this one \[s\].
+    pub(super) fn since_s(&self, place: usize) -> f64 {
+        let before = place.checked_sub(1).map(|before| self.points[before].middle_s());
+        before.map_or(0.0, |before| self.points[place].middle_s() - before)
+    }
+
+    /// Goes through the points from an onset on, with a regressor for each.
+    pub(super) fn follow(&self, onset: &Onset, regressor: impl Fn(&Point) -> f64) -> Level<1> {
+        let mut level: Level<1> = self.before(onset).widened();
+        for (place, point) in self.points.iter().enumerate().skip(onset.first) {
+            let walked = self.walk_m2_per_s * self.since_s(place);
+            level.take(point.off_m, walked, self.noise_m2 / point.count, [regressor(point)]);
+        }
+        level
+    }
+
+    /// Of the points from each place on to the end, the deviance of a value that has no other than the gage's own noise.
+    pub(super) fn own_deviances(&self, value: impl Fn(&Point) -> f64) -> Vec<f64> {
+        let mut sums = vec![0.0; self.points.len() + 1];
+        for (place, point) in self.points.iter().enumerate().rev() {
+            sums[place] = sums[place + 1] + deviance(value(point), self.own_noise_m2 / point.count);
+        }
+        sums
+    }
+
+    /// The filter before each point, and after the last.
+    fn filters(&self, walk_m2_per_s: f64, level: Prior) -> impl Iterator<Item = Level<0>> {
+        let mut filter = Level::<0>::new(level);
+        let all = self.points.iter().enumerate().map(Some).chain([None]);
+        all.map(move |next| {
+            let before = filter.clone();
+            if let Some((place, point)) = next {
+                let walked = walk_m2_per_s * self.since_s(place);
+                filter.take(point.off_m, walked, self.noise_m2 / point.count, []);
+            }
+            before
+        })
+    }
+
+    /// How much the level wanders in a second, by what is likeliest before the onset \[m²\].
+    fn wandering(&self, earliest: usize, level: Prior) -> f64 {
+        let tried = WALKS.map(|walk| walk * walk * self.own_noise_m2);
+        if earliest < LEAST_BEFORE {
+            return tried[2];
+        }
+        let likelihood = |walk: f64| {
+            self.filters(walk, level).nth(earliest).map_or(0.0, |filter| filter.log_likelihood())
+        };
+        let weighed = tried.map(|walk| (walk, likelihood(walk)));
+        weighed.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(tried[2], |(walk, _)| walk)
+    }
+}
+
+fn is_before(excerpt: &Excerpt, step: &GageStep) -> bool {
+    match excerpt.seen {
+        Seen::Change { onset, .. } => {
+            step.step.0 as f64 <= onset.0 as f64 - 2.0 * FINE_BEFORE_S / excerpt.step_s
+        }
+        Seen::Departure { .. } => false,
+    }
+}
+
+/// Variance of white noise, from second differences.
+fn white(steps: &[GageStep], value: impl Fn(&GageStep) -> f64) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for three in steps.windows(3) {
+        let [first, second, third] = three else { continue };
+        if third.step.since(first.step) == 2 {
+            sum += (value(third) - 2.0 * value(second) + value(first)).powi(2) / 6.0;
+            count += 1.0;
+        }
+    }
+    (count > 10.0 && sum > 0.0).then(|| sum / count)
+}
+
+/// Every point up to the detection may be the first that is affected; in long ones, and in gaps, at several times.
+fn onsets(points: &[Point]) -> Vec<Onset> {
+    let mut onsets = Vec::new();
+    for (first, point) in points.iter().enumerate().filter(|(_, point)| point.from_s <= 1e-9) {
+        let before = first.checked_sub(1).map_or(point.from_s, |before| points[before].until_s);
+        for (from_s, until_s) in [(before, point.from_s), (point.from_s, point.until_s)] {
+            if until_s - from_s > 1.5 * BLOCK_S {
+                let part = (until_s.min(0.0) - from_s) / WITHIN as f64;
+                onsets.extend((1..WITHIN).map(|k| Onset { first, at_s: from_s + k as f64 * part }));
+            }
+            if until_s <= point.from_s {
+                onsets.push(Onset { first, at_s: point.from_s });
+            }
+        }
+    }
+    onsets
+}
+
+/// Means over seconds before the steps, over steps and blocks, and over seconds after them.
+fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageSecond]) -> Vec<Point> {
+    let at_s = |step: &GageStep| grouping.at_s(step.step);
+    let times: Vec<f64> = steps.iter().map(at_s).collect();
+    let expected = Sums::new(steps.iter().map(|step| step.reading_m - step.off_m));
+    let (off, reading) = (
+        Sums::new(steps.iter().map(|step| step.off_m)),
+        Sums::new(steps.iter().map(|step| step.reading_m)),
+    );
+    let near = ((NEAR_S / grouping.step_s).round() as usize).max(1);
+    let point = |all: Range<usize>| Point {
+        from_s: times[all.start],
+        until_s: times[all.end - 1],
+        count: all.len() as f64,
+        off_m: off.mean(all.clone()),
+        reading_m: reading.mean(all.clone()),
+        expected_m: expected.mean_around(all, near),
+    };
+    let points: Vec<Point> = grouping.group(&times).into_iter().map(point).collect();
+    let whole = (1.0 / grouping.step_s).round();
+    let second = |mean: &GageSecond| {
+        let until_s = grouping.at_s(mean.until);
+        Point {
+            from_s: until_s - 1.0 + grouping.step_s,
+            until_s,
+            count: whole,
+            off_m: mean.off_m,
+            reading_m: mean.reading_m,
+            expected_m: mean.reading_m - mean.off_m,
+        }
+    };
+    let (begin, end) = match (points.first(), points.last()) {
+        (Some(first), Some(last)) => (first.from_s, last.until_s),
+        _ => (f64::INFINITY, f64::INFINITY),
+    };
+    let all: Vec<Point> = seconds.iter().map(second).collect();
+    let earlier = all.iter().filter(|point| point.until_s < begin).copied();
+    let later = all.iter().filter(|point| point.from_s > end).copied();
+    earlier.chain(points).chain(later).collect()
+}
+
+/// Sums from the beginning on.
+struct Sums(Vec<f64>);
+
+impl Sums {
+    fn new(values: impl Iterator<Item = f64>) -> Self {
+        let mut sum = 0.0;
+        let running = values.map(|value| {
+            sum += value;
+            sum
+        });
+        Self([0.0].into_iter().chain(running).collect())
+    }
+
+    fn sum(&self, of: &Range<usize>) -> f64 {
+        self.0[of.end] - self.0[of.start]
+    }
+
+    fn mean(&self, of: Range<usize>) -> f64 {
+        self.sum(&of) / of.len() as f64
+    }
+
+    /// The mean of what is near a range, the range itself excepted.
+    fn mean_around(&self, of: Range<usize>, near: usize) -> f64 {
+        let wider = of.start.saturating_sub(near)..(of.end + near).min(self.0.len() - 1);
+        match wider.len() - of.len() {
+            0 => self.mean(of),
+            around => (self.sum(&wider) - self.sum(&of)) / around as f64,
+        }
+    }
+}

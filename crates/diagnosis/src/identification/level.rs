@@ -1,0 +1,196 @@
+//! A level that wanders, seen through white noise, with regressors: the likelihood of a series, and what it says of the
+//! regressors' coefficients.
+//!
+//! y_k = ℓ_k + x_kᵀ θ + ε_k, ℓ_k = ℓ_{k−1} + η_k, with normal ε, η and ℓ_0 of known variances (Harvey, *Forecasting,
+//! structural time series models and the Kalman filter*, 1989, 3.4). The filter is linear, so the regressors go through
+//! the same one as the series; what is left of both is white, and θ follows from it by least squares. With a normal
+//! prior of θ the marginal likelihood has a closed form.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Const, SMatrix, SVector};
+
+/// Twice the negative logarithm of a normal density at so much off its mean.
+pub(super) fn deviance(off: f64, variance: f64) -> f64 {
+    off * off / variance + (TAU * variance).ln()
+}
+
+/// The filter, after some values.
+#[derive(Debug, Clone)]
+pub(super) struct Level<const P: usize> {
+    level: f64,
+    variance: f64,
+    columns: SVector<f64, P>,
+    /// Σ ν_x ν_xᵀ/S and Σ ν_x ν_y/S of the innovations ν and their variances S.
+    information: SMatrix<f64, P, P>,
+    pull: SVector<f64, P>,
+    /// Σ ν_y²/S + ln 2πS.
+    deviance: f64,
+}
+
+/// What is believed of a coefficient before anything was seen: normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Prior {
+    pub(crate) mean: f64,
+    pub(crate) deviation: f64,
+}
+
+impl Prior {
+    /// About zero.
+    pub(crate) fn about_zero(deviation: f64) -> Self {
+        Self { mean: 0.0, deviation }
+    }
+}
+
+/// What a series says under a hypothesis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Weighed {
+    /// Logarithm of the marginal likelihood.
+    pub(super) log_likelihood: f64,
+    /// Mean and variance of the first coefficient; zero without any.
+    pub(super) mean: f64,
+    pub(super) variance: f64,
+}
+
+impl<const P: usize> Level<P> {
+    /// Before the first value.
+    pub(super) fn new(level: Prior) -> Self {
+        Self {
+            level: level.mean,
+            variance: level.deviation * level.deviation,
+            columns: SVector::zeros(),
+            information: SMatrix::zeros(),
+            pull: SVector::zeros(),
+            deviance: 0.0,
+        }
+    }
+
+    /// Takes a value, `walked` being the variance by which the level may have moved since the one before.
+    pub(super) fn take(
+        &mut self,
+        value: f64,
+        walked: f64,
+        noise_variance: f64,
+        regressors: [f64; P],
+    ) {
+        let before = self.variance + walked;
+        let spread = before + noise_variance;
+        let gain = before / spread;
+        let innovation = value - self.level;
+        let off = SVector::from(regressors) - self.columns;
+        self.information.ger(1.0 / spread, &off, &off, 1.0);
+        self.pull.axpy(innovation / spread, &off, 1.0);
+        self.deviance += deviance(innovation, spread);
+        self.level += gain * innovation;
+        self.columns.axpy(gain, &off, 1.0);
+        self.variance = (1.0 - gain) * before;
+    }
+
+    /// The same with one regressor that has been zero so far in place of none.
+    pub(super) fn widened<const Q: usize>(&self) -> Level<Q> {
+        let mut wider = Level::new(Prior { mean: self.level, deviation: self.variance.sqrt() });
+        wider.deviance = self.deviance;
+        wider
+    }
+
+    /// Two series with the same coefficients.
+    pub(super) fn together(&self, other: &Self) -> Self {
+        Self {
+            information: self.information + other.information,
+            pull: self.pull + other.pull,
+            deviance: self.deviance + other.deviance,
+            ..self.clone()
+        }
+    }
+
+    /// Logarithm of the likelihood if all coefficients are zero.
+    pub(super) fn log_likelihood(&self) -> f64 {
+        -0.5 * self.deviance
+    }
+
+    /// Weighs it with a prior of each coefficient.
+    pub(super) fn weigh(&self, priors: &[Prior; P]) -> Option<Weighed>
+    where
+        Const<P>: nalgebra::DimMin<Const<P>, Output = Const<P>>,
+    {
+        let mut information = self.information;
+        let mut pull = self.pull;
+        let mut log = -0.5 * self.deviance;
+        for (place, prior) in priors.iter().enumerate() {
+            let precision = 1.0 / (prior.deviation * prior.deviation);
+            information[(place, place)] += precision;
+            pull[place] += precision * prior.mean;
+            log += 0.5 * precision.ln() - 0.5 * precision * prior.mean * prior.mean;
+        }
+        let factor = information.cholesky()?;
+        let mean = factor.solve(&pull);
+        log += 0.5 * pull.dot(&mean) - factor.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let covariance = factor.inverse();
+        Some(Weighed {
+            log_likelihood: log,
+            mean: mean.get(0).copied().unwrap_or(0.0),
+            variance: covariance.get((0, 0)).copied().unwrap_or(0.0),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+
+    const VALUES: [f64; 6] = [0.3, -0.2, 1.4, 1.1, 1.9, 1.2];
+    const WALKED: f64 = 0.04;
+    const NOISE: f64 = 0.25;
+    const STEP: [f64; 6] = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+
+    fn start() -> Prior {
+        Prior { mean: 0.1, deviation: 0.7 }
+    }
+
+    /// The joint normal of all values, written out: covariance of level, noise and coefficient.
+    fn dense(prior: Prior) -> f64 {
+        let covariance = DMatrix::from_fn(6, 6, |a, b| {
+            let level = start().deviation.powi(2) + WALKED * (a.min(b) + 1) as f64;
+            let noise = if a == b { NOISE } else { 0.0 };
+            level + noise + prior.deviation.powi(2) * STEP[a] * STEP[b]
+        });
+        let mean = DVector::from_fn(6, |k, _| start().mean + prior.mean * STEP[k]);
+        let off = DVector::from_row_slice(&VALUES) - mean;
+        let distance = off.dot(&covariance.clone().cholesky().unwrap().solve(&off));
+        -0.5 * (distance + covariance.determinant().ln() + 6.0 * TAU.ln())
+    }
+
+    fn filtered() -> Level<1> {
+        let mut level = Level::<1>::new(start());
+        for (value, step) in VALUES.into_iter().zip(STEP) {
+            level.take(value, WALKED, NOISE, [step]);
+        }
+        level
+    }
+
+    #[test]
+    fn the_marginal_likelihood_is_that_of_the_joint_normal() {
+        for prior in [Prior::about_zero(2.0), Prior { mean: 1.0, deviation: 0.05 }] {
+            let weighed = filtered().weigh(&[prior]).unwrap();
+            let expected = dense(prior);
+            assert!((weighed.log_likelihood - expected).abs() < 1e-12, "{expected}");
+        }
+        let none = filtered().log_likelihood();
+        assert!((none - dense(Prior::about_zero(1e-9))).abs() < 1e-9, "{none}");
+    }
+
+    #[test]
+    fn a_filter_is_widened_by_a_regressor_that_has_been_zero_so_far() {
+        let mut narrow = Level::<0>::new(start());
+        VALUES[..2].iter().for_each(|value| narrow.take(*value, WALKED, NOISE, []));
+        let mut wide: Level<1> = narrow.widened();
+        VALUES[2..].iter().for_each(|value| wide.take(*value, WALKED, NOISE, [1.0]));
+        let prior = [Prior::about_zero(2.0)];
+        let (one, other) = (wide.weigh(&prior).unwrap(), filtered().weigh(&prior).unwrap());
+        assert!((one.log_likelihood - other.log_likelihood).abs() < 1e-12);
+        assert!((one.mean - other.mean).abs() < 1e-12);
+        assert!((one.variance - other.variance).abs() < 1e-12);
+    }
+}

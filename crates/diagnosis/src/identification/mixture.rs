@@ -1,0 +1,71 @@
+//! What a hypothesis says in all: its likelihood over everything that it leaves open, and its size.
+
+use super::level::Weighed;
+
+/// Standard deviations of a normal that hold 95 % of it.
+const WITHIN_95: f64 = 1.959_964;
+
+/// Cases of a hypothesis: onsets, scales of its size. How likely each is beforehand is in its likelihood.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Mixture {
+    cases: Vec<Weighed>,
+}
+
+/// A size with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Size {
+    /// The middle of what it may be.
+    pub value: f64,
+    /// It is less than this with a probability of 2.5 %.
+    pub low: f64,
+    /// It is more than this with a probability of 2.5 %.
+    pub high: f64,
+}
+
+impl Mixture {
+    pub(super) fn add(&mut self, case: Weighed) {
+        if case.log_likelihood.is_finite() {
+            self.cases.push(case);
+        }
+    }
+
+    /// Adds those of another, which is so likely beforehand.
+    pub(super) fn extend(&mut self, other: Mixture, share: f64) {
+        for case in other.cases {
+            self.add(Weighed { log_likelihood: case.log_likelihood + share.ln(), ..case });
+        }
+    }
+
+    fn largest(&self) -> f64 {
+        self.cases.iter().map(|case| case.log_likelihood).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Logarithm of the marginal likelihood.
+    pub(super) fn log_likelihood(&self) -> f64 {
+        let largest = self.largest();
+        if largest == f64::NEG_INFINITY {
+            return largest;
+        }
+        let sum: f64 = self.cases.iter().map(|case| (case.log_likelihood - largest).exp()).sum();
+        largest + sum.ln()
+    }
+
+    /// The size by the mixture's mean and variance; `None` if there is none.
+    pub(super) fn size(&self) -> Option<Size> {
+        let largest = self.largest();
+        let weights: Vec<f64> =
+            self.cases.iter().map(|case| (case.log_likelihood - largest).exp()).collect();
+        let all: f64 = weights.iter().sum();
+        if all.is_nan() || all <= 0.0 {
+            return None;
+        }
+        let mean_of = |of: &dyn Fn(&Weighed) -> f64| {
+            self.cases.iter().zip(&weights).map(|(case, weight)| weight * of(case)).sum::<f64>()
+                / all
+        };
+        let mean = mean_of(&|case| case.mean);
+        let variance = mean_of(&|case| case.variance + (case.mean - mean).powi(2));
+        let half = WITHIN_95 * variance.sqrt();
+        (variance > 0.0).then_some(Size { value: mean, low: mean - half, high: mean + half })
+    }
+}

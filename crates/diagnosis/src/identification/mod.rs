@@ -1,0 +1,102 @@
+//! What kind of fault it is, and how large: fault identification, after detection and isolation.
+//!
+//! The series around the onset ([`Excerpt`]) is weighed under every kind that the component can have: a gage by how much
+//! more it reads than the other gages and the forces say, a cylinder by both chambers' balance of oil. Each hypothesis has
+//! a file of its own with what it does to the series, how likely it is beforehand and how large it may be; what it leaves
+//! open (onset, size) is integrated out, so that a hypothesis that fits anything gains nothing by that (marginal
+//! likelihood). From the likelihoods and the priors follow the probabilities of the kinds.
+
+mod axis;
+mod candidate;
+mod cylinder;
+mod excerpt;
+mod gage;
+mod hypothesis;
+mod level;
+mod mixture;
+mod points;
+
+use names::fault::FaultKind;
+use names::{Component, RunId, Step};
+
+pub use candidate::Candidate;
+pub use excerpt::Excerpt;
+pub(crate) use excerpt::{
+    CylinderSeries, CylinderStep, GageSecond, GageSeries, GageStep, Measured, Seen,
+};
+use hypothesis::Hypothesis;
+pub(crate) use level::Prior;
+pub use mixture::Size;
+
+/// A kind is decided when it is at least so probable.
+pub const DECIDED: f64 = 0.95;
+/// Kinds below this are not mentioned.
+const MENTIONED: f64 = 0.01;
+
+/// What kind of fault it may be, and how large, as of a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The run that the step is counted in.
+    pub run: RunId,
+    /// The number of the transition that declared the component faulty.
+    pub sequence: u64,
+    /// The component.
+    pub component: Component,
+    /// The latest step that counts.
+    pub as_of: Step,
+    /// What it may be, the most probable first.
+    pub candidates: Vec<Candidate>,
+}
+
+impl Identification {
+    /// The kind, if it is decided.
+    #[must_use]
+    pub fn decided(&self) -> Option<&Candidate> {
+        self.candidates.first().filter(|first| first.probability >= DECIDED)
+    }
+}
+
+/// Identifies a fault.
+#[must_use]
+pub fn identify(excerpt: &Excerpt) -> Identification {
+    let candidates = match &excerpt.measured {
+        Measured::Gage(series) => gage::record::Record::new(excerpt, series)
+            .map(|record| weigh(&record, &gage::HYPOTHESES)),
+        Measured::Cylinder(series) => cylinder::record::Record::new(excerpt, series)
+            .map(|record| weigh(&record, &cylinder::HYPOTHESES)),
+    };
+    Identification {
+        run: excerpt.run,
+        sequence: excerpt.sequence,
+        component: excerpt.component.clone(),
+        as_of: excerpt.as_of,
+        candidates: candidates.unwrap_or_default(),
+    }
+}
+
+/// The probabilities of kinds by Bayes' rule, the most probable first.
+fn weigh<Series>(series: &Series, hypotheses: &[Hypothesis<Series>]) -> Vec<Candidate> {
+    let weighed: Vec<_> = hypotheses
+        .iter()
+        .map(|hypothesis| {
+            let weighing = (hypothesis.weigh)(series);
+            let log = hypothesis.prior.ln() + weighing.cases.log_likelihood();
+            let size = weighing.has_size.then(|| weighing.cases.size()).flatten();
+            (hypothesis.kind, log, size)
+        })
+        .collect();
+    let largest = weighed.iter().map(|(_, log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
+    if !largest.is_finite() {
+        return Vec::new();
+    }
+    let all: f64 = weighed.iter().map(|(_, log, _)| (log - largest).exp()).sum();
+    let candidate = |(kind, log, size): (FaultKind, f64, Option<Size>)| Candidate {
+        kind,
+        probability: (log - largest).exp() / all,
+        size,
+    };
+    let mut candidates: Vec<Candidate> = weighed.into_iter().map(candidate).collect();
+    candidates.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    candidates.retain(|candidate| candidate.probability >= MENTIONED);
+    candidates
+}

@@ -1,0 +1,400 @@
+//! When the fault of a component is identified, and from what.
+
+use std::sync::Arc;
+
+use names::{Component, RunId, Step};
+
+use crate::channels::Channels;
+use crate::event::Action;
+use crate::identification::{
+    CylinderSeries, CylinderStep, Excerpt, GageSecond, GageSeries, GageStep, Measured, Prior, Seen,
+};
+use crate::judging::Judging;
+use crate::ledger::Ledger;
+use crate::recent::Row;
+use crate::residual::NominalHydraulics;
+use crate::settings::ModuleSetup;
+use crate::state::{Gaussian, Reference};
+use crate::verdict::{Symptom, Transition};
+
+/// After the onset \[s\]; then every second.
+const STAGES_S: [f64; 4] = [0.02, 0.05, 0.2, 1.0];
+/// What counts of the time before the onset, and after it step by step \[s\].
+const BEFORE_S: f64 = 1.5;
+const AFTER_S: f64 = 2.0;
+/// Of a fault that no change shows, the latest so long step by step \[s\].
+const LATEST_S: f64 = 5.0;
+/// What a closed valve may let through, as a share of what an open one does.
+const NULL_FLOW: f64 = 0.02;
+/// So long every second, then every ten \[s\].
+const EVERY_SECOND_FOR_S: f64 = 60.0;
+/// Where nothing is known of the gages, so many steps before the onset tell how they move together.
+const LEAST_LEARNT: usize = 200;
+/// How long before the onset that ends \[s\].
+const CLEAR_S: f64 = 0.02;
+/// How much of the reference's covariance is added to that of the seconds before the onset: what does not move in these
+/// may move because of the fault.
+const OF_REFERENCE: f64 = 0.1;
+
+/// A faulty component.
+#[derive(Debug, Clone)]
+struct Subject {
+    sequence: u64,
+    seen: Seen,
+    /// The next step at which it is identified.
+    due: Step,
+    /// Its steps around the onset, once they are complete.
+    steps: Option<Kept>,
+    weights: Option<Arc<Predictor>>,
+}
+
+#[derive(Debug, Clone)]
+enum Kept {
+    Gage(Arc<[GageStep]>),
+    Cylinder(Arc<[CylinderStep]>),
+}
+
+/// How a gage's residual follows from the others and the forces.
+#[derive(Debug, Clone)]
+struct Predictor {
+    /// By which the values less their means are multiplied; one for the gage itself.
+    weights: Vec<f64>,
+    means: Vec<f64>,
+    level_m: Prior,
+    /// Which gages were left out.
+    without: Vec<bool>,
+}
+
+/// What is identified.
+#[derive(Debug, Clone)]
+pub(crate) struct Identifying {
+    subjects: Vec<Option<Subject>>,
+    /// The number of the transition that each channel's fault is identified for, or is not.
+    known: Vec<u64>,
+    actuators: usize,
+    step_s: f64,
+    hydraulics: NominalHydraulics,
+    noise_m: Vec<f64>,
+    reference: Option<Arc<Reference>>,
+}
+
+impl Identifying {
+    pub(crate) fn new(setup: &ModuleSetup) -> Self {
+        let channels = setup.components().len();
+        let noise = setup.prior_scatters().iter().map(|variance| variance.sqrt()).collect();
+        Self {
+            subjects: vec![None; channels],
+            known: vec![0; channels],
+            actuators: setup.actuators(),
+            step_s: setup.step_s,
+            hydraulics: setup.hydraulics,
+            noise_m: noise,
+            reference: setup.reference.clone(),
+        }
+    }
+
+    /// What was faulty before a restart is not identified anew: nothing is known of its onset.
+    pub(crate) fn recall(&mut self, ledger: &Ledger, components: &[Component]) {
+        for (known, component) in self.known.iter_mut().zip(components) {
+            *known = ledger.latest(component).map_or(0, |latest| latest.sequence);
+        }
+    }
+
+    /// A run begins: what was measured in the one before is gone.
+    pub(crate) fn restart(&mut self) {
+        self.subjects.fill(None);
+    }
+
+    fn steps(&self, seconds: f64) -> u64 {
+        ((seconds / self.step_s).round() as u64).max(1)
+    }
+
+    /// Begins with what has become faulty, ends with what is no longer, and has identified what is due.
+    pub(crate) fn follow(
+        &mut self,
+        (run, now): (RunId, Step),
+        channels: &Channels,
+        judging: &Judging,
+        actions: &mut Vec<Action>,
+    ) {
+        let ledger = judging.ledger();
+        for channel in 0..self.subjects.len() {
+            if !ledger.verdict(channel).is_latched() {
+                self.subjects[channel] = None;
+                continue;
+            }
+            if self.subjects[channel].is_none() {
+                self.begin(channel, run, channels, ledger);
+            }
+            let Some(due) = self.subjects[channel].as_ref().map(|subject| subject.due) else {
+                continue;
+            };
+            if due <= now {
+                let excerpt = self.excerpt(channel, run, due, channels, ledger);
+                actions.extend(excerpt.map(|excerpt| Action::Identify(Box::new(excerpt))));
+                self.postpone(channel);
+            }
+        }
+    }
+
+    fn begin(&mut self, channel: usize, run: RunId, channels: &Channels, ledger: &Ledger) {
+        let Some(latest) = ledger.latest(&channels.components()[channel]) else { return };
+        let is_new = latest.run == run && latest.sequence > self.known[channel];
+        if !is_new || latest.order.is_some() || latest.symptom == Symptom::NoSignal {
+            return;
+        }
+        self.known[channel] = latest.sequence;
+        let seen = seen(latest);
+        let due = match seen {
+            Seen::Change { onset, .. } => {
+                let stages = STAGES_S.map(|stage| onset.plus(self.steps(stage)));
+                stages.into_iter().find(|stage| *stage >= latest.decided)
+            }
+            Seen::Departure { .. } => None,
+        };
+        let due = due.unwrap_or(latest.decided);
+        let subject = Subject { sequence: latest.sequence, seen, due, steps: None, weights: None };
+        self.subjects[channel] = Some(subject);
+    }
+
+    fn postpone(&mut self, channel: usize) {
+        let second = self.steps(1.0);
+        let (soon, stages) = (self.steps(EVERY_SECOND_FOR_S), STAGES_S.map(|s| self.steps(s)));
+        let Some(subject) = &mut self.subjects[channel] else { return };
+        let begun = match subject.seen {
+            Seen::Change { onset, .. } => onset,
+            Seen::Departure { detection } => detection,
+        };
+        let age = subject.due.since(begun);
+        let next = match subject.seen {
+            Seen::Change { .. } => stages.into_iter().find(|stage| *stage > age),
+            Seen::Departure { .. } => None,
+        };
+        subject.due = match next {
+            Some(stage) => begun.plus(stage),
+            None if age < soon => subject.due.plus(second),
+            None => subject.due.plus(10 * second),
+        };
+    }
+
+    fn excerpt(
+        &mut self,
+        channel: usize,
+        run: RunId,
+        as_of: Step,
+        channels: &Channels,
+        ledger: &Ledger,
+    ) -> Option<Excerpt> {
+        let measured = match channel < self.actuators {
+            true => self.cylinder(channel, as_of, channels)?,
+            false => self.gage(channel, as_of, channels, ledger)?,
+        };
+        let subject = self.subjects[channel].as_ref()?;
+        Some(Excerpt {
+            run,
+            sequence: subject.sequence,
+            component: channels.components()[channel].clone(),
+            as_of,
+            step_s: self.step_s,
+            seen: subject.seen,
+            measured,
+        })
+    }
+
+    /// From and until when single steps count.
+    fn span(&self, seen: Seen, as_of: Step) -> (Step, Step) {
+        match seen {
+            Seen::Change { onset, .. } => {
+                let until = onset.plus(self.steps(AFTER_S));
+                (onset.minus(self.steps(BEFORE_S)), until.min(as_of))
+            }
+            Seen::Departure { .. } => (as_of.minus(self.steps(LATEST_S)), as_of),
+        }
+    }
+
+    fn is_complete(&self, seen: Seen, as_of: Step) -> bool {
+        match seen {
+            Seen::Change { onset, .. } => onset.plus(self.steps(AFTER_S)) <= as_of,
+            Seen::Departure { .. } => false,
+        }
+    }
+
+    fn cylinder(&mut self, channel: usize, as_of: Step, channels: &Channels) -> Option<Measured> {
+        let subject = self.subjects[channel].as_ref()?;
+        let seen = subject.seen;
+        let steps: Arc<[CylinderStep]> = match &subject.steps {
+            Some(Kept::Cylinder(steps)) => Arc::clone(steps),
+            _ => {
+                let (from, until) = self.span(seen, as_of);
+                let step = |row: Row<'_>| {
+                    let step = CylinderStep {
+                        step: row.step,
+                        demand_n: row.demand_n(channel),
+                        pressures_pa: row.pressures_pa(channel),
+                    };
+                    step.if_usable()
+                };
+                channels.recent().rows(from, until).filter_map(step).collect()
+            }
+        };
+        if self.is_complete(seen, as_of) {
+            let kept = Kept::Cylinder(Arc::clone(&steps));
+            self.subjects[channel].as_mut()?.steps = Some(kept);
+        }
+        let null_flow = Prior::about_zero(NULL_FLOW * self.hydraulics.valve_flow_m3_per_s);
+        Some(Measured::Cylinder(CylinderSeries { steps, hydraulics: self.hydraulics, null_flow }))
+    }
+
+    fn gage(
+        &mut self,
+        channel: usize,
+        as_of: Step,
+        channels: &Channels,
+        ledger: &Ledger,
+    ) -> Option<Measured> {
+        let gage = channel - self.actuators;
+        let seen = self.subjects[channel].as_ref()?.seen;
+        let (from, until) = self.span(seen, as_of);
+        let predictor = self.predictor(channel, from, as_of, channels, ledger)?;
+        let subject = self.subjects[channel].as_ref()?;
+        let steps: Arc<[GageStep]> = match &subject.steps {
+            Some(Kept::Gage(steps)) => Arc::clone(steps),
+            _ => {
+                let step = |row: Row<'_>| {
+                    let step = GageStep {
+                        step: row.step,
+                        off_m: predictor.off_m(&row),
+                        reading_m: row.readings_m()[gage],
+                    };
+                    step.if_usable()
+                };
+                channels.recent().rows(from, until).filter_map(step).collect()
+            }
+        };
+        let second = |(until, row): (Step, Row<'_>)| GageSecond {
+            until,
+            off_m: predictor.off_m(&row),
+            reading_m: row.readings_m()[gage],
+        };
+        let seconds = channels.recent().seconds(as_of).map(second);
+        let seconds = seconds.filter(|mean| mean.off_m.is_finite()).collect();
+        if self.is_complete(seen, as_of) {
+            let kept = Kept::Gage(Arc::clone(&steps));
+            self.subjects[channel].as_mut()?.steps = Some(kept);
+        }
+        let (level_m, noise_m) = (predictor.level_m, self.noise_m[channel]);
+        Some(Measured::Gage(GageSeries { steps, seconds, level_m, noise_m }))
+    }
+
+    /// How a gage follows from the others that are not known to be faulty.
+    fn predictor(
+        &mut self,
+        channel: usize,
+        from: Step,
+        as_of: Step,
+        channels: &Channels,
+        ledger: &Ledger,
+    ) -> Option<Arc<Predictor>> {
+        let without = self.left_out(channel, as_of, channels, ledger);
+        let subject = self.subjects[channel].as_ref()?;
+        if let Some(known) = subject.weights.as_ref().filter(|known| known.without == without) {
+            return Some(Arc::clone(known));
+        }
+        let gage = channel - self.actuators;
+        let learnt = self.learnt(subject.seen, from, channels);
+        let predictor = match (&self.reference, learnt) {
+            (Some(reference), Some(mut learnt)) => {
+                learnt.widen(&reference.short.means, &reference.own_places(), OF_REFERENCE);
+                Predictor::new(&learnt, (0..learnt.mean.len()).collect(), gage, without)
+            }
+            (Some(reference), None) => {
+                Predictor::new(&reference.short.means, reference.own_places(), gage, without)
+            }
+            (None, Some(learnt)) => {
+                Predictor::new(&learnt, (0..learnt.mean.len()).collect(), gage, without)
+            }
+            (None, None) => None,
+        }?;
+        let predictor = Arc::new(predictor);
+        let subject = self.subjects[channel].as_mut()?;
+        subject.weights = Some(Arc::clone(&predictor));
+        subject.steps = None;
+        Some(predictor)
+    }
+
+    /// The other gages that were known to be faulty by then.
+    fn left_out(
+        &self,
+        channel: usize,
+        as_of: Step,
+        channels: &Channels,
+        ledger: &Ledger,
+    ) -> Vec<bool> {
+        let faulty = |other: usize| {
+            let latest = ledger.latest(&channels.components()[other]);
+            other != channel
+                && ledger.verdict(other).is_latched()
+                && latest.is_some_and(|latest| latest.decided <= as_of)
+        };
+        (self.actuators..self.subjects.len()).map(faulty).collect()
+    }
+
+    /// How the gages moved together before the onset.
+    fn learnt(&self, seen: Seen, from: Step, channels: &Channels) -> Option<Gaussian> {
+        let Seen::Change { onset, .. } = seen else { return None };
+        let before = onset.minus(self.steps(CLEAR_S));
+        let rows: Vec<Vec<f64>> = channels
+            .recent()
+            .rows(from, before)
+            .map(|row| [row.residuals_m(), row.forces_n()].concat())
+            .filter(|row| row.iter().all(|value| value.is_finite()))
+            .collect();
+        if rows.len() < LEAST_LEARNT {
+            return None;
+        }
+        let of_gages = self.noise_m[self.actuators..].iter();
+        let least: Vec<f64> = of_gages.chain(&self.noise_m[..self.actuators]).copied().collect();
+        Some(Gaussian::of_rows(&rows, &least))
+    }
+}
+
+impl Predictor {
+    fn new(
+        gaussian: &Gaussian,
+        places: Vec<usize>,
+        gage: usize,
+        without: Vec<bool>,
+    ) -> Option<Self> {
+        let kept: Vec<usize> =
+            (0..places.len()).filter(|k| !without.get(*k).copied().unwrap_or(false)).collect();
+        let of_kept: Vec<usize> = kept.iter().map(|k| places[*k]).collect();
+        let own = kept.iter().position(|k| *k == gage)?;
+        let (of_weights, deviation) = gaussian.regression(&of_kept, own)?;
+        let mut weights = vec![0.0; places.len()];
+        let mut means = vec![0.0; places.len()];
+        for (k, (place, weight)) in kept.iter().zip(of_kept.iter().zip(of_weights)) {
+            weights[*k] = weight;
+            means[*k] = gaussian.mean[*place];
+        }
+        Some(Self { weights, means, level_m: Prior::about_zero(deviation), without })
+    }
+
+    fn off_m(&self, row: &Row<'_>) -> f64 {
+        let values = row.residuals_m().iter().chain(row.forces_n());
+        let terms = values.zip(self.weights.iter().zip(&self.means));
+        terms
+            .filter(|(_, (weight, _))| **weight != 0.0)
+            .map(|(value, (weight, mean))| weight * (value - mean))
+            .sum()
+    }
+}
+
+fn seen(latest: &Transition) -> Seen {
+    let Transition { onset, detection, .. } = *latest;
+    match latest.symptom {
+        Symptom::Change | Symptom::NoSignal => Seen::Change { onset, detection },
+        Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
+            Seen::Departure { detection }
+        }
+    }
+}

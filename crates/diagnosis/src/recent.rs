@@ -1,0 +1,178 @@
+//! What a module measured in the latest seconds, step by step, and in the latest minutes, second by second.
+
+use std::collections::VecDeque;
+
+use names::Step;
+
+use crate::sample::Sample;
+
+/// How long single steps are kept \[s\].
+const STEPS_S: f64 = 6.0;
+/// How many seconds are kept.
+const SECONDS: usize = 600;
+/// Share of a second's steps that its means need.
+const LEAST_SHARE: f64 = 0.9;
+
+/// A row of values with the step that it belongs to; not numbers where there is no usable value.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row<'a> {
+    pub(crate) step: Step,
+    values: &'a [f64],
+    actuators: usize,
+    gages: usize,
+}
+
+impl Row<'_> {
+    /// Gage residuals \[m\].
+    pub(crate) fn residuals_m(&self) -> &[f64] {
+        &self.values[..self.gages]
+    }
+
+    /// What the gages read \[m\].
+    pub(crate) fn readings_m(&self) -> &[f64] {
+        &self.values[self.gages..2 * self.gages]
+    }
+
+    /// Observed forces \[N\].
+    pub(crate) fn forces_n(&self) -> &[f64] {
+        &self.values[2 * self.gages..2 * self.gages + self.actuators]
+    }
+
+    /// The demand on an actuator \[N\].
+    pub(crate) fn demand_n(&self, actuator: usize) -> f64 {
+        self.values[2 * self.gages + self.actuators + actuator]
+    }
+
+    /// Its pressures \[Pa\].
+    pub(crate) fn pressures_pa(&self, actuator: usize) -> [f64; 2] {
+        let place = 2 * (self.gages + self.actuators + actuator);
+        [self.values[place], self.values[place + 1]]
+    }
+}
+
+/// The latest steps and seconds of a module. Allocates nothing after it was made.
+#[derive(Debug, Clone)]
+pub(crate) struct Recent {
+    actuators: usize,
+    gages: usize,
+    width: usize,
+    most: usize,
+    steps: VecDeque<Step>,
+    values: Vec<f64>,
+    /// Where the next row goes.
+    next: usize,
+    second_steps: u64,
+    sums: Vec<f64>,
+    count: u64,
+    second: u64,
+    seconds: VecDeque<(Step, Vec<f64>)>,
+    spare: Vec<Vec<f64>>,
+}
+
+impl Recent {
+    pub(crate) fn new(actuators: usize, gages: usize, step_s: f64) -> Self {
+        let width = 2 * gages + 4 * actuators;
+        let most = ((STEPS_S / step_s).round() as usize).max(1);
+        let means = 2 * gages + actuators;
+        Self {
+            actuators,
+            gages,
+            width,
+            most,
+            steps: VecDeque::with_capacity(most),
+            values: vec![f64::NAN; width * most],
+            next: 0,
+            second_steps: ((1.0 / step_s).round() as u64).max(1),
+            sums: vec![0.0; means],
+            count: 0,
+            second: 0,
+            seconds: VecDeque::with_capacity(SECONDS),
+            spare: (0..SECONDS).map(|_| vec![0.0; means]).collect(),
+        }
+    }
+
+    /// Forgets everything: another run begins.
+    pub(crate) fn restart(&mut self) {
+        self.steps.clear();
+        self.next = 0;
+        self.count = 0;
+        self.sums.fill(0.0);
+        self.spare.extend(self.seconds.drain(..).map(|(_, means)| means));
+    }
+
+    /// Takes a step: residuals of the gages \[m\] and observed forces \[N\], not numbers where they cannot be used.
+    pub(crate) fn take(&mut self, sample: &Sample, residuals_m: &[f64], forces_n: &[f64]) {
+        self.end_second(sample.step);
+        if self.steps.len() == self.most {
+            self.steps.pop_front();
+        }
+        self.steps.push_back(sample.step);
+        let row = &mut self.values[self.next * self.width..(self.next + 1) * self.width];
+        self.next = (self.next + 1) % self.most;
+        let (of_gages, of_cylinders) = row.split_at_mut(2 * self.gages);
+        let (residuals, readings) = of_gages.split_at_mut(self.gages);
+        residuals.copy_from_slice(residuals_m);
+        readings.copy_from_slice(&sample.elongations_m);
+        let (forces, rest) = of_cylinders.split_at_mut(self.actuators);
+        let (demands, pressures) = rest.split_at_mut(self.actuators);
+        forces.copy_from_slice(forces_n);
+        demands.copy_from_slice(&sample.demands_n);
+        for (place, both) in pressures.chunks_exact_mut(2).zip(&sample.pressures_pa) {
+            place.copy_from_slice(both);
+        }
+        let means = self.sums.len();
+        for (sum, value) in self.sums.iter_mut().zip(&row[..means]) {
+            *sum += value;
+        }
+        self.count += 1;
+    }
+
+    fn end_second(&mut self, step: Step) {
+        let second = step.0 / self.second_steps;
+        if second == self.second {
+            return;
+        }
+        let least = (LEAST_SHARE * self.second_steps as f64) as u64;
+        if self.count >= least {
+            let oldest =
+                (self.seconds.len() == SECONDS).then(|| self.seconds.pop_front()).flatten();
+            let kept = oldest.map(|(_, means)| means).or_else(|| self.spare.pop());
+            if let Some(mut means) = kept {
+                for (mean, sum) in means.iter_mut().zip(&self.sums) {
+                    *mean = sum / self.count as f64;
+                }
+                let until = Step((self.second + 1) * self.second_steps - 1);
+                self.seconds.push_back((until, means));
+            }
+        }
+        self.second = second;
+        self.count = 0;
+        self.sums.fill(0.0);
+    }
+
+    /// The kept steps within a range, oldest first.
+    pub(crate) fn rows(&self, from: Step, until: Step) -> impl Iterator<Item = Row<'_>> {
+        let oldest = (self.next + self.most - self.steps.len()) % self.most;
+        let begin = self.steps.partition_point(|step| *step < from);
+        let end = self.steps.partition_point(|step| *step <= until);
+        (begin..end.max(begin)).map(move |k| {
+            let place = (oldest + k) % self.most;
+            Row {
+                step: self.steps[k],
+                values: &self.values[place * self.width..(place + 1) * self.width],
+                actuators: self.actuators,
+                gages: self.gages,
+            }
+        })
+    }
+
+    /// The kept seconds that ended within a range, oldest first: means of residuals, readings and forces.
+    pub(crate) fn seconds(&self, until: Step) -> impl Iterator<Item = (Step, Row<'_>)> {
+        let ended = self.seconds.iter().take_while(move |(end, _)| *end <= until);
+        ended.map(|(end, means)| {
+            let row =
+                Row { step: *end, values: means, actuators: self.actuators, gages: self.gages };
+            (*end, row)
+        })
+    }
+}

@@ -1,0 +1,110 @@
+//! Kind and size of faults of every kind, on a plant that differs from its description by a tenth.
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
+
+mod tower;
+
+use std::sync::LazyLock;
+
+use diagnosis::ModuleSetup;
+use diagnosis::identification::Identification;
+use names::fault::{Fault, FaultKind};
+use names::{ComponentPath, RunId, Step};
+use study::commissioning::{Site, usual_snippets};
+use study::{Injection, Occurrence, Rig, Schedule};
+use truss::Structure;
+
+const ONSET: Step = Step(7000);
+/// It has long been decided by then.
+const END: u64 = 10_100;
+const GAGE: &str = "module1/sensor/g1";
+const CYLINDER: &str = "module1/actuator/a2";
+
+static PLANT: LazyLock<(Site, Vec<ModuleSetup>)> = LazyLock::new(|| {
+    let text = include_str!("../../../configs/tower.toml");
+    let structure = Structure::from_toml(text).unwrap();
+    let parameters = tower::weather::alike();
+    let setups = tower::setups(&structure, &parameters);
+    let site = Site::drawn(&structure, &parameters, 0.1, 20_261_501).unwrap();
+    let components = setups.iter().flat_map(|setup| {
+        let module = setup.module.clone();
+        setup
+            .components()
+            .into_iter()
+            .map(move |component| ComponentPath { module: module.clone(), component })
+    });
+    let actuators: Vec<ComponentPath> =
+        components.filter(|path| path.to_string().contains("actuator")).collect();
+    let plans = usual_snippets(&actuators, 71_000, 40, 6.0, 100e3);
+    let setups = site.commission(&setups, &plans, 2, &|| {}).unwrap();
+    (site, setups)
+});
+
+/// The latest word on a fault, and every one before it.
+fn identified(component: &str, fault: Fault, seed: u64) -> Vec<Identification> {
+    let (site, setups) = &*PLANT;
+    let injection =
+        Injection { at: ONSET, until: None, component: component.parse().unwrap(), fault };
+    let schedule = Schedule::new(vec![injection]);
+    let mut rig =
+        Rig::new(site.plant(seed).unwrap(), setups.clone(), schedule, RunId(seed)).unwrap();
+    rig.identify();
+    rig.run(END).unwrap();
+    let found = rig.take_occurrences().into_iter().filter_map(|occurrence| match occurrence {
+        Occurrence::Identified { module, identification } => {
+            let path = ComponentPath { module, component: identification.component.clone() };
+            (path.to_string() == component).then_some(*identification)
+        }
+        _ => None,
+    });
+    found.collect()
+}
+
+/// The kind is decided in the end, is never decided otherwise from 200 ms on, and its size, if it is known, is within an
+/// eighth.
+fn assert_identified(component: &str, fault: Fault, size: Option<f64>, seed: u64) {
+    let all = identified(component, fault, seed);
+    let latest = all.last().and_then(Identification::decided);
+    assert!(latest.is_some(), "{fault}: {all:?}");
+    let latest = latest.unwrap();
+    assert_eq!(latest.kind, fault.kind(), "{fault}: {latest}");
+    let settled = all.iter().filter(|found| found.as_of >= ONSET.plus(1000));
+    for found in settled.filter_map(Identification::decided) {
+        assert_eq!(found.kind, fault.kind(), "{fault}: {found}");
+    }
+    if let Some(size) = size {
+        let found = latest.size.unwrap();
+        assert!((found.value / size - 1.0).abs() < 0.125, "{fault}: {latest}");
+        assert!(found.low < found.value && found.value < found.high);
+    }
+}
+
+#[test]
+fn a_gages_bias_drift_and_walk_are_told_apart_with_their_size() {
+    let (bias, drift) = (45e-6, 1.8e-3);
+    assert_identified(GAGE, Fault::Bias { offset_m: bias }, Some(bias), 1);
+    assert_identified(GAGE, Fault::Drift { drift_m_per_s: drift }, Some(drift), 2);
+    let walk = Fault::RandomWalk { drift_m_per_s: 0.0, increment_m: 2e-6 };
+    assert_identified("module1/sensor/g3", walk, None, 3);
+}
+
+#[test]
+fn a_gage_that_reads_zero_or_stands_still_is_told_from_one_that_is_off() {
+    assert_identified("module1/sensor/g2", Fault::ZeroOutput {}, None, 4);
+    let stuck = identified(GAGE, Fault::Stuck {}, 5);
+    let latest = stuck.last().and_then(Identification::decided).map(|found| found.kind);
+    assert!(stuck.is_empty() || latest == Some(FaultKind::Stuck), "{stuck:?}");
+}
+
+#[test]
+fn a_cylinders_leaks_are_told_apart_with_their_size() {
+    let area_m2 = 1e-7;
+    assert_identified(CYLINDER, Fault::InternalLeakage { area_m2 }, Some(area_m2), 6);
+    assert_identified(CYLINDER, Fault::ExternalLeakageA { area_m2 }, Some(area_m2), 7);
+    assert_identified(CYLINDER, Fault::ExternalLeakageB { area_m2 }, Some(area_m2), 8);
+}
+
+#[test]
+fn a_hard_over_and_a_sticking_valve_are_no_leaks() {
+    assert_identified(CYLINDER, Fault::HardOver {}, None, 9);
+    assert_identified(CYLINDER, Fault::Stiction { band_m3_per_s: 2e-5 }, None, 10);
+}
