@@ -14,7 +14,7 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> =
 
 /// As shares of what the open valve lets through; each order of magnitude is as likely as the other.
 const BANDS: [f64; 2] = [0.003, 0.3];
-/// Bands that are told apart, and at first.
+/// Bands that are tried at most, and at first.
 const PLACES: usize = 400;
 const AT_FIRST: f64 = 14.0;
 /// Onsets that are tried for each: where the spool stood when it began to stick matters little.
