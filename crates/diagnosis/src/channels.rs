@@ -111,7 +111,7 @@ impl Channels {
             recent: Recent::new(
                 setup.actuators(),
                 components.len() - setup.actuators(),
-                setup.step_s,
+                setup.sampling(),
             ),
             measured: [
                 vec![f64::NAN; components.len()],

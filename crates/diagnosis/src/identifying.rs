@@ -13,7 +13,7 @@ use crate::judging::Judging;
 use crate::ledger::Ledger;
 use crate::recent::Row;
 use crate::residual::NominalHydraulics;
-use crate::settings::ModuleSetup;
+use crate::settings::{ModuleSetup, Sampling};
 use crate::state::{Gaussian, Reference};
 use crate::verdict::{Symptom, Transition};
 
@@ -73,6 +73,7 @@ pub(crate) struct Identifying {
     known: Vec<u64>,
     actuators: usize,
     step_s: f64,
+    sampling: Sampling,
     hydraulics: NominalHydraulics,
     noise_m: Vec<f64>,
     reference: Option<Arc<Reference>>,
@@ -87,6 +88,7 @@ impl Identifying {
             known: vec![0; channels],
             actuators: setup.actuators(),
             step_s: setup.step_s,
+            sampling: setup.sampling(),
             hydraulics: setup.hydraulics,
             noise_m: noise,
             reference: setup.reference.clone(),
@@ -103,10 +105,6 @@ impl Identifying {
     /// A run begins: what was measured in the one before is gone.
     pub(crate) fn restart(&mut self) {
         self.subjects.fill(None);
-    }
-
-    fn steps(&self, seconds: f64) -> u64 {
-        ((seconds / self.step_s).round() as u64).max(1)
     }
 
     /// Begins with what has become faulty, ends with what is no longer, and has identified what is due.
@@ -147,7 +145,7 @@ impl Identifying {
         let seen = seen(latest);
         let due = match seen {
             Seen::Change { onset, .. } => {
-                let stages = STAGES_S.map(|stage| onset.plus(self.steps(stage)));
+                let stages = STAGES_S.map(|stage| onset.plus(self.sampling.steps(stage)));
                 stages.into_iter().find(|stage| *stage >= latest.decided)
             }
             Seen::Departure { .. } => None,
@@ -158,8 +156,9 @@ impl Identifying {
     }
 
     fn postpone(&mut self, channel: usize) {
-        let second = self.steps(1.0);
-        let (soon, stages) = (self.steps(EVERY_SECOND_FOR_S), STAGES_S.map(|s| self.steps(s)));
+        let second = self.sampling.steps(1.0);
+        let (soon, stages) =
+            (self.sampling.steps(EVERY_SECOND_FOR_S), STAGES_S.map(|s| self.sampling.steps(s)));
         let Some(subject) = &mut self.subjects[channel] else { return };
         let begun = match subject.seen {
             Seen::Change { onset, .. } => onset,
@@ -205,16 +204,16 @@ impl Identifying {
     fn span(&self, seen: Seen, as_of: Step) -> (Step, Step) {
         match seen {
             Seen::Change { onset, .. } => {
-                let until = onset.plus(self.steps(AFTER_S));
-                (onset.minus(self.steps(BEFORE_S)), until.min(as_of))
+                let until = onset.plus(self.sampling.steps(AFTER_S));
+                (onset.minus(self.sampling.steps(BEFORE_S)), until.min(as_of))
             }
-            Seen::Departure { .. } => (as_of.minus(self.steps(LATEST_S)), as_of),
+            Seen::Departure { .. } => (as_of.minus(self.sampling.steps(LATEST_S)), as_of),
         }
     }
 
     fn is_complete(&self, seen: Seen, as_of: Step) -> bool {
         match seen {
-            Seen::Change { onset, .. } => onset.plus(self.steps(AFTER_S)) <= as_of,
+            Seen::Change { onset, .. } => onset.plus(self.sampling.steps(AFTER_S)) <= as_of,
             Seen::Departure { .. } => false,
         }
     }
@@ -342,7 +341,7 @@ impl Identifying {
     /// How the gages moved together before the onset.
     fn learnt(&self, seen: Seen, from: Step, channels: &Channels) -> Option<Gaussian> {
         let Seen::Change { onset, .. } = seen else { return None };
-        let before = onset.minus(self.steps(CLEAR_S));
+        let before = onset.minus(self.sampling.steps(CLEAR_S));
         let rows: Vec<Vec<f64>> = channels
             .recent()
             .rows(from, before)

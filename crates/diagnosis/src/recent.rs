@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use names::Step;
 
 use crate::sample::Sample;
+use crate::settings::Sampling;
 
 /// How long single steps are kept \[s\].
 const STEPS_S: f64 = 6.0;
@@ -70,9 +71,9 @@ pub(crate) struct Recent {
 }
 
 impl Recent {
-    pub(crate) fn new(actuators: usize, gages: usize, step_s: f64) -> Self {
+    pub(crate) fn new(actuators: usize, gages: usize, sampling: Sampling) -> Self {
         let width = 2 * gages + 4 * actuators;
-        let most = ((STEPS_S / step_s).round() as usize).max(1);
+        let most = sampling.steps(STEPS_S) as usize;
         let means = 2 * gages + actuators;
         Self {
             actuators,
@@ -82,7 +83,7 @@ impl Recent {
             steps: VecDeque::with_capacity(most),
             values: vec![f64::NAN; width * most],
             next: 0,
-            second_steps: ((1.0 / step_s).round() as u64).max(1),
+            second_steps: sampling.steps(1.0),
             sums: vec![0.0; means],
             count: 0,
             second: 0,

@@ -6,6 +6,8 @@ use super::mixture::Mixture;
 
 /// How often the places on either side of the most likely one are halved.
 const ROUNDS: usize = 8;
+/// An onset this long before the detection is as likely as one at it \[s\]; one twice as long ago half as likely.
+const YOUNG_S: f64 = 0.005;
 
 /// Places along a coordinate along which any place is as likely beforehand as any other, in ascending order.
 #[derive(Debug, Clone)]
@@ -28,6 +30,11 @@ impl Axis {
         coarse.reverse();
         debug_assert!(coarse.last().is_none_or(|kept| *kept == last));
         Self { at, coarse }
+    }
+
+    /// Onsets by when they are \[s\], from the detection on and in ascending order: at first `apart` as a share of their age.
+    pub(super) fn of_onsets(at_s: impl Iterator<Item = f64>, apart: f64) -> Self {
+        Self::new(at_s.map(|at_s| -(YOUNG_S - at_s).ln()).collect(), apart)
     }
 
     /// The places that are weighed at first.

@@ -15,6 +15,7 @@ mod hypothesis;
 mod level;
 mod mixture;
 mod points;
+mod wandering;
 
 use names::fault::FaultKind;
 use names::{Component, RunId, Step};

@@ -63,10 +63,10 @@ impl Gaussian {
 
     /// Adds a share of another's covariance, of its values at these places.
     pub(crate) fn widen(&mut self, other: &Gaussian, places: &[usize], share: f64) {
-        let own = |s: &Self, a: usize, b: usize| s.covariance(a, b);
-        let theirs = |a: usize, b: usize| share * other.covariance(places[a], places[b]);
         let size = self.mean.len();
-        let sum = |a: usize, b: usize| own(self, a, b) + theirs(a, b);
+        let sum = |a: usize, b: usize| {
+            self.covariance(a, b) + share * other.covariance(places[a], places[b])
+        };
         let deviation: Vec<f64> = (0..size).map(|k| sum(k, k).sqrt()).collect();
         let correlations = (0..size)
             .map(|a| (0..a).map(|b| sum(a, b) / (deviation[a] * deviation[b])).collect())

@@ -13,16 +13,11 @@ use crate::identification::excerpt::{CylinderSeries, Excerpt, Seen};
 use crate::identification::level::{Level, Prior, Weighed};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::Grouping;
+use crate::identification::wandering::likeliest;
 use crate::residual::NominalHydraulics;
 
 /// Volumes and valve are known within a tenth: that is 95 % of a normal with this deviation.
 const FIGURES: Prior = Prior { mean: 0.0, deviation: 0.05 };
-/// Steps before the onset without which nothing is learnt of how the balance wanders.
-const LEAST_BEFORE: usize = 40;
-/// By how much it wanders in a second, in standard deviations of the noise of a pressure.
-const WALKS: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
-/// An onset this long before the detection is as likely as one at it \[s\]; one twice as long ago half as likely.
-const YOUNG_S: f64 = 0.005;
 /// Onsets apart, at first, as a share of their age.
 const APART: f64 = 0.25;
 
@@ -80,14 +75,13 @@ impl Record {
             groups.iter().map(|of| mean(of.clone(), &times, &held, &sums)).collect();
         look_around(&mut points);
         let onsets: Vec<usize> = (0..points.len()).filter(|k| points[*k].at_s <= 1e-9).collect();
-        let at = onsets.iter().map(|k| -(YOUNG_S - points[*k].at_s).ln()).collect();
         let noise_m6 = capacity.map(|capacity| (capacity * h.pressure_noise_pa).powi(2));
         let earliest = match excerpt.seen {
             Seen::Change { .. } => points.iter().position(|p| p.at_s >= grouping.fine_from_s),
             Seen::Departure { .. } => None,
         };
         let mut record = Self {
-            axis: Axis::new(at, APART),
+            axis: Axis::of_onsets(onsets.iter().map(|k| points[*k].at_s), APART),
             steps,
             hydraulics: h,
             groups,
@@ -174,17 +168,11 @@ impl Record {
     /// How much the balance wanders in a second, by what is likeliest before the onset \[m⁶\].
     fn wandering(&self, earliest: usize) -> [f64; 2] {
         let scaled = |walk: f64| self.noise_m6.map(|noise| walk * walk * noise);
-        if earliest < LEAST_BEFORE {
-            return scaled(WALKS[2]);
-        }
-        let likelihood = |walk: f64| {
+        scaled(likeliest(earliest, |walk| {
             let level = self.follow(earliest, scaled(walk), |_, point| (point.sums.oil, [0.0; 2]));
             let weighed = self.weigh(&level, &[Prior::about_zero(1.0)]);
             weighed.first().map_or(f64::NEG_INFINITY, |weighed| weighed.log_likelihood)
-        };
-        let weighed = WALKS.map(|walk| (walk, likelihood(walk)));
-        let likeliest = weighed.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        scaled(likeliest.map_or(WALKS[2], |(walk, _)| walk))
+        }))
     }
 }
 

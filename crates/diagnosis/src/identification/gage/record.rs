@@ -7,15 +7,10 @@ use crate::identification::excerpt::{Excerpt, GageSecond, GageSeries, GageStep, 
 use crate::identification::level::{Level, Prior, Weighed, deviance};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::{BLOCK_S, FINE_BEFORE_S, Grouping};
+use crate::identification::wandering::{LEAST_BEFORE, likeliest};
 
 /// What a gage should read is taken from the steps within this time of a point, the point itself excepted \[s\].
 const NEAR_S: f64 = 0.01;
-/// Steps before the onset without which neither noise nor wandering is learnt from it.
-const LEAST_BEFORE: usize = 40;
-/// By how much a gage that follows the others wanders in a second, in standard deviations of its noise.
-const WALKS: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
-/// An onset this long before the detection is as likely as one at it \[s\]; one twice as long ago half as likely.
-const YOUNG_S: f64 = 0.005;
 /// Onsets apart, at first, as a share of their age.
 const APART: f64 = 0.15;
 /// Onsets within a point that is longer than a block, or in a gap before it.
@@ -101,7 +96,7 @@ impl Record {
             Seen::Departure { .. } => None,
         };
         let mut record = Self {
-            axis: Axis::new(onsets.iter().map(|o| -(YOUNG_S - o.at_s).ln()).collect(), APART),
+            axis: Axis::of_onsets(onsets.iter().map(|onset| onset.at_s), APART),
             points,
             own_noise_m2: own_noise_m2.unwrap_or(own_m2).clamp(0.01 * own_m2, noise_m2),
             noise_m2,
@@ -166,15 +161,11 @@ impl Record {
 
     /// How much the level wanders in a second, by what is likeliest before the onset \[m²\].
     fn wandering(&self, earliest: usize, level: Prior) -> f64 {
-        let tried = WALKS.map(|walk| walk * walk * self.own_noise_m2);
-        if earliest < LEAST_BEFORE {
-            return tried[2];
-        }
-        let likelihood = |walk: f64| {
-            self.filters(walk, level).nth(earliest).map_or(0.0, |filter| filter.log_likelihood())
-        };
-        let weighed = tried.map(|walk| (walk, likelihood(walk)));
-        weighed.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(tried[2], |(walk, _)| walk)
+        let scaled = |walk: f64| walk * walk * self.own_noise_m2;
+        scaled(likeliest(earliest, |walk| {
+            let mut filters = self.filters(scaled(walk), level);
+            filters.nth(earliest).map_or(0.0, |filter| filter.log_likelihood())
+        }))
     }
 }
 
