@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use daemon::config::{PlantFlags, Speed};
 use names::fault::Fault;
-use names::{RunId, Step};
+use names::{ComponentPath, RunId, Step};
 use observer::OrderError;
 use support::{Process, Rig, first, in_time, status};
 use wire::{
@@ -278,8 +278,9 @@ async fn without_its_peer_a_small_change_is_unconfirmed_and_a_jump_is_latched() 
     // The diagnoser that sends this status has heard of the subscription before.
     status(&observer, |status| status.in_service_since_step.is_some()).await;
     for (gage, offset_m, last) in [("g1", 1.2e-5, "unconfirmed"), ("g2", 5e-5, "latched")] {
+        let component: ComponentPath = format!("lower/sensor/{gage}").parse().unwrap();
         let order = Injection {
-            component: format!("lower/sensor/{gage}").parse().unwrap(),
+            component: component.to_string().parse().unwrap(),
             fault: Some(Fault::Bias { offset_m }),
             at_step: None,
         };
@@ -291,7 +292,7 @@ async fn without_its_peer_a_small_change_is_unconfirmed_and_a_jump_is_latched() 
                 let received = faults.recv_async().await.unwrap();
                 let published: wire::FaultTransition =
                     wire::decode(&received.payload().to_bytes()).unwrap();
-                if published.component != order.component {
+                if published.component != component {
                     continue;
                 }
                 if published.state == wire::FaultState::Unconfirmed {

@@ -19,19 +19,20 @@ use crate::verdict::{Symptom, Transition};
 
 /// After the onset \[s\]; then every second.
 const STAGES_S: [f64; 4] = [0.02, 0.05, 0.2, 1.0];
-/// What counts of the time before the onset, and after it step by step \[s\].
+/// What counts step by step before and after the onset \[s\].
 const BEFORE_S: f64 = 1.5;
 const AFTER_S: f64 = 2.0;
-/// Of a fault that no change shows, the latest so long step by step \[s\].
-const LATEST_S: f64 = 5.0;
+/// The same of a fault that no change shows, before and after its detection.
+const BEFORE_DETECTION_S: f64 = 3.5;
+/// How the gages move together is learnt from what is before that, no longer than this before the onset \[s\]: by the same
+/// steps a gage would follow from the others better than it does.
+const LEARN_S: f64 = 4.5;
 /// What a closed valve may let through, as a share of what an open one does.
 const NULL_FLOW: f64 = 0.02;
 /// So long every second, then every ten \[s\].
 const EVERY_SECOND_FOR_S: f64 = 60.0;
 /// Where nothing is known of the gages, so many steps before the onset tell how they move together.
 const LEAST_LEARNT: usize = 200;
-/// How long before the onset that ends \[s\].
-const CLEAR_S: f64 = 0.02;
 /// How much of the reference's covariance is added to that of the seconds before the onset: what does not move in these
 /// may move because of the fault.
 const OF_REFERENCE: f64 = 0.1;
@@ -41,11 +42,17 @@ const OF_REFERENCE: f64 = 0.1;
 struct Subject {
     sequence: u64,
     seen: Seen,
-    /// The next step at which it is identified.
-    due: Step,
+    /// If not, there is nothing more to be learnt.
+    has_signal: bool,
+    /// The next step at which it is identified; `None` if nothing more is to be learnt.
+    due: Option<Step>,
     /// Its steps around the onset, once they are complete.
     steps: Option<Kept>,
-    weights: Option<Arc<Predictor>>,
+    /// How its gages moved together before the onset.
+    learnt: Option<Gaussian>,
+    predictor: Option<Arc<Predictor>>,
+    /// What is later does not count: another gage failed, and what followed from that one no longer does.
+    until: Option<Step>,
 }
 
 #[derive(Debug, Clone)]
@@ -124,13 +131,11 @@ impl Identifying {
             if self.subjects[channel].is_none() {
                 self.begin(channel, run, channels, ledger);
             }
-            let Some(due) = self.subjects[channel].as_ref().map(|subject| subject.due) else {
-                continue;
-            };
-            if due <= now {
+            let due = self.subjects[channel].as_ref().and_then(|subject| subject.due);
+            if let Some(due) = due.filter(|due| *due <= now) {
                 let excerpt = self.excerpt(channel, run, due, channels, ledger);
                 actions.extend(excerpt.map(|excerpt| Action::Identify(Box::new(excerpt))));
-                self.postpone(channel);
+                self.postpone(channel, due);
             }
         }
     }
@@ -138,7 +143,7 @@ impl Identifying {
     fn begin(&mut self, channel: usize, run: RunId, channels: &Channels, ledger: &Ledger) {
         let Some(latest) = ledger.latest(&channels.components()[channel]) else { return };
         let is_new = latest.run == run && latest.sequence > self.known[channel];
-        if !is_new || latest.order.is_some() || latest.symptom == Symptom::NoSignal {
+        if !is_new || latest.order.is_some() {
             return;
         }
         self.known[channel] = latest.sequence;
@@ -150,30 +155,39 @@ impl Identifying {
             }
             Seen::Departure { .. } => None,
         };
-        let due = due.unwrap_or(latest.decided);
-        let subject = Subject { sequence: latest.sequence, seen, due, steps: None, weights: None };
-        self.subjects[channel] = Some(subject);
+        self.subjects[channel] = Some(Subject {
+            sequence: latest.sequence,
+            seen,
+            has_signal: latest.symptom != Symptom::NoSignal,
+            due: Some(due.unwrap_or(latest.decided)),
+            steps: None,
+            learnt: self.learnt(seen, channels).filter(|_| channel >= self.actuators),
+            predictor: None,
+            until: None,
+        });
     }
 
-    fn postpone(&mut self, channel: usize) {
+    fn postpone(&mut self, channel: usize, due: Step) {
         let second = self.sampling.steps(1.0);
-        let (soon, stages) =
-            (self.sampling.steps(EVERY_SECOND_FOR_S), STAGES_S.map(|s| self.sampling.steps(s)));
+        let soon = self.sampling.steps(EVERY_SECOND_FOR_S);
+        let stages = STAGES_S.map(|stage| self.sampling.steps(stage));
+        let is_cylinder = channel < self.actuators;
         let Some(subject) = &mut self.subjects[channel] else { return };
-        let begun = match subject.seen {
-            Seen::Change { onset, .. } => onset,
-            Seen::Departure { detection } => detection,
-        };
-        let age = subject.due.since(begun);
+        // Of a cylinder only the steps around the onset count.
+        let is_over = !subject.has_signal || is_cylinder && subject.steps.is_some();
+        let (Seen::Change { onset: begun, .. } | Seen::Departure { detection: begun }) =
+            subject.seen;
+        let age = due.since(begun);
         let next = match subject.seen {
             Seen::Change { .. } => stages.into_iter().find(|stage| *stage > age),
             Seen::Departure { .. } => None,
         };
-        subject.due = match next {
+        let next = match next {
             Some(stage) => begun.plus(stage),
-            None if age < soon => subject.due.plus(second),
-            None => subject.due.plus(10 * second),
+            None if age < soon => due.plus(second),
+            None => due.plus(10 * second),
         };
+        subject.due = (!is_over).then_some(next);
     }
 
     fn excerpt(
@@ -184,9 +198,11 @@ impl Identifying {
         channels: &Channels,
         ledger: &Ledger,
     ) -> Option<Excerpt> {
-        let measured = match channel < self.actuators {
-            true => self.cylinder(channel, as_of, channels)?,
-            false => self.gage(channel, as_of, channels, ledger)?,
+        let has_signal = self.subjects[channel].as_ref()?.has_signal;
+        let measured = match (has_signal, channel < self.actuators) {
+            (false, _) => Measured::Nothing,
+            (true, true) => self.cylinder(channel, as_of, channels)?,
+            (true, false) => self.gage(channel, as_of, channels, ledger)?,
         };
         let subject = self.subjects[channel].as_ref()?;
         Some(Excerpt {
@@ -207,15 +223,16 @@ impl Identifying {
                 let until = onset.plus(self.sampling.steps(AFTER_S));
                 (onset.minus(self.sampling.steps(BEFORE_S)), until.min(as_of))
             }
-            Seen::Departure { .. } => (as_of.minus(self.sampling.steps(LATEST_S)), as_of),
+            Seen::Departure { detection } => {
+                let until = detection.plus(self.sampling.steps(AFTER_S));
+                (detection.minus(self.sampling.steps(BEFORE_DETECTION_S)), until.min(as_of))
+            }
         }
     }
 
     fn is_complete(&self, seen: Seen, as_of: Step) -> bool {
-        match seen {
-            Seen::Change { onset, .. } => onset.plus(self.sampling.steps(AFTER_S)) <= as_of,
-            Seen::Departure { .. } => false,
-        }
+        let (Seen::Change { onset: begun, .. } | Seen::Departure { detection: begun }) = seen;
+        begun.plus(self.sampling.steps(AFTER_S)) <= as_of
     }
 
     fn cylinder(&mut self, channel: usize, as_of: Step, channels: &Channels) -> Option<Measured> {
@@ -252,13 +269,21 @@ impl Identifying {
         ledger: &Ledger,
     ) -> Option<Measured> {
         let gage = channel - self.actuators;
-        let seen = self.subjects[channel].as_ref()?.seen;
-        let (from, until) = self.span(seen, as_of);
-        let predictor = self.predictor(channel, from, as_of, channels, ledger)?;
-        let subject = self.subjects[channel].as_ref()?;
-        let steps: Arc<[GageStep]> = match &subject.steps {
-            Some(Kept::Gage(steps)) => Arc::clone(steps),
+        let without = self.left_out(channel, as_of, channels, ledger);
+        let predictor = self.predictor(channel, &without)?;
+        let subject = self.subjects[channel].as_mut()?;
+        if predictor.without != without {
+            let failed = without.iter().zip(&predictor.without).position(|(now, then)| now != then);
+            let failed = failed.map(|gage| &channels.components()[self.actuators + gage]);
+            let begun = failed.and_then(|failed| ledger.latest(failed)).map(|latest| latest.onset);
+            subject.until.get_or_insert(begun.unwrap_or(as_of));
+        }
+        let (seen, until) = (subject.seen, subject.until.unwrap_or(as_of));
+        let kept = subject.steps.clone();
+        let steps: Arc<[GageStep]> = match kept {
+            Some(Kept::Gage(steps)) => steps,
             _ => {
+                let (from, until) = self.span(seen, as_of);
                 let step = |row: Row<'_>| {
                     let step = GageStep {
                         step: row.step,
@@ -275,7 +300,7 @@ impl Identifying {
             off_m: predictor.off_m(&row),
             reading_m: row.readings_m()[gage],
         };
-        let seconds = channels.recent().seconds(as_of).map(second);
+        let seconds = channels.recent().seconds(until.min(as_of)).map(second);
         let seconds = seconds.filter(|mean| mean.off_m.is_finite()).collect();
         if self.is_complete(seen, as_of) {
             let kept = Kept::Gage(Arc::clone(&steps));
@@ -285,23 +310,16 @@ impl Identifying {
         Some(Measured::Gage(GageSeries { steps, seconds, level_m, noise_m }))
     }
 
-    /// How a gage follows from the others that are not known to be faulty.
-    fn predictor(
-        &mut self,
-        channel: usize,
-        from: Step,
-        as_of: Step,
-        channels: &Channels,
-        ledger: &Ledger,
-    ) -> Option<Arc<Predictor>> {
-        let without = self.left_out(channel, as_of, channels, ledger);
+    /// How a gage follows from the others, without those that are known to be faulty; once its steps are complete, as then.
+    fn predictor(&mut self, channel: usize, without: &[bool]) -> Option<Arc<Predictor>> {
         let subject = self.subjects[channel].as_ref()?;
-        if let Some(known) = subject.weights.as_ref().filter(|known| known.without == without) {
+        let known = subject.predictor.as_ref();
+        if let Some(known) = known.filter(|p| subject.steps.is_some() || p.without == without) {
             return Some(Arc::clone(known));
         }
         let gage = channel - self.actuators;
-        let learnt = self.learnt(subject.seen, from, channels);
-        let predictor = match (&self.reference, learnt) {
+        let without = without.to_vec();
+        let predictor = match (&self.reference, subject.learnt.clone()) {
             (Some(reference), Some(mut learnt)) => {
                 learnt.widen(&reference.short.means, &reference.own_places(), OF_REFERENCE);
                 Predictor::new(&learnt, (0..learnt.mean.len()).collect(), gage, without)
@@ -315,9 +333,7 @@ impl Identifying {
             (None, None) => None,
         }?;
         let predictor = Arc::new(predictor);
-        let subject = self.subjects[channel].as_mut()?;
-        subject.weights = Some(Arc::clone(&predictor));
-        subject.steps = None;
+        self.subjects[channel].as_mut()?.predictor = Some(Arc::clone(&predictor));
         Some(predictor)
     }
 
@@ -339,9 +355,10 @@ impl Identifying {
     }
 
     /// How the gages moved together before the onset.
-    fn learnt(&self, seen: Seen, from: Step, channels: &Channels) -> Option<Gaussian> {
+    fn learnt(&self, seen: Seen, channels: &Channels) -> Option<Gaussian> {
         let Seen::Change { onset, .. } = seen else { return None };
-        let before = onset.minus(self.sampling.steps(CLEAR_S));
+        let from = onset.minus(self.sampling.steps(LEARN_S));
+        let before = onset.minus(self.sampling.steps(BEFORE_S));
         let rows: Vec<Vec<f64>> = channels
             .recent()
             .rows(from, before)

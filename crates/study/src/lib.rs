@@ -12,6 +12,7 @@ mod explain;
 mod export;
 pub mod figure;
 pub mod histories;
+pub mod identification;
 pub mod limits;
 pub mod parallel;
 mod power;

@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use study::Controller;
 
 use super::conditions::Arguments as ConditionsArguments;
+use super::identify::Arguments as IdentifyArguments;
 use super::limits::Arguments as LimitsArguments;
 use crate::table::WidthArguments;
 
@@ -38,6 +39,7 @@ pub(super) enum Command {
     Histories(HistoriesArguments),
     Conditions(ConditionsArguments),
     Limits(LimitsArguments),
+    Identify(IdentifyArguments),
     Compare(CompareArguments),
     Explain(ExplainArguments),
     Export(ExportArguments),

@@ -8,6 +8,7 @@ mod document;
 mod explain;
 mod files;
 mod histories;
+mod identify;
 mod interrupt;
 mod journal;
 mod limits;
@@ -54,6 +55,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Limits(arguments) => {
             let stop = interrupt::listen()?;
             limits::run(arguments, &stop)
+        }
+        Command::Identify(arguments) => {
+            let stop = interrupt::listen()?;
+            identify::run(arguments, &stop)
         }
         Command::Compare(arguments) => compare_rules(arguments),
         Command::Explain(ExplainArguments { scenario, campaign }) => {

@@ -208,7 +208,7 @@ fn minimum_isolable(curves: &[PowerCurve]) -> Titled {
     }
 }
 
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 

@@ -45,6 +45,8 @@ impl Seen {
 pub(crate) enum Measured {
     Gage(GageSeries),
     Cylinder(CylinderSeries),
+    /// There is no usable signal.
+    Nothing,
 }
 
 /// A gage, step by step around the onset, and second by second before and after.

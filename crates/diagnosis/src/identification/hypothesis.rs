@@ -2,7 +2,7 @@
 
 use names::fault::FaultKind;
 
-use super::mixture::Mixture;
+use super::mixture::{Mixture, Size};
 
 /// A hypothesis about series of this type.
 pub(super) struct Hypothesis<Series> {
@@ -17,8 +17,20 @@ pub(super) struct Hypothesis<Series> {
 /// What a series says under a hypothesis.
 #[derive(Debug, Clone)]
 pub(super) struct Weighing {
-    /// Onsets, and scales of its size.
-    pub(super) cases: Mixture,
-    /// Does its size mean anything?
-    pub(super) has_size: bool,
+    /// Logarithm of its marginal likelihood.
+    pub(super) log_likelihood: f64,
+    /// Its size, if it has one.
+    pub(super) size: Option<Size>,
+}
+
+impl Weighing {
+    /// Of a hypothesis whose size is the coefficient.
+    pub(super) fn sized(cases: &Mixture) -> Self {
+        Self { log_likelihood: cases.log_likelihood(), size: cases.size() }
+    }
+
+    /// Of a hypothesis that has no size.
+    pub(super) fn without_size(cases: &Mixture) -> Self {
+        Self { log_likelihood: cases.log_likelihood(), size: None }
+    }
 }

@@ -28,6 +28,32 @@ pub(super) struct Level<const P: usize> {
     deviance: f64,
 }
 
+/// By how much a level may have moved until the end of the stretch that a value is the mean of: variances of the level at
+/// its end and of the mean, and their covariance, given the level before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Walked {
+    end: f64,
+    mean: f64,
+    both: f64,
+}
+
+impl Walked {
+    /// All at once, before the stretch.
+    pub(super) fn before(variance: f64) -> Self {
+        Self { end: variance, mean: variance, both: variance }
+    }
+
+    /// In so many equal and independent steps, one before each value that the mean is of.
+    pub(super) fn during(variance: f64, steps: f64) -> Self {
+        let n = steps.max(1.0);
+        Self {
+            end: variance,
+            mean: variance * (n + 1.0) * (2.0 * n + 1.0) / (6.0 * n * n),
+            both: variance * (n + 1.0) / (2.0 * n),
+        }
+    }
+}
+
 /// What is believed of a coefficient before anything was seen: normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Prior {
@@ -65,17 +91,17 @@ impl<const P: usize> Level<P> {
         }
     }
 
-    /// Takes a value, `walked` being the variance by which the level may have moved since the one before.
+    /// Takes a value, `walked` being how the level may have moved since the one before.
     pub(super) fn take(
         &mut self,
         value: f64,
-        walked: f64,
+        walked: Walked,
         noise_variance: f64,
         regressors: [f64; P],
     ) {
-        let before = self.variance + walked;
-        let spread = before + noise_variance;
-        let gain = before / spread;
+        let shared = self.variance + walked.both;
+        let spread = self.variance + walked.mean + noise_variance;
+        let gain = shared / spread;
         let innovation = value - self.level;
         let off = SVector::from(regressors) - self.columns;
         self.information.ger(1.0 / spread, &off, &off, 1.0);
@@ -83,7 +109,7 @@ impl<const P: usize> Level<P> {
         self.deviance += deviance(innovation, spread);
         self.level += gain * innovation;
         self.columns.axpy(gain, &off, 1.0);
-        self.variance = (1.0 - gain) * before;
+        self.variance += walked.end - gain * shared;
     }
 
     /// The same with one regressor that has been zero so far in place of none.
@@ -101,6 +127,11 @@ impl<const P: usize> Level<P> {
             deviance: self.deviance + other.deviance,
             ..self.clone()
         }
+    }
+
+    /// Mean and variance of the level if all coefficients are zero.
+    pub(super) fn level(&self) -> (f64, f64) {
+        (self.level, self.variance)
     }
 
     /// Logarithm of the likelihood if all coefficients are zero.
@@ -165,7 +196,7 @@ mod tests {
     fn filtered() -> Level<1> {
         let mut level = Level::<1>::new(start());
         for (value, step) in VALUES.into_iter().zip(STEP) {
-            level.take(value, WALKED, NOISE, [step]);
+            level.take(value, Walked::before(WALKED), NOISE, [step]);
         }
         level
     }
@@ -181,12 +212,34 @@ mod tests {
         assert!((none - dense(Prior::about_zero(1e-9))).abs() < 1e-9, "{none}");
     }
 
+    /// Means of three values each, of a level that moves before every value, against the joint normal of the means.
+    #[test]
+    fn means_of_a_level_that_moves_meanwhile_have_the_likelihood_of_the_joint_normal() {
+        let means = [0.4, 1.1];
+        let mut level = Level::<0>::new(start());
+        means
+            .iter()
+            .for_each(|mean| level.take(*mean, Walked::during(3.0 * WALKED, 3.0), NOISE, []));
+        let share = |mean: usize, step: usize| (0..3).filter(|k| 3 * mean + k >= step).count();
+        let covariance = DMatrix::from_fn(2, 2, |a, b| {
+            let moved: f64 =
+                (0..6).map(|step| (share(a, step) * share(b, step)) as f64 / 9.0).sum();
+            start().deviation.powi(2) + WALKED * moved + if a == b { NOISE } else { 0.0 }
+        });
+        let off = DVector::from_row_slice(&means).add_scalar(-start().mean);
+        let distance = off.dot(&covariance.clone().cholesky().unwrap().solve(&off));
+        let expected = -0.5 * (distance + covariance.determinant().ln() + 2.0 * TAU.ln());
+        assert!((level.log_likelihood() - expected).abs() < 1e-12, "{expected}");
+    }
+
     #[test]
     fn a_filter_is_widened_by_a_regressor_that_has_been_zero_so_far() {
         let mut narrow = Level::<0>::new(start());
-        VALUES[..2].iter().for_each(|value| narrow.take(*value, WALKED, NOISE, []));
+        VALUES[..2].iter().for_each(|value| narrow.take(*value, Walked::before(WALKED), NOISE, []));
         let mut wide: Level<1> = narrow.widened();
-        VALUES[2..].iter().for_each(|value| wide.take(*value, WALKED, NOISE, [1.0]));
+        VALUES[2..]
+            .iter()
+            .for_each(|value| wide.take(*value, Walked::before(WALKED), NOISE, [1.0]));
         let prior = [Prior::about_zero(2.0)];
         let (one, other) = (wide.weigh(&prior).unwrap(), filtered().weigh(&prior).unwrap());
         assert!((one.log_likelihood - other.log_likelihood).abs() < 1e-12);

@@ -63,6 +63,9 @@ pub fn identify(excerpt: &Excerpt) -> Identification {
     let candidates = match &excerpt.measured {
         Measured::Gage(series) => gage::record::Record::new(excerpt, series)
             .map(|record| weigh(&record, &gage::HYPOTHESES)),
+        Measured::Nothing => {
+            Some(vec![Candidate { kind: FaultKind::NoSignal, probability: 1.0, size: None }])
+        }
         Measured::Cylinder(series) => cylinder::record::Record::new(excerpt, series)
             .map(|record| weigh(&record, &cylinder::HYPOTHESES)),
     };
@@ -81,9 +84,7 @@ fn weigh<Series>(series: &Series, hypotheses: &[Hypothesis<Series>]) -> Vec<Cand
         .iter()
         .map(|hypothesis| {
             let weighing = (hypothesis.weigh)(series);
-            let log = hypothesis.prior.ln() + weighing.cases.log_likelihood();
-            let size = weighing.has_size.then(|| weighing.cases.size()).flatten();
-            (hypothesis.kind, log, size)
+            (hypothesis.kind, hypothesis.prior.ln() + weighing.log_likelihood, weighing.size)
         })
         .collect();
     let largest = weighed.iter().map(|(_, log, _)| *log).fold(f64::NEG_INFINITY, f64::max);

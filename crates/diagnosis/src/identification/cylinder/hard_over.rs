@@ -16,6 +16,6 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
         let cases = record.over_onsets(|first| {
             record.weigh(&record.since(first, |sums| [sums.wide_open, 0.0]), &[OPEN])
         });
-        Weighing { cases, has_size: false }
+        Weighing::without_size(&cases)
     },
 };

@@ -2,7 +2,7 @@
 
 use names::fault::FaultKind;
 
-use super::record::Record;
+use super::record::{FIGURES, Record};
 use crate::identification::hypothesis::{Hypothesis, Weighing};
 use crate::identification::level::Prior;
 
@@ -22,11 +22,13 @@ pub(super) fn leak(record: &Record, into: impl Fn([f64; 3]) -> [f64; 2]) -> Weig
         let mut weighed = record.weigh(&record.since(first, |sums| into(sums.leaks)), &priors);
         // A leak lets oil out; what would have to let it in is none.
         for case in &mut weighed {
+            // What makes up for the leak is known as well as the valve.
+            case.variance += (case.mean * FIGURES.deviation).powi(2);
             if case.mean <= 0.0 {
                 case.log_likelihood = f64::NEG_INFINITY;
             }
         }
         weighed
     });
-    Weighing { cases, has_size: true }
+    Weighing::sized(&cases)
 }

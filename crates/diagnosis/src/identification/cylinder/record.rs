@@ -10,14 +10,17 @@ use std::ops::Range;
 use super::flows::{self, Step, Sums};
 use crate::identification::axis::Axis;
 use crate::identification::excerpt::{CylinderSeries, Excerpt, Seen};
-use crate::identification::level::{Level, Prior, Weighed};
+use crate::identification::level::{Level, Prior, Walked, Weighed};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::Grouping;
 use crate::identification::wandering::likeliest;
 use crate::residual::NominalHydraulics;
 
-/// Volumes and valve are known within a tenth: that is 95 % of a normal with this deviation.
-const FIGURES: Prior = Prior { mean: 0.0, deviation: 0.05 };
+/// Volumes and valve are known within a tenth, each as likely as the other: of that, as much as of a normal with this
+/// deviation, 95 % are within 0.095.
+pub(super) const FIGURES: Prior = Prior { mean: 0.0, deviation: 0.0485 };
+/// Where it is left aside.
+const AS_COMMANDED: Prior = Prior { mean: 0.0, deviation: 1e-9 };
 /// Onsets apart, at first, as a share of their age.
 const APART: f64 = 0.25;
 
@@ -129,10 +132,17 @@ impl Record {
         })
     }
 
-    /// Weighs a filter with each of these priors of the fault's coefficient.
+    /// Weighs a filter with each of these priors of the fault's coefficient. That the valve lets more or less through than
+    /// its figures say is left aside: the sum of what it lets through has the noise of every pressure in it, by which its
+    /// gain would come out too small, and with it whatever else makes up for the oil.
     pub(super) fn weigh(&self, level: &Level<ALL>, priors: &[Prior]) -> Vec<Weighed> {
-        let all = |of_fault: &Prior| [*of_fault, FIGURES, FIGURES, FIGURES, self.null_flow];
+        let all = |of_fault: &Prior| [*of_fault, FIGURES, FIGURES, AS_COMMANDED, self.null_flow];
         priors.iter().filter_map(|of_fault| level.weigh(&all(of_fault))).collect()
+    }
+
+    /// Weighs a filter whose oil does not follow from the pressures: its valve's gain is open.
+    pub(super) fn weigh_valve(&self, level: &Level<ALL>) -> Option<Weighed> {
+        level.weigh(&[Prior::about_zero(1.0), FIGURES, FIGURES, FIGURES, self.null_flow])
     }
 
     /// Goes through the first `count` points; `at` tells the oil let in and the fault's effect on each chamber.
@@ -155,7 +165,7 @@ impl Record {
                 let walked = walk_m6_per_s[k] * (point.at_s - before.at_s) + unsure * unsure;
                 level.take(
                     point.held[k] - oil[k],
-                    walked,
+                    Walked::before(walked),
                     self.noise_m6[k] / point.count,
                     regressors,
                 );

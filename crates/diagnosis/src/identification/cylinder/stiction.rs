@@ -6,7 +6,7 @@ use names::fault::FaultKind;
 use super::record::Record;
 use crate::identification::axis::Axis;
 use crate::identification::hypothesis::{Hypothesis, Weighing};
-use crate::identification::level::{Prior, Weighed};
+use crate::identification::level::Weighed;
 use crate::identification::mixture::Mixture;
 
 pub(super) const HYPOTHESIS: Hypothesis<Record> =
@@ -31,12 +31,12 @@ fn weigh(record: &Record) -> Weighing {
             let band = at(place).exp() * record.hydraulics.valve_flow_m3_per_s;
             let level = record.with_valve(&spool(record, *onset, band));
             let half = 0.01 * band;
-            let weighed = record.weigh(&level, &[Prior::about_zero(1.0)]).into_iter();
+            let weighed = record.weigh_valve(&level).into_iter();
             weighed.map(|case| Weighed { mean: band, variance: half * half, ..case }).collect()
         });
         all.extend(cases, 1.0 / onsets.len() as f64);
     }
-    Weighing { cases: all, has_size: true }
+    Weighing::sized(&all)
 }
 
 /// What the valve lets through at each step.

@@ -12,9 +12,9 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     prior: 1.0,
     weigh: |record| {
         let unit = record.own_noise_m2.sqrt();
-        let cases = record.over_onsets(|onset| {
-            at_all(&record.follow(onset, |point| point.share_after(onset.at_s)), unit)
+        let cases = record.over_onsets(|onset, wandering| {
+            at_all(&record.follow(onset, wandering, |point| point.share_after(onset.at_s)), unit)
         });
-        Weighing { cases, has_size: true }
+        Weighing::sized(&cases)
     },
 };

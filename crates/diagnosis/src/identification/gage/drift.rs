@@ -12,10 +12,10 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     prior: 1.0,
     weigh: |record| {
         let unit = record.own_noise_m2.sqrt();
-        let cases = record.over_onsets(|onset| {
-            let filter = record.follow(onset, |point| point.time_after_s(onset.at_s));
+        let cases = record.over_onsets(|onset, wandering| {
+            let filter = record.follow(onset, wandering, |point| point.time_after_s(onset.at_s));
             [0.01, 1.0].iter().flat_map(|per_s| at_all(&filter, per_s * unit)).collect()
         });
-        Weighing { cases, has_size: true }
+        Weighing::sized(&cases)
     },
 };

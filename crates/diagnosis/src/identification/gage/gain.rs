@@ -14,12 +14,15 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     kind: FaultKind::Gain,
     prior: 1.0,
     weigh: |record| {
-        let cases = record.over_onsets(|onset| {
-            let filter =
-                record.follow(onset, |point| point.expected_m * point.share_after(onset.at_s));
+        let cases = record.over_onsets(|onset, wandering| {
+            // It read so much more than the others say before.
+            let (before_m, _) = wandering.before(onset).level();
+            let filter = record.follow(onset, wandering, |point| {
+                (point.expected_m + before_m) * point.share_after(onset.at_s)
+            });
             let weighed = DEVIATIONS.iter().filter_map(|d| filter.weigh(&[Prior::about_zero(*d)]));
             weighed.map(|case| Weighed { mean: 1.0 + case.mean, ..case }).collect()
         });
-        Weighing { cases, has_size: true }
+        Weighing::sized(&cases)
     },
 };

@@ -3,6 +3,7 @@
 mod bias;
 mod drift;
 mod gain;
+mod intermittent;
 mod random_walk;
 pub(super) mod record;
 mod scales;
@@ -13,10 +14,11 @@ use super::hypothesis::Hypothesis;
 use record::Record;
 
 /// All of them.
-pub(super) const HYPOTHESES: [Hypothesis<Record>; 6] = [
+pub(super) const HYPOTHESES: [Hypothesis<Record>; 7] = [
     bias::HYPOTHESIS,
     drift::HYPOTHESIS,
     gain::HYPOTHESIS,
+    intermittent::HYPOTHESIS,
     zero_output::HYPOTHESIS,
     stuck::HYPOTHESIS,
     random_walk::HYPOTHESIS,

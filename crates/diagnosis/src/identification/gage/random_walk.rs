@@ -1,35 +1,60 @@
 //! The gage's offset wanders: from the onset on each step adds a normal increment \[m per step\].
 
+use std::cell::RefCell;
+
 use names::fault::FaultKind;
 
 use super::record::{Onset, Record};
 use crate::identification::hypothesis::{Hypothesis, Weighing};
-use crate::identification::level::Weighed;
+use crate::identification::level::{Level, Weighed};
+use crate::identification::mixture::{Mixture, Size};
 
 /// Standard deviation of the increment, in standard deviations of the gage's noise; each as likely as the others.
-const INCREMENTS: [f64; 9] = [0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// Of the logarithm of an increment between two of these, as a share.
-const BETWEEN: f64 = 0.2;
+const INCREMENTS: [f64; 10] = [0.03, 0.08, 0.2, 0.5, 1.25, 3.0, 8.0, 20.0, 50.0, 125.0];
+/// About the likeliest one, so many on either side are weighed as well, each so many times the one before.
+const NEAR: i32 = 20;
+const RATIO: f64 = 1.06;
 
 pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     kind: FaultKind::RandomWalk,
     prior: 1.0,
     weigh: |record| {
         let unit = record.own_noise_m2.sqrt();
-        let cases = record.over_onsets(|onset| {
-            INCREMENTS.iter().map(|increment| wandering(record, onset, increment * unit)).collect()
+        let likeliest = RefCell::new((f64::NEG_INFINITY, None));
+        let cases = record.over_onsets(|onset, wandering| {
+            let before = wandering.before(onset);
+            let weigh = |increment: &f64| {
+                let case = walk(record, onset, before, increment * unit);
+                let mut likeliest = likeliest.borrow_mut();
+                if case.log_likelihood > likeliest.0 {
+                    *likeliest = (case.log_likelihood, Some((*onset, before.clone(), case.mean)));
+                }
+                case
+            };
+            INCREMENTS.iter().map(weigh).collect()
         });
-        Weighing { cases, has_size: true }
+        let size = likeliest.into_inner().1.and_then(|(onset, before, increment)| {
+            size(|increment| walk(record, &onset, &before, increment), increment)
+        });
+        Weighing { log_likelihood: cases.log_likelihood(), size }
     },
 };
 
-fn wandering(record: &Record, onset: &Onset, increment_m: f64) -> Weighed {
-    let mut level = record.before(onset).clone();
+/// The increment about the likeliest one of few, each order of magnitude being as likely as the other.
+fn size(weigh: impl Fn(f64) -> Weighed, about_m: f64) -> Option<Size> {
+    let mut near = Mixture::default();
+    for k in -NEAR..=NEAR {
+        let case = weigh(about_m * RATIO.powi(k));
+        near.add(Weighed { variance: (0.5 * (RATIO - 1.0) * case.mean).powi(2), ..case });
+    }
+    near.size()
+}
+
+fn walk(record: &Record, onset: &Onset, before: &Level<0>, increment_m: f64) -> Weighed {
+    let mut level = before.clone();
     let per_s = increment_m * increment_m / record.step_s;
     for (place, point) in record.points.iter().enumerate().skip(onset.first) {
-        let walked = per_s * record.since_s(place).max(record.step_s);
-        level.take(point.off_m, walked, record.noise_m2 / point.count, []);
+        level.take(point.off_m, record.walked(place, per_s), record.noise_m2 / point.count, []);
     }
-    let log_likelihood = level.log_likelihood();
-    Weighed { log_likelihood, mean: increment_m, variance: (BETWEEN * increment_m).powi(2) }
+    Weighed { log_likelihood: level.log_likelihood(), mean: increment_m, variance: 0.0 }
 }

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use crate::identification::axis::Axis;
 use crate::identification::excerpt::{Excerpt, GageSecond, GageSeries, GageStep, Seen};
-use crate::identification::level::{Level, Prior, Weighed, deviance};
+use crate::identification::level::{Level, Prior, Walked, Weighed, deviance};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::{BLOCK_S, FINE_BEFORE_S, Grouping};
-use crate::identification::wandering::{LEAST_BEFORE, likeliest};
+use crate::identification::wandering::{LEAST_BEFORE, likely};
 
 /// What a gage should read is taken from the steps within this time of a point, the point itself excepted \[s\].
 const NEAR_S: f64 = 0.01;
@@ -33,10 +33,6 @@ pub(super) struct Point {
 }
 
 impl Point {
-    fn middle_s(&self) -> f64 {
-        0.5 * (self.from_s + self.until_s)
-    }
-
     /// Which share of it is after a time.
     pub(super) fn share_after(&self, at_s: f64) -> f64 {
         let length = self.until_s - self.from_s;
@@ -60,6 +56,22 @@ pub(super) struct Onset {
     pub(super) at_s: f64,
 }
 
+/// A way in which the level of a healthy gage may wander.
+#[derive(Debug, Clone)]
+pub(super) struct Wandering {
+    /// By how much in a second \[m²\].
+    m2_per_s: f64,
+    /// The filter before each point, and after the last.
+    before: Vec<Level<0>>,
+}
+
+impl Wandering {
+    /// The filter before an onset.
+    pub(super) fn before(&self, onset: &Onset) -> &Level<0> {
+        &self.before[onset.first]
+    }
+}
+
 /// A series, ready to be weighed.
 #[derive(Debug, Clone)]
 pub(in crate::identification) struct Record {
@@ -70,12 +82,9 @@ pub(in crate::identification) struct Record {
     pub(super) noise_m2: f64,
     /// Length of a step \[s\].
     pub(super) step_s: f64,
-    /// By how much the level wanders in a second \[m²\].
-    walk_m2_per_s: f64,
+    wanderings: Vec<Wandering>,
     onsets: Vec<Onset>,
     axis: Axis,
-    /// The filter before each point.
-    before: Vec<Level<0>>,
 }
 
 impl Record {
@@ -101,36 +110,44 @@ impl Record {
             own_noise_m2: own_noise_m2.unwrap_or(own_m2).clamp(0.01 * own_m2, noise_m2),
             noise_m2,
             step_s: excerpt.step_s,
-            walk_m2_per_s: 0.0,
+            wanderings: Vec::new(),
             onsets,
-            before: Vec::new(),
         };
-        record.walk_m2_per_s = record.wandering(earliest.unwrap_or(0), series.level_m);
-        record.before = record.filters(record.walk_m2_per_s, series.level_m).collect();
+        record.wanderings = record.likely_wanderings(earliest.unwrap_or(0), series.level_m);
         (!record.onsets.is_empty()).then_some(record)
     }
 
-    /// Weighs a hypothesis over all onsets.
-    pub(super) fn over_onsets(&self, weigh: impl Fn(&Onset) -> Vec<Weighed>) -> Mixture {
-        self.axis.integrate(|place| weigh(&self.onsets[place]))
+    /// Weighs a hypothesis over all onsets, and over every likely way in which the level wanders.
+    pub(super) fn over_onsets(
+        &self,
+        weigh: impl Fn(&Onset, &Wandering) -> Vec<Weighed>,
+    ) -> Mixture {
+        let mut all = Mixture::default();
+        let share = 1.0 / self.wanderings.len() as f64;
+        for wandering in &self.wanderings {
+            let cases = self.axis.integrate(|place| weigh(&self.onsets[place], wandering));
+            all.extend(cases, share);
+        }
+        all
     }
 
-    /// The filter before an onset.
-    pub(super) fn before(&self, onset: &Onset) -> &Level<0> {
-        &self.before[onset.first]
-    }
-
-    /// Time from the point before to this one \[s\].
-    pub(super) fn since_s(&self, place: usize) -> f64 {
-        let before = place.checked_sub(1).map(|before| self.points[before].middle_s());
-        before.map_or(0.0, |before| self.points[place].middle_s() - before)
+    /// How a level that moves by so much in a second has moved until the end of a point.
+    pub(super) fn walked(&self, place: usize, m2_per_s: f64) -> Walked {
+        let before = place.checked_sub(1).map(|before| self.points[before].until_s);
+        let since_s = before.map_or(0.0, |before| self.points[place].until_s - before);
+        Walked::during(m2_per_s * since_s, since_s / self.step_s)
     }
 
     /// Goes through the points from an onset on, with a regressor for each.
-    pub(super) fn follow(&self, onset: &Onset, regressor: impl Fn(&Point) -> f64) -> Level<1> {
-        let mut level: Level<1> = self.before(onset).widened();
+    pub(super) fn follow(
+        &self,
+        onset: &Onset,
+        wandering: &Wandering,
+        regressor: impl Fn(&Point) -> f64,
+    ) -> Level<1> {
+        let mut level: Level<1> = wandering.before(onset).widened();
         for (place, point) in self.points.iter().enumerate().skip(onset.first) {
-            let walked = self.walk_m2_per_s * self.since_s(place);
+            let walked = self.walked(place, wandering.m2_per_s);
             level.take(point.off_m, walked, self.noise_m2 / point.count, [regressor(point)]);
         }
         level
@@ -146,26 +163,31 @@ impl Record {
     }
 
     /// The filter before each point, and after the last.
-    fn filters(&self, walk_m2_per_s: f64, level: Prior) -> impl Iterator<Item = Level<0>> {
+    fn filters(&self, m2_per_s: f64, level: Prior) -> impl Iterator<Item = Level<0>> {
         let mut filter = Level::<0>::new(level);
         let all = self.points.iter().enumerate().map(Some).chain([None]);
         all.map(move |next| {
             let before = filter.clone();
             if let Some((place, point)) = next {
-                let walked = walk_m2_per_s * self.since_s(place);
+                let walked = self.walked(place, m2_per_s);
                 filter.take(point.off_m, walked, self.noise_m2 / point.count, []);
             }
             before
         })
     }
 
-    /// How much the level wanders in a second, by what is likeliest before the onset \[m²\].
-    fn wandering(&self, earliest: usize, level: Prior) -> f64 {
+    /// The ways in which the level may wander that are likely before the onset.
+    fn likely_wanderings(&self, earliest: usize, level: Prior) -> Vec<Wandering> {
         let scaled = |walk: f64| walk * walk * self.own_noise_m2;
-        scaled(likeliest(earliest, |walk| {
+        let walks = likely(|walk| {
             let mut filters = self.filters(scaled(walk), level);
             filters.nth(earliest).map_or(0.0, |filter| filter.log_likelihood())
-        }))
+        });
+        let wandering = |walk: f64| Wandering {
+            m2_per_s: scaled(walk),
+            before: self.filters(scaled(walk), level).collect(),
+        };
+        walks.into_iter().map(wandering).collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! How large a displacement may be beforehand: any order of magnitude is as likely as any other.
 
-use crate::identification::level::{Level, Prior, Weighed};
+use crate::identification::level::{Level, Prior, Weighed, deviance};
 
 /// Orders of magnitude: normal priors about zero with these deviations, times a unit, each as likely as the others.
 const SCALES: [f64; 9] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4];
@@ -8,4 +8,13 @@ const SCALES: [f64; 9] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4];
 /// What a filter says of its coefficient at each scale.
 pub(super) fn at_all(filter: &Level<1>, unit: f64) -> Vec<Weighed> {
     SCALES.iter().filter_map(|scale| filter.weigh(&[Prior::about_zero(scale * unit)])).collect()
+}
+
+/// Logarithm of the density of a coefficient beforehand.
+pub(super) fn log_density(coefficient: f64, unit: f64) -> f64 {
+    let of_scale = |scale: &f64| {
+        let variance = (scale * unit).powi(2);
+        (-0.5 * deviance(coefficient, variance)).exp()
+    };
+    (SCALES.iter().map(of_scale).sum::<f64>() / SCALES.len() as f64).ln()
 }

@@ -13,11 +13,12 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     kind: FaultKind::Stuck,
     prior: 1.0,
     weigh: |record| {
-        let cases = record.over_onsets(|onset| {
-            let log_likelihood = record.before(onset).log_likelihood() - 0.5 * held(record, onset);
+        let cases = record.over_onsets(|onset, wandering| {
+            let log_likelihood =
+                wandering.before(onset).log_likelihood() - 0.5 * held(record, onset);
             vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0 }]
         });
-        Weighing { cases, has_size: false }
+        Weighing::without_size(&cases)
     },
 };
 

@@ -11,11 +11,11 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     prior: 1.0,
     weigh: |record| {
         let deviances = record.own_deviances(|point| point.reading_m);
-        let cases = record.over_onsets(|onset| {
-            let before = record.before(onset).log_likelihood();
+        let cases = record.over_onsets(|onset, wandering| {
+            let before = wandering.before(onset).log_likelihood();
             let log_likelihood = before - 0.5 * deviances[onset.first];
             vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0 }]
         });
-        Weighing { cases, has_size: false }
+        Weighing::without_size(&cases)
     },
 };

@@ -1,0 +1,257 @@
+//! Which fault is to be identified in a case, how large it is, and what else happens: it follows from the seed and the
+//! case's number alone.
+
+use names::fault::{Fault, FaultKind};
+use names::{ComponentPath, Step};
+use rand::{Rng, RngExt};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use truss::Structure;
+
+use crate::scenario::{components_that_can_have, gage_length_m, generator};
+use crate::schedule::{Injection, Schedule};
+
+/// Cases draw from streams of their own.
+const FIRST_STREAM: u64 = 5 << 60;
+/// Sizes are drawn from and up to so many times the limit of their kind, as likely between 1 and 2 as between 10 and 20.
+const IN_LIMITS: [f64; 2] = [0.5, 64.0];
+/// In service, compared several times, before something happens \[s\].
+const BEFORE_S: [f64; 2] = [6.0, 8.0];
+/// After the fault \[s\].
+const AFTER_S: f64 = 12.0;
+
+/// What else happens before the fault that is to be identified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IdentificationSituation {
+    /// Nothing.
+    Alone,
+    /// A cylinder leaks or is hard over, and gages show its effects, since a second or less.
+    AfterEffects,
+    /// A cylinder is hard over, for one to five seconds.
+    DuringHardOver,
+    /// Any other component is faulty, for one to ten seconds.
+    Second,
+}
+
+impl IdentificationSituation {
+    /// All of them.
+    pub const ALL: [Self; 4] =
+        [Self::Alone, Self::AfterEffects, Self::DuringHardOver, Self::Second];
+
+    /// Its name in files.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Alone => "alone",
+            Self::AfterEffects => "after_effects",
+            Self::DuringHardOver => "during_hard_over",
+            Self::Second => "second",
+        }
+    }
+
+    /// When the other fault begins before the one to be identified \[s\].
+    fn earlier_s(self) -> Option<[f64; 2]> {
+        match self {
+            Self::Alone => None,
+            Self::AfterEffects => Some([0.2, 1.0]),
+            Self::DuringHardOver => Some([1.0, 5.0]),
+            Self::Second => Some([1.0, 10.0]),
+        }
+    }
+}
+
+/// Which cases are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct IdentificationCases {
+    /// Only this kind of fault; otherwise all take turns.
+    pub kind: Option<FaultKind>,
+    /// Only in this situation; otherwise they take turns, nothing else happening in two of five.
+    pub situation: Option<IdentificationSituation>,
+    /// Every fault that has a size is so many times the limit of its kind.
+    pub in_limits: Option<f64>,
+}
+
+impl IdentificationCases {
+    fn turn(self, number: u64) -> (FaultKind, IdentificationSituation) {
+        use IdentificationSituation::{AfterEffects, Alone, DuringHardOver, Second};
+        const TURNS: [IdentificationSituation; 5] =
+            [Alone, AfterEffects, Alone, DuringHardOver, Second];
+        let kinds = FaultKind::ALL.len() as u64;
+        let kind = self.kind.unwrap_or(FaultKind::ALL[(number % kinds) as usize]);
+        let round = if self.kind.is_some() { number } else { number / kinds };
+        (kind, self.situation.unwrap_or(TURNS[(round % 5) as usize]))
+    }
+}
+
+/// The smallest size of a kind that one of the two detectors finds within about two seconds; `None` if it has no size.
+/// The unit is that of the fault's parameter, of gages per metre of their length.
+#[must_use]
+fn limit(kind: FaultKind) -> Option<f64> {
+    match kind {
+        // See LIMITS.md.
+        FaultKind::InternalLeakage | FaultKind::ExternalLeakageA | FaultKind::ExternalLeakageB => {
+            Some(1e-8)
+        }
+        FaultKind::Bias | FaultKind::Intermittent => Some(3e-6),
+        // It comes to a detectable bias in a second.
+        FaultKind::Drift => Some(3e-6),
+        // It has wandered by a detectable bias after a hundred steps of a millisecond.
+        FaultKind::RandomWalk => Some(0.3e-6),
+        // Of a load of 100 µε.
+        FaultKind::Gain => Some(0.03),
+        FaultKind::Stiction => Some(1e-6),
+        FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::Stuck | FaultKind::NoSignal => {
+            None
+        }
+    }
+}
+
+/// One run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentificationCase {
+    /// Its number, from 0.
+    pub number: u64,
+    /// Seed of the plant's run.
+    pub seed: u64,
+    /// What else happens.
+    pub situation: IdentificationSituation,
+    /// The fault that is to be identified.
+    pub subject: Injection,
+    /// The one before it.
+    pub other: Option<Injection>,
+    /// How many times the limit of its kind the fault is; `None` if it has no size.
+    pub in_limits: Option<f64>,
+    /// Its length.
+    pub steps: u64,
+}
+
+impl IdentificationCase {
+    /// Draws case `number` of a campaign. `None` if nothing can break so.
+    #[must_use]
+    pub fn draw(
+        cases: IdentificationCases,
+        structure: &Structure,
+        step_s: f64,
+        campaign_seed: u64,
+        number: u64,
+    ) -> Option<Self> {
+        let mut generator = generator(campaign_seed, FIRST_STREAM | number);
+        let seed = generator.next_u64();
+        let (kind, situation) = cases.turn(number);
+        let steps = |seconds: f64| (seconds / step_s).round() as u64;
+        let mut draw = Draw { structure, step_s, generator: &mut generator };
+        let begin = steps(draw.uniform(BEFORE_S));
+        let later = situation.earlier_s().map_or(0, |range| steps(draw.uniform(range)));
+        let component = draw.component(kind, None)?;
+        let in_limits = limit(kind).map(|_| {
+            let drawn = draw.log_uniform(IN_LIMITS);
+            cases.in_limits.unwrap_or(drawn)
+        });
+        let fault = draw.fault(kind, &component, in_limits.unwrap_or(1.0));
+        let subject = Injection { at: Step(begin + later), until: None, component, fault };
+        let other = match situation {
+            IdentificationSituation::Alone => None,
+            _ => Some(draw.other(situation, Step(begin), &subject.component)?),
+        };
+        let steps = subject.at.0 + steps(AFTER_S);
+        Some(Self { number, seed, situation, subject, other, in_limits, steps })
+    }
+
+    /// The schedule that brings its faults about.
+    #[must_use]
+    pub fn schedule(&self) -> Schedule {
+        Schedule::new(self.other.iter().chain([&self.subject]).cloned().collect())
+    }
+}
+
+struct Draw<'a> {
+    structure: &'a Structure,
+    step_s: f64,
+    generator: &'a mut ChaCha8Rng,
+}
+
+impl Draw<'_> {
+    fn uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
+        self.generator.random_range(from..=to)
+    }
+
+    fn log_uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
+        self.uniform([from.ln(), to.ln()]).exp()
+    }
+
+    fn sign(&mut self) -> f64 {
+        if self.generator.random() { 1.0 } else { -1.0 }
+    }
+
+    fn component(
+        &mut self,
+        kind: FaultKind,
+        taken: Option<&ComponentPath>,
+    ) -> Option<ComponentPath> {
+        let mut fitting = components_that_can_have(self.structure, kind);
+        fitting.retain(|component| Some(component) != taken);
+        let place = self.generator.random_range(0..fitting.len().max(1));
+        fitting.get(place).cloned()
+    }
+
+    /// A fault of a kind, so many times its limit.
+    fn fault(&mut self, kind: FaultKind, component: &ComponentPath, in_limits: f64) -> Fault {
+        let size = in_limits * limit(kind).unwrap_or(0.0);
+        let size_m = size * gage_length_m(self.structure, component);
+        match kind {
+            FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2: size },
+            FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2: size },
+            FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2: size },
+            FaultKind::HardOver => Fault::HardOver {},
+            FaultKind::Stiction => Fault::Stiction { band_m3_per_s: size },
+            FaultKind::Bias => Fault::Bias { offset_m: self.sign() * size_m },
+            FaultKind::Drift => Fault::Drift { drift_m_per_s: self.sign() * size_m },
+            FaultKind::RandomWalk => Fault::RandomWalk {
+                drift_m_per_s: 0.0,
+                // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
+                increment_m: size_m * (self.step_s / 1e-3).sqrt(),
+            },
+            // A gain below one cannot be off by more than one.
+            FaultKind::Gain => match size < 0.9 && self.generator.random() {
+                true => Fault::Gain { gain: 1.0 - size },
+                false => Fault::Gain { gain: 1.0 + size },
+            },
+            FaultKind::ZeroOutput => Fault::ZeroOutput {},
+            FaultKind::Stuck => Fault::Stuck {},
+            FaultKind::Intermittent => Fault::Intermittent {
+                offset_m: self.sign() * size_m,
+                closed_s: self.log_uniform([0.02, 1.0]),
+                open_s: self.log_uniform([0.02, 0.5]),
+            },
+            FaultKind::NoSignal => Fault::NoSignal {},
+        }
+    }
+
+    /// What is wrong before, in another component, well above its limit.
+    fn other(
+        &mut self,
+        situation: IdentificationSituation,
+        at: Step,
+        taken: &ComponentPath,
+    ) -> Option<Injection> {
+        const OF_CYLINDERS: &[FaultKind] = &[
+            FaultKind::InternalLeakage,
+            FaultKind::ExternalLeakageA,
+            FaultKind::ExternalLeakageB,
+            FaultKind::HardOver,
+        ];
+        let kinds = match situation {
+            IdentificationSituation::DuringHardOver => &[FaultKind::HardOver],
+            IdentificationSituation::AfterEffects => OF_CYLINDERS,
+            IdentificationSituation::Alone | IdentificationSituation::Second => {
+                FaultKind::OF_RESIDUALS
+            }
+        };
+        let kind = kinds[self.generator.random_range(0..kinds.len())];
+        let component = self.component(kind, Some(taken))?;
+        let in_limits = self.log_uniform([8.0, IN_LIMITS[1]]);
+        let fault = self.fault(kind, &component, in_limits);
+        Some(Injection { at, until: None, component, fault })
+    }
+}

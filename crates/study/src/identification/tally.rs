@@ -1,0 +1,314 @@
+//! What came of many cases: which kind was taken for which, which sizes were covered, what stayed open.
+
+use std::collections::BTreeMap;
+
+use names::fault::FaultKind;
+use serde::Serialize;
+
+use super::draw::IdentificationSituation;
+use super::run::{IdentificationRecord, Word};
+use crate::quantile::nearest_rank;
+use crate::summary::{Interval95, share_interval};
+
+/// Faults count for what is claimed from so many times the limit of their kind on.
+const CLAIMED_IN_LIMITS: f64 = 2.0;
+/// Ends of the ranges of sizes, in limits of their kind, that undecided faults are counted in.
+pub const SIZES_IN_LIMITS: [f64; 8] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+
+/// What was said of a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Its component was not declared faulty.
+    NotNamed,
+    /// No kind was decided.
+    Undecided,
+    /// This kind was.
+    Decided(FaultKind),
+}
+
+/// Until when words count, since the component was declared faulty \[s\].
+#[derive(Debug, Clone, Copy)]
+struct Until(f64);
+
+impl Until {
+    fn word(self, record: &IdentificationRecord) -> Option<&Word> {
+        record.named_after_s.and_then(|_| record.within(self.0))
+    }
+
+    fn verdict(self, record: &IdentificationRecord) -> Verdict {
+        match (record.named_after_s, self.word(record).and_then(Word::decided)) {
+            (None, _) => Verdict::NotNamed,
+            (_, None) => Verdict::Undecided,
+            (_, Some(kind)) => Verdict::Decided(kind),
+        }
+    }
+}
+
+/// What faults of one kind were taken for.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct KindRow {
+    /// How many there were.
+    pub cases: u64,
+    /// Their component was not declared faulty.
+    pub not_named: u64,
+    /// No kind was decided.
+    pub undecided: u64,
+    /// These kinds were.
+    pub decided: BTreeMap<FaultKind, u64>,
+}
+
+impl KindRow {
+    fn count(&mut self, verdict: Verdict) {
+        self.cases += 1;
+        match verdict {
+            Verdict::NotNamed => self.not_named += 1,
+            Verdict::Undecided => self.undecided += 1,
+            Verdict::Decided(kind) => *self.decided.entry(kind).or_default() += 1,
+        }
+    }
+
+    /// How many were decided.
+    #[must_use]
+    pub fn all_decided(&self) -> u64 {
+        self.decided.values().sum()
+    }
+}
+
+/// How the stated sizes of one kind compare with the true ones, of the faults that were decided rightly.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sizing {
+    /// How many sizes were stated.
+    pub stated: u64,
+    /// How many of the 95 % intervals hold the true size.
+    pub covered: u64,
+    /// Interval of that share.
+    pub covered_95: Interval95,
+    /// How many lie below the true size, and above it, in magnitude.
+    pub below: u64,
+    /// See `below`.
+    pub above: u64,
+    /// Median of the relative error's magnitude.
+    pub median_error: f64,
+}
+
+/// What came of the faults in one situation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct SituationRow {
+    /// Faults whose component was declared faulty.
+    pub named: u64,
+    /// Of these, those whose kind was decided within a second.
+    pub decided: u64,
+    /// Of these, those that are of this kind.
+    pub right: u64,
+    /// The same in the end.
+    pub decided_in_the_end: u64,
+    /// The same in the end.
+    pub right_in_the_end: u64,
+}
+
+/// Faults of one range of sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct UndecidedBySize {
+    /// The range, in limits of the kind.
+    pub from: f64,
+    /// Its end.
+    pub to: f64,
+    /// Faults whose component was declared faulty.
+    pub named: u64,
+    /// Of these, those whose kind was undecided 0.2 s, 1 s and 10 s later.
+    pub undecided: [u64; 3],
+}
+
+/// When undecided faults are counted \[s\].
+const WHEN_S: [f64; 3] = [0.2, 1.0, 10.0];
+
+/// What came of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IdentificationTally {
+    /// Faults from twice the limit of their kind on that were decided within a second.
+    pub decided: u64,
+    /// Of these, those that are of this kind.
+    pub right: u64,
+    /// Interval of that share.
+    pub right_95: Interval95,
+    /// By kind, a second after they were named; from twice the limit on.
+    pub within_a_second: BTreeMap<FaultKind, KindRow>,
+    /// By kind, at the end; from twice the limit on.
+    pub in_the_end: BTreeMap<FaultKind, KindRow>,
+    /// Stated sizes by kind, a second after they were named; of every size.
+    pub sizes_within_a_second: BTreeMap<FaultKind, Sizing>,
+    /// The same at the end.
+    pub sizes_in_the_end: BTreeMap<FaultKind, Sizing>,
+    /// By situation; from twice the limit on.
+    pub situations: BTreeMap<IdentificationSituation, SituationRow>,
+    /// By kind and size.
+    pub undecided: BTreeMap<FaultKind, Vec<UndecidedBySize>>,
+}
+
+impl IdentificationTally {
+    /// Counts cases.
+    #[must_use]
+    pub fn of(records: &[IdentificationRecord]) -> Self {
+        let (second, end) = (Until(1.0), Until(f64::INFINITY));
+        let claimed: Vec<&IdentificationRecord> = records
+            .iter()
+            .filter(|record| record.in_limits.is_none_or(|size| size >= CLAIMED_IN_LIMITS))
+            .collect();
+        let within_a_second = confusion(&claimed, second);
+        let decided = within_a_second.values().map(KindRow::all_decided).sum();
+        let of_kind = |(kind, row): (&FaultKind, &KindRow)| row.decided.get(kind).copied();
+        let right = within_a_second.iter().filter_map(of_kind).sum();
+        let mut situations = BTreeMap::<_, SituationRow>::new();
+        for record in &claimed {
+            situations.entry(record.situation).or_default().count(record, second, end);
+        }
+        Self {
+            decided,
+            right,
+            right_95: share_interval(right, decided),
+            within_a_second,
+            in_the_end: confusion(&claimed, end),
+            sizes_within_a_second: sizes(records, second),
+            sizes_in_the_end: sizes(records, end),
+            situations,
+            undecided: undecided(records),
+        }
+    }
+}
+
+impl SituationRow {
+    fn count(&mut self, record: &IdentificationRecord, second: Until, end: Until) {
+        self.named += u64::from(record.named_after_s.is_some());
+        for (until, decided, right) in [
+            (second, &mut self.decided, &mut self.right),
+            (end, &mut self.decided_in_the_end, &mut self.right_in_the_end),
+        ] {
+            if let Verdict::Decided(kind) = until.verdict(record) {
+                *decided += 1;
+                *right += u64::from(kind == record.kind);
+            }
+        }
+    }
+}
+
+fn confusion(records: &[&IdentificationRecord], until: Until) -> BTreeMap<FaultKind, KindRow> {
+    let mut rows = BTreeMap::<_, KindRow>::new();
+    for record in records {
+        rows.entry(record.kind).or_default().count(until.verdict(record));
+    }
+    rows
+}
+
+fn sizes(records: &[IdentificationRecord], until: Until) -> BTreeMap<FaultKind, Sizing> {
+    let mut stated = BTreeMap::<_, Vec<(f64, [f64; 3])>>::new();
+    for record in records {
+        let right = until.verdict(record) == Verdict::Decided(record.kind);
+        let size = until.word(record).and_then(|word| word.size);
+        if let (true, Some(truth), Some(size)) = (right, record.size, size) {
+            stated.entry(record.kind).or_default().push((truth, size));
+        }
+    }
+    stated.into_iter().map(|(kind, sizes)| (kind, Sizing::of(&sizes))).collect()
+}
+
+impl Sizing {
+    fn of(sizes: &[(f64, [f64; 3])]) -> Self {
+        // A size and its mirror image are as far off.
+        let ends = |(truth, [low, _, high]): &(f64, [f64; 3])| match *truth < 0.0 {
+            true => (-truth, -high, -low),
+            false => (*truth, *low, *high),
+        };
+        let count = |of: fn((f64, f64, f64)) -> bool| {
+            sizes.iter().map(ends).filter(|size| of(*size)).count() as u64
+        };
+        let (stated, below) = (sizes.len() as u64, count(|(truth, _, high)| high < truth));
+        let above = count(|(truth, low, _)| low > truth);
+        let covered = stated - below - above;
+        let mut errors: Vec<f64> =
+            sizes.iter().map(|(truth, [_, value, _])| (value / truth - 1.0).abs()).collect();
+        errors.sort_by(f64::total_cmp);
+        Self {
+            stated,
+            covered,
+            covered_95: share_interval(covered, stated),
+            below,
+            above,
+            median_error: nearest_rank(&errors, 0.5).unwrap_or(f64::NAN),
+        }
+    }
+}
+
+fn undecided(records: &[IdentificationRecord]) -> BTreeMap<FaultKind, Vec<UndecidedBySize>> {
+    let mut rows = BTreeMap::<_, Vec<UndecidedBySize>>::new();
+    let empty = || {
+        let range = |ends: &[f64]| UndecidedBySize {
+            from: ends[0],
+            to: ends[1],
+            named: 0,
+            undecided: [0; 3],
+        };
+        SIZES_IN_LIMITS.windows(2).map(range).collect()
+    };
+    for record in records.iter().filter(|record| record.named_after_s.is_some()) {
+        let Some(size) = record.in_limits else { continue };
+        let ranges = rows.entry(record.kind).or_insert_with(empty);
+        let Some(row) = ranges.iter_mut().find(|row| size < row.to) else { continue };
+        row.named += 1;
+        for (count, when) in row.undecided.iter_mut().zip(WHEN_S) {
+            *count += u64::from(Until(when).verdict(record) == Verdict::Undecided);
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(kind: FaultKind, in_limits: f64, words: Vec<Word>) -> IdentificationRecord {
+        IdentificationRecord {
+            number: 0,
+            situation: IdentificationSituation::Alone,
+            component: "m/sensor/g".parse().unwrap(),
+            fault: String::new(),
+            kind,
+            size: Some(-10.0),
+            in_limits: Some(in_limits),
+            named_after_s: Some(0.01),
+            words,
+        }
+    }
+
+    fn word(after_s: f64, kind: FaultKind, probability: f64, size: [f64; 3]) -> Word {
+        Word { after_s, kinds: vec![(kind, probability)], size: Some(size) }
+    }
+
+    #[test]
+    fn words_count_until_their_time_and_faults_from_twice_their_limit_on() {
+        let bias = FaultKind::Bias;
+        let records = [
+            record(
+                bias,
+                3.0,
+                vec![word(0.02, bias, 0.6, [0.0; 3]), word(0.9, bias, 0.96, [-11.0, -10.1, -9.0])],
+            ),
+            record(
+                bias,
+                3.0,
+                vec![
+                    word(0.02, FaultKind::Drift, 0.99, [0.0; 3]),
+                    word(2.0, bias, 1.0, [-9.0, -8.0, -7.0]),
+                ],
+            ),
+            record(bias, 1.5, vec![word(0.02, FaultKind::Gain, 0.99, [0.0; 3])]),
+        ];
+        let tally = IdentificationTally::of(&records);
+        assert_eq!((tally.decided, tally.right), (2, 1));
+        let row = &tally.in_the_end[&bias];
+        assert_eq!((row.cases, row.undecided, &row.decided), (2, 0, &BTreeMap::from([(bias, 2)])));
+        let sizing = &tally.sizes_in_the_end[&bias];
+        assert_eq!((sizing.stated, sizing.covered, sizing.below, sizing.above), (2, 1, 1, 0));
+        let of_three = tally.undecided[&bias].iter().find(|row| row.to > 3.0).unwrap();
+        assert_eq!((of_three.named, of_three.undecided), (2, [1, 0, 0]));
+    }
+}
