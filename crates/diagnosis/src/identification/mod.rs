@@ -15,6 +15,7 @@ mod hypothesis;
 mod level;
 mod mixture;
 mod points;
+mod signature;
 mod wandering;
 
 use names::fault::FaultKind;
@@ -28,6 +29,7 @@ pub(crate) use excerpt::{
 use hypothesis::Hypothesis;
 pub(crate) use level::Prior;
 pub use mixture::Size;
+pub use signature::SignaturePoint;
 
 /// A kind is decided when it is at least so probable.
 pub const DECIDED: f64 = 0.95;
@@ -47,6 +49,8 @@ pub struct Identification {
     pub as_of: Step,
     /// What it may be, the most probable first.
     pub candidates: Vec<Candidate>,
+    /// What was measured around the onset, and what the most probable kind makes of it; empty if nothing of it is kept.
+    pub signature: Vec<SignaturePoint>,
 }
 
 impl Identification {
@@ -75,6 +79,7 @@ pub fn identify(excerpt: &Excerpt) -> Identification {
         component: excerpt.component.clone(),
         as_of: excerpt.as_of,
         candidates: candidates.unwrap_or_default(),
+        signature: Vec::new(),
     }
 }
 
