@@ -140,6 +140,7 @@ mod tests {
             structure: structure(),
             module: module(),
             transitions: sequences.iter().map(transition).collect(),
+            identifications: Vec::new(),
             first_sequence: Some(3),
             next_sequence: 12,
             more,

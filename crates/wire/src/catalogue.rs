@@ -5,8 +5,9 @@ use serde_json::{Value, json};
 use crate::encoding::{DecodeError, Message, decode};
 use crate::schema::schema;
 use crate::{
-    Change, Divergences, FaultTransition, HistoryPage, Injected, Injection, ModuleStatus, Obeyed,
-    Order, PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer, Stroke, StrokeBegun,
+    Change, Divergences, FaultTransition, HistoryPage, Identification, Injected, Injection,
+    ModuleStatus, Obeyed, Order, PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer,
+    Stroke, StrokeBegun,
 };
 
 /// How a message travels on a key.
@@ -100,7 +101,7 @@ use Travels::{Published, Querying, Refusing, Replying};
 
 /// All messages, those that are published first.
 #[must_use]
-pub fn catalogue() -> [Entry; 17] {
+pub fn catalogue() -> [Entry; 18] {
     [
         Entry::of::<Sample>(
             "sample",
@@ -122,6 +123,16 @@ pub fn catalogue() -> [Entry; 17] {
                 ("{module}/fault/sensor/{name}", Replying),
             ],
             example!("fault-transition"),
+        ),
+        Entry::of::<Identification>(
+            "identification",
+            &[
+                ("{module}/identification/actuator/{name}", Published),
+                ("{module}/identification/sensor/{name}", Published),
+                ("{module}/identification/actuator/{name}", Replying),
+                ("{module}/identification/sensor/{name}", Replying),
+            ],
+            example!("identification"),
         ),
         Entry::of::<Progress>(
             "progress",
@@ -185,6 +196,8 @@ pub fn catalogue() -> [Entry; 17] {
                 ("{module}/sample", Refusing),
                 ("{module}/fault/actuator/{name}", Refusing),
                 ("{module}/fault/sensor/{name}", Refusing),
+                ("{module}/identification/actuator/{name}", Refusing),
+                ("{module}/identification/sensor/{name}", Refusing),
                 ("{module}/state", Refusing),
                 ("{module}/history", Refusing),
                 ("{module}/command/acknowledge", Refusing),

@@ -8,6 +8,7 @@ use crate::condition::{Agreement, Condition};
 use crate::encoding::Message;
 use crate::evidence::Evidence;
 use crate::fault_state::FaultState;
+use crate::identification::Identification;
 use crate::order::GivenOrder;
 
 /// Why a verdict is unconfirmed.
@@ -125,6 +126,9 @@ pub struct FaultTransition {
     /// How the component stands to its reference. Only in answer to a question.
     #[serde(default)]
     pub condition: Option<Condition>,
+    /// Of a fault that has been identified, the latest word on its kind and size, without the signature.
+    #[serde(default)]
+    pub identification: Option<Identification>,
     /// The order that led to this transition, if one did.
     #[serde(default)]
     pub order: Option<GivenOrder>,
@@ -173,6 +177,7 @@ impl FaultTransition {
             unknown: None,
             tare: None,
             condition: None,
+            identification: None,
             order: None,
             durable: true,
             time_unix_ns,

@@ -1,4 +1,4 @@
-//! What a module's journal holds: its fault transitions, page by page.
+//! What a module's journal holds: its fault transitions and what kinds of faults they are, page by page.
 //!
 //! The question travels as the parameters of a query, `history?since=n&limit=m`; both may be left out.
 
@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
 use crate::fault::FaultTransition;
+use crate::identification::Identification;
 use crate::question::{QuestionError, number};
 
 /// Most transitions on a page.
@@ -46,6 +47,9 @@ impl HistoryQuestion {
     }
 }
 
+/// Most identifications of one fault on a page: the latest.
+pub const MAX_IDENTIFICATIONS_OF_FAULT: usize = 32;
+
 /// A page of a module's history.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HistoryPage {
@@ -55,6 +59,10 @@ pub struct HistoryPage {
     pub module: ModuleName,
     /// Transitions in the order of their sequence numbers.
     pub transitions: Vec<FaultTransition>,
+    /// The latest identifications of each fault that was declared by a transition on this page, or by one after the page
+    /// before that the journal no longer holds, without signatures.
+    #[serde(default)]
+    pub identifications: Vec<Identification>,
     /// The lowest sequence number that the journal still holds; `null` if it holds none.
     pub first_sequence: Option<u64>,
     /// The sequence number that the module's next transition will have.

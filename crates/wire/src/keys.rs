@@ -37,6 +37,8 @@ pub enum Topic {
     Change,
     /// Transitions of the verdict on one component.
     Fault(Component),
+    /// What kind of fault one component has, and how large it is.
+    Identification(Component),
     /// Peers' questions.
     State,
     /// Once a second.
@@ -99,7 +101,7 @@ pub enum KeyError {
     /// A part is not a name.
     #[error(transparent)]
     Name(#[from] NameError),
-    /// The fault's component is none.
+    /// The component of a fault or an identification is none.
     #[error(transparent)]
     Component(#[from] ComponentError),
 }
@@ -125,6 +127,7 @@ impl fmt::Display for Topic {
             Topic::Divergence => f.write_str("divergence"),
             Topic::Change => f.write_str("change"),
             Topic::Fault(component) => write!(f, "fault/{component}"),
+            Topic::Identification(component) => write!(f, "identification/{component}"),
             Topic::State => f.write_str("state"),
             Topic::Status => f.write_str("status"),
             Topic::Progress => f.write_str("progress"),
@@ -142,6 +145,9 @@ impl FromStr for Topic {
     fn from_str(text: &str) -> Result<Self, KeyError> {
         if let Some(component) = text.strip_prefix("fault/") {
             return Ok(Topic::Fault(component.parse()?));
+        }
+        if let Some(component) = text.strip_prefix("identification/") {
+            return Ok(Topic::Identification(component.parse()?));
         }
         match text {
             "sample" => Ok(Topic::Sample),
@@ -231,6 +237,12 @@ impl Watched<'_> {
         self.expression("fault/**")
     }
 
+    /// What kinds of faults all components have.
+    #[must_use]
+    pub fn identifications(&self) -> String {
+        self.expression("identification/**")
+    }
+
     /// Changes.
     #[must_use]
     pub fn changes(&self) -> String {
@@ -307,6 +319,7 @@ mod tests {
         assert!(matches!(parse("trusswatch/t/*/sample"), KeyError::Name(_)));
         assert!(matches!(parse("trusswatch//m/sample"), KeyError::Name(_)));
         assert!(matches!(parse("trusswatch/t/m/fault/valve/x"), KeyError::Component(_)));
+        assert!(matches!(parse("trusswatch/t/m/identification/x"), KeyError::Component(_)));
         assert!(matches!(parse("trusswatch/t/m/fault/sensor/a/b"), KeyError::Component(_)));
     }
 

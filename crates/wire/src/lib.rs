@@ -6,6 +6,7 @@
 //! | `{module}/divergence` | [`Divergences`] |
 //! | `{module}/change` | [`Change`] |
 //! | `{module}/fault/actuator/{name}`, `{module}/fault/sensor/{name}` | [`FaultTransition`] |
+//! | `{module}/identification/actuator/{name}`, `{module}/identification/sensor/{name}` | [`Identification`] |
 //! | `{module}/state` | [`StateQuestion`] as parameters, [`StateAnswer`] or [`Refused`] in reply |
 //! | `{module}/status` | [`ModuleStatus`] |
 //! | `{module}/phase` | [`PhaseChange`] |
@@ -32,6 +33,7 @@ mod evidence;
 mod fault;
 mod fault_state;
 mod history;
+mod identification;
 mod injection;
 pub mod keys;
 mod order;
@@ -55,7 +57,10 @@ pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION
 pub use evidence::Evidence;
 pub use fault::{Doubt, FaultTransition, Symptom, Unknown};
 pub use fault_state::FaultState;
-pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE};
+pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE, MAX_IDENTIFICATIONS_OF_FAULT};
+pub use identification::{
+    Candidate, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature, SignaturePoint,
+};
 pub use injection::{Injected, Injection};
 pub use keys::{Key, KeyError, PlantTopic, Topic};
 pub use order::{GivenOrder, MAX_ORDER_TEXT, Obeyed, Order, OrderKind};

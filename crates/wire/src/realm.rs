@@ -34,10 +34,15 @@ pub fn samples(structure: &StructureName, module: &ModuleName) -> String {
     format!("{ROOT}/{structure}/{module}/{}", Topic::Sample)
 }
 
-/// Read-only queries: present states, journals, past samples, caches.
+/// Read-only queries: present states, kinds of faults, journals, past samples, caches.
 #[must_use]
 pub fn readable() -> Vec<String> {
-    let topics = ["fault/**".to_owned(), Topic::History.to_string(), Topic::Sample.to_string()];
+    let topics = [
+        "fault/**".to_owned(),
+        "identification/**".to_owned(),
+        Topic::History.to_string(),
+        Topic::Sample.to_string(),
+    ];
     let mut expressions: Vec<String> =
         topics.iter().map(|topic| format!("{ROOT}/*/*/{topic}")).collect();
     expressions.push(format!("{ROOT}/{ADVANCED}"));

@@ -79,8 +79,10 @@ fn every_type_and_field_of_a_schema_is_described() {
 
 /// The topics of all keys, written as the manual does.
 fn topics() -> BTreeSet<String> {
-    let faults = ["actuator/name", "sensor/name"].map(|component| component.parse().unwrap());
-    let module = plain_topics().into_iter().chain(faults.map(Topic::Fault));
+    let components = || ["actuator/name", "sensor/name"].map(|name| name.parse().unwrap());
+    let of_components =
+        components().map(Topic::Fault).into_iter().chain(components().map(Topic::Identification));
+    let module = plain_topics().into_iter().chain(of_components);
     let of_module = module.map(|topic| format!("{{module}}/{topic}"));
     let of_plant = plant_topics().into_iter().map(|topic| format!("plant/{topic}"));
     of_module.chain(of_plant).map(|key| key.replace("/name", "/{name}")).collect()

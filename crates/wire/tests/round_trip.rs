@@ -3,18 +3,18 @@
 
 mod support;
 
-use names::fault::Fault;
+use names::fault::{Fault, FaultKind};
 use names::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
 use proptest::prelude::*;
 use support::{plain_topics, plant_topics};
 use wire::keys::PLANT;
 use wire::{
-    ActuatorFault, Agreement, Alarm, Change, Channel, Condition, CylinderWindow, Divergences,
-    Doubt, Evidence, FaultState, FaultTransition, GageWindow, GivenOrder, HistoryPage, Injected,
-    Injection, JournalStatus, Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, OrderKind,
-    PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress, Refused,
-    Sample, StateAnswer, StateChange, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window, decode,
-    encode,
+    ActuatorFault, Agreement, Alarm, Candidate, Change, Channel, Condition, CylinderWindow,
+    Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageWindow, GivenOrder,
+    HistoryPage, Identification, Injected, Injection, JournalStatus, Key, Message, ModulePhase,
+    ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
+    PlantStatus, PresentFault, Progress, Refused, Sample, Signature, SignaturePoint, StateAnswer,
+    StateChange, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -34,7 +34,11 @@ fn component() -> impl Strategy<Value = Component> {
 }
 
 fn topic() -> impl Strategy<Value = Topic> {
-    prop_oneof![proptest::sample::select(plain_topics()), component().prop_map(Topic::Fault)]
+    prop_oneof![
+        proptest::sample::select(plain_topics()),
+        component().prop_map(Topic::Fault),
+        component().prop_map(Topic::Identification),
+    ]
 }
 
 fn finite() -> impl Strategy<Value = f64> {
@@ -108,6 +112,35 @@ const EVIDENCE: Evidence = Evidence {
     ratio: 2.0,
 };
 
+fn identification() -> Identification {
+    let size = FaultSize { value: 4.5e-5, low: -4.4e-5, high: 4.6e-5, unit: "m".to_owned() };
+    let candidate = |kind: &str, size| Candidate { kind: kind.into(), probability: 0.5, size };
+    let point = SignaturePoint { step: Step(40), measured: -1e-300, fitted: 0.1 };
+    Identification {
+        structure: structure(),
+        module: module(),
+        component: "module1/sensor/g1".parse().unwrap(),
+        run: RunId(5),
+        sequence: 3,
+        as_of_step: Step(47),
+        decided: false,
+        candidates: vec![candidate("bias", Some(size)), candidate("of a later version", None)],
+        signature: Some(Signature { unit: "m".to_owned(), points: vec![point] }),
+        time_unix_ns: 9,
+    }
+}
+
+#[test]
+fn an_identification_is_read_back_with_kinds_that_this_version_does_not_know() {
+    let identification = identification();
+    assert_eq!(back(&identification), identification);
+    let known: Vec<_> = identification.candidates.iter().map(Candidate::known_kind).collect();
+    assert_eq!(known, [Some(FaultKind::Bias), None]);
+    assert_eq!(identification.kind(), None, "it is not decided");
+    let decided = Identification { decided: true, ..identification };
+    assert_eq!(decided.kind(), decided.candidates.first());
+}
+
 #[test]
 fn events_are_read_back() {
     let change = Change {
@@ -149,6 +182,7 @@ fn events_are_read_back() {
             as_of_step: Some(Step(38)),
             reason: Some("storm".into()),
         }),
+        identification: Some(identification().without_signature()),
         order: Some(GivenOrder {
             order: OrderKind::Reset,
             by: "ada".into(),
@@ -287,6 +321,7 @@ fn answers_orders_and_refusals_are_read_back() {
         structure: structure(),
         module: module(),
         transitions: Vec::new(),
+        identifications: vec![identification()],
         first_sequence: Some(1),
         next_sequence: 4,
         more: false,

@@ -116,6 +116,7 @@ impl StandIn {
                 structure: structure.clone(),
                 module: module.clone(),
                 transitions: later.iter().take(PAGE).cloned().collect(),
+                identifications: Vec::new(),
                 first_sequence: transitions.first().map(|transition| transition.sequence),
                 next_sequence: next,
                 more: later.len() > PAGE,

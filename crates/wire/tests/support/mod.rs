@@ -2,7 +2,7 @@
 
 use wire::{OrderKind, PlantTopic, Topic};
 
-/// A module's topics but for the faults, which have one for each component.
+/// A module's topics but for faults and identifications, which have one for each component.
 pub fn plain_topics() -> Vec<Topic> {
     let topics = vec![
         Topic::Sample,
@@ -19,7 +19,8 @@ pub fn plain_topics() -> Vec<Topic> {
     ];
     for topic in &topics {
         match topic {
-            Topic::Sample | Topic::Divergence | Topic::Change | Topic::Fault(_) | Topic::State => {}
+            Topic::Sample | Topic::Divergence | Topic::Change | Topic::State => {}
+            Topic::Fault(_) | Topic::Identification(_) => {}
             Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
             Topic::Command(OrderKind::Acknowledge | OrderKind::Reset) => {}
         }

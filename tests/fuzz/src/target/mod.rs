@@ -36,6 +36,7 @@ pub const TARGETS: &[Target] = &[
     target("message_divergences", message::check::<wire::Divergences>),
     target("message_fault_transition", message::check::<wire::FaultTransition>),
     target("message_history_page", message::check::<wire::HistoryPage>),
+    target("message_identification", message::check::<wire::Identification>),
     target("message_injected", message::check::<wire::Injected>),
     target("message_injection", message::check::<wire::Injection>),
     target("message_module_status", message::check::<wire::ModuleStatus>),

@@ -117,6 +117,7 @@ fn compile(
         structure: speaker.structure.clone(),
         module: speaker.module.clone(),
         transitions: Vec::new(),
+        identifications: Vec::new(),
         first_sequence: None,
         next_sequence: 1,
         more: false,
