@@ -211,7 +211,9 @@ def of_module(status):
 # Metrics of the process, of each component, or of time, which the status does not have.
 BESIDES = {"trusswatch_loop_age_seconds", "process_cpu_seconds_total", "process_resident_memory_bytes",
            "trusswatch_status_timestamp_seconds", "trusswatch_components", "trusswatch_component_faulty",
-           "trusswatch_divergence_ratio"}
+           "trusswatch_divergence_ratio", "trusswatch_fault_kind_probability", "trusswatch_identifications_total",
+           "trusswatch_identification_seconds_total", "trusswatch_identifications_published_total",
+           "trusswatch_identifications_missed_total"}
 
 
 def module_agrees(process, onlooker):
@@ -404,6 +406,13 @@ def rows(folder, programs, running):
     onlooker.inject("module1/sensor/g2", {"kind": "bias", "offset_m": 1.5e-4})
     until("the fault is in the metrics", LIMIT_S, lambda: module1.metrics().of("trusswatch_component_faulty", component="sensor/g2") == 1)
     require(module1.metrics().of("trusswatch_divergence_ratio", component="sensor/g2") > 0, "no divergence")
+    bias = ("trusswatch_fault_kind_probability", ("component", "sensor/g2"), ("kind", "bias"))
+    until("the fault is identified in the metrics", LIMIT_S, lambda: module1.metrics().samples.get(bias, 0) >= 0.95)
+    identified = module1.metrics()
+    for reason in ("turned_away", "failed"):
+        require(identified.of("trusswatch_identifications_missed_total", reason=reason) == 0, f"identification {reason}")
+    require(identified.of("trusswatch_identifications_published_total") >= 1, "nothing published")
+    seen("a fault identified", f"{identified.of('trusswatch_identifications_total'):.0f} times in {identified.of('trusswatch_identification_seconds_total') * 1e3:.1f} ms")
     seen("a fault: metrics and status", module_agrees(module1, onlooker))
     seen("the other module: metrics and status", module_agrees(module2, onlooker))
     seen("the plant: metrics and status", plant_agrees(plant, onlooker))

@@ -181,6 +181,7 @@ def ask_everything(listener):
     tower = "trusswatch/tower"
     fault = {"kind": "bias", "offset_m": 3e-4}
     faults = listener.ask(f"{tower}/*/fault/**")
+    listener.ask(f"{tower}/*/identification/**")
     listener.ask(f"{tower}/*/history?limit=3")
     latched = [fault["component"] for fault in faults if fault["state"] == "latched"]
     in_service = list(listener.phases.values()) == ["in_service"] * 2

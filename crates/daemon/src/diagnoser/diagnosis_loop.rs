@@ -23,6 +23,7 @@ use wire::{ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress};
 
 use super::conditions::Conditions;
 use super::health::ModuleBoard;
+use super::identification::IdentificationTally;
 use super::inquiry::{InquiryQueues, OrderInquiry, StateInquiry};
 use super::intake::{Arrival, Fetched, Flow, IntakeTally, Receiver, Sequencer, Store};
 use super::outgoing::{Outgoing, Routine};
@@ -73,6 +74,8 @@ pub(crate) struct Boards {
     /// For whoever asks for the present states.
     pub(crate) service: Service,
     pub(crate) conditions: Conditions,
+    /// What was identified.
+    pub(crate) identifications: Arc<IdentificationTally>,
 }
 
 /// The diagnoser with everything around it.
@@ -450,6 +453,7 @@ impl DiagnosisLoop {
             reason,
             components: status::of_components(&self.diagnoser, status.phase),
             status: status.clone(),
+            identifications: self.boards.identifications.read(),
         });
         self.performer.outbox.routine(Routine::Status(Box::new(status)));
     }

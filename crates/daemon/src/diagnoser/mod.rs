@@ -6,6 +6,7 @@
 //! | `inquiry` | queries and commands: of peers, operators, monitoring clients |
 //! | `diagnosis_loop` | owns the diagnoser; takes from the queues |
 //! | `performer` | carries out the diagnoser's actions |
+//! | `identification` | what kind of fault it is, on a thread of its own |
 //! | `peers` | whether they are there, what they answer, when they are queried again |
 //! | `pending_replies` | queries and commands that have not been replied to yet |
 //! | `staleness` | whether samples arrive |
@@ -18,7 +19,7 @@ mod args;
 mod conditions;
 mod diagnosis_loop;
 mod health;
-mod identifier;
+mod identification;
 mod inquiry;
 mod intake;
 mod outgoing;
@@ -45,10 +46,10 @@ pub use state::StateDirectory;
 use conditions::Conditions;
 use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
 use health::{ModuleBoard, ModuleHealth};
-use identifier::Identifier;
+use identification::{IdentificationTally, Identifier};
 use inquiry::Queryables;
 use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
-use outgoing::{Drained, EventLane, Outbox, RoutineLane, States};
+use outgoing::{Books, Drained, EventLane, IdentifiedFaults, Outbox, RoutineLane, States};
 use peers::{LOOK_EVERY, PeerBook, PeerQueries, Presence, QueryPause};
 use pending_replies::PendingReplies;
 use performer::Performer;
@@ -140,6 +141,10 @@ async fn serve(
     let service = Service::new(supervisor.pulse(), staleness::NO_SAMPLE_YET.to_owned());
     let conditions = Conditions::new(diagnoser.conditions());
     let states = States::new(&speaker, &components, service.clone(), conditions.clone());
+    let identifications = Arc::new(IdentificationTally::default());
+    let Recollection { latest, faults, .. } = recollection;
+    let faults = IdentifiedFaults::new(&speaker, &components, faults, Arc::clone(&identifications));
+    let books = Books { states, faults };
     let boards = Boards {
         journal: keeper.board(),
         watch_file,
@@ -147,12 +152,13 @@ async fn serve(
         health,
         service,
         conditions,
+        identifications: Arc::clone(&identifications),
     };
 
-    let mut events = EventLane::declare(session, &speaker, &config.publish, keeper, states)
+    let mut events = EventLane::declare(session, &speaker, &config.publish, keeper, books)
         .await
         .map_err(refused)?;
-    events.repeat(recollection.latest);
+    events.repeat(latest);
     let routine = RoutineLane::declare(session, &speaker).await.map_err(refused)?;
     let (outbox, drained) = Outbox::open(events, routine)
         .map_err(|error| Failure::running("no thread can be started", error))?;
@@ -193,8 +199,8 @@ async fn serve(
 
     let queues = Queues { samples, fetched, inquiries: inquiries_out, answers: answers_out };
     let refusals = intake.receiver.refusals();
-    let identifier =
-        Identifier::start().map_err(|error| Failure::running("no thread can be started", error))?;
+    let identifier = Identifier::start(speaker.clone(), outbox.clone(), identifications)
+        .map_err(|error| Failure::running("no thread can be started", error))?;
     let performer = Performer::new(
         speaker,
         (outbox, identifier),

@@ -9,7 +9,7 @@ use shell::occurrences::Occurrences;
 use wire::Obeyed;
 use zenoh::query::Query;
 
-use super::identifier::Identifier;
+use super::identification::Identifier;
 use super::inquiry;
 use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};

@@ -19,7 +19,7 @@ use shell::health::{ProcessReport, render};
 use wire::PlantStatus;
 
 use crate::convert::Speaker;
-pub(crate) use module::{ComponentReport, ModuleReport};
+pub(crate) use module::{ComponentReport, IdentificationReport, KindReport, ModuleReport};
 
 /// What a diagnoser counts; as long as it has not reported, what every process counts.
 pub(crate) fn of_module(
@@ -168,6 +168,24 @@ mod tests {
     }
 
     #[test]
+    fn what_faults_are_is_told_with_its_probability_and_how_it_was_found() {
+        let text = module_text();
+        let own = r#"structure="tower",module="module1""#;
+        let count = |name: &str, labels: &str| value(&text, &format!("{name}{{{own}{labels}}}"));
+        for (kind, probability) in [("bias", 0.75), ("drift", 0.125)] {
+            let labels = format!(",component=\"sensor/g1\",kind=\"{kind}\"");
+            assert_eq!(count("trusswatch_fault_kind_probability", &labels), probability);
+        }
+        assert_eq!(count("trusswatch_identifications_total", ""), 40.0);
+        assert_eq!(count("trusswatch_identification_seconds_total", ""), 1.5);
+        assert_eq!(count("trusswatch_identifications_published_total", ""), 3.0);
+        for (reason, expected) in [("turned_away", 2.0), ("failed", 1.0)] {
+            let labels = format!(",reason=\"{reason}\"");
+            assert_eq!(count("trusswatch_identifications_missed_total", &labels), expected);
+        }
+    }
+
+    #[test]
     fn exactly_one_phase_is_the_present_one() {
         for (text, present) in [
             (
@@ -191,6 +209,7 @@ mod tests {
             "phase",
             "state",
             "component",
+            "kind",
             "reason",
             "outcome",
             "peer",

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
+use std::time::Duration;
 
 use names::Component;
 use wire::{
@@ -32,6 +33,8 @@ pub(crate) struct ModuleReport {
     pub(crate) reason: String,
     /// Each component of the module.
     pub(crate) components: Vec<ComponentReport>,
+    /// What was identified.
+    pub(crate) identifications: IdentificationReport,
 }
 
 /// A component as the module sees it.
@@ -43,12 +46,38 @@ pub(crate) struct ComponentReport {
     pub(crate) ratio: Option<f64>,
 }
 
+/// What was identified since the process began.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct IdentificationReport {
+    /// How often faults were identified.
+    pub(crate) done: u64,
+    /// How long that took altogether.
+    pub(crate) took: Duration,
+    /// How often there was no room for another request.
+    pub(crate) turned_away: u64,
+    /// How often the computation failed.
+    pub(crate) failed: u64,
+    /// How often there was news.
+    pub(crate) published: u64,
+    /// What the present faults may be.
+    pub(crate) kinds: Vec<KindReport>,
+}
+
+/// A kind that a present fault may be of.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct KindReport {
+    pub(crate) component: Component,
+    pub(crate) kind: String,
+    pub(crate) probability: f64,
+}
+
 pub(super) fn write(report: &ModuleReport, sheet: &mut Sheet<'_>) -> fmt::Result {
-    let ModuleReport { status, components, reason: _ } = report;
+    let ModuleReport { status, components, identifications, reason: _ } = report;
     write_present(status, sheet)?;
     write_components(components, sheet)?;
     let help = "Components that agree with their reference as of the latest window.";
     sheet.gauge("trusswatch_components_verified", help, status.verified)?;
+    write_identifications(identifications, sheet)?;
     write_samples(&status.intake, &status.diagnosis, sheet)?;
     write_diagnosis(&status.diagnosis, sheet)?;
     write_inquiries(&status.inquiries, sheet)?;
@@ -104,6 +133,25 @@ fn write_components(components: &[ComponentReport], sheet: &mut Sheet<'_>) -> fm
     });
     let help = "Divergence by threshold; from 1 on it is a change.";
     sheet.gauges("trusswatch_divergence_ratio", help, "component", ratios)
+}
+
+fn write_identifications(report: &IdentificationReport, sheet: &mut Sheet<'_>) -> fmt::Result {
+    let kinds = report
+        .kinds
+        .iter()
+        .map(|known| ([known.component.to_string(), known.kind.clone()], known.probability));
+    let help = "How probable it is that the fault of a component is of this kind.";
+    let labels = ["component", "kind"];
+    sheet.gauges_of_two("trusswatch_fault_kind_probability", help, labels, kinds)?;
+    let help = "Times that a fault was identified, anew or for the first time.";
+    sheet.counter("trusswatch_identifications", help, report.done)?;
+    let help = "Time that identifying faults took.";
+    sheet.counted_seconds("trusswatch_identification", help, report.took.as_secs_f64())?;
+    let help = "Identifications published: the first of a fault, and those that differ materially.";
+    sheet.counter("trusswatch_identifications_published", help, report.published)?;
+    let missed = [("turned_away", report.turned_away), ("failed", report.failed)];
+    let help = "Times that a fault was not identified, by reason.";
+    sheet.counters("trusswatch_identifications_missed", help, "reason", missed)
 }
 
 fn write_samples(

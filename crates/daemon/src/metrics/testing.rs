@@ -12,7 +12,7 @@ use wire::{
     PublisherCounters,
 };
 
-use super::{ComponentReport, ModuleReport};
+use super::{ComponentReport, IdentificationReport, KindReport, ModuleReport};
 use crate::convert::Speaker;
 
 /// Who reports.
@@ -85,6 +85,24 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
             component("sensor/g1", FaultState::Acknowledged, Some(0.25)),
             component("sensor/g2", FaultState::Normal, None),
         ],
+        identifications: identifications(),
+    }
+}
+
+/// A gage that is identified, but not decided.
+fn identifications() -> IdentificationReport {
+    let kind = |kind: &str, probability| KindReport {
+        component: "sensor/g1".parse().unwrap(),
+        kind: kind.to_owned(),
+        probability,
+    };
+    IdentificationReport {
+        done: 40,
+        took: Duration::from_millis(1500),
+        turned_away: 2,
+        failed: 1,
+        published: 3,
+        kinds: vec![kind("bias", 0.75), kind("drift", 0.125)],
     }
 }
 

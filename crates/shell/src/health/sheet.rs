@@ -101,6 +101,25 @@ impl Sheet<'_> {
         Ok(())
     }
 
+    /// A gauge for each pair of values of two labels.
+    pub fn gauges_of_two<V: EncodeGaugeValue>(
+        &mut self,
+        name: &str,
+        help: &str,
+        labels: [&str; 2],
+        values: impl IntoIterator<Item = ([String; 2], V)>,
+    ) -> fmt::Result
+    where
+        ConstGauge<V>: EncodeMetric,
+    {
+        let mut family = self.0.encode_descriptor(name, help, None, MetricType::Gauge)?;
+        for ([first, second], value) in values {
+            let labels = [(labels[0], first), (labels[1], second)];
+            family.encode_family(&labels)?.encode_gauge(&value)?;
+        }
+        Ok(())
+    }
+
     /// A counter for each value of a label.
     pub fn counters<'l>(
         &mut self,

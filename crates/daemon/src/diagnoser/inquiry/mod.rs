@@ -4,19 +4,21 @@
 //! | file | key |
 //! |---|---|
 //! | `state` | `{module}/state`: peers' questions, into the diagnoser's queue |
-//! | `faults` | `{module}/fault/**`: the present states |
+//! | `present` | `{module}/fault/**`, `{module}/identification/**`: what is known at present |
 //! | `history` | `{module}/history`: pages of the journal, read by a thread of its own |
 //! | `orders` | `{module}/command/…`: operators' orders, into the diagnoser's queue |
 
-mod faults;
 mod history;
 mod orders;
+mod present;
 mod state;
 mod tally;
 
 pub(crate) use orders::OrderInquiry;
 pub(crate) use state::StateInquiry;
 pub(crate) use tally::InquiryTally;
+
+use present::Wanted;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -55,7 +57,10 @@ impl Queryables {
         let (orders_in, orders) = mpsc::channel(QUEUE);
         let mut queryables =
             vec![state::declare(session, speaker, state_in, outbox.clone(), counters).await?];
-        queryables.push(faults::declare(session, speaker, outbox.clone(), counters).await?);
+        for wanted in [Wanted::States, Wanted::Identifications] {
+            let outbox = outbox.clone();
+            queryables.push(present::declare(session, speaker, wanted, outbox, counters).await?);
+        }
         queryables.push(history::declare(session, speaker, directory, counters).await?);
         queryables.extend(orders::declare(session, speaker, &orders_in, outbox, counters).await?);
         Ok((Self(queryables), InquiryQueues { state, orders }))

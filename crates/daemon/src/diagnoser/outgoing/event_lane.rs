@@ -9,13 +9,16 @@ use std::time::Duration;
 
 use names::{Component, RunId};
 use tokio::sync::OwnedSemaphorePermit;
-use wire::{FaultTransition, Obeyed, PhaseChange, StateChange, Topic};
+use wire::{
+    Candidate, FaultSize, FaultTransition, Identification, Obeyed, PhaseChange, StateChange, Topic,
+};
 use zenoh::bytes::Encoding;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::Query;
 use zenoh::{Session, Wait};
 use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
 
+use super::identified_faults::IdentifiedFaults;
 use super::states::States;
 use crate::config::PublishSettings;
 use crate::convert::Speaker;
@@ -34,6 +37,8 @@ const RETRY: Duration = Duration::from_secs(1);
 pub(crate) enum Outgoing {
     /// A transition of the verdict on a component.
     Fault(Box<FaultTransition>),
+    /// What was found of a fault. It is published and written down if it is news.
+    Identification(Box<Identification>),
     /// A change.
     Change(Box<wire::Change>),
     /// A change whose ratio is final: for the journal only.
@@ -59,28 +64,49 @@ pub(crate) enum Outgoing {
         /// Its place among those that may wait; free when the question is done with.
         place: OwnedSemaphorePermit,
     },
+    /// A query for the latest identifications.
+    Identifications {
+        /// The question.
+        query: Query,
+        /// Its place among those that may wait; free when the question is done with.
+        place: OwnedSemaphorePermit,
+    },
 }
 
 impl Outgoing {
     fn to_record(&self) -> Option<Record> {
         match self {
             Outgoing::Fault(transition) => Some(Record::Transition(transition.clone())),
+            Outgoing::Identification(found) => Some(Record::Identification(found.clone())),
             Outgoing::Settled { run, change } => {
                 Some(Record::Change { run: *run, change: change.clone() })
             }
             Outgoing::Change(_)
             | Outgoing::Phase(_)
             | Outgoing::Obeyed { .. }
-            | Outgoing::States { .. } => None,
+            | Outgoing::States { .. }
+            | Outgoing::Identifications { .. } => None,
         }
     }
+}
+
+/// What is known of the components, for those who ask.
+pub(crate) struct Books {
+    pub(crate) states: States,
+    pub(crate) faults: IdentifiedFaults,
+}
+
+/// The publishers of what is told of a component.
+struct ComponentPublishers {
+    faults: AdvancedPublisher<'static>,
+    identifications: AdvancedPublisher<'static>,
 }
 
 /// What the thread owns.
 pub(crate) struct EventLane {
     keeper: Keeper,
-    states: States,
-    faults: Vec<(Component, AdvancedPublisher<'static>)>,
+    books: Books,
+    publishers: Vec<(Component, ComponentPublishers)>,
     changes: AdvancedPublisher<'static>,
     phases: AdvancedPublisher<'static>,
 }
@@ -92,17 +118,22 @@ impl EventLane {
         speaker: &Speaker,
         settings: &PublishSettings,
         keeper: Keeper,
-        states: States,
+        books: Books,
     ) -> zenoh::Result<Self> {
-        let mut faults = Vec::new();
-        for component in states.components() {
-            let key = speaker.key(Topic::Fault(component.clone()));
-            faults.push((component.clone(), publisher(session, key, settings.history).await?));
+        let mut publishers = Vec::new();
+        for component in books.states.components() {
+            let faults = speaker.key(Topic::Fault(component.clone()));
+            let identifications = speaker.key(Topic::Identification(component.clone()));
+            let of_component = ComponentPublishers {
+                faults: publisher(session, faults, settings.history).await?,
+                identifications: publisher(session, identifications, settings.history).await?,
+            };
+            publishers.push((component.clone(), of_component));
         }
         Ok(Self {
             keeper,
-            states,
-            faults,
+            books,
+            publishers,
             changes: publisher(session, speaker.key(Topic::Change), settings.history).await?,
             phases: publisher(session, speaker.key(Topic::Phase), settings.history).await?,
         })
@@ -113,6 +144,9 @@ impl EventLane {
     pub(crate) fn repeat(&mut self, latest: Vec<FaultTransition>) {
         for transition in latest {
             self.fault(&transition);
+        }
+        for identification in self.books.faults.published() {
+            self.identification(&identification);
         }
     }
 
@@ -138,7 +172,9 @@ impl EventLane {
         }
     }
 
-    fn carry(&mut self, mut batch: Vec<Outgoing>) {
+    fn carry(&mut self, batch: Vec<Outgoing>) {
+        let faults = &mut self.books.faults;
+        let mut batch: Vec<_> = batch.into_iter().filter_map(|event| faults.note(event)).collect();
         let records: Vec<Record> = batch.iter().filter_map(Outgoing::to_record).collect();
         let durable = records.is_empty() || self.keeper.save(&records);
         for event in &mut batch {
@@ -152,6 +188,11 @@ impl EventLane {
     fn send(&mut self, event: Outgoing) {
         match event {
             Outgoing::Fault(transition) => self.fault(&transition),
+            Outgoing::Identification(found) => {
+                self.books.faults.count_published();
+                tell(&found);
+                self.identification(&found);
+            }
             Outgoing::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
             Outgoing::Settled { .. } => {}
             Outgoing::Phase(change) => put(&*change, |bytes| self.phases.put(bytes).wait()),
@@ -160,24 +201,73 @@ impl EventLane {
                 self.states(&query);
                 drop(place);
             }
+            Outgoing::Identifications { query, place } => {
+                self.identifications(&query);
+                drop(place);
+            }
         }
     }
 
     fn fault(&mut self, transition: &FaultTransition) {
-        self.states.enter(transition);
-        let component = &transition.component.component;
-        let publisher = self.faults.iter().find(|(known, _)| known == component);
-        if let Some((_, publisher)) = publisher {
-            put(transition, |bytes| publisher.put(bytes).wait());
+        self.books.states.enter(transition);
+        if let Some(publishers) = self.publishers_of(&transition.component.component) {
+            put(transition, |bytes| publishers.faults.put(bytes).wait());
         }
     }
 
+    fn identification(&self, found: &Identification) {
+        if let Some(publishers) = self.publishers_of(&found.component.component) {
+            put(found, |bytes| publishers.identifications.put(bytes).wait());
+        }
+    }
+
+    fn publishers_of(&self, component: &Component) -> Option<&ComponentPublishers> {
+        let of_component = self.publishers.iter().find(|(known, _)| known == component);
+        of_component.map(|(_, publishers)| publishers)
+    }
+
     fn states(&self, query: &Query) {
-        for (key, state) in self.states.covered_by(query.key_expr()) {
+        for (key, state) in self.books.states.covered_by(query.key_expr()) {
+            let state = self.books.faults.completed(state);
             put(&state, |bytes| {
                 query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait()
             });
         }
+    }
+
+    fn identifications(&self, query: &Query) {
+        for (key, latest) in self.books.faults.covered_by(query.key_expr()) {
+            put(latest, |bytes| {
+                query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait()
+            });
+        }
+    }
+}
+
+/// Logs what was found.
+fn tell(found: &Identification) {
+    let Identification { component, as_of_step, .. } = found;
+    let kinds: Vec<String> = found.candidates.iter().map(in_words).collect();
+    match (found.kind(), found.candidates.first()) {
+        (Some(kind), _) => {
+            let probability = kind.probability;
+            tracing::info!(%component, %as_of_step, probability, "identified: {}", in_words(kind));
+        }
+        (None, Some(Candidate { probability, .. })) => {
+            let kinds = kinds.join(", or ");
+            tracing::info!(%component, %as_of_step, probability, "not yet identified: {kinds}");
+        }
+        (None, None) => tracing::info!(%component, %as_of_step, "could not be identified"),
+    }
+}
+
+fn in_words(candidate: &Candidate) -> String {
+    let Candidate { kind, size, .. } = candidate;
+    match size {
+        Some(FaultSize { value, low, high, unit }) => {
+            format!("{kind}, {value:.3e} {unit} ({low:.3e} to {high:.3e})")
+        }
+        None => kind.clone(),
     }
 }
 

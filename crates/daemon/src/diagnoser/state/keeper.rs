@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use journal::{Journal, OpenError, Opened};
 use names::{ComponentPath, ModuleName};
-use wire::{FaultTransition, JournalStatus};
+use wire::{FaultTransition, Identification, JournalStatus};
 
 use super::recollection::Recollection;
 use super::record::Record;
@@ -42,7 +42,7 @@ impl Board {
     }
 }
 
-/// The latest transition of a component, as it stands in the journal.
+/// The latest transition of a component, or the latest word on its fault, as it stands in the journal.
 #[derive(Debug)]
 struct Latest {
     /// The module that wrote it. The recollection accepts its own module only.
@@ -50,6 +50,24 @@ struct Latest {
     component: ComponentPath,
     sequence: u64,
     text: String,
+}
+
+impl Latest {
+    fn is_of(&self, module: &ModuleName, component: &ComponentPath) -> bool {
+        (&self.module, &self.component) == (module, component)
+    }
+
+    /// Takes the place of what is known of the component, unless that is of a later transition.
+    fn take_place_in(self, known: &mut Vec<Latest>) {
+        let place = known.iter().position(|one| one.is_of(&self.module, &self.component));
+        if let Some(place) = place {
+            if known[place].sequence > self.sequence {
+                return;
+            }
+            known.remove(place);
+        }
+        known.push(self);
+    }
 }
 
 /// The open journal, or what stands in for one that cannot be opened at present.
@@ -64,6 +82,8 @@ pub(crate) struct Keeper {
     unsynced: bool,
     /// For the beginning of the next file: of each component the latest transition.
     present: Vec<Latest>,
+    /// The same, of each component that is faulty, of what its fault is.
+    identified: Vec<Latest>,
     changes: VecDeque<String>,
     rotate_bytes: u64,
     board: Board,
@@ -88,6 +108,7 @@ impl Keeper {
             unsaved: VecDeque::new(),
             unsynced: false,
             present: Vec::new(),
+            identified: Vec::new(),
             changes: VecDeque::new(),
             rotate_bytes,
             board,
@@ -187,7 +208,9 @@ impl Keeper {
             let doubtful = std::mem::replace(&mut self.unsynced, true);
             // After a failure the kernel does not try again; only a new file is certain to be whole.
             if doubtful || journal.bytes() > self.rotate_bytes {
-                let states = self.present.iter().map(|latest| latest.text.as_str());
+                // What a fault is comes after the fault.
+                let states = self.present.iter().chain(&self.identified);
+                let states = states.map(|latest| latest.text.as_str());
                 journal.rotate(self.changes.iter().map(String::as_str).chain(states))
             } else {
                 journal.sync()
@@ -211,20 +234,8 @@ impl Keeper {
     fn remember(&mut self, texts: &[String]) {
         for text in texts {
             match Record::from_text(text) {
-                Some(Record::Transition(transition)) => {
-                    let FaultTransition { module, component, sequence, .. } = *transition;
-                    // The number decides which is the latest, as it does in the recollection.
-                    let known = self.present.iter().position(|known| {
-                        (&known.module, &known.component) == (&module, &component)
-                    });
-                    if let Some(known) = known {
-                        if self.present[known].sequence > sequence {
-                            continue;
-                        }
-                        self.present.remove(known);
-                    }
-                    self.present.push(Latest { module, component, sequence, text: text.clone() });
-                }
+                Some(Record::Transition(transition)) => self.remember_state(*transition, text),
+                Some(Record::Identification(found)) => self.remember_kind(*found, text),
                 Some(Record::Change { .. }) => {
                     if self.changes.len() == CHANGES_IN_SNAPSHOT {
                         self.changes.pop_front();
@@ -234,6 +245,25 @@ impl Keeper {
                 None => {}
             }
         }
+    }
+
+    /// The number decides which transition is the latest, as it does in the recollection.
+    fn remember_state(&mut self, transition: FaultTransition, text: &str) {
+        let FaultTransition { module, component, sequence, state, .. } = transition;
+        if !state.is_fault() {
+            // What it says of a fault before this is over.
+            let over =
+                |known: &Latest| known.is_of(&module, &component) && known.sequence < sequence;
+            self.identified.retain(|known| !over(known));
+        }
+        let latest = Latest { module, component, sequence, text: text.to_owned() };
+        latest.take_place_in(&mut self.present);
+    }
+
+    fn remember_kind(&mut self, found: Identification, text: &str) {
+        let Identification { module, component, sequence, .. } = found;
+        let latest = Latest { module, component, sequence, text: text.to_owned() };
+        latest.take_place_in(&mut self.identified);
     }
 
     fn drop_oldest(&mut self) {
@@ -326,6 +356,42 @@ mod tests {
         assert!(keeper.save(&[change(1)]) && keeper.save(&[change(2)]));
         drop(keeper);
         assert_eq!(latest(&open().1), [5]);
+    }
+
+    #[test]
+    fn a_rotated_journal_knows_what_a_present_fault_is_and_forgets_that_of_a_reset_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let module: ModuleName = "m1".parse().unwrap();
+        let open = || Keeper::open(Some(directory.path()), 0, &module).unwrap();
+        let record = |text: String| Record::from_text(&text).unwrap();
+        let latched = transition(3).replace("normal", "latched");
+        let (mut keeper, _) = open();
+        assert!(keeper.save(&[record(latched), record(identification(3))]));
+        // The first file becomes the older one, and is gone.
+        assert!(keeper.save(&[change(1)]) && keeper.save(&[change(2)]));
+        drop(keeper);
+        let (mut keeper, recollection) = open();
+        let published = |recollection: &Recollection| {
+            recollection.faults.values().filter_map(|fault| fault.published().cloned()).count()
+        };
+        assert_eq!(published(&recollection), 1);
+        assert!(keeper.save(&[record(transition(4))]));
+        assert!(keeper.identified.is_empty());
+        drop(keeper);
+        assert_eq!(published(&open().1), 0);
+    }
+
+    fn identification(sequence: u64) -> String {
+        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let found = diagnosis::identification::Identification {
+            run: RunId(1),
+            sequence,
+            component: "sensor/g1".parse().unwrap(),
+            as_of: Step(9),
+            candidates: Vec::new(),
+            signature: Vec::new(),
+        };
+        Record::Identification(Box::new(speaker.identification(found, 0))).to_text().unwrap()
     }
 
     #[test]

@@ -16,6 +16,6 @@ mod watch_file;
 
 pub use directory::StateDirectory;
 pub(crate) use keeper::{Board, Keeper};
-pub(crate) use recollection::{Recollection, transitions};
+pub(crate) use recollection::{Entry, Recollection, entries};
 pub(crate) use record::Record;
 pub(crate) use watch_file::{Watch, WatchFile};

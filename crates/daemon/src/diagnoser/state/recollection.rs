@@ -3,18 +3,21 @@
 use std::collections::BTreeMap;
 
 use diagnosis::{Change, MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
-use names::{ModuleName, RunId};
-use wire::FaultTransition;
+use names::{Component, ModuleName, RunId, Step};
+use wire::{FaultTransition, Identification};
 
 use super::record::Record;
 use super::watch_file::Watch;
 use crate::convert::{from_change, from_transition};
+use crate::diagnoser::identification::PresentFault;
 
 /// What the journal and the watch file say together.
 #[derive(Debug, Default)]
 pub(crate) struct Recollection {
     /// The latest transition of each component that had one.
     pub(crate) latest: Vec<FaultTransition>,
+    /// The present fault of each component with what was published of it.
+    pub(crate) faults: BTreeMap<Component, PresentFault>,
     /// The changes of the latest run that any are known of.
     changes: Vec<(RunId, Change)>,
     sequence: u64,
@@ -29,7 +32,11 @@ impl Recollection {
                 Record::Transition(transition) if transition.module == *module => {
                     recollection.enter(*transition);
                 }
-                Record::Transition(_) => {}
+                Record::Identification(found) if found.module == *module => {
+                    let component = found.component.component.clone();
+                    recollection.faults.entry(component).or_default().recall(*found);
+                }
+                Record::Transition(_) | Record::Identification(_) => {}
                 Record::Change { run, change } => {
                     recollection.changes.push((run, from_change(change)));
                 }
@@ -40,6 +47,8 @@ impl Recollection {
 
     fn enter(&mut self, transition: FaultTransition) {
         self.sequence = self.sequence.max(transition.sequence);
+        let component = transition.component.component.clone();
+        self.faults.entry(component).or_default().enter(&transition);
         let known = self.latest.iter_mut().find(|t| t.component == transition.component);
         match known {
             Some(known) if known.sequence > transition.sequence => {}
@@ -66,22 +75,59 @@ impl Recollection {
     }
 }
 
-/// The transitions of a module among records, oldest first, each once.
-pub(crate) fn transitions(
+/// What a page of history shows of a journal.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Entry {
+    /// A transition.
+    Transition(Box<FaultTransition>),
+    /// What was published of a fault.
+    Identification(Box<Identification>),
+}
+
+/// The entries of a module among records, oldest first, each once.
+pub(crate) fn entries(
     records: impl Iterator<Item = String>,
     module: &ModuleName,
-) -> impl Iterator<Item = FaultTransition> {
-    let mut last = 0;
+) -> impl Iterator<Item = Entry> {
+    let mut seen = Seen::default();
     let own = records.filter_map(move |text| match Record::from_text(&text) {
-        Some(Record::Transition(transition)) if transition.module == *module => Some(*transition),
+        Some(Record::Transition(transition)) if transition.module == *module => {
+            Some(Entry::Transition(transition))
+        }
+        Some(Record::Identification(found)) if found.module == *module => {
+            Some(Entry::Identification(found))
+        }
         _ => None,
     });
-    // A new file begins with the present state once more.
-    own.filter(move |transition| {
-        let new = transition.sequence > last;
-        last = last.max(transition.sequence);
-        new
-    })
+    own.filter(move |entry| seen.is_new(entry))
+}
+
+/// What was there already: a new file begins with the present state once more.
+#[derive(Debug, Default)]
+struct Seen {
+    sequence: u64,
+    /// Of each component, the fault last identified and as of when.
+    identified: BTreeMap<Component, (u64, Step)>,
+}
+
+impl Seen {
+    fn is_new(&mut self, entry: &Entry) -> bool {
+        match entry {
+            Entry::Transition(transition) => {
+                let new = transition.sequence > self.sequence;
+                self.sequence = self.sequence.max(transition.sequence);
+                new
+            }
+            Entry::Identification(found) => {
+                let at = (found.sequence, found.as_of_step);
+                let known = self.identified.entry(found.component.component.clone());
+                let known = known.or_default();
+                let new = at > *known;
+                *known = at.max(*known);
+                new
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -161,11 +207,73 @@ mod tests {
         assert_eq!(recollection.memory(None), Memory::default());
     }
 
+    fn identification(component: &str, sequence: u64, as_of: u64) -> String {
+        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let found = diagnosis::identification::Identification {
+            run: RunId(1),
+            sequence,
+            component: component.parse().unwrap(),
+            as_of: Step(as_of),
+            candidates: Vec::new(),
+            signature: Vec::new(),
+        };
+        let message = speaker.identification(found, 0);
+        Record::Identification(Box::new(message)).to_text().unwrap()
+    }
+
     #[test]
-    fn transitions_are_returned_once_though_a_snapshot_repeats_them() {
-        let texts = [1, 2, 3, 2, 3, 4].map(|n| transition("sensor/g1", n, FaultState::Tentative));
+    fn entries_are_returned_once_though_a_snapshot_repeats_them() {
+        let transition = |sequence| transition("sensor/g1", sequence, FaultState::Latched);
+        let found = |as_of| identification("sensor/g1", 2, as_of);
+        let other = identification("sensor/g2", 1, 5);
+        let texts = [
+            transition(1),
+            transition(2),
+            found(10),
+            other,
+            found(20),
+            transition(3),
+            transition(2),
+            transition(3),
+            found(20),
+            transition(4),
+            found(30),
+        ];
         let module = "m1".parse().unwrap();
-        let sequences = transitions(texts.into_iter(), &module).map(|t| t.sequence);
-        assert_eq!(sequences.collect::<Vec<_>>(), [1, 2, 3, 4]);
+        let entries = entries(texts.into_iter(), &module).map(|entry| match entry {
+            Entry::Transition(transition) => format!("{}", transition.sequence),
+            Entry::Identification(found) => format!("{}@{}", found.sequence, found.as_of_step),
+        });
+        let entries: Vec<String> = entries.collect();
+        assert_eq!(entries, ["1", "2", "2@10", "1@5", "2@20", "3", "4", "2@30"]);
+    }
+
+    fn recalled(records: &[String]) -> Vec<(String, u64)> {
+        let faults = Recollection::of(records, &"m1".parse().unwrap()).faults;
+        let published = faults.iter().filter_map(|(component, fault)| {
+            Some((component.to_string(), fault.published()?.as_of_step.0))
+        });
+        published.collect()
+    }
+
+    #[test]
+    fn the_latest_word_on_each_present_fault_comes_back() {
+        let latched = |component, sequence| transition(component, sequence, FaultState::Latched);
+        let mut records = vec![
+            latched("sensor/g1", 1),
+            identification("sensor/g1", 1, 10),
+            latched("sensor/g2", 2),
+            identification("sensor/g2", 2, 11),
+            identification("sensor/g1", 1, 20),
+            transition("sensor/g1", 3, FaultState::Acknowledged),
+            transition("sensor/g2", 4, FaultState::Normal),
+        ];
+        assert_eq!(recalled(&records), [("sensor/g1".to_owned(), 20)]);
+        // The same from a new file, which begins with the latest of each.
+        let shorter = [&records[5..7], &records[4..5], &records[3..4]].concat();
+        assert_eq!(recalled(&shorter), [("sensor/g1".to_owned(), 20)]);
+        let foreign = records[4].replace(r#""module":"m1""#, r#""module":"m2""#);
+        records.push(foreign.replace("m1/sensor", "m2/sensor").replace("20", "30"));
+        assert_eq!(recalled(&records), [("sensor/g1".to_owned(), 20)]);
     }
 }

@@ -2,7 +2,7 @@
 
 use names::RunId;
 use serde::{Deserialize, Serialize};
-use wire::{FaultTransition, StateChange};
+use wire::{FaultTransition, Identification, StateChange};
 
 /// Something worth remembering.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -10,6 +10,8 @@ use wire::{FaultTransition, StateChange};
 pub(crate) enum Record {
     /// A transition of the verdict on a component.
     Transition(Box<FaultTransition>),
+    /// What was published of a fault's kind and size.
+    Identification(Box<Identification>),
     /// A change whose ratio will not grow any more.
     Change {
         /// The run that its step is counted in.
@@ -34,7 +36,8 @@ impl Record {
         let record = serde_json::from_str(text).ok()?;
         match &record {
             Self::Transition(read) if read.component.module != read.module => None,
-            Self::Transition(_) | Self::Change { .. } => Some(record),
+            Self::Identification(read) if read.component.module != read.module => None,
+            Self::Transition(_) | Self::Identification(_) | Self::Change { .. } => Some(record),
         }
     }
 }

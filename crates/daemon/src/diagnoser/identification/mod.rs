@@ -1,0 +1,19 @@
+//! What kind of fault it is: found on a thread of its own, told when it changes.
+//!
+//! | file | job |
+//! |---|---|
+//! | `identifier` | the thread |
+//! | `message` | from what was found to the message |
+//! | `materiality` | whether a finding differs enough from the one last published to be told |
+//! | `present_fault` | what is known of the fault that a component has at present |
+//! | `tally` | what was found and how long it took, for the metrics |
+
+mod identifier;
+mod materiality;
+mod message;
+mod present_fault;
+mod tally;
+
+pub(crate) use identifier::Identifier;
+pub(crate) use present_fault::PresentFault;
+pub(crate) use tally::IdentificationTally;

@@ -1,0 +1,172 @@
+//! What is known of the fault that a component has at present. It ends with the fault, and an identification that is of
+//! another one is not taken: it was made from what was measured before the reset.
+
+use wire::{FaultState, FaultTransition, Identification};
+
+use super::materiality::is_material;
+
+/// The present fault of a component, if it has one, with its identification.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct PresentFault {
+    /// The number of the component's latest transition.
+    sequence: u64,
+    /// The number of the first transition that may have declared the fault; `None` without a fault.
+    declared: Option<u64>,
+    latest: Option<Identification>,
+    published: Option<Identification>,
+}
+
+impl PresentFault {
+    /// Takes a transition of the component; an earlier one than the latest is passed over.
+    pub(crate) fn enter(&mut self, transition: &FaultTransition) {
+        if transition.sequence < self.sequence {
+            return;
+        }
+        if !transition.state.is_fault() {
+            *self = Self { sequence: transition.sequence, ..Self::default() };
+            return;
+        }
+        self.sequence = transition.sequence;
+        // What is acknowledged was declared before, perhaps in a part of the journal that is gone.
+        let declared = match transition.state {
+            FaultState::Latched => transition.sequence,
+            _ => 0,
+        };
+        let carried = transition.identification.as_ref();
+        let declared = carried.map_or(declared, |carried| carried.sequence.min(declared));
+        self.declared.get_or_insert(declared);
+        if let Some(carried) = carried {
+            self.recall(carried.clone());
+        }
+    }
+
+    /// Takes what was published before.
+    pub(crate) fn recall(&mut self, published: Identification) {
+        if self.is_of_it(&published) {
+            self.latest = Some(published.clone());
+            self.published = Some(published);
+        }
+    }
+
+    /// Takes what was found. Returns what is to be published, if anything is.
+    pub(crate) fn find(&mut self, found: Identification) -> Option<Identification> {
+        if !self.is_of_it(&found) {
+            return None;
+        }
+        let brief = found.clone().without_signature();
+        self.latest = Some(found);
+        is_material(self.published.as_ref(), &brief).then(|| {
+            self.published = Some(brief.clone());
+            brief
+        })
+    }
+
+    /// The latest identification.
+    pub(crate) fn latest(&self) -> Option<&Identification> {
+        self.latest.as_ref()
+    }
+
+    /// The identification last published.
+    pub(crate) fn published(&self) -> Option<&Identification> {
+        self.published.as_ref()
+    }
+
+    fn is_of_it(&self, found: &Identification) -> bool {
+        let known = self.latest.as_ref().map_or(0, |latest| latest.sequence);
+        self.declared.is_some_and(|declared| found.sequence >= declared.max(known))
+            && found.sequence <= self.sequence
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use names::{RunId, Step};
+    use wire::Candidate;
+
+    fn transition(sequence: u64, state: FaultState) -> FaultTransition {
+        let component = "m1/sensor/g1".parse().unwrap();
+        let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 0);
+        FaultTransition { sequence, state, ..untouched }
+    }
+
+    fn identification(sequence: u64, as_of: u64) -> Identification {
+        let transition = transition(sequence, FaultState::Latched);
+        Identification {
+            structure: transition.structure,
+            module: transition.module,
+            component: transition.component,
+            run: RunId(1),
+            sequence,
+            as_of_step: Step(as_of),
+            decided: true,
+            candidates: vec![Candidate { kind: "stuck".into(), probability: 1.0, size: None }],
+            signature: Some(wire::Signature { unit: "m".into(), points: Vec::new() }),
+            time_unix_ns: 0,
+        }
+    }
+
+    fn after(transitions: &[(u64, FaultState)]) -> PresentFault {
+        let mut fault = PresentFault::default();
+        for (sequence, state) in transitions {
+            fault.enter(&transition(*sequence, *state));
+        }
+        fault
+    }
+
+    #[test]
+    fn the_first_finding_is_published_and_the_same_again_is_only_known() {
+        let mut fault = after(&[(3, FaultState::Tentative), (4, FaultState::Latched)]);
+        let published = fault.find(identification(4, 100)).unwrap();
+        assert_eq!(published.signature, None);
+        assert_eq!(fault.find(identification(4, 200)), None);
+        let latest = fault.latest().unwrap();
+        assert!(latest.as_of_step == Step(200) && latest.signature.is_some());
+        assert_eq!(fault.published(), Some(&published));
+    }
+
+    #[test]
+    fn what_was_found_of_a_fault_that_is_reset_is_dropped() {
+        let mut fault = after(&[(4, FaultState::Latched), (5, FaultState::Normal)]);
+        assert_eq!(fault.find(identification(4, 100)), None);
+        fault.enter(&transition(6, FaultState::Latched));
+        assert_eq!(fault.find(identification(4, 100)), None, "the one before");
+        assert_eq!(fault.latest(), None);
+        assert!(fault.find(identification(6, 300)).is_some());
+    }
+
+    #[test]
+    fn a_reset_ends_what_is_known_and_an_acknowledgement_does_not() {
+        let mut fault = after(&[(4, FaultState::Latched)]);
+        fault.find(identification(4, 100));
+        fault.enter(&transition(5, FaultState::Acknowledged));
+        assert_eq!(fault.latest().unwrap().sequence, 4);
+        assert_eq!(fault.find(identification(4, 200)), None, "no news");
+        fault.enter(&transition(3, FaultState::Normal));
+        assert!(fault.latest().is_some(), "an earlier transition changes nothing");
+        fault.enter(&transition(6, FaultState::Normal));
+        assert_eq!((fault.latest(), fault.published()), (None, None));
+    }
+
+    #[test]
+    fn a_fault_of_which_only_the_acknowledgement_is_left_is_recalled() {
+        let mut fault = after(&[(9, FaultState::Acknowledged)]);
+        fault.recall(identification(4, 100));
+        assert_eq!(fault.published().unwrap().sequence, 4);
+        assert_eq!(fault.find(identification(4, 200)), None, "known from before");
+        let mut fault = after(&[(9, FaultState::Latched)]);
+        fault.recall(identification(4, 100));
+        assert_eq!(fault.published(), None, "of a fault before this one");
+    }
+
+    #[test]
+    fn what_a_transition_carries_is_recalled() {
+        let carried = identification(4, 100).without_signature();
+        for state in [FaultState::Latched, FaultState::Acknowledged] {
+            let identification = Some(carried.clone());
+            let mut fault = PresentFault::default();
+            fault.enter(&FaultTransition { identification, ..transition(9, state) });
+            assert_eq!(fault.published(), Some(&carried), "{state}");
+        }
+    }
+}
