@@ -4,7 +4,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::failure::EXIT_CODES;
 use crate::{
-    calibrate, certificates, check, commission, completions, demo, detect, faults, follow,
+    calibrate, certificates, check, commission, completions, demo, detect, fault, faults, follow,
     generate, health, history, inject, join, model, order, replicate, router, schema, stroke,
     study,
 };
@@ -26,6 +26,7 @@ pub(crate) struct CommandLine {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Faults(faults::Arguments),
+    Fault(fault::Arguments),
     Follow(follow::Arguments),
     #[command(visible_alias = "acknowledge")]
     Ack(order::AcknowledgeArguments),
@@ -53,7 +54,7 @@ pub(crate) enum Command {
 
 /// The subcommands by who uses them.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Operate", &["faults", "follow", "ack", "reset", "history", "health", "router"]),
+    ("Operate", &["faults", "fault", "follow", "ack", "reset", "history", "health", "router"]),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
     ("Simulate", &["demo", "inject", "stroke"]),
     ("Analyse", &["study", "detect", "calibrate", "commission"]),

@@ -5,6 +5,7 @@
 
 mod calibrate;
 mod certificates;
+mod chart;
 mod check;
 mod command_line;
 mod commission;
@@ -16,6 +17,7 @@ mod detect;
 #[cfg(test)]
 mod documents;
 mod failure;
+mod fault;
 mod faults;
 mod follow;
 mod generate;
@@ -69,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Health(arguments) => health::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, command_line::command()),
         Command::Generate(arguments) => generate::run(&arguments, programs()),
+        Command::Fault(arguments) => fault::run(&arguments),
         Command::History(arguments) => history::run(&arguments),
         Command::Inject(arguments) => inject::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),

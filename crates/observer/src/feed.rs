@@ -6,7 +6,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use names::StructureName;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use wire::keys::{PLANT, Watched};
-use wire::{DecodeError, FaultTransition, Key, Message, PhaseChange, PlantTopic, Topic};
+use wire::{
+    DecodeError, FaultTransition, Identification, Key, Message, PhaseChange, PlantTopic, Topic,
+};
 use zenoh::Session;
 use zenoh::sample::{Sample, SampleKind};
 use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
@@ -21,6 +23,8 @@ const QUEUE: usize = 4096;
 pub enum News {
     /// A verdict changed.
     Fault(Box<FaultTransition>),
+    /// What kind of fault a component has turned out to have.
+    Identification(Box<Identification>),
     /// A module entered another phase.
     Phase(PhaseChange),
     /// A process came or went.
@@ -74,7 +78,7 @@ impl Feed {
         let lost = Arc::new(AtomicU64::new(0));
         let outbox = Outbox { sender, lost: lost.clone() };
         let watched = Watched { structure, module: None };
-        for expression in [watched.faults(), watched.phases()] {
+        for expression in [watched.faults(), watched.identifications(), watched.phases()] {
             session
                 .declare_subscriber(expression)
                 .callback(hand_to(outbox.clone(), message))
@@ -123,6 +127,9 @@ fn message(sample: &Sample) -> Option<News> {
     let read = match key.parse::<Key>() {
         Ok(Key::Module { topic: Topic::Fault(_), .. }) => {
             decode(&bytes, |transition| News::Fault(Box::new(transition)))
+        }
+        Ok(Key::Module { topic: Topic::Identification(_), .. }) => {
+            decode(&bytes, |found| News::Identification(Box::new(found)))
         }
         Ok(Key::Module { topic: Topic::Phase, .. }) => decode(&bytes, News::Phase),
         Ok(_) => return None,

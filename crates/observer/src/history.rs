@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use names::{ModuleName, StructureName};
-use wire::{FaultTransition, HistoryPage, HistoryQuestion, Key, Topic};
+use wire::{FaultTransition, HistoryPage, HistoryQuestion, Identification, Key, Topic};
 use zenoh::Session;
 
 use super::request::{QueryError, Question, ask, senseless};
@@ -17,6 +17,8 @@ pub struct ModuleHistory {
     pub module: ModuleName,
     /// Transitions in the order of their sequence numbers.
     pub transitions: Vec<FaultTransition>,
+    /// What was published of the kinds of the faults, those of each fault in their order.
+    pub identifications: Vec<Identification>,
     /// The lowest sequence number that the journal still held; `None` if it held none.
     pub first_sequence: Option<u64>,
     /// The sequence number that the module's next transition will have; `None` if no page came.
@@ -40,6 +42,7 @@ impl ModuleHistory {
             structure: structure.clone(),
             module: module.clone(),
             transitions: Vec::new(),
+            identifications: Vec::new(),
             first_sequence: None,
             next_sequence: None,
             broken_off: None,
@@ -89,6 +92,7 @@ impl ModuleHistory {
         self.first_sequence = self.first_sequence.or(page.first_sequence);
         self.next_sequence = Some(page.next_sequence);
         self.transitions.extend(page.transitions);
+        self.identifications.extend(page.identifications);
         Ok(page.more.then_some(next))
     }
 }

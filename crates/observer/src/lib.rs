@@ -7,7 +7,8 @@
 //! | `attendance` | every module there is or should be, with its latest status and phase |
 //! | `picture` | the same with the present state of every component |
 //! | `history` | a module's journal |
-//! | `feed` | verdicts, phases and presence, as they are published |
+//! | `feed` | verdicts, kinds of faults, phases and presence, as they are published |
+//! | `identification` | what kind of fault a component has, with what was measured of it |
 //! | `diagnoser_orders` | acknowledge and reset |
 //! | `plant_orders` | faults and stroke tests for the simulated plant |
 
@@ -15,6 +16,7 @@ mod attendance;
 mod diagnoser_orders;
 mod feed;
 mod history;
+mod identification;
 mod picture;
 mod plant_orders;
 mod presence;
@@ -24,6 +26,7 @@ pub use attendance::{Attendance, Member, attendance};
 pub use diagnoser_orders::order;
 pub use feed::{Feed, News};
 pub use history::{Gap, ModuleHistory, history};
+pub use identification::identification;
 pub use picture::{ModulePicture, Picture, present};
 pub use plant_orders::{inject, stroke};
 pub use presence::{AttendanceError, homes, plants, wait_for};

@@ -5,11 +5,20 @@ use wire::{FaultTransition, Symptom};
 use crate::paint::Colour;
 use crate::table::{TextTable, table};
 use crate::wording::{
-    NOTHING, or_nothing, ratio, reason, residual, state_colour, state_in_words, utc,
+    NOTHING, identified, or_nothing, ratio, reason, residual, state_colour, state_in_words, utc,
 };
 
-const HEADING: [&str; 8] =
-    ["component", "state", "onset", "decided", "published", "residual", "divergence", "why"];
+const HEADING: [&str; 9] = [
+    "component",
+    "state",
+    "kind of fault",
+    "onset",
+    "decided",
+    "published",
+    "residual",
+    "divergence",
+    "why",
+];
 
 /// The table, and the colour of each row.
 pub(super) fn components(components: &[&FaultTransition]) -> (TextTable, Vec<Option<Colour>>) {
@@ -17,13 +26,13 @@ pub(super) fn components(components: &[&FaultTransition]) -> (TextTable, Vec<Opt
     for transition in components {
         table.add_row(row(transition));
     }
-    table.align_right([2, 3, 5, 6]);
-    table.break_times(4);
-    table.stack(&[&[0], &[1, 4], &[2, 3], &[5, 6], &[7]]);
+    table.align_right([3, 4, 6, 7]);
+    table.break_times(5);
+    table.stack(&[&[0], &[1, 5], &[3, 4], &[6, 7], &[2, 8]]);
     (table, components.iter().map(|component| Some(state_colour(component.state))).collect())
 }
 
-fn row(transition: &FaultTransition) -> [String; 8] {
+fn row(transition: &FaultTransition) -> [String; 9] {
     let step = |step| or_nothing::<String>(Option::map(step, |step| format!("step {step}")));
     // What was last computed says nothing of a component without a signal.
     let evidence = transition.evidence.as_ref().filter(|_| transition.symptom == Symptom::Change);
@@ -31,6 +40,7 @@ fn row(transition: &FaultTransition) -> [String; 8] {
     [
         transition.component.to_string(),
         state_in_words(transition),
+        or_nothing(transition.identification.as_ref().map(identified)),
         step(transition.onset_step),
         step(transition.decided_step),
         published(transition),

@@ -92,13 +92,15 @@ fn unknown(module: &ModulePicture) -> Option<String> {
 mod tests {
     use super::*;
     use crate::faults::testing::{
-        agreeing, latched, module, picture, silent, state, unknown_state,
+        agreeing, identification, latched, module, picture, silent, state, unknown_state,
     };
     use wire::ModulePhase;
 
     fn lines(all: bool) -> Vec<String> {
         let normal = state("m1/sensor/g1", FaultState::Normal);
-        let first = module("m1", ModulePhase::InService, vec![normal, latched("m1/sensor/g2")]);
+        let identification = Some(identification(false, &["bias", "drift"]));
+        let latched = FaultTransition { identification, ..latched("m1/sensor/g2") };
+        let first = module("m1", ModulePhase::InService, vec![normal, latched]);
         let stale = module("m2", ModulePhase::Stale, vec![unknown_state("m2/sensor/g1")]);
         let picture = picture(vec![first, stale, silent("m3", Some("m1"))]);
         let paint = Paint::for_terminal(false);
@@ -115,9 +117,9 @@ tower
   m2       STALE           4711   1.2 ms       3.0 ms   none      -
   m3       NOT ANSWERING      -        -            -   -         peer of m1
 
-  component      state       onset   decided   published                    residual          divergence   why
-───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
-  m1/sensor/g2   latched   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
+  component      state     kind of fault                      onset   decided   published                    residual          divergence   why
+────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+  m1/sensor/g2   latched   bias or drift: not yet decided   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
 
 1 of 3 components are normal, not verified, 1 latched, 1 unknown
 m2: 1 unknown since 1970-01-01T00:00:02.000Z: no sample for 500 ms

@@ -2,17 +2,18 @@
 
 use std::collections::BTreeSet;
 
-use names::Step;
+use names::{RunId, Step};
 use observer::{Member, ModulePicture, Picture};
 use wire::{
-    Agreement, Condition, Evidence, FaultState, FaultTransition, ModulePhase, ModuleStatus, Unknown,
+    Agreement, Candidate, Condition, Evidence, FaultState, FaultTransition, Identification,
+    ModulePhase, ModuleStatus, Unknown,
 };
 
-pub(super) fn picture(modules: Vec<ModulePicture>) -> Picture {
+pub(crate) fn picture(modules: Vec<ModulePicture>) -> Picture {
     Picture { modules, problems: Vec::new() }
 }
 
-pub(super) fn module(
+pub(crate) fn module(
     name: &str,
     phase: ModulePhase,
     components: Vec<FaultTransition>,
@@ -23,7 +24,7 @@ pub(super) fn module(
 }
 
 /// A module that does not answer.
-pub(super) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
+pub(crate) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
     let member = Member {
         structure: Some("tower".parse().unwrap()),
         module: name.parse().unwrap(),
@@ -36,7 +37,7 @@ pub(super) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
     ModulePicture { member, components: Vec::new() }
 }
 
-pub(super) fn state(component: &str, state: FaultState) -> FaultTransition {
+pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
 }
@@ -56,7 +57,7 @@ pub(super) fn unknown_state(component: &str) -> FaultTransition {
 }
 
 /// A fault that the journal did not take.
-pub(super) fn latched(component: &str) -> FaultTransition {
+pub(crate) fn latched(component: &str) -> FaultTransition {
     let evidence = Evidence {
         step: Step(42),
         residual: 6e-4,
@@ -73,6 +74,26 @@ pub(super) fn latched(component: &str) -> FaultTransition {
         evidence: Some(evidence),
         durable: false,
         ..state(component, FaultState::Latched)
+    }
+}
+
+/// Of the gage `m1/sensor/g2`, as of a tenth of a second after its detection, without sizes.
+pub(crate) fn identification(decided: bool, kinds: &[&str]) -> Identification {
+    let candidate = |kind: &&str| {
+        let probability = if decided { 0.987 } else { 0.5 };
+        Candidate { kind: (*kind).to_owned(), probability, size: None }
+    };
+    Identification {
+        structure: "tower".parse().unwrap(),
+        module: "m1".parse().unwrap(),
+        component: "m1/sensor/g2".parse().unwrap(),
+        run: RunId(1),
+        sequence: 1,
+        as_of_step: Step(142),
+        decided,
+        candidates: kinds.iter().map(candidate).collect(),
+        signature: None,
+        time_unix_ns: 1_100_000_000,
     }
 }
 

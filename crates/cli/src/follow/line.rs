@@ -3,16 +3,19 @@
 use names::StructureName;
 use observer::News;
 use serde::Serialize;
-use wire::{FaultTransition, PhaseChange, Symptom};
+use wire::{FaultTransition, Identification, PhaseChange, Symptom};
 
 use crate::paint::{Colour, Paint};
-use crate::wording::{now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc};
+use crate::wording::{
+    identified, now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc,
+};
 
 /// For machines.
 #[derive(Debug, Serialize)]
 #[serde(tag = "news", rename_all = "snake_case")]
 pub(super) enum Document<'a> {
     Fault(&'a FaultTransition),
+    Identification(&'a Identification),
     Phase(&'a PhaseChange),
     Presence { structure: &'a StructureName, who: &'a str, there: bool, time_unix_ns: u64 },
     Unreadable { problem: &'a str, time_unix_ns: u64 },
@@ -24,6 +27,7 @@ impl Document<'_> {
         let time_unix_ns = now_unix_ns();
         match event {
             News::Fault(transition) => Document::Fault(transition),
+            News::Identification(found) => Document::Identification(found),
             News::Phase(change) => Document::Phase(change),
             News::Presence { structure, who, there } => {
                 Document::Presence { structure, who, there: *there, time_unix_ns }
@@ -38,6 +42,7 @@ impl Document<'_> {
 pub(super) fn line(event: &News, paint: Paint) -> String {
     let (time, who, what, why, colour) = match event {
         News::Fault(transition) => fault(transition),
+        News::Identification(found) => kind(found),
         News::Phase(change) => phase(change),
         News::Presence { who, there, .. } => {
             let (what, colour) = if *there { ("there", None) } else { ("GONE", Some(Colour::Red)) };
@@ -52,7 +57,7 @@ pub(super) fn line(event: &News, paint: Paint) -> String {
             (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Red))
         }
     };
-    let text = format!("{}  {who:<20}  {what:<13}  {why}", utc(time));
+    let text = format!("{}  {who:<20}  {what:<14}  {why}", utc(time));
     let text = text.trim_end();
     colour.map_or_else(|| text.to_owned(), |colour| paint.in_colour(colour, text))
 }
@@ -77,6 +82,11 @@ fn fault(transition: &FaultTransition) -> Parts {
     )
 }
 
+fn kind(found: &Identification) -> Parts {
+    let what = if found.decided { "identified" } else { "not identified" };
+    (found.time_unix_ns, found.component.to_string(), what.to_owned(), identified(found), None)
+}
+
 fn phase(change: &PhaseChange) -> Parts {
     (
         change.time_unix_ns,
@@ -90,6 +100,7 @@ fn phase(change: &PhaseChange) -> Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::faults::testing::identification;
     use crate::history::testing::{acknowledged, transition};
 
     #[test]
@@ -101,6 +112,10 @@ mod tests {
         assert!(fault.ends_with("  latched"), "{fault}");
         let fault = text(&News::Fault(Box::new(acknowledged("m1", 2))));
         assert!(fault.ends_with("acknowledged by ada@station: looks loose"), "{fault}");
+        let found = identification(false, &["bias", "drift"]);
+        let found = text(&News::Identification(Box::new(found)));
+        let expected = "m1/sensor/g2          not identified  bias or drift: not yet decided";
+        assert!(found.ends_with(expected), "{found}");
         let gone = News::Presence {
             structure: "tower".parse().unwrap(),
             who: "module2".to_owned(),

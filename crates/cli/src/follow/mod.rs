@@ -1,4 +1,4 @@
-//! `trusswatch follow`: verdicts, phases and presence as they are published, one line each.
+//! `trusswatch follow`: verdicts, kinds of faults, phases and presence as they are published, one line each.
 
 mod line;
 
@@ -8,7 +8,7 @@ use std::io::{self, IsTerminal, Write};
 use names::{ComponentPath, StructureName};
 use observer::{Feed, News};
 use shell::shutdown::{self, ShutdownFlags};
-use wire::FaultTransition;
+use wire::{FaultTransition, Identification};
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
@@ -17,7 +17,7 @@ use crate::versioned;
 
 /// Print events as they happen, one line each, until interrupted
 ///
-/// Every change of a verdict, every change of a module's phase, and every diagnoser that comes or goes; at
+/// Every change of a verdict, every material change of what is known of a fault, every change of a module's phase, and every diagnoser that comes or goes; at
 /// the start the latest of each. Diagnosers that are absent or disappear are waited for.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -70,12 +70,70 @@ fn print(arguments: &Arguments, event: &News) -> Result<(), Failure> {
 
 /// The last report of each component: a module that reconnects publishes it again.
 #[derive(Debug, Default)]
-struct LastReported(BTreeMap<(StructureName, ComponentPath), FaultTransition>);
+struct LastReported(BTreeMap<(StructureName, ComponentPath), Report>);
+
+#[derive(Debug, Default)]
+struct Report {
+    transition: Option<FaultTransition>,
+    identification: Option<Identification>,
+}
 
 impl LastReported {
     fn is_new(&mut self, event: &News) -> bool {
-        let News::Fault(transition) = event else { return true };
-        let place = (transition.structure.clone(), transition.component.clone());
-        self.0.insert(place, (**transition).clone()).as_ref() != Some(&**transition)
+        match event {
+            News::Fault(transition) => {
+                let last = self.of(&transition.structure, &transition.component);
+                last.transition.replace((**transition).clone()).as_ref() != Some(&**transition)
+            }
+            News::Identification(found) => {
+                let last = self.of(&found.structure, &found.component);
+                last.identification.replace((**found).clone()).as_ref() != Some(&**found)
+                    && !last.is_over(found)
+            }
+            _ => true,
+        }
+    }
+
+    fn of(&mut self, structure: &StructureName, component: &ComponentPath) -> &mut Report {
+        self.0.entry((structure.clone(), component.clone())).or_default()
+    }
+}
+
+impl Report {
+    /// The latest word on a fault that has been reset is of the past.
+    fn is_over(&self, found: &Identification) -> bool {
+        let after = |transition: &&FaultTransition| transition.sequence > found.sequence;
+        let later = self.transition.as_ref().filter(after);
+        later.is_some_and(|transition| !transition.state.is_fault())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faults::testing::{identification, state};
+    use wire::FaultState;
+
+    #[test]
+    fn what_a_module_publishes_again_is_not_reported_again() {
+        let mut reported = LastReported::default();
+        let latched = state("m1/sensor/g2", FaultState::Latched);
+        let latched = News::Fault(Box::new(FaultTransition { sequence: 1, ..latched }));
+        let found = News::Identification(Box::new(identification(true, &["bias"])));
+        for event in [&latched, &found] {
+            assert!(reported.is_new(event) && !reported.is_new(event), "{event:?}");
+        }
+        let other = News::Identification(Box::new(identification(true, &["drift"])));
+        assert!(reported.is_new(&other));
+    }
+
+    #[test]
+    fn what_a_fault_was_that_has_been_reset_is_not_reported() {
+        let mut reported = LastReported::default();
+        let normal = state("m1/sensor/g2", FaultState::Normal);
+        let normal = News::Fault(Box::new(FaultTransition { sequence: 2, ..normal }));
+        assert!(reported.is_new(&normal));
+        let found = News::Identification(Box::new(identification(true, &["bias"])));
+        assert!(!reported.is_new(&found));
     }
 }

@@ -3,8 +3,9 @@
 use names::{ModuleName, StructureName};
 use observer::{Gap, ModuleHistory};
 use serde::Serialize;
-use wire::FaultTransition;
+use wire::{FaultTransition, Identification};
 
+use super::merge::Entry;
 use super::reading::{Reading, Silent};
 use crate::wording::utc;
 
@@ -13,6 +14,7 @@ use crate::wording::utc;
 pub(super) struct Document<'a> {
     modules: Vec<Module<'a>>,
     transitions: Vec<Transition<'a>>,
+    identifications: Vec<IdentificationEntry<'a>>,
     silent: Vec<SilentModule<'a>>,
     gaps: Vec<ModuleGap<'a>>,
 }
@@ -38,6 +40,13 @@ struct Transition<'a> {
 }
 
 #[derive(Debug, Serialize)]
+struct IdentificationEntry<'a> {
+    #[serde(flatten)]
+    identification: &'a Identification,
+    time: String,
+}
+
+#[derive(Debug, Serialize)]
 struct SilentModule<'a> {
     structure: Option<&'a StructureName>,
     module: &'a ModuleName,
@@ -52,17 +61,23 @@ struct ModuleGap<'a> {
     to_sequence: u64,
 }
 
-pub(super) fn document<'a>(
-    reading: &'a Reading,
-    transitions: &[&'a FaultTransition],
-) -> Document<'a> {
-    let timed = |&transition: &&'a FaultTransition| Transition {
-        transition,
-        time: utc(transition.time_unix_ns),
-    };
+pub(super) fn document<'a>(reading: &'a Reading, entries: &[Entry<'a>]) -> Document<'a> {
+    let (mut transitions, mut identifications) = (Vec::new(), Vec::new());
+    for entry in entries {
+        match *entry {
+            Entry::Transition(transition) => {
+                transitions.push(Transition { transition, time: utc(transition.time_unix_ns) });
+            }
+            Entry::Identification(identification) => {
+                let time = utc(identification.time_unix_ns);
+                identifications.push(IdentificationEntry { identification, time });
+            }
+        }
+    }
     Document {
         modules: reading.histories.iter().map(module).collect(),
-        transitions: transitions.iter().map(timed).collect(),
+        transitions,
+        identifications,
         silent: reading.silent.iter().map(silent).collect(),
         gaps: reading.gaps().into_iter().map(gap).collect(),
     }

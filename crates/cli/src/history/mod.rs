@@ -19,7 +19,7 @@ use crate::table::WidthArguments;
 use crate::versioned;
 use reading::Reading;
 
-/// Show what the modules' journals hold: every transition of every component
+/// Show what the modules' journals hold: every transition of every component, and what kinds of faults they are
 ///
 /// Reads the journals over the network and merges them by time. Notes modules that do not answer,
 /// journals that no longer reach back to their beginning, and transitions that are missing.
@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     /// Only from this sequence number of each module on
     #[arg(long, value_name = "SEQ", default_value_t = 1)]
     from: u64,
-    /// Only the latest N transitions of those
+    /// Only the latest N of those
     #[arg(long, value_name = "N")]
     limit: Option<usize>,
     /// Print one JSON object
@@ -83,15 +83,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn print(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
-    let transitions =
-        merge::merged(&reading.histories, |t| arguments.wants(&t.component), arguments.limit);
+    let entries =
+        merge::merged(&reading.histories, |component| arguments.wants(component), arguments.limit);
     let mut out = io::stdout().lock();
     if arguments.json {
-        write!(out, "{}", versioned::text(&document::document(reading, &transitions))?)?;
+        write!(out, "{}", versioned::text(&document::document(reading, &entries))?)?;
     } else {
         let paint = Paint::for_terminal(io::stdout().is_terminal());
         let width = arguments.width.limit();
-        write!(out, "{}", report::report(reading, &transitions, width, paint))?;
+        write!(out, "{}", report::report(reading, &entries, width, paint))?;
     }
     Ok(out.flush()?)
 }

@@ -12,6 +12,7 @@ pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> Module
         first_sequence: transitions.first().map(|transition| transition.sequence),
         next_sequence: Some(transitions.last().map_or(1, |transition| transition.sequence + 1)),
         transitions,
+        identifications: Vec::new(),
         broken_off: None,
     }
 }

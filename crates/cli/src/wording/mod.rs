@@ -1,7 +1,8 @@
-//! How states, steps, times, residuals and reasons are worded for people: one place, so that every
+//! How states, kinds of faults, steps, times, residuals and reasons are worded for people: one place, so that every
 //! command uses the same words.
 
 mod doubt;
+mod identification;
 mod phase;
 mod plain;
 mod quantity;
@@ -10,6 +11,9 @@ mod state;
 mod time;
 
 pub(crate) use doubt::why_unconfirmed;
+pub(crate) use identification::{
+    candidate, decimals, fault_size, identified, in_small_units, kind, percent,
+};
 pub(crate) use phase::{phase_colour, phase_in_words};
 pub(crate) use plain::plain;
 pub(crate) use quantity::{force, ratio, residual, span};

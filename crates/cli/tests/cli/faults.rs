@@ -5,7 +5,7 @@ use serde_json::Value;
 use wire::{Doubt, FaultState, FaultTransition, GivenOrder, ModulePhase, OrderKind, Topic};
 
 use crate::binary::{Outcome, outcome, run, trusswatch};
-use crate::stand_in::{StandIn, nowhere};
+use crate::stand_in::{StandIn, bias, identification, nowhere};
 
 fn json(outcome: &Outcome) -> Value {
     serde_json::from_str(&outcome.stdout).unwrap()
@@ -38,6 +38,8 @@ async fn troubled() -> StandIn {
     };
     let latched =
         FaultTransition { durable: false, ..state("module1/actuator/a3", FaultState::Latched, 3) };
+    let identification = Some(identification(&latched, true, vec![bias(0.99)]));
+    let latched = FaultTransition { identification, ..latched };
     let normal = state("module1/sensor/g1", FaultState::Normal, 0);
     let explained = FaultTransition {
         explained_by: Some("module1/actuator/a3".parse().unwrap()),
@@ -98,6 +100,8 @@ async fn json_contains_the_same() {
     assert_eq!(components.len(), 4);
     assert_eq!(components[0]["component"], "module1/actuator/a3");
     assert_eq!(components[0]["durable"], false);
+    assert_eq!(components[0]["identification"]["candidates"][0]["kind"], "bias");
+    assert_eq!(components[1]["identification"], Value::Null);
     assert_eq!(components[0]["time"], "2026-11-18T11:06:40.750Z");
     assert_eq!(list(&json(&tower.run(&["faults", "--json", "--all"])), "components").len(), 5);
 }

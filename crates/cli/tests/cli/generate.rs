@@ -20,6 +20,8 @@ fn every_program_and_subcommand_has_a_manual_page_with_its_options() {
     let expected = [
         "trusswatch.1",
         "trusswatch-check.1",
+        "trusswatch-fault.1",
+        "trusswatch-fault-show.1",
         "trusswatch-faults.1",
         "trusswatch-diagnoser.1",
         "trusswatch-diagnoser-run.1",

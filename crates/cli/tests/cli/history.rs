@@ -4,7 +4,7 @@ use serde_json::Value;
 use wire::{FaultState, ModulePhase, Topic};
 
 use crate::binary::run;
-use crate::stand_in::{StandIn, nowhere};
+use crate::stand_in::{StandIn, bias, identification, nowhere};
 
 /// A journal of three pages with a gap, a whole one, and a module without any.
 async fn tower() -> StandIn {
@@ -84,6 +84,37 @@ async fn modules_components_and_a_beginning_can_be_chosen() {
     assert_eq!(chosen, ["2 \"module2/sensor/g6\""]);
     let chosen = components(&["--module", "module1", "--from", "8"]);
     assert_eq!(chosen, ["8 \"module1/sensor/g2\"", "9 \"module1/sensor/g2\""]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_a_fault_is_stands_after_it() {
+    let mut tower = StandIn::open("tower").await;
+    let transitions = [1, 2, 3]
+        .map(|sequence| tower.transition("module1/sensor/g2", FaultState::Latched, sequence * 10));
+    let first = identification(&transitions[0], false, vec![bias(0.6)]);
+    let last = identification(&transitions[2], true, vec![bias(0.99)]);
+    tower.journal_with("module1", transitions.to_vec(), vec![first, last], 31).await;
+    tower.statuses("module1", ModulePhase::InService, &[]).await;
+    tower.token("module1").await;
+    let outcome = tower.run(&["history"]);
+    outcome.succeeds();
+    let lines: Vec<String> = outcome
+        .stdout
+        .lines()
+        .filter(|line| line.trim_start().starts_with("2026-"))
+        .map(|line| line.split_whitespace().skip(2).collect::<Vec<_>>().join(" "))
+        .collect();
+    let expected = [
+        "10 sensor/g2 latched 3118 -",
+        "10 sensor/g2 not identified 4108 bias: not yet decided",
+        "20 sensor/g2 latched 3118 -",
+        "30 sensor/g2 latched 3118 -",
+        "30 sensor/g2 identified 4108 bias of +45.1 µm (44.8 to 45.4)",
+    ];
+    assert_eq!(lines, expected);
+    let document: Value = serde_json::from_str(&tower.run(&["history", "--json"]).stdout).unwrap();
+    let found = document["identifications"].as_array().unwrap();
+    assert_eq!((found.len(), &found[1]["decided"]), (2, &Value::from(true)));
 }
 
 #[tokio::test(flavor = "multi_thread")]

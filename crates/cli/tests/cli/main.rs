@@ -12,6 +12,7 @@ mod commission;
 mod demo;
 mod detect;
 mod detect_modules;
+mod fault;
 mod faults;
 mod follow;
 mod generate;

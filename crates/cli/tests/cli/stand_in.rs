@@ -3,13 +3,13 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use names::{ComponentPath, Mention, ModuleName, Step, StructureName};
+use names::{ComponentPath, Mention, ModuleName, RunId, Step, StructureName};
 use session::Network;
 use tokio::task::JoinHandle;
 use wire::{
-    Evidence, FaultState, FaultTransition, HistoryPage, HistoryQuestion, Injected, Injection, Key,
-    Message, ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerStatus, PlantTopic, Refused,
-    Stroke, StrokeBegun, Topic,
+    Candidate, Evidence, FaultSize, FaultState, FaultTransition, HistoryPage, HistoryQuestion,
+    Identification, Injected, Injection, Key, Message, ModulePhase, ModuleStatus, Obeyed, Order,
+    OrderKind, PeerStatus, PlantTopic, Refused, Stroke, StrokeBegun, Topic,
 };
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
@@ -89,6 +89,13 @@ impl StandIn {
         .await;
     }
 
+    /// Answers queries for what a fault is.
+    pub(crate) async fn identified(&self, found: Identification) {
+        let topic = Topic::Identification(found.component.component.clone());
+        let key = self.key(found.module.as_str(), topic);
+        self.serve(key.clone(), move |query| reply(&query, &key, &found)).await;
+    }
+
     /// Publishes the module's status periodically.
     pub(crate) async fn statuses(&mut self, module: &str, phase: ModulePhase, peers: &[&str]) {
         let status = self.status(module, phase, peers);
@@ -105,6 +112,17 @@ impl StandIn {
 
     /// A journal with these sequence numbers, in short pages.
     pub(crate) async fn journal(&self, module: &str, transitions: Vec<FaultTransition>, next: u64) {
+        self.journal_with(module, transitions, Vec::new(), next).await;
+    }
+
+    /// The same with identifications of faults, each on the page of its fault.
+    pub(crate) async fn journal_with(
+        &self,
+        module: &str,
+        transitions: Vec<FaultTransition>,
+        identifications: Vec<Identification>,
+        next: u64,
+    ) {
         let (structure, module): (_, ModuleName) =
             (self.structure.clone(), module.parse().unwrap());
         let key = self.key(module.as_str(), Topic::History);
@@ -112,11 +130,15 @@ impl StandIn {
             let asked = HistoryQuestion::from_parameters(query.parameters().as_str()).unwrap();
             let later: Vec<_> =
                 transitions.iter().filter(|t| t.sequence >= asked.since).cloned().collect();
+            let shown: Vec<_> = later.iter().take(PAGE).cloned().collect();
+            let on_page = |found: &&Identification| {
+                shown.iter().any(|transition| transition.sequence == found.sequence)
+            };
             let page = HistoryPage {
                 structure: structure.clone(),
                 module: module.clone(),
-                transitions: later.iter().take(PAGE).cloned().collect(),
-                identifications: Vec::new(),
+                identifications: identifications.iter().filter(on_page).cloned().collect(),
+                transitions: shown.clone(),
                 first_sequence: transitions.first().map(|transition| transition.sequence),
                 next_sequence: next,
                 more: later.len() > PAGE,
@@ -287,6 +309,33 @@ impl Drop for StandIn {
             task.abort();
         }
     }
+}
+
+/// What a fault is, without a signature.
+pub(crate) fn identification(
+    transition: &FaultTransition,
+    decided: bool,
+    candidates: Vec<Candidate>,
+) -> Identification {
+    Identification {
+        structure: transition.structure.clone(),
+        module: transition.module.clone(),
+        component: transition.component.clone(),
+        run: RunId(7),
+        sequence: transition.sequence,
+        as_of_step: Step(4108),
+        decided,
+        candidates,
+        signature: None,
+        time_unix_ns: transition.time_unix_ns + 1_000_000_000,
+    }
+}
+
+/// A bias of +45.1 µm.
+pub(crate) fn bias(probability: f64) -> Candidate {
+    let (value, low, high) = (45.1e-6, 44.8e-6, 45.4e-6);
+    let size = Some(FaultSize { value, low, high, unit: "m".to_owned() });
+    Candidate { kind: "bias".to_owned(), probability, size }
 }
 
 /// A transition with everything that a fault has.

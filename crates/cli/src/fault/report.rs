@@ -1,0 +1,213 @@
+//! A component's fault for people.
+
+use names::fault::FaultKind;
+use wire::{Candidate, FaultTransition, Identification, Signature};
+
+use crate::chart::{Point, chart};
+use crate::paint::Paint;
+use crate::table::{TextTable, table};
+use crate::wording::{
+    candidate, fault_size, in_small_units, kind, percent, reason, state_colour, state_in_words, utc,
+};
+
+/// The width of a drawing that goes to a file.
+const USUAL_WIDTH: u16 = 80;
+
+/// The text: in what state the component is, what kind of fault it has, and what was measured of it.
+pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) -> String {
+    let FaultTransition { component, structure, state, .. } = found;
+    if !state.is_fault() {
+        let why = Some(reason(found)).filter(|why| !why.is_empty());
+        let why = why.map_or_else(String::new, |why| format!("; {why}"));
+        let state = state_in_words(found);
+        return format!("{component} of {structure} has no fault: {state}{why}\n");
+    }
+    let mut rows = table(&[&component.to_string(), &format!("of {structure}")]);
+    add_state(&mut rows, found);
+    let identification = found.identification.as_ref();
+    match identification {
+        Some(identification) => add_identification(&mut rows, identification),
+        None => rows.add_row(["kind", "not identified"]),
+    }
+    // The first row is the state.
+    let text = rows.painted(width, &[Some(state_colour(*state))], paint);
+    let signature = identification.and_then(|identification| identification.signature.as_ref());
+    let drawing = match signature {
+        Some(signature) => drawing(signature, width.unwrap_or(USUAL_WIDTH), paint),
+        None => "nothing measured is kept any more\n".to_owned(),
+    };
+    format!("{text}\n\n{drawing}")
+}
+
+fn add_state(rows: &mut TextTable, found: &FaultTransition) {
+    let since = found.onset_step.map(|step| format!("step {step}"));
+    let published = format!("published {}", utc(found.time_unix_ns));
+    let since = since.map_or_else(|| published.clone(), |step| format!("{step}, {published}"));
+    rows.add_row(["state".to_owned(), state_in_words(found)]);
+    rows.add_row(["since".to_owned(), since]);
+    let why = reason(found);
+    if !why.is_empty() {
+        rows.add_row(["why".to_owned(), why]);
+    }
+}
+
+fn add_identification(rows: &mut TextTable, identification: &Identification) {
+    let mut others = identification.candidates.as_slice();
+    match (identification.kind(), &identification.candidates[..]) {
+        (Some(decided), rest) => {
+            rows.add_row(["kind".to_owned(), kind(decided)]);
+            rows.add_row(["probability".to_owned(), percent(decided.probability)]);
+            if let Some(size) = &decided.size {
+                rows.add_row(["size".to_owned(), fault_size(size)]);
+            }
+            if let Some(note) = note(decided) {
+                rows.add_row(["note", note]);
+            }
+            others = &rest[1..];
+        }
+        (None, []) => rows.add_row(["kind", "could not be identified"]),
+        (None, _) => rows.add_row(["kind", "not yet decided"]),
+    }
+    for (place, other) in others.iter().enumerate() {
+        let label = if place == 0 { "contenders" } else { "" };
+        let text = format!("{}: {}", percent(other.probability), candidate(other));
+        rows.add_row([label.to_owned(), text]);
+    }
+    let (step, time) = (identification.as_of_step, utc(identification.time_unix_ns));
+    rows.add_row(["identified".to_owned(), format!("as of step {step}, {time}")]);
+}
+
+/// What the kind alone does not say: a structure that has become softer under a gage shows as a gage that reads too
+/// much.
+fn note(decided: &Candidate) -> Option<&'static str> {
+    let too_much = decided.size.as_ref().is_some_and(|size| size.value > 1.0);
+    let is_gain = decided.known_kind() == Some(FaultKind::Gain);
+    (is_gain && too_much).then_some("structure, or a gage that reads too much")
+}
+
+fn drawing(signature: &Signature, width: u16, paint: Paint) -> String {
+    let (scale, unit) = in_small_units(&signature.unit);
+    let point = |point: &wire::SignaturePoint| Point {
+        step: point.step.0,
+        measured: point.measured * scale,
+        fitted: point.fitted * scale,
+    };
+    let points: Vec<Point> = signature.points.iter().map(point).collect();
+    chart(&points, &unit, usize::from(width), paint)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faults::testing::{identification, latched, state};
+    use names::Step;
+    use wire::{FaultSize, FaultState, SignaturePoint};
+
+    fn sized(kind: &str, unit: &str, probability: f64, [low, value, high]: [f64; 3]) -> Candidate {
+        let size = Some(FaultSize { value, low, high, unit: unit.to_owned() });
+        Candidate { kind: kind.to_owned(), probability, size }
+    }
+
+    fn bias(probability: f64) -> Candidate {
+        sized("bias", "m", probability, [44.8e-6, 45.1e-6, 45.4e-6])
+    }
+
+    fn fault(identification: Option<Identification>) -> FaultTransition {
+        FaultTransition { identification, durable: true, ..latched("m1/sensor/g2") }
+    }
+
+    fn identified(decided: bool, candidates: Vec<Candidate>) -> FaultTransition {
+        fault(Some(Identification { candidates, ..identification(decided, &[]) }))
+    }
+
+    fn text(found: &FaultTransition, width: Option<u16>) -> String {
+        let text = report(found, width, Paint::for_terminal(false));
+        text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn a_decided_fault_is_told_with_size_and_interval() {
+        let drift = sized("drift", "m/s", 0.0127, [8.95e-5, 9e-5, 9.05e-5]);
+        let found = identified(true, vec![bias(0.9873), drift]);
+        let expected = "  m1/sensor/g2   of tower
+──────────────────────────────────────────────────────────────
+  state          latched
+  since          step 40, published 1970-01-01T00:00:01.000Z
+  kind           bias
+  probability    98.7 %
+  size           +45.1 µm (44.8 to 45.4)
+  contenders     1.3 %: drift of +90.0 µm/s (89.5 to 90.5)
+  identified     as of step 142, 1970-01-01T00:00:01.100Z
+
+nothing measured is kept any more";
+        let text = text(&found, None);
+        assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn as_long_as_it_is_not_decided_there_are_contenders() {
+        let drift = sized("drift", "m/s", 0.4, [8.95e-5, 9e-5, 9.05e-5]);
+        let text = text(&identified(false, vec![bias(0.6), drift]), None);
+        for line in [
+            "  kind           not yet decided\n",
+            "  contenders     60.0 %: bias of +45.1 µm (44.8 to 45.4)\n",
+            "                 40.0 %: drift of +90.0 µm/s (89.5 to 90.5)\n",
+        ] {
+            assert!(text.contains(line), "`{line}` is not in\n{text}");
+        }
+        assert!(!text.contains("probability"), "{text}");
+    }
+
+    #[test]
+    fn what_fits_nothing_and_what_was_not_identified_are_told_apart() {
+        let nothing_fits = text(&identified(false, Vec::new()), None);
+        assert!(nothing_fits.contains("kind           could not be identified"), "{nothing_fits}");
+        let unidentified = text(&fault(None), None);
+        assert!(unidentified.contains("kind           not identified\n"), "{unidentified}");
+        assert!(unidentified.ends_with("nothing measured is kept any more"), "{unidentified}");
+    }
+
+    #[test]
+    fn a_gain_above_one_may_be_the_structure() {
+        let gain = |value: f64| sized("gain", "1", 0.99, [value - 0.01, value, value + 0.01]);
+        let told = |value| {
+            text(&identified(true, vec![gain(value)]), None)
+                .contains("note           structure, or a gage that reads too much")
+        };
+        assert!(told(1.05) && !told(0.95));
+    }
+
+    #[test]
+    fn what_was_measured_is_drawn_and_everything_fits_the_terminal() {
+        let point = |step| {
+            let fitted = if step < 1040 { 0.0 } else { 45.1e-6 };
+            SignaturePoint { step: Step(step), measured: fitted + 1e-6, fitted }
+        };
+        let points = (1000..1120).map(point).collect();
+        let signature = Some(Signature { unit: "m".to_owned(), points });
+        let candidates = vec![bias(0.99)];
+        let identification = Identification { candidates, signature, ..identification(true, &[]) };
+        let found = fault(Some(identification));
+        for width in [Some(40), Some(80), None] {
+            let text = text(&found, width);
+            let limit = usize::from(width.unwrap_or(USUAL_WIDTH));
+            assert!(text.lines().all(|line| line.chars().count() <= limit), "{text}");
+            for part in ["µm\n", "46 ┤", "step 1000", "1119\n", "⠒ measured"] {
+                assert!(text.contains(part), "`{part}` is not in\n{text}");
+            }
+            assert!(!text.contains("nothing measured"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_component_without_a_fault_is_said_to_have_none() {
+        let normal = text(&state("m1/sensor/g1", FaultState::Normal), None);
+        assert_eq!(normal, "m1/sensor/g1 of tower has no fault: normal, not verified");
+        let explained = FaultTransition {
+            explained_by: Some("m2/actuator/a3".parse().unwrap()),
+            ..state("m1/sensor/g1", FaultState::Explained)
+        };
+        let expected = "m1/sensor/g1 of tower has no fault: explained; explained by m2/actuator/a3";
+        assert_eq!(text(&explained, None), expected);
+    }
+}
