@@ -147,7 +147,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     let history = observer::history(&observer, &structure, &module, 1, SECOND).await;
     let carried = history.transitions.last().unwrap();
     assert_eq!(carried.state, FaultState::Acknowledged);
-    is_the_bias(carried.identification.as_ref().unwrap());
+    is_the_bias(carried.identification.as_deref().unwrap());
     let published = history.identifications.last().unwrap().clone();
     is_the_bias(&published);
 
@@ -162,7 +162,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     is_the_bias(&recalled);
     assert!(recalled.as_of_step >= published.as_of_step);
     let received = subscribe(&observer).await;
-    assert_eq!(next_decided(&received, &component).await, recalled);
+    assert_eq!(next_decided(&received, &component).await, *recalled);
     again.stop().await;
     session::close(&observer).await;
 }

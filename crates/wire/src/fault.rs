@@ -128,7 +128,7 @@ pub struct FaultTransition {
     pub condition: Option<Condition>,
     /// Of a fault that has been identified, the latest word on its kind and size, without the signature.
     #[serde(default)]
-    pub identification: Option<Identification>,
+    pub identification: Option<Box<Identification>>,
     /// The order that led to this transition, if one did.
     #[serde(default)]
     pub order: Option<GivenOrder>,

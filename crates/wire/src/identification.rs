@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
 
-/// What kind of fault a component has and how large it is, as far as that can be told. Published when it is first known
+/// What kind of fault a component has and how large it is, as far as that is known. Published when it is first known
 /// and whenever it changes materially; given to whoever asks for the latest as long as the component is faulty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Identification {

@@ -182,7 +182,7 @@ fn events_are_read_back() {
             as_of_step: Some(Step(38)),
             reason: Some("storm".into()),
         }),
-        identification: Some(identification().without_signature()),
+        identification: Some(Box::new(identification().without_signature())),
         order: Some(GivenOrder {
             order: OrderKind::Reset,
             by: "ada".into(),

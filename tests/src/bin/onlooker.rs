@@ -29,7 +29,8 @@ async fn main() {
     let network = Network::peer_of(&arguments.collect::<Vec<_>>());
     let session = session::open(&network).await.unwrap();
     let mut advanced = Vec::new();
-    for key in ["trusswatch/*/*/fault/**", "trusswatch/*/*/change", "trusswatch/*/*/phase"] {
+    for topic in ["fault/**", "identification/**", "change", "phase"] {
+        let key = format!("trusswatch/*/*/{topic}");
         let subscriber = session.declare_subscriber(key).callback(move |_| take(stall)).advanced();
         let history = HistoryConfig::default().detect_late_publishers();
         let recovery = RecoveryConfig::default().heartbeat();

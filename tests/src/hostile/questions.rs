@@ -44,7 +44,8 @@ impl Questions {
 pub fn questions(base: &str, step: u64) -> Vec<Questions> {
     vec![
         state(&format!("{base}/state"), step),
-        faults(&format!("{base}/fault")),
+        of_components("fault/**", &format!("{base}/fault")),
+        of_components("identification/**", &format!("{base}/identification")),
         history(&format!("{base}/history")),
         orders("command/acknowledge", &format!("{base}/command/acknowledge")),
         orders("command/reset", &format!("{base}/command/reset")),
@@ -91,7 +92,7 @@ fn state(key: &str, step: u64) -> Questions {
 }
 
 /// Everything that the key covers is returned, so nothing is malformed here.
-fn faults(key: &str) -> Questions {
+fn of_components(topic: &'static str, key: &str) -> Questions {
     let asked = [
         format!("{key}/sensor/g1"),
         format!("{key}/actuator/a1?from=-1&junk={}", "x".repeat(1000)),
@@ -104,7 +105,7 @@ fn faults(key: &str) -> Questions {
     ];
     let all = (format!("{key}/**"), Some(vec![0xff; 1000]));
     Questions {
-        topic: "fault/**",
+        topic,
         malformed: Vec::new(),
         sensible: asked.into_iter().map(|selector| (selector, None)).collect(),
         rare: Some((11, all, false)),
@@ -176,7 +177,7 @@ mod tests {
         match topic {
             "state" => StateQuestion::from_parameters(parameters).is_err(),
             "history" => HistoryQuestion::from_parameters(parameters).is_err(),
-            "fault/**" => false,
+            "fault/**" | "identification/**" => false,
             _ => payload.as_ref().is_none_or(|payload| {
                 wire::decode::<Order>(payload).map_or(true, |order| order.check().is_err())
             }),

@@ -81,7 +81,9 @@ impl Scene {
 
     /// When settled, the last transitions of the histories are the present states.
     async fn compare_with_the_present(&mut self, audits: &[Audit]) {
-        let last: BTreeMap<_, _> = audits.iter().flat_map(Audit::latest).collect();
+        let last = audits.iter().flat_map(Audit::latest);
+        let last: BTreeMap<_, _> =
+            last.map(|(component, state)| (component, last_judged(state))).collect();
         let present = self.states().await;
         let agrees =
             |(component, state)| present.get(component).is_some_and(|present| same(present, state));
@@ -106,11 +108,13 @@ impl Scene {
     }
 }
 
-/// What a state was when it was judged last, whatever has become unknown since: the plant has ended by then.
+/// What a state was when it was judged last, whatever has become unknown since, for the plant has ended by then, and
+/// whatever else has been found of the fault.
 fn last_judged(mut state: FaultTransition) -> FaultTransition {
     if state.unknown.take().is_some() && state.state == FaultState::Unknown {
         state.state = FaultState::Normal;
     }
+    state.identification = None;
     state
 }
 

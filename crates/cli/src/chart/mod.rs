@@ -104,7 +104,7 @@ mod tests {
     fn bias(count: u64) -> Vec<Point> {
         let point = |step: u64| {
             let fitted = if step < count / 2 { 0.0 } else { 45.0 };
-            let off = if step % 2 == 0 { 4.0 } else { -4.0 };
+            let off = if step.is_multiple_of(2) { 4.0 } else { -4.0 };
             Point { step: 36_000 + step, measured: fitted + off, fitted }
         };
         (0..count).map(point).collect()

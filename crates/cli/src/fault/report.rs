@@ -24,7 +24,7 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
     }
     let mut rows = table(&[&component.to_string(), &format!("of {structure}")]);
     add_state(&mut rows, found);
-    let identification = found.identification.as_ref();
+    let identification = found.identification.as_deref();
     match identification {
         Some(identification) => add_identification(&mut rows, identification),
         None => rows.add_row(["kind", "not identified"]),
@@ -113,6 +113,7 @@ mod tests {
     }
 
     fn fault(identification: Option<Identification>) -> FaultTransition {
+        let identification = identification.map(Box::new);
         FaultTransition { identification, durable: true, ..latched("m1/sensor/g2") }
     }
 
@@ -170,11 +171,11 @@ nothing measured is kept any more";
     #[test]
     fn a_gain_above_one_may_be_the_structure() {
         let gain = |value: f64| sized("gain", "1", 0.99, [value - 0.01, value, value + 0.01]);
-        let told = |value| {
+        let noted = |value| {
             text(&identified(true, vec![gain(value)]), None)
                 .contains("note           structure, or a gage that reads too much")
         };
-        assert!(told(1.05) && !told(0.95));
+        assert!(noted(1.05) && !noted(0.95));
     }
 
     #[test]

@@ -77,7 +77,7 @@ async fn look(
         let latest = latest.map_err(|error| {
             Failure::runtime(format!("{component}: {}", plain(&error.to_string())))
         })?;
-        found.identification = latest.or(found.identification);
+        found.identification = latest.map(Box::new).or(found.identification);
     }
     Ok(found)
 }

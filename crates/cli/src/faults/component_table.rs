@@ -40,7 +40,7 @@ fn row(transition: &FaultTransition) -> [String; 9] {
     [
         transition.component.to_string(),
         state_in_words(transition),
-        or_nothing(transition.identification.as_ref().map(identified)),
+        or_nothing(transition.identification.as_deref().map(identified)),
         step(transition.onset_step),
         step(transition.decided_step),
         published(transition),

@@ -98,7 +98,7 @@ mod tests {
 
     fn lines(all: bool) -> Vec<String> {
         let normal = state("m1/sensor/g1", FaultState::Normal);
-        let identification = Some(identification(false, &["bias", "drift"]));
+        let identification = Some(Box::new(identification(false, &["bias", "drift"])));
         let latched = FaultTransition { identification, ..latched("m1/sensor/g2") };
         let first = module("m1", ModulePhase::InService, vec![normal, latched]);
         let stale = module("m2", ModulePhase::Stale, vec![unknown_state("m2/sensor/g1")]);

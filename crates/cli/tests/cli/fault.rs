@@ -26,9 +26,9 @@ async fn tower() -> StandIn {
     let decided = identification(&first, true, vec![bias(0.987)]);
     let drift = Candidate { kind: "drift".to_owned(), probability: 0.4, size: None };
     let undecided = identification(&second, false, vec![bias(0.6), drift]);
-    let carried = Some(identification(&third, true, vec![bias(0.99)]));
+    let carried = Some(Box::new(identification(&third, true, vec![bias(0.99)])));
     let states = vec![
-        FaultTransition { identification: Some(decided.clone()), ..first },
+        FaultTransition { identification: Some(Box::new(decided.clone())), ..first },
         second,
         FaultTransition { identification: carried, ..third },
         tower.transition("module1/sensor/g6", FaultState::Normal, 0),

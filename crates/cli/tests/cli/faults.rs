@@ -38,7 +38,7 @@ async fn troubled() -> StandIn {
     };
     let latched =
         FaultTransition { durable: false, ..state("module1/actuator/a3", FaultState::Latched, 3) };
-    let identification = Some(identification(&latched, true, vec![bias(0.99)]));
+    let identification = Some(Box::new(identification(&latched, true, vec![bias(0.99)])));
     let latched = FaultTransition { identification, ..latched };
     let normal = state("module1/sensor/g1", FaultState::Normal, 0);
     let explained = FaultTransition {

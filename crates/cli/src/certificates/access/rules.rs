@@ -177,6 +177,27 @@ mod tests {
         assert!(!rules_of(&access, "module2.tower").contains(&"module1 speaks".to_owned()));
     }
 
+    /// Does a rule cover this key?
+    fn covers(access: &serde_json::Value, rule: &str, key: &str) -> bool {
+        let rules = access["rules"].as_array().unwrap();
+        let rule = rules.iter().find(|known| known["id"] == rule).unwrap();
+        let expressions = rule["key_exprs"].as_array().unwrap().iter();
+        let key = zenoh::key_expr::KeyExpr::try_from(key.to_owned()).unwrap();
+        expressions.map(|expression| expression.as_str().unwrap().to_owned()).any(|expression| {
+            zenoh::key_expr::KeyExpr::try_from(expression).unwrap().includes(&key)
+        })
+    }
+
+    #[test]
+    fn a_module_may_publish_its_own_identifications_and_observers_may_read_all() {
+        let access = access();
+        let own = "trusswatch/tower/module1/identification/sensor/g3";
+        assert!(covers(&access, "module1 speaks", own));
+        assert!(!covers(&access, "module2 speaks", own));
+        assert!(covers(&access, READ, own) && covers(&access, HEAR, own));
+        assert!(covers(&access, READ, "trusswatch/*/*/identification/**"));
+    }
+
     #[test]
     fn observers_may_do_less_than_operators_and_both_write_nothing() {
         let access = access();

@@ -85,7 +85,7 @@ impl Worker {
         }
     }
 
-    /// A request that fails is told and counted, and ends nothing else: the next one may be of another component.
+    /// A request that fails is logged and counted, and ends nothing else: the next one may be of another component.
     fn identify(&self, excerpt: &Excerpt) {
         let begun = Instant::now();
         match catch_unwind(AssertUnwindSafe(|| identify(excerpt))) {

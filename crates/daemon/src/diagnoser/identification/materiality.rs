@@ -1,4 +1,4 @@
-//! Whether a finding differs enough from the one last published to be told: each is one more measurement of the same
+//! Whether a finding differs enough from the one published before to be news: each is one more measurement of the same
 //! fault, and most of them say what is known.
 
 use wire::{Candidate, FaultSize, Identification};
@@ -70,14 +70,14 @@ mod tests {
     }
 
     #[test]
-    fn the_first_word_is_told_even_if_it_is_that_nothing_fits() {
+    fn the_first_word_is_news_even_if_it_is_that_nothing_fits() {
         for first in [bias(1.0, 2.0, 3.0), undecided(), identification(false, &[], None)] {
             assert!(is_material(None, &first));
         }
     }
 
     #[test]
-    fn the_same_again_is_not_told() {
+    fn the_same_again_is_no_news() {
         for same in [bias(1.0, 2.0, 3.0), undecided(), identification(false, &[], None)] {
             let later = Identification { as_of_step: Step(99), time_unix_ns: 6, ..same.clone() };
             assert!(!is_material(Some(&same), &later), "{same:?}");
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn another_kind_is_told_and_so_is_that_it_is_decided_or_no_longer() {
+    fn another_kind_is_news_and_so_is_that_it_is_decided_or_no_longer() {
         let drift = identification(true, &["drift"], Some([1.0, 2.0, 3.0]));
         let nothing = identification(false, &[], None);
         let all = [bias(1.0, 2.0, 3.0), drift, undecided(), nothing];
@@ -97,13 +97,13 @@ mod tests {
     }
 
     #[test]
-    fn an_order_of_contenders_that_changes_is_not_told() {
+    fn an_order_of_contenders_that_changes_is_no_news() {
         let changed = identification(false, &["drift", "bias", "gain"], None);
         assert!(!is_material(Some(&undecided()), &changed));
     }
 
     #[test]
-    fn a_size_is_told_when_it_leaves_the_published_interval_or_is_known_twice_as_well() {
+    fn a_size_is_news_when_it_leaves_the_published_interval_or_is_known_twice_as_well() {
         let published = bias(1.0, 2.0, 3.0);
         for (found, expected) in [
             (bias(1.1, 2.1, 3.1), false),
@@ -122,13 +122,13 @@ mod tests {
     }
 
     #[test]
-    fn the_size_of_an_undecided_kind_is_not_told() {
+    fn the_size_of_an_undecided_kind_is_no_news() {
         let sized = |value| identification(false, &["bias"], Some([value, value, value]));
         assert!(!is_material(Some(&sized(1.0)), &sized(9.0)));
     }
 
     #[test]
-    fn another_fault_of_the_same_component_is_told() {
+    fn another_fault_of_the_same_component_is_news() {
         let before = bias(1.0, 2.0, 3.0);
         let next = Identification { sequence: 7, ..before.clone() };
         assert!(is_material(Some(&before), &next));

@@ -72,7 +72,7 @@ fn signature(kind: ComponentKind, points: &[SignaturePoint]) -> Option<Signature
     let point = |&SignaturePoint { step, measured, fitted }: &SignaturePoint| {
         wire::SignaturePoint { step, measured, fitted }
     };
-    let points: Vec<_> = thinned(&finite).map(|one| point(one)).collect();
+    let points: Vec<_> = thinned(&finite).map(point).collect();
     (!points.is_empty()).then(|| Signature { unit: unit.to_owned(), points })
 }
 

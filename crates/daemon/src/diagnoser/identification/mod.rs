@@ -1,10 +1,10 @@
-//! What kind of fault it is: found on a thread of its own, told when it changes.
+//! What kind of fault it is: found on a thread of its own, published when it changes.
 //!
 //! | file | job |
 //! |---|---|
 //! | `identifier` | the thread |
 //! | `message` | from what was found to the message |
-//! | `materiality` | whether a finding differs enough from the one last published to be told |
+//! | `materiality` | whether a finding differs enough from the one published before to be news |
 //! | `present_fault` | what is known of the fault that a component has at present |
 //! | `tally` | what was found and how long it took, for the metrics |
 

@@ -36,7 +36,7 @@ impl PresentFault {
         let declared = carried.map_or(declared, |carried| carried.sequence.min(declared));
         self.declared.get_or_insert(declared);
         if let Some(carried) = carried {
-            self.recall(carried.clone());
+            self.recall((**carried).clone());
         }
     }
 
@@ -163,7 +163,7 @@ mod tests {
     fn what_a_transition_carries_is_recalled() {
         let carried = identification(4, 100).without_signature();
         for state in [FaultState::Latched, FaultState::Acknowledged] {
-            let identification = Some(carried.clone());
+            let identification = Some(Box::new(carried.clone()));
             let mut fault = PresentFault::default();
             fault.enter(&FaultTransition { identification, ..transition(9, state) });
             assert_eq!(fault.published(), Some(&carried), "{state}");

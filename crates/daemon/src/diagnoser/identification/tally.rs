@@ -37,7 +37,7 @@ impl IdentificationTally {
         count(&self.failed);
     }
 
-    /// One that was told.
+    /// One that was published.
     pub(crate) fn published(&self) {
         count(&self.published);
     }

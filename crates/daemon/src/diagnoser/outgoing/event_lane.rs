@@ -96,7 +96,7 @@ pub(crate) struct Books {
     pub(crate) faults: IdentifiedFaults,
 }
 
-/// The publishers of what is told of a component.
+/// The publishers of what concerns one component.
 struct ComponentPublishers {
     faults: AdvancedPublisher<'static>,
     identifications: AdvancedPublisher<'static>,

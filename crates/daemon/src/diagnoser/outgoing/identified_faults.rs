@@ -65,8 +65,7 @@ impl IdentifiedFaults {
     fn enter(&mut self, transition: &mut FaultTransition) {
         let Some(page) = self.page(&transition.component.component) else { return };
         page.fault.enter(transition);
-        transition.identification =
-            page.fault.latest().cloned().map(Identification::without_signature);
+        transition.identification = page.fault.latest().map(carried);
         self.tell();
     }
 
@@ -75,8 +74,7 @@ impl IdentifiedFaults {
         let component = &state.component.component;
         let page = self.pages.iter().find(|page| page.component == *component);
         let latest = page.filter(|_| state.state.is_fault()).and_then(|page| page.fault.latest());
-        let identification = latest.cloned().map(Identification::without_signature);
-        FaultTransition { identification, ..state }
+        FaultTransition { identification: latest.map(carried), ..state }
     }
 
     /// What was published last of each present fault.
@@ -104,6 +102,11 @@ impl IdentifiedFaults {
     fn tell(&self) {
         self.tally.know(self.pages.iter().filter_map(|page| page.fault.latest()));
     }
+}
+
+/// What a transition carries of the latest identification.
+fn carried(latest: &Identification) -> Box<Identification> {
+    Box::new(latest.clone().without_signature())
 }
 
 #[cfg(test)]
