@@ -265,7 +265,8 @@ fn in_words(candidate: &Candidate) -> String {
     let Candidate { kind, size, .. } = candidate;
     match size {
         Some(FaultSize { value, low, high, unit }) => {
-            format!("{kind}, {value:.3e} {unit} ({low:.3e} to {high:.3e})")
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            format!("{kind}, {value:.3e}{unit} ({low:.3e} to {high:.3e})")
         }
         None => kind.clone(),
     }
