@@ -58,16 +58,16 @@ pub struct FaultSize {
     pub low: f64,
     /// It is more than this with a probability of 2.5 %, in `unit`.
     pub high: f64,
-    /// `m` of a bias, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a gain, `m²` of a leak's
-    /// coefficient, `m³/s` of the band in which a valve sticks. Later versions may know others.
+    /// `m` of a bias and of what a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a
+    /// gain, `m²` of a leak's coefficient, `m³/s` of the band in which a valve sticks. Later versions may know others.
     pub unit: String,
 }
 
 /// What was measured of a fault, and what the most probable kind makes of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Signature {
-    /// Of `measured` and `fitted`: `m` of a gage, how much it reads too much; `m³` of a cylinder, how much oil its chambers
-    /// lack against their balance. Later versions may know others.
+    /// Of `measured` and `fitted`: `m` of a gage, how much it reads too much; `m³` of a cylinder, how much more oil a chamber
+    /// holds than its valve was commanded to let in. Later versions may know others.
     pub unit: String,
     /// The steps, in their order.
     pub points: Vec<SignaturePoint>,

@@ -46,7 +46,7 @@ fn to_wire_size(size: Size, unit: &str) -> Option<FaultSize> {
 /// What the size of a kind is measured in; `None` where it has none.
 fn unit(kind: FaultKind) -> Option<&'static str> {
     match kind {
-        FaultKind::Bias => Some("m"),
+        FaultKind::Bias | FaultKind::Intermittent => Some("m"),
         FaultKind::Drift => Some("m/s"),
         FaultKind::RandomWalk => Some("m per step"),
         FaultKind::Gain => Some("1"),
@@ -54,11 +54,9 @@ fn unit(kind: FaultKind) -> Option<&'static str> {
             Some("m²")
         }
         FaultKind::Stiction => Some("m³/s"),
-        FaultKind::HardOver
-        | FaultKind::ZeroOutput
-        | FaultKind::Stuck
-        | FaultKind::Intermittent
-        | FaultKind::NoSignal => None,
+        FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::Stuck | FaultKind::NoSignal => {
+            None
+        }
     }
 }
 
