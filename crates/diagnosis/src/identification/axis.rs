@@ -75,13 +75,13 @@ impl Axis {
         let at = |k: usize| self.at[weighed[k].0];
         let Some(last) = weighed.len().checked_sub(1) else { return mixture };
         let span = at(last) - at(0);
-        for (k, (_, cases)) in weighed.iter().enumerate() {
+        for (k, (place, cases)) in weighed.iter().enumerate() {
             let width = 0.5 * (at((k + 1).min(last)) - at(k.saturating_sub(1)));
             let share = if span > 0.0 { width / span } else { 1.0 };
             let log_prior = (share / cases.len() as f64).ln();
             for case in cases {
                 let log_likelihood = case.log_likelihood + log_prior;
-                mixture.add(Weighed { log_likelihood, ..*case });
+                mixture.add(Weighed { log_likelihood, place: *place, ..*case });
             }
         }
         mixture
@@ -95,7 +95,7 @@ mod tests {
     /// A narrow likelihood, nowhere near a coarse place.
     fn narrow(at: f64) -> Weighed {
         let log_likelihood = -0.5 * ((at - 3.3) / 0.02).powi(2);
-        Weighed { log_likelihood, mean: at, variance: 1e-9 }
+        Weighed { log_likelihood, mean: at, variance: 1e-9, place: 0 }
     }
 
     #[test]

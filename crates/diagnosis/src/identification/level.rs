@@ -76,6 +76,8 @@ pub(super) struct Weighed {
     /// Mean and variance of the first coefficient; zero without any.
     pub(super) mean: f64,
     pub(super) variance: f64,
+    /// Which place along an axis it is of.
+    pub(super) place: usize,
 }
 
 impl<const P: usize> Level<P> {
@@ -161,6 +163,7 @@ impl<const P: usize> Level<P> {
             log_likelihood: log,
             mean: mean.get(0).copied().unwrap_or(0.0),
             variance: covariance.get((0, 0)).copied().unwrap_or(0.0),
+            place: 0,
         })
     }
 }

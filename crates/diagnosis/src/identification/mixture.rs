@@ -22,6 +22,14 @@ pub struct Size {
     pub high: f64,
 }
 
+impl Size {
+    /// The same with an error more, of this standard deviation.
+    pub(super) fn with_error(self, deviation: f64) -> Self {
+        let half = (0.5 * (self.high - self.low)).hypot(WITHIN_95 * deviation);
+        Self { low: self.value - half, high: self.value + half, ..self }
+    }
+}
+
 impl Mixture {
     pub(super) fn add(&mut self, case: Weighed) {
         if case.log_likelihood.is_finite() {
@@ -34,6 +42,12 @@ impl Mixture {
         for case in other.cases {
             self.add(Weighed { log_likelihood: case.log_likelihood + share.ln(), ..case });
         }
+    }
+
+    /// The likeliest case.
+    pub(super) fn likeliest(&self) -> Option<Weighed> {
+        let cases = self.cases.iter();
+        cases.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood)).copied()
     }
 
     fn largest(&self) -> f64 {

@@ -26,7 +26,7 @@ pub use excerpt::Excerpt;
 pub(crate) use excerpt::{
     CylinderSeries, CylinderStep, GageSecond, GageSeries, GageStep, Measured, Seen,
 };
-use hypothesis::Hypothesis;
+use hypothesis::{Hypothesis, Weighing};
 pub(crate) use level::Prior;
 pub use mixture::Size;
 pub use signature::SignaturePoint;
@@ -64,46 +64,57 @@ impl Identification {
 /// Identifies a fault.
 #[must_use]
 pub fn identify(excerpt: &Excerpt) -> Identification {
-    let candidates = match &excerpt.measured {
+    let (candidates, signature) = match &excerpt.measured {
         Measured::Gage(series) => gage::record::Record::new(excerpt, series)
             .map(|record| weigh(&record, &gage::HYPOTHESES)),
-        Measured::Nothing => {
-            Some(vec![Candidate { kind: FaultKind::NoSignal, probability: 1.0, size: None }])
-        }
         Measured::Cylinder(series) => cylinder::record::Record::new(excerpt, series)
             .map(|record| weigh(&record, &cylinder::HYPOTHESES)),
-    };
+        Measured::Nothing => {
+            let certain = Candidate { kind: FaultKind::NoSignal, probability: 1.0, size: None };
+            Some((vec![certain], Vec::new()))
+        }
+    }
+    .unwrap_or_default();
     Identification {
         run: excerpt.run,
         sequence: excerpt.sequence,
         component: excerpt.component.clone(),
         as_of: excerpt.as_of,
-        candidates: candidates.unwrap_or_default(),
-        signature: Vec::new(),
+        candidates,
+        signature,
     }
 }
 
-/// The probabilities of kinds by Bayes' rule, the most probable first.
-fn weigh<Series>(series: &Series, hypotheses: &[Hypothesis<Series>]) -> Vec<Candidate> {
-    let weighed: Vec<_> = hypotheses
+/// The probabilities of kinds by Bayes' rule, the most probable first, and what was measured beside what that one makes of
+/// it.
+fn weigh<Series>(
+    series: &Series,
+    hypotheses: &[Hypothesis<Series>],
+) -> (Vec<Candidate>, Vec<SignaturePoint>) {
+    let mut weighed: Vec<(&Hypothesis<Series>, Weighing, f64)> = hypotheses
         .iter()
         .map(|hypothesis| {
             let weighing = (hypothesis.weigh)(series);
-            (hypothesis.kind, hypothesis.prior.ln() + weighing.log_likelihood, weighing.size)
+            let log = hypothesis.prior.ln() + weighing.log_likelihood;
+            (hypothesis, weighing, log)
         })
         .collect();
-    let largest = weighed.iter().map(|(_, log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
-    if !largest.is_finite() {
-        return Vec::new();
-    }
-    let all: f64 = weighed.iter().map(|(_, log, _)| (log - largest).exp()).sum();
-    let candidate = |(kind, log, size): (FaultKind, f64, Option<Size>)| Candidate {
-        kind,
-        probability: (log - largest).exp() / all,
-        size,
+    weighed.retain(|(_, _, log)| !log.is_nan());
+    weighed.sort_by(|(_, _, a), (_, _, b)| b.total_cmp(a));
+    let Some((likeliest, weighing, largest)) =
+        weighed.first().filter(|(_, _, log)| log.is_finite())
+    else {
+        return (Vec::new(), Vec::new());
     };
-    let mut candidates: Vec<Candidate> = weighed.into_iter().map(candidate).collect();
-    candidates.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    candidates.retain(|candidate| candidate.probability >= MENTIONED);
-    candidates
+    let all: f64 = weighed.iter().map(|(_, _, log)| (log - largest).exp()).sum();
+    let candidate =
+        |(hypothesis, weighing, log): &(&Hypothesis<Series>, Weighing, f64)| Candidate {
+            kind: hypothesis.kind,
+            probability: (log - largest).exp() / all,
+            size: weighing.size,
+        };
+    let candidates = weighed.iter().map(candidate);
+    let mentioned = candidates.filter(|candidate| candidate.probability >= MENTIONED).collect();
+    let shown = weighing.likeliest.map(|best| (likeliest.show)(series, &best));
+    (mentioned, shown.unwrap_or_default())
 }

@@ -37,6 +37,12 @@ impl Grouping {
         Self { step_s, fine_from_s, detection, block }
     }
 
+    /// The step at a time \[s\] from the detection on.
+    pub(super) fn step_at(&self, at_s: f64) -> Step {
+        let off = (at_s / self.step_s).round();
+        Step(self.detection.0.saturating_add_signed(off as i64))
+    }
+
     /// When a step is \[s\], from the detection on.
     pub(super) fn at_s(&self, step: Step) -> f64 {
         (step.0 as f64 - self.detection.0 as f64) * self.step_s

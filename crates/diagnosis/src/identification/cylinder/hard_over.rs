@@ -14,8 +14,10 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     prior: 1.0,
     weigh: |record| {
         let cases = record.over_onsets(|first| {
-            record.weigh(&record.since(first, |sums| [sums.wide_open, 0.0]), &[OPEN])
+            let level = record.since(first, |sums| [sums.wide_open, 0.0]);
+            record.weigh_valve(&level, OPEN).into_iter().collect()
         });
         Weighing::without_size(&cases)
     },
+    show: |record, best| record.signature(best, 0, |sums| sums.wide_open),
 };

@@ -10,6 +10,7 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     kind: FaultKind::InternalLeakage,
     prior: 1.0,
     weigh: |record| leak(record, |[across, _, _]| [-across, across]),
+    show: |record, best| record.signature(best, 0, |sums| -sums.leaks[0]),
 };
 
 /// Coefficients \[m²\]: any order of magnitude is as likely as any other.
@@ -22,13 +23,12 @@ pub(super) fn leak(record: &Record, into: impl Fn([f64; 3]) -> [f64; 2]) -> Weig
         let mut weighed = record.weigh(&record.since(first, |sums| into(sums.leaks)), &priors);
         // A leak lets oil out; what would have to let it in is none.
         for case in &mut weighed {
-            // What makes up for the leak is known as well as the valve.
-            case.variance += (case.mean * FIGURES.deviation).powi(2);
             if case.mean <= 0.0 {
                 case.log_likelihood = f64::NEG_INFINITY;
             }
         }
         weighed
     });
-    Weighing::sized(&cases)
+    // What makes up for the leak is known as well as the valve.
+    Weighing::sized(&cases, |leak| FIGURES.deviation * leak)
 }

@@ -13,6 +13,7 @@ use crate::identification::excerpt::{CylinderSeries, Excerpt, Seen};
 use crate::identification::level::{Level, Prior, Walked, Weighed};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::Grouping;
+use crate::identification::signature::{SignaturePoint, signature};
 use crate::identification::wandering::likeliest;
 use crate::residual::NominalHydraulics;
 
@@ -45,6 +46,7 @@ pub(super) struct Point {
 pub(in crate::identification) struct Record {
     pub(super) steps: Vec<Step>,
     pub(super) hydraulics: NominalHydraulics,
+    grouping: Grouping,
     groups: Vec<Range<usize>>,
     points: Vec<Point>,
     /// Places of points, and their axis.
@@ -87,6 +89,7 @@ impl Record {
             axis: Axis::of_onsets(onsets.iter().map(|k| points[*k].at_s), APART),
             steps,
             hydraulics: h,
+            grouping,
             groups,
             points,
             onsets,
@@ -132,6 +135,41 @@ impl Record {
         })
     }
 
+    /// What a chamber was seen to hold more than its valve was commanded to let in, and what a case makes of it, given how
+    /// much a fault of coefficient one adds until a point.
+    pub(super) fn signature(
+        &self,
+        best: &Weighed,
+        chamber: usize,
+        sum: impl Fn(&Sums) -> f64,
+    ) -> Vec<SignaturePoint> {
+        let Some(first) = self.onsets.get(best.place).map(|place| &self.points[*place]) else {
+            return Vec::new();
+        };
+        let begun = sum(&first.sums);
+        let at = |point: &Point| {
+            let after = if point.at_s < first.at_s { 0.0 } else { sum(&point.sums) - begun };
+            (point.at_s, point.held[chamber] - point.sums.oil[chamber], best.mean * after)
+        };
+        let series: Vec<_> = self.points.iter().map(at).collect();
+        signature(&series, first.at_s, |at_s| self.grouping.step_at(at_s))
+    }
+
+    /// The same of a valve that let through what is given for each step \[m³/s\], of chamber A.
+    pub(super) fn valve_signature(&self, flow: &[f64], onset_s: f64) -> Vec<SignaturePoint> {
+        let oil = flows::oil(&self.hydraulics, &self.steps, flow);
+        let mut begun = None;
+        let mut at = |(of, point): (&Range<usize>, &Point)| {
+            let count = of.len() as f64;
+            let let_in = oil[of.clone()].iter().map(|oil| oil[0]).sum::<f64>() / count;
+            let more = let_in - point.sums.oil[0];
+            let after = if point.at_s < onset_s { 0.0 } else { more - *begun.get_or_insert(more) };
+            (point.at_s, point.held[0] - point.sums.oil[0], after)
+        };
+        let series: Vec<_> = self.groups.iter().zip(&self.points).map(&mut at).collect();
+        signature(&series, onset_s, |at_s| self.grouping.step_at(at_s))
+    }
+
     /// Weighs a filter with each of these priors of the fault's coefficient. That the valve lets more or less through than
     /// its figures say is left aside: the sum of what it lets through has the noise of every pressure in it, by which its
     /// gain would come out too small, and with it whatever else makes up for the oil.
@@ -140,9 +178,9 @@ impl Record {
         priors.iter().filter_map(|of_fault| level.weigh(&all(of_fault))).collect()
     }
 
-    /// Weighs a filter whose oil does not follow from the pressures: its valve's gain is open.
-    pub(super) fn weigh_valve(&self, level: &Level<ALL>) -> Option<Weighed> {
-        level.weigh(&[Prior::about_zero(1.0), FIGURES, FIGURES, FIGURES, self.null_flow])
+    /// The same where the valve does not follow the pressures: its gain is open.
+    pub(super) fn weigh_valve(&self, level: &Level<ALL>, of_fault: Prior) -> Option<Weighed> {
+        level.weigh(&[of_fault, FIGURES, FIGURES, FIGURES, self.null_flow])
     }
 
     /// Goes through the first `count` points; `at` tells the oil let in and the fault's effect on each chamber.

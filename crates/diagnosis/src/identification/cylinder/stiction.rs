@@ -6,17 +6,21 @@ use names::fault::FaultKind;
 use super::record::Record;
 use crate::identification::axis::Axis;
 use crate::identification::hypothesis::{Hypothesis, Weighing};
-use crate::identification::level::Weighed;
+use crate::identification::level::{Prior, Weighed};
 use crate::identification::mixture::Mixture;
+use crate::identification::signature::SignaturePoint;
 
 pub(super) const HYPOTHESIS: Hypothesis<Record> =
-    Hypothesis { kind: FaultKind::Stiction, prior: 1.0, weigh };
+    Hypothesis { kind: FaultKind::Stiction, prior: 1.0, weigh, show };
 
 /// As shares of what the open valve lets through; each order of magnitude is as likely as the other.
 const BANDS: [f64; 2] = [0.003, 0.3];
 /// Bands that are tried at most, and at first.
 const PLACES: usize = 400;
 const AT_FIRST: f64 = 14.0;
+/// By how much a band may be wrong, as a share of it: the spool is followed by what the pressures were measured to be once
+/// in a step, so it seems to jump now too early and now too late.
+const MODEL: f64 = 0.15;
 /// Onsets that are tried for each: where the spool stood when it began to stick matters little.
 const ONSETS: usize = 4;
 
@@ -30,13 +34,20 @@ fn weigh(record: &Record) -> Weighing {
         let cases = axis.integrate(|place| {
             let band = at(place).exp() * record.hydraulics.valve_flow_m3_per_s;
             let level = record.with_valve(&spool(record, *onset, band));
-            let half = 0.01 * band;
-            let weighed = record.weigh_valve(&level).into_iter();
-            weighed.map(|case| Weighed { mean: band, variance: half * half, ..case }).collect()
+            let weighed = record.weigh_valve(&level, Prior::about_zero(1.0)).into_iter();
+            weighed
+                .map(|case| Weighed { mean: band, variance: 1e-4 * band * band, ..case })
+                .collect()
         });
         all.extend(cases, 1.0 / onsets.len() as f64);
     }
-    Weighing::sized(&all)
+    Weighing::sized(&all, |band| MODEL * band)
+}
+
+/// By how much more oil came into chamber A than was commanded, and by how much more a spool that sticks lets in.
+fn show(record: &Record, best: &Weighed) -> Vec<SignaturePoint> {
+    let onset_s = record.some_onsets(1).first().copied().unwrap_or_default();
+    record.valve_signature(&spool(record, onset_s, best.mean), onset_s)
 }
 
 /// What the valve lets through at each step.

@@ -3,7 +3,7 @@
 use names::fault::FaultKind;
 
 use super::record::Record;
-use super::scales::at_all;
+use super::scales::{OF_CONTROLLER, at_all};
 use crate::identification::hypothesis::{Hypothesis, Weighing};
 
 /// From its own noise to ten thousand times that.
@@ -15,6 +15,11 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
         let cases = record.over_onsets(|onset, wandering| {
             at_all(&record.follow(onset, wandering, |point| point.share_after(onset.at_s)), unit)
         });
-        Weighing::sized(&cases)
+        Weighing::sized(&cases, |size| OF_CONTROLLER * size)
+    },
+    show: |record, best| {
+        record.signature(best, |point, onset, level_m| {
+            level_m + best.mean * point.share_after(onset.at_s)
+        })
     },
 };

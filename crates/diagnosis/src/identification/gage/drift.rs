@@ -3,7 +3,7 @@
 use names::fault::FaultKind;
 
 use super::record::Record;
-use super::scales::at_all;
+use super::scales::{OF_CONTROLLER, at_all};
 use crate::identification::hypothesis::{Hypothesis, Weighing};
 
 /// By its own noise in a hundred seconds, up to ten thousand times its noise in a second.
@@ -16,6 +16,12 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
             let filter = record.follow(onset, wandering, |point| point.time_after_s(onset.at_s));
             [0.01, 1.0].iter().flat_map(|per_s| at_all(&filter, per_s * unit)).collect()
         });
-        Weighing::sized(&cases)
+        let age_s = cases.likeliest().map_or(0.0, |best| record.age_s(&best));
+        Weighing::sized(&cases, |size| OF_CONTROLLER * size / age_s.max(1.0).sqrt())
+    },
+    show: |record, best| {
+        record.signature(best, |point, onset, level_m| {
+            level_m + best.mean * point.time_after_s(onset.at_s)
+        })
     },
 };

@@ -10,6 +10,9 @@ use crate::identification::level::{Prior, Weighed};
 /// By how much the gain may differ from one: normal, each as likely as the others.
 const DEVIATIONS: [f64; 4] = [0.03, 0.1, 0.3, 1.0];
 
+/// By how much what it should read may be wrong, as a share.
+const OF_EXPECTED: f64 = 0.01;
+
 pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     kind: FaultKind::Gain,
     prior: 1.0,
@@ -23,6 +26,12 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
             let weighed = DEVIATIONS.iter().filter_map(|d| filter.weigh(&[Prior::about_zero(*d)]));
             weighed.map(|case| Weighed { mean: 1.0 + case.mean, ..case }).collect()
         });
-        Weighing::sized(&cases)
+        Weighing::sized(&cases, |gain| OF_EXPECTED * (gain - 1.0))
+    },
+    show: |record, best| {
+        record.signature(best, |point, onset, level_m| {
+            let healthy_m = point.expected_m + level_m;
+            level_m + (best.mean - 1.0) * healthy_m * point.share_after(onset.at_s)
+        })
     },
 };

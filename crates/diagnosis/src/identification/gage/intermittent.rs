@@ -8,36 +8,51 @@ use std::f64::consts::TAU;
 
 use names::fault::FaultKind;
 
-use super::record::{Onset, Point, Record};
+use super::record::{Onset, Point, Record, Wandering};
 use super::scales::log_density;
 use crate::identification::hypothesis::{Hypothesis, Weighing};
-use crate::identification::level::{Level, Weighed, deviance};
+use crate::identification::level::{Weighed, deviance};
 
 /// Mean times for which the contact is closed, and open \[s\].
 const CLOSED_S: f64 = 0.3;
-const OPEN_S: f64 = 0.3;
+const OPEN_S: f64 = 0.25;
+/// How much less likely, as a logarithm, a mean that is not between the two is when it switches.
+const RARELY: f64 = 7.0;
+/// By how much the offset may be wrong, as a share: points that it is partly open in are taken for open.
+const OF_POINTS: f64 = 0.02;
 /// Rounds for the offset.
 const ROUNDS: usize = 3;
 
 pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     kind: FaultKind::Intermittent,
-    prior: 1.0,
+    prior: 0.5,
     weigh: |record| {
-        let cases = record.over_onsets(|onset, wandering| {
-            weigh(record, onset, wandering.before(onset)).into_iter().collect()
-        });
-        Weighing::sized(&cases)
+        let cases = record
+            .over_onsets(|onset, wandering| weigh(record, onset, wandering).into_iter().collect());
+        Weighing::sized(&cases, |offset| OF_POINTS * offset)
+    },
+    show: |record, best| {
+        record.signature(best, |point, _, level_m| {
+            let share = ((point.off_m - level_m) / best.mean).clamp(0.0, 1.0);
+            // A single step is either open or closed.
+            level_m + best.mean * if point.count > 1.0 { share } else { share.round() }
+        })
     },
 };
 
 /// Weighs a contact that is open at the onset.
-fn weigh(record: &Record, onset: &Onset, before: &Level<0>) -> Option<Weighed> {
+fn weigh(record: &Record, onset: &Onset, wandering: &Wandering) -> Option<Weighed> {
     let points = &record.points[onset.first..];
+    let before = wandering.before(onset);
     let (level, uncertain) = before.level();
-    let mut offset = points.first()?.off_m - level;
+    // In a single step it is open or closed; the farthest off is open.
+    let single =
+        points.iter().take_while(|point| point.count <= 1.0).map(|point| point.off_m - level);
+    let farthest = single.max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let mut offset = farthest.unwrap_or(points.first()?.off_m - level);
     let mut passed = Passed::default();
     for _ in 0..ROUNDS {
-        passed = Contact { record, level, uncertain, offset }.pass(points);
+        passed = Contact { record, onset, wandering, level, uncertain, offset }.pass(points);
         if passed.open > 0.5 {
             offset = passed.sum / passed.open;
         }
@@ -49,12 +64,15 @@ fn weigh(record: &Record, onset: &Onset, before: &Level<0>) -> Option<Weighed> {
         log_likelihood: before.log_likelihood() + passed.log_likelihood + integral,
         mean: offset,
         variance,
+        place: 0,
     })
 }
 
 /// A contact, and what the gage reads too much while it is open.
 struct Contact<'a> {
     record: &'a Record,
+    onset: &'a Onset,
+    wandering: &'a Wandering,
     level: f64,
     uncertain: f64,
     offset: f64,
@@ -73,47 +91,47 @@ impl Contact<'_> {
     fn pass(&self, points: &[Point]) -> Passed {
         let mut passed = Passed::default();
         // How likely it is closed and open.
-        let mut state = [0.0, 1.0];
-        for (place, point) in points.iter().enumerate() {
-            let stays = match place {
-                0 => [1.0; 2],
-                _ => {
-                    [CLOSED_S, OPEN_S].map(|mean| (-point.count * self.record.step_s / mean).exp())
-                }
-            };
-            let [still, switched] = self.densities(point);
-            let [closed, open] = [0, 1].map(|k| {
-                state[k] * stays[k] * still[k] + state[1 - k] * (1.0 - stays[1 - k]) * switched[k]
-            });
+        let mut state = [0.5; 2];
+        for point in points {
+            let stays =
+                [CLOSED_S, OPEN_S].map(|mean| (-point.count * self.record.step_s / mean).exp());
+            let (scale, [still, switched]) = self.densities(point);
+            let stayed = [0, 1].map(|k| state[k] * stays[k] * still[k]);
+            let [closed, open] =
+                [0, 1].map(|k| stayed[k] + state[1 - k] * (1.0 - stays[1 - k]) * switched[k]);
             let all = closed + open;
             if all <= 0.0 {
                 passed.log_likelihood = f64::NEG_INFINITY;
                 return passed;
             }
-            passed.log_likelihood += all.ln();
+            passed.log_likelihood += all.ln() + scale;
             state = [closed / all, open / all];
-            // A point in which it switches says little of the offset.
-            let stayed_open = state[1] * still[1] / (still[1] + switched[1]).max(f64::MIN_POSITIVE);
-            let weight = if point.count > 1.0 { stayed_open } else { state[1] } * point.count;
-            passed.open += weight;
-            passed.sum += weight * (point.off_m - self.level);
+            // A point in which it switches says little of the offset; a single step is one or the other.
+            let is_open = if point.count > 1.0 { stayed[1] } else { open } / all;
+            passed.open += is_open * point.count;
+            passed.sum += is_open * point.count * (point.off_m - self.level);
         }
         passed
     }
 
-    /// Densities of what it reads at the end of which it is closed, and open: if it was so throughout, and if it switched.
-    fn densities(&self, point: &Point) -> [[f64; 2]; 2] {
-        let variance = self.uncertain + self.record.noise_m2 / point.count;
+    /// Densities of what it reads at the end of which it is closed, and open: if it was so throughout, and if it switched;
+    /// and the logarithm of what they are to be multiplied by.
+    fn densities(&self, point: &Point) -> (f64, [[f64; 2]; 2]) {
+        let wandered = self.wandering.m2_per_s * (point.until_s - self.onset.at_s).max(0.0);
+        let variance = self.uncertain + wandered + self.record.noise_m2 / point.count;
         let off = point.off_m - self.level;
-        let normal = |mean: f64| (-0.5 * deviance(off - mean, variance)).exp();
-        let still = [normal(0.0), normal(self.offset)];
+        let logs = [0.0, self.offset].map(|mean| -0.5 * deviance(off - mean, variance));
+        let nearest = logs[0].max(logs[1]);
         if point.count <= 1.0 {
-            return [still, still];
+            let still = logs.map(|log| (log - nearest).exp());
+            return (nearest, [still, still]);
         }
-        // Its mean is anywhere between the two.
+        // The mean of a point in which it switches is anywhere between the two.
+        let is_between = (0.0..=1.0).contains(&(off / self.offset));
         let width = self.offset.abs().max(variance.sqrt());
-        let share = off / self.offset;
-        let between = if (0.0..=1.0).contains(&share) { 1.0 / width } else { 0.0 };
-        [still, [between.max(1e-3 * still[0]), between.max(1e-3 * still[1])]]
+        let between = if is_between { -width.ln() } else { nearest - RARELY };
+        let scale = nearest.max(between);
+        let still = logs.map(|log| (log - scale).exp());
+        (scale, [still, [(between - scale).exp(); 2]])
     }
 }

@@ -36,8 +36,10 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
         let size = likeliest.into_inner().1.and_then(|(onset, before, increment)| {
             size(|increment| walk(record, &onset, &before, increment), increment)
         });
-        Weighing { log_likelihood: cases.log_likelihood(), size }
+        Weighing { size, ..Weighing::without_size(&cases) }
     },
+    // It goes anywhere.
+    show: |record, best| record.signature(best, |point, _, _| point.off_m),
 };
 
 /// The increment about the likeliest one of few, each order of magnitude being as likely as the other.
@@ -56,5 +58,5 @@ fn walk(record: &Record, onset: &Onset, before: &Level<0>, increment_m: f64) -> 
     for (place, point) in record.points.iter().enumerate().skip(onset.first) {
         level.take(point.off_m, record.walked(place, per_s), record.noise_m2 / point.count, []);
     }
-    Weighed { log_likelihood: level.log_likelihood(), mean: increment_m, variance: 0.0 }
+    Weighed { log_likelihood: level.log_likelihood(), mean: increment_m, variance: 0.0, place: 0 }
 }

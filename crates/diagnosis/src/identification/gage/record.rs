@@ -7,6 +7,7 @@ use crate::identification::excerpt::{Excerpt, GageSecond, GageSeries, GageStep, 
 use crate::identification::level::{Level, Prior, Walked, Weighed, deviance};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::{BLOCK_S, FINE_BEFORE_S, Grouping};
+use crate::identification::signature::{SignaturePoint, signature};
 use crate::identification::wandering::{LEAST_BEFORE, likely};
 
 /// What a gage should read is taken from the steps within this time of a point, the point itself excepted \[s\].
@@ -20,8 +21,8 @@ const WITHIN: usize = 8;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
     /// From and until when \[s\], from the detection on.
-    from_s: f64,
-    until_s: f64,
+    pub(super) from_s: f64,
+    pub(super) until_s: f64,
     /// Steps that it is a mean of.
     pub(super) count: f64,
     /// How much more it reads than the others say \[m\].
@@ -59,8 +60,10 @@ pub(super) struct Onset {
 /// A way in which the level of a healthy gage may wander.
 #[derive(Debug, Clone)]
 pub(super) struct Wandering {
+    /// How likely, in comparison with the others.
+    share: f64,
     /// By how much in a second \[m²\].
-    m2_per_s: f64,
+    pub(super) m2_per_s: f64,
     /// The filter before each point, and after the last.
     before: Vec<Level<0>>,
 }
@@ -82,6 +85,7 @@ pub(in crate::identification) struct Record {
     pub(super) noise_m2: f64,
     /// Length of a step \[s\].
     pub(super) step_s: f64,
+    grouping: Grouping,
     wanderings: Vec<Wandering>,
     onsets: Vec<Onset>,
     axis: Axis,
@@ -110,6 +114,7 @@ impl Record {
             own_noise_m2: own_noise_m2.unwrap_or(own_m2).clamp(0.01 * own_m2, noise_m2),
             noise_m2,
             step_s: excerpt.step_s,
+            grouping,
             wanderings: Vec::new(),
             onsets,
         };
@@ -123,12 +128,36 @@ impl Record {
         weigh: impl Fn(&Onset, &Wandering) -> Vec<Weighed>,
     ) -> Mixture {
         let mut all = Mixture::default();
-        let share = 1.0 / self.wanderings.len() as f64;
+        let shares: f64 = self.wanderings.iter().map(|wandering| wandering.share).sum();
         for wandering in &self.wanderings {
             let cases = self.axis.integrate(|place| weigh(&self.onsets[place], wandering));
-            all.extend(cases, share);
+            all.extend(cases, wandering.share / shares);
         }
         all
+    }
+
+    /// How long ago a case's onset is \[s\].
+    pub(super) fn age_s(&self, best: &Weighed) -> f64 {
+        let onset = self.onsets.get(best.place);
+        onset.zip(self.points.last()).map_or(0.0, |(onset, last)| last.until_s - onset.at_s)
+    }
+
+    /// What was measured, and what a case makes of it: from its onset on what `after` tells, given the onset and how much the
+    /// gage read too much before it.
+    pub(super) fn signature(
+        &self,
+        best: &Weighed,
+        after: impl Fn(&Point, &Onset, f64) -> f64,
+    ) -> Vec<SignaturePoint> {
+        let Some(onset) = self.onsets.get(best.place) else { return Vec::new() };
+        let before = self.wanderings.first().map(|wandering| wandering.before(onset));
+        let level_m = before.map_or(0.0, |before| before.level().0);
+        let at = |(place, point): (usize, &Point)| {
+            let fitted = if place < onset.first { level_m } else { after(point, onset, level_m) };
+            (point.until_s, point.off_m, fitted)
+        };
+        let series: Vec<_> = self.points.iter().enumerate().map(at).collect();
+        signature(&series, onset.at_s, |at_s| self.grouping.step_at(at_s))
     }
 
     /// How a level that moves by so much in a second has moved until the end of a point.
@@ -183,7 +212,8 @@ impl Record {
             let mut filters = self.filters(scaled(walk), level);
             filters.nth(earliest).map_or(0.0, |filter| filter.log_likelihood())
         });
-        let wandering = |walk: f64| Wandering {
+        let wandering = |(walk, share): (f64, f64)| Wandering {
+            share,
             m2_per_s: scaled(walk),
             before: self.filters(scaled(walk), level).collect(),
         };

@@ -16,9 +16,14 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
         let cases = record.over_onsets(|onset, wandering| {
             let log_likelihood =
                 wandering.before(onset).log_likelihood() - 0.5 * held(record, onset);
-            vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0 }]
+            vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0, place: 0 }]
         });
         Weighing::without_size(&cases)
+    },
+    show: |record, best| {
+        record.signature(best, |point, onset, _| {
+            point.off_m - point.reading_m + record.points[onset.first].reading_m
+        })
     },
 };
 

@@ -14,8 +14,9 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
         let cases = record.over_onsets(|onset, wandering| {
             let before = wandering.before(onset).log_likelihood();
             let log_likelihood = before - 0.5 * deviances[onset.first];
-            vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0 }]
+            vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0, place: 0 }]
         });
         Weighing::without_size(&cases)
     },
+    show: |record, best| record.signature(best, |point, _, _| point.off_m - point.reading_m),
 };
