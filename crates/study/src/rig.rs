@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use diagnosis::identification::{Identification, identify};
+use diagnosis::identification::{Excerpt, Identification, identify};
 use diagnosis::{
     Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
     SetupError, Transition,
@@ -97,7 +97,7 @@ pub struct Rig {
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
     kept: VecDeque<Vec<Sample>>,
     keep: usize,
-    identifies: bool,
+    identify: Option<fn(&Excerpt) -> Identification>,
 }
 
 impl Rig {
@@ -130,7 +130,7 @@ impl Rig {
             stores,
             kept: VecDeque::new(),
             keep: 0,
-            identifies: false,
+            identify: None,
         })
     }
 
@@ -208,7 +208,12 @@ impl Rig {
 
     /// Faults are identified from now on: their kind and size, which takes milliseconds each time.
     pub fn identify(&mut self) {
-        self.identifies = true;
+        self.identify_by(identify);
+    }
+
+    /// The same by another function.
+    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> Identification) {
+        self.identify = Some(identify);
     }
 
     /// Keeps the latest `count` samples of each module for diagnosers that are restarted.
@@ -266,9 +271,11 @@ impl Rig {
                 self.occurrences.push(Occurrence::Transition { module, transition });
                 None
             }
-            Action::Identify(excerpt) if self.identifies => {
-                let identification = Box::new(identify(&excerpt));
-                self.occurrences.push(Occurrence::Identified { module, identification });
+            Action::Identify(excerpt) => {
+                if let Some(identify) = self.identify {
+                    let identification = Box::new(identify(&excerpt));
+                    self.occurrences.push(Occurrence::Identified { module, identification });
+                }
                 None
             }
             Action::Ask { peer, question } => {
@@ -307,7 +314,6 @@ impl Rig {
             | Action::SignalLost { .. }
             | Action::AnswerRejected { .. }
             | Action::WordBroken { .. }
-            | Action::Identify(_)
             | Action::RunStarted(_) => None,
         }
     }

@@ -6,7 +6,7 @@ mod tower;
 use std::sync::LazyLock;
 
 use diagnosis::ModuleSetup;
-use diagnosis::identification::Identification;
+use diagnosis::identification::{Identification, SignaturePoint};
 use names::fault::{Fault, FaultKind};
 use names::{ComponentPath, RunId, Step};
 use study::commissioning::{Site, usual_snippets};
@@ -66,14 +66,14 @@ fn assert_identified(component: &str, fault: Fault, size: Option<f64>, seed: u64
     let latest = all.last().and_then(Identification::decided);
     assert!(latest.is_some(), "{fault}: {all:?}");
     let latest = latest.unwrap();
-    assert_eq!(latest.kind, fault.kind(), "{fault}: {latest}");
+    assert_eq!(latest.kind, fault.kind(), "{fault}: {latest:?}");
     let settled = all.iter().filter(|found| found.as_of >= ONSET.plus(1000));
     for found in settled.filter_map(Identification::decided) {
-        assert_eq!(found.kind, fault.kind(), "{fault}: {found}");
+        assert_eq!(found.kind, fault.kind(), "{fault}: {found:?}");
     }
     if let Some(size) = size {
         let found = latest.size.unwrap();
-        assert!((found.value / size - 1.0).abs() < 0.125, "{fault}: {latest}");
+        assert!((found.value / size - 1.0).abs() < 0.125, "{fault}: {latest:?}");
         assert!(found.low < found.value && found.value < found.high);
     }
 }
@@ -93,6 +93,39 @@ fn a_gage_that_reads_zero_or_stands_still_is_told_from_one_that_is_off() {
     let stuck = identified(GAGE, Fault::Stuck {}, 5);
     let latest = stuck.last().and_then(Identification::decided).map(|found| found.kind);
     assert!(stuck.is_empty() || latest == Some(FaultKind::Stuck), "{stuck:?}");
+}
+
+#[test]
+fn a_gain_is_no_bias_once_the_load_moves_and_a_bad_contact_neither() {
+    assert_identified("module1/sensor/g2", Fault::Gain { gain: 1.6 }, Some(1.6), 11);
+    let contact = Fault::Intermittent { offset_m: 60e-6, closed_s: 0.2, open_s: 0.1 };
+    assert_identified(GAGE, contact, Some(60e-6), 12);
+}
+
+#[test]
+fn of_a_gage_without_a_signal_that_is_all_that_is_said() {
+    let all = identified(GAGE, Fault::NoSignal {}, 13);
+    let [only] = &all[..] else { panic!("{all:?}") };
+    assert_eq!(only.decided().map(|found| found.kind), Some(FaultKind::NoSignal));
+    assert!(only.signature.is_empty());
+}
+
+/// Fitted and measured agree to within a twentieth of the bias, before the onset and after it.
+#[test]
+fn the_signature_of_a_bias_is_a_step_from_its_onset_on() {
+    let offset_m = 45e-6;
+    let all = identified(GAGE, Fault::Bias { offset_m }, 1);
+    let points = &all.last().unwrap().signature;
+    assert!((20..=120).contains(&points.len()), "{}", points.len());
+    let (before, after): (Vec<&SignaturePoint>, Vec<_>) =
+        points.iter().partition(|point| point.step < ONSET);
+    assert!(before.len() > 5 && after.len() > 5);
+    let level = before.iter().map(|point| point.fitted).sum::<f64>() / before.len() as f64;
+    for point in points {
+        let expected = level + if point.step < ONSET { 0.0 } else { offset_m };
+        assert!((point.fitted - expected).abs() < 0.05 * offset_m, "{point:?}");
+        assert!((point.measured - expected).abs() < 0.05 * offset_m, "{point:?}");
+    }
 }
 
 #[test]

@@ -59,7 +59,7 @@ pub struct FaultSize {
     /// It is more than this with a probability of 2.5 %, in `unit`.
     pub high: f64,
     /// `m` of a bias and of what a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a
-    /// gain, `m²` of a leak's coefficient, `m³/s` of the band in which a valve sticks. Later versions may know others.
+    /// gain, `m²` of a leak's coefficient. Later versions may know others.
     pub unit: String,
 }
 

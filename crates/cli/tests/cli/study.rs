@@ -238,3 +238,35 @@ fn limits_that_cannot_be_meant_are_refused() {
         run(&[&["study", "limits"], &arguments[..]].concat()).fails(2, &[said]);
     }
 }
+
+#[test]
+fn identified_faults_are_one_object_and_a_figure_the_same_for_any_number_of_jobs() {
+    let directory = tempfile::tempdir().unwrap();
+    let svg = directory.path().join("identified.svg");
+    let asked = ["--plants", "1", "--cases", "4", "--seed", "5", "--situation", "alone", "--json"];
+    let of_jobs = |jobs: &str, kind: &str| {
+        let more = ["--jobs", jobs, "--kind", kind, "--svg", svg.to_str().unwrap()];
+        run(&[&["study", "identify"], &asked[..], &more[..]].concat())
+    };
+    let outcome = of_jobs("2", "zero_output");
+    let object = object(&outcome);
+    assert_eq!(outcome.stdout, of_jobs("1", "zero_output").stdout);
+    let row = &object["in_the_end"]["zero_output"];
+    assert_eq!((&row["cases"], &object["complete"]), (&4.into(), &true.into()));
+    assert_eq!(object["faults"].as_array().unwrap().len(), 4);
+    of_jobs("2", "bias");
+    let drawn = fs::read_to_string(&svg).unwrap();
+    assert!(drawn.starts_with("<svg") && drawn.contains("after 0.2 s"), "{drawn}");
+}
+
+#[test]
+fn faults_to_identify_that_cannot_be_meant_are_refused() {
+    for (arguments, said) in [
+        (["--in-limits", "0"], "`--in-limits` is 0; use a number from 0.01 to 1000"),
+        (["--kind", "rust"], "hard_over"),
+        (["--situation", "asleep"], "after_effects"),
+        (["--weather", "fair"], "alike"),
+    ] {
+        run(&[&["study", "identify"], &arguments[..]].concat()).fails(2, &[said]);
+    }
+}

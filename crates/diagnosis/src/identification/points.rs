@@ -1,4 +1,4 @@
-//! How steps are gathered to points: single steps around the onset, blocks farther away.
+//! How steps are gathered to points: single steps around the onset, blocks farther away, longer ones still farther.
 
 use std::ops::Range;
 
@@ -9,8 +9,10 @@ use super::excerpt::{Excerpt, Seen};
 /// Single steps from so long before the onset until so long after its detection \[s\]; then means over blocks.
 pub(super) const FINE_BEFORE_S: f64 = 0.01;
 const FINE_AFTER_S: f64 = 0.06;
-/// Length of a block \[s\].
+/// Length of a block \[s\]; farther than this before or after the detection so many times that \[s\].
 pub(super) const BLOCK_S: f64 = 0.01;
+const NEAR_S: f64 = 0.5;
+const FAR_TIMES: usize = 4;
 
 /// How the steps of an excerpt are gathered.
 #[derive(Debug, Clone, Copy)]
@@ -54,11 +56,15 @@ impl Grouping {
         let mut groups = Vec::new();
         let mut from = 0;
         while from < times.len() {
-            let most = if is_fine(times[from]) { from + 1 } else { from + self.block };
+            let is_far = times[from].abs() > NEAR_S;
+            let blocks = if is_far { FAR_TIMES } else { 1 };
+            let most = if is_fine(times[from]) { from + 1 } else { from + blocks * self.block };
             let most = most.min(times.len());
-            let until = (from + 1..most)
-                .find(|k| is_fine(times[*k]) || times[*k] - times[from] > 1.5 * BLOCK_S)
-                .unwrap_or(most);
+            let longest_s = 1.5 * BLOCK_S * blocks as f64;
+            let ends = |at_s: f64| {
+                is_fine(at_s) || at_s - times[from] > longest_s || is_far && at_s.abs() <= NEAR_S
+            };
+            let until = (from + 1..most).find(|k| ends(times[*k])).unwrap_or(most);
             groups.push(from..until);
             from = until;
         }

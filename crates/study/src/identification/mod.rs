@@ -7,5 +7,6 @@ mod tally;
 pub use draw::{IdentificationCase, IdentificationCases, IdentificationSituation};
 pub use run::{IdentificationRecord, Word, run_case};
 pub use tally::{
-    IdentificationTally, KindRow, SIZES_IN_LIMITS, SituationRow, Sizing, UndecidedBySize, Verdict,
+    IdentificationTally, KindRow, SIZES_IN_LIMITS, SituationRow, Sizing, UNDECIDED_AFTER_S,
+    UndecidedBySize,
 };

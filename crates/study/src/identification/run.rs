@@ -137,11 +137,14 @@ fn stated_size(fault: &Fault) -> Option<f64> {
         Fault::InternalLeakage { area_m2 }
         | Fault::ExternalLeakageA { area_m2 }
         | Fault::ExternalLeakageB { area_m2 } => Some(area_m2),
-        Fault::Stiction { band_m3_per_s } => Some(band_m3_per_s),
         Fault::Bias { offset_m } | Fault::Intermittent { offset_m, .. } => Some(offset_m),
         Fault::Drift { drift_m_per_s } => Some(drift_m_per_s),
         Fault::RandomWalk { increment_m, .. } => Some(increment_m),
         Fault::Gain { gain } => Some(gain),
-        Fault::HardOver {} | Fault::ZeroOutput {} | Fault::Stuck {} | Fault::NoSignal {} => None,
+        Fault::HardOver {}
+        | Fault::Stiction { .. }
+        | Fault::ZeroOutput {}
+        | Fault::Stuck {}
+        | Fault::NoSignal {} => None,
     }
 }

@@ -17,7 +17,7 @@ pub const SIZES_IN_LIMITS: [f64; 8] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0
 
 /// What was said of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+enum Said {
     /// Its component was not declared faulty.
     NotNamed,
     /// No kind was decided.
@@ -35,11 +35,11 @@ impl Until {
         record.named_after_s.and_then(|_| record.within(self.0))
     }
 
-    fn verdict(self, record: &IdentificationRecord) -> Verdict {
+    fn verdict(self, record: &IdentificationRecord) -> Said {
         match (record.named_after_s, self.word(record).and_then(Word::decided)) {
-            (None, _) => Verdict::NotNamed,
-            (_, None) => Verdict::Undecided,
-            (_, Some(kind)) => Verdict::Decided(kind),
+            (None, _) => Said::NotNamed,
+            (_, None) => Said::Undecided,
+            (_, Some(kind)) => Said::Decided(kind),
         }
     }
 }
@@ -58,12 +58,12 @@ pub struct KindRow {
 }
 
 impl KindRow {
-    fn count(&mut self, verdict: Verdict) {
+    fn count(&mut self, verdict: Said) {
         self.cases += 1;
         match verdict {
-            Verdict::NotNamed => self.not_named += 1,
-            Verdict::Undecided => self.undecided += 1,
-            Verdict::Decided(kind) => *self.decided.entry(kind).or_default() += 1,
+            Said::NotNamed => self.not_named += 1,
+            Said::Undecided => self.undecided += 1,
+            Said::Decided(kind) => *self.decided.entry(kind).or_default() += 1,
         }
     }
 
@@ -115,12 +115,12 @@ pub struct UndecidedBySize {
     pub to: f64,
     /// Faults whose component was declared faulty.
     pub named: u64,
-    /// Of these, those whose kind was undecided 0.2 s, 1 s and 10 s later.
+    /// Of these, those whose kind was undecided at each of [`UNDECIDED_AFTER_S`].
     pub undecided: [u64; 3],
 }
 
-/// When undecided faults are counted \[s\].
-const WHEN_S: [f64; 3] = [0.2, 1.0, 10.0];
+/// When undecided faults are counted, since their component was declared faulty \[s\].
+pub const UNDECIDED_AFTER_S: [f64; 3] = [0.2, 1.0, 10.0];
 
 /// What came of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -183,7 +183,7 @@ impl SituationRow {
             (second, &mut self.decided, &mut self.right),
             (end, &mut self.decided_in_the_end, &mut self.right_in_the_end),
         ] {
-            if let Verdict::Decided(kind) = until.verdict(record) {
+            if let Said::Decided(kind) = until.verdict(record) {
                 *decided += 1;
                 *right += u64::from(kind == record.kind);
             }
@@ -202,7 +202,7 @@ fn confusion(records: &[&IdentificationRecord], until: Until) -> BTreeMap<FaultK
 fn sizes(records: &[IdentificationRecord], until: Until) -> BTreeMap<FaultKind, Sizing> {
     let mut stated = BTreeMap::<_, Vec<(f64, [f64; 3])>>::new();
     for record in records {
-        let right = until.verdict(record) == Verdict::Decided(record.kind);
+        let right = until.verdict(record) == Said::Decided(record.kind);
         let size = until.word(record).and_then(|word| word.size);
         if let (true, Some(truth), Some(size)) = (right, record.size, size) {
             stated.entry(record.kind).or_default().push((truth, size));
@@ -254,8 +254,8 @@ fn undecided(records: &[IdentificationRecord]) -> BTreeMap<FaultKind, Vec<Undeci
         let ranges = rows.entry(record.kind).or_insert_with(empty);
         let Some(row) = ranges.iter_mut().find(|row| size < row.to) else { continue };
         row.named += 1;
-        for (count, when) in row.undecided.iter_mut().zip(WHEN_S) {
-            *count += u64::from(Until(when).verdict(record) == Verdict::Undecided);
+        for (count, when) in row.undecided.iter_mut().zip(UNDECIDED_AFTER_S) {
+            *count += u64::from(Until(when).verdict(record) == Said::Undecided);
         }
     }
     rows

@@ -6,12 +6,14 @@ mod report;
 use std::sync::atomic::AtomicBool;
 
 use study::conditions::{CommissionedPlant, ConditionCampaign};
+use study::figure::identification_figure;
 use study::identification::{
     IdentificationCase, IdentificationCases, IdentificationRecord, IdentificationTally, run_case,
 };
 use study::{StudyError, parallel};
 
 use super::commissioned::commission;
+use super::files;
 use super::runs::unusable;
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -28,6 +30,9 @@ pub(super) fn run(arguments: &Arguments, stop: &AtomicBool) -> Result<(), Failur
     let complete = records.len() as u64 == expected;
     let tally = IdentificationTally::of(&records);
     Report::of(arguments, &tally, &records, complete).print(arguments.json)?;
+    if let Some(file) = &arguments.svg {
+        files::write(file, identification_figure(&tally))?;
+    }
     if complete {
         return Ok(());
     }

@@ -53,10 +53,11 @@ fn unit(kind: FaultKind) -> Option<&'static str> {
         FaultKind::InternalLeakage | FaultKind::ExternalLeakageA | FaultKind::ExternalLeakageB => {
             Some("m²")
         }
-        FaultKind::Stiction => Some("m³/s"),
-        FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::Stuck | FaultKind::NoSignal => {
-            None
-        }
+        FaultKind::HardOver
+        | FaultKind::Stiction
+        | FaultKind::ZeroOutput
+        | FaultKind::Stuck
+        | FaultKind::NoSignal => None,
     }
 }
 

@@ -11,6 +11,10 @@ const AMBIENT_PA: f64 = 1e5;
 /// Within so many deviations of a pressure's noise of the supply's or the tank's it is not known what flows.
 const NEAR_LIMIT: f64 = 20.0;
 
+/// What flows as commanded is known to within such a share, apart from what the valve's figures leave open: large flows reach
+/// the limit of a port now sooner and now later than these say.
+const OF_FLOW: f64 = 0.05;
+
 /// A step of a cylinder.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
@@ -33,7 +37,7 @@ pub(super) struct Sums {
     pub(super) leaks: [f64; 3],
     /// What a fully open inlet of A lets in beyond what was commanded.
     pub(super) wide_open: f64,
-    /// By how much the flow into each chamber may be wrong, since its pressure is as near to a limit as its noise.
+    /// By how much the flow into each chamber may be wrong: its pressure is as near to a limit as its noise, or much flows.
     pub(super) unsure: [f64; 2],
 }
 
@@ -97,7 +101,7 @@ impl Sums {
         for (k, pressure) in step.pressures_pa.into_iter().enumerate() {
             self.oil[k] += time * ports[k];
             self.null[k] += time * null_flow(h, pressure);
-            self.unsure[k] += time * unsure(h, pressure);
+            self.unsure[k] += time * (unsure(h, pressure) + OF_FLOW * ports[k].abs());
         }
         for (sum, flow) in self.leaks.iter_mut().zip(through) {
             *sum += time * flow;

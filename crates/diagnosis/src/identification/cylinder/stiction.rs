@@ -18,9 +18,6 @@ const BANDS: [f64; 2] = [0.003, 0.3];
 /// Bands that are tried at most, and at first.
 const PLACES: usize = 400;
 const AT_FIRST: f64 = 14.0;
-/// By how much a band may be wrong, as a share of it: the spool is followed by what the pressures were measured to be once
-/// in a step, so it seems to jump now too early and now too late.
-const MODEL: f64 = 0.15;
 /// Onsets that are tried for each: where the spool stood when it began to stick matters little.
 const ONSETS: usize = 4;
 
@@ -35,13 +32,13 @@ fn weigh(record: &Record) -> Weighing {
             let band = at(place).exp() * record.hydraulics.valve_flow_m3_per_s;
             let level = record.with_valve(&spool(record, *onset, band));
             let weighed = record.weigh_valve(&level, Prior::about_zero(1.0)).into_iter();
-            weighed
-                .map(|case| Weighed { mean: band, variance: 1e-4 * band * band, ..case })
-                .collect()
+            weighed.map(|case| Weighed { mean: band, variance: 0.0, ..case }).collect()
         });
         all.extend(cases, 1.0 / onsets.len() as f64);
     }
-    Weighing::sized(&all, |band| MODEL * band)
+    // The band itself is known to an order of magnitude only: the spool is followed by what the pressures were measured to be
+    // once in a step, and one that has not jumped yet may have any.
+    Weighing::without_size(&all)
 }
 
 /// By how much more oil came into chamber A than was commanded, and by how much more a spool that sticks lets in.

@@ -17,7 +17,7 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
             [0.01, 1.0].iter().flat_map(|per_s| at_all(&filter, per_s * unit)).collect()
         });
         let age_s = cases.likeliest().map_or(0.0, |best| record.age_s(&best));
-        Weighing::sized(&cases, |size| OF_CONTROLLER * size / age_s.max(1.0).sqrt())
+        Weighing::sized(&cases, |size| OF_CONTROLLER * size / age_s.max(1.0))
     },
     show: |record, best| {
         record.signature(best, |point, onset, level_m| {

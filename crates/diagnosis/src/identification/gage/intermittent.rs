@@ -4,6 +4,7 @@
 //! A hidden Markov model of two states (Rabiner, *A tutorial on hidden Markov models*, Proc. IEEE 77, 1989): the forward
 //! recursion gives the likelihood, and a few rounds of expectation and maximisation the offset.
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use names::fault::FaultKind;
@@ -22,13 +23,20 @@ const RARELY: f64 = 7.0;
 const OF_POINTS: f64 = 0.02;
 /// Rounds for the offset.
 const ROUNDS: usize = 3;
+/// Another round does not make up for so much less of a log-likelihood than the largest one's.
+const HOPELESS: f64 = 300.0;
 
 pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     kind: FaultKind::Intermittent,
     prior: 0.5,
     weigh: |record| {
-        let cases = record
-            .over_onsets(|onset, wandering| weigh(record, onset, wandering).into_iter().collect());
+        let likeliest = Cell::new(f64::NEG_INFINITY);
+        let cases = record.over_onsets(|onset, wandering| {
+            let case = weigh(record, onset, wandering, likeliest.get() - HOPELESS);
+            let log = case.map_or(f64::NEG_INFINITY, |case| case.log_likelihood);
+            likeliest.set(likeliest.get().max(log));
+            case.into_iter().collect()
+        });
         Weighing::sized(&cases, |offset| OF_POINTS * offset)
     },
     show: |record, best| {
@@ -40,8 +48,8 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     },
 };
 
-/// Weighs a contact that is open at the onset.
-fn weigh(record: &Record, onset: &Onset, wandering: &Wandering) -> Option<Weighed> {
+/// Weighs a contact that fails at the onset; only once if that is less likely than this.
+fn weigh(record: &Record, onset: &Onset, wandering: &Wandering, least: f64) -> Option<Weighed> {
     let points = &record.points[onset.first..];
     let before = wandering.before(onset);
     let (level, uncertain) = before.level();
@@ -55,6 +63,9 @@ fn weigh(record: &Record, onset: &Onset, wandering: &Wandering) -> Option<Weighe
         passed = Contact { record, onset, wandering, level, uncertain, offset }.pass(points);
         if passed.open > 0.5 {
             offset = passed.sum / passed.open;
+        }
+        if before.log_likelihood() + passed.log_likelihood < least {
+            break;
         }
     }
     let variance = uncertain + record.noise_m2 / passed.open.max(1.0);
@@ -92,9 +103,12 @@ impl Contact<'_> {
         let mut passed = Passed::default();
         // How likely it is closed and open.
         let mut state = [0.5; 2];
+        let (mut count, mut stays) = (0.0, [1.0; 2]);
         for point in points {
-            let stays =
-                [CLOSED_S, OPEN_S].map(|mean| (-point.count * self.record.step_s / mean).exp());
+            if point.count != count {
+                count = point.count;
+                stays = [CLOSED_S, OPEN_S].map(|mean| (-count * self.record.step_s / mean).exp());
+            }
             let (scale, [still, switched]) = self.densities(point);
             let stayed = [0, 1].map(|k| state[k] * stays[k] * still[k]);
             let [closed, open] =

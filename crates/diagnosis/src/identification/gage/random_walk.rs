@@ -21,7 +21,7 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     weigh: |record| {
         let unit = record.own_noise_m2.sqrt();
         let likeliest = RefCell::new((f64::NEG_INFINITY, None));
-        let cases = record.over_onsets(|onset, wandering| {
+        let cases = record.over_onsets_with(record.likeliest_wandering(), |onset, wandering| {
             let before = wandering.before(onset);
             let weigh = |increment: &f64| {
                 let case = walk(record, onset, before, increment * unit);

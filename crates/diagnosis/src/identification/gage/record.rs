@@ -87,6 +87,8 @@ pub(in crate::identification) struct Record {
     pub(super) step_s: f64,
     grouping: Grouping,
     wanderings: Vec<Wandering>,
+    /// The first point that a fault may affect; 0 if nothing is known of that.
+    earliest: usize,
     onsets: Vec<Onset>,
     axis: Axis,
 }
@@ -116,9 +118,10 @@ impl Record {
             step_s: excerpt.step_s,
             grouping,
             wanderings: Vec::new(),
+            earliest: earliest.unwrap_or(0),
             onsets,
         };
-        record.wanderings = record.likely_wanderings(earliest.unwrap_or(0), series.level_m);
+        record.wanderings = record.likely_wanderings(series.level_m);
         (!record.onsets.is_empty()).then_some(record)
     }
 
@@ -127,9 +130,18 @@ impl Record {
         &self,
         weigh: impl Fn(&Onset, &Wandering) -> Vec<Weighed>,
     ) -> Mixture {
+        self.over_onsets_with(&self.wanderings, weigh)
+    }
+
+    /// The same over these ways only.
+    pub(super) fn over_onsets_with(
+        &self,
+        wanderings: &[Wandering],
+        weigh: impl Fn(&Onset, &Wandering) -> Vec<Weighed>,
+    ) -> Mixture {
         let mut all = Mixture::default();
-        let shares: f64 = self.wanderings.iter().map(|wandering| wandering.share).sum();
-        for wandering in &self.wanderings {
+        let shares: f64 = wanderings.iter().map(|wandering| wandering.share).sum();
+        for wandering in wanderings {
             let cases = self.axis.integrate(|place| weigh(&self.onsets[place], wandering));
             all.extend(cases, wandering.share / shares);
         }
@@ -158,6 +170,14 @@ impl Record {
         };
         let series: Vec<_> = self.points.iter().enumerate().map(at).collect();
         signature(&series, onset.at_s, |at_s| self.grouping.step_at(at_s))
+    }
+
+    /// The likeliest way in which the level wanders before the onset, for what wanders in a way of its own after it.
+    pub(super) fn likeliest_wandering(&self) -> &[Wandering] {
+        let before = |wandering: &Wandering| wandering.before[self.earliest].log_likelihood();
+        let each = self.wanderings.iter().enumerate();
+        let likeliest = each.max_by(|(_, a), (_, b)| before(a).total_cmp(&before(b)));
+        likeliest.map_or(&[], |(place, _)| &self.wanderings[place..=place])
     }
 
     /// How a level that moves by so much in a second has moved until the end of a point.
@@ -206,11 +226,11 @@ impl Record {
     }
 
     /// The ways in which the level may wander that are likely before the onset.
-    fn likely_wanderings(&self, earliest: usize, level: Prior) -> Vec<Wandering> {
+    fn likely_wanderings(&self, level: Prior) -> Vec<Wandering> {
         let scaled = |walk: f64| walk * walk * self.own_noise_m2;
         let walks = likely(|walk| {
             let mut filters = self.filters(scaled(walk), level);
-            filters.nth(earliest).map_or(0.0, |filter| filter.log_likelihood())
+            filters.nth(self.earliest).map_or(0.0, |filter| filter.log_likelihood())
         });
         let wandering = |(walk, share): (f64, f64)| Wandering {
             share,

@@ -5,7 +5,7 @@ use crate::identification::level::{Level, Prior, Weighed, deviance};
 /// By how much a size may be wrong beyond what noise and wandering make of it, as a share of it: the controller moves the
 /// structure by what a faulty gage reads, and how the others follow that is known from the model and the strokes, within a
 /// tenth. From seeds of their own, see the study's `IDENTIFICATION.md`.
-pub(super) const OF_CONTROLLER: f64 = 0.002;
+pub(super) const OF_CONTROLLER: f64 = 0.0017;
 /// Orders of magnitude: normal priors about zero with these deviations, times a unit, each as likely as the others.
 const SCALES: [f64; 9] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4];
 
