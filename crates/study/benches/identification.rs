@@ -11,7 +11,6 @@ use diagnosis::identification::{Excerpt, Identification, identify};
 use names::RunId;
 use names::fault::Fault;
 use study::{Injection, Rig, Schedule};
-use truss::Structure;
 
 #[path = "../tests/tower/mod.rs"]
 mod tower;
