@@ -3,7 +3,7 @@
 use names::fault::Fault;
 use names::{ComponentPath, ModuleName, Step};
 use serde::Serialize;
-use wire::{Doubt, FaultState, Symptom};
+use wire::{Candidate, Doubt, FaultState, Symptom};
 
 /// A process of the demo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -36,6 +36,8 @@ pub(super) enum Entry {
     Unanswered { step: Step, module: ModuleName, questions: u64 },
     /// A module found something about a component.
     Verdict(Verdict),
+    /// A module knows what kind of fault a component has.
+    Identified { step: Step, component: ComponentPath, found: Candidate },
     /// Something is not as it should be.
     Trouble { text: String },
     /// What came of it.
@@ -52,6 +54,7 @@ impl Entry {
             | Entry::Repaired { step, .. }
             | Entry::Change { step, .. }
             | Entry::Unanswered { step, .. }
+            | Entry::Identified { step, .. }
             | Entry::Verdict(Verdict { step, .. }) => Some(*step),
             Entry::InService { since_step, .. } => Some(*since_step),
             Entry::Started { .. }
@@ -127,4 +130,6 @@ pub(super) struct DiagnosedFault {
     pub(super) delay_ms: Option<f64>,
     /// From the injection to the verdict \[ms\].
     pub(super) verdict_delay_ms: Option<f64>,
+    /// Its kind and size, as far as that was decided before the repair.
+    pub(super) identified: Option<Candidate>,
 }

@@ -10,7 +10,7 @@ use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 use super::news::{self, News};
 use crate::failure::Failure;
 
-/// Most fault transitions and changes of one source that are asked for again.
+/// Most fault transitions, changes and identifications of one source that are asked for again.
 const HISTORY: usize = 1000;
 
 /// The parent's place on the network.
@@ -39,7 +39,7 @@ impl Network {
         // Memory is bounded all the same: a demo ends after some tens of seconds.
         let (outbox, inbox) = unbounded_channel();
         let watched = Watched { structure: Some(structure), module: None };
-        for expression in [watched.faults(), watched.changes()] {
+        for expression in [watched.faults(), watched.changes(), watched.identifications()] {
             subscribe_to_history(&session, &expression, outbox.clone()).await?;
         }
         for expression in [watched.statuses(), watched.progress()] {

@@ -2,8 +2,8 @@
 
 use names::ModuleName;
 use wire::{
-    Change, DecodeError, FaultTransition, Key, ModuleStatus, PlantStatus, PlantTopic, Progress,
-    Topic, decode,
+    Change, DecodeError, FaultTransition, Identification, Key, ModuleStatus, PlantStatus,
+    PlantTopic, Progress, Topic, decode,
 };
 
 /// A message.
@@ -13,6 +13,8 @@ pub(super) enum News {
     Change(Change),
     /// A verdict changed.
     Transition(FaultTransition),
+    /// The kind of a fault became known.
+    Identification(Identification),
     /// The status of a module.
     Module(ModuleStatus),
     /// The status of the plant.
@@ -38,6 +40,9 @@ fn read_known(key: Key, payload: &[u8]) -> Option<Result<News, DecodeError>> {
     let news = match key {
         Key::Module { topic: Topic::Change, .. } => decode(payload).map(News::Change),
         Key::Module { topic: Topic::Fault(_), .. } => decode(payload).map(News::Transition),
+        Key::Module { topic: Topic::Identification(_), .. } => {
+            decode(payload).map(News::Identification)
+        }
         Key::Module { topic: Topic::Status, .. } => decode(payload).map(News::Module),
         Key::Module { topic: Topic::Progress, module, .. } => {
             decode(payload).map(|progress| News::Progress(module, progress))

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
 
-use super::entry::{Entry, Process, Summary, Verdict};
+use super::entry::{DiagnosedFault, Entry, Process, Summary, Verdict};
 use super::finding;
 use crate::paint::{Colour, Paint};
 use crate::table::{table, terminal_width};
 use crate::versioned;
-use crate::wording::state_colour;
+use crate::wording::{brief, candidate, state_colour};
 use names::ModuleName;
 use serde::Serialize;
 
@@ -105,6 +105,9 @@ impl Printer {
             Entry::Verdict(found) => {
                 paint.in_colour(state_colour(found.state), &finding::of(found))
             }
+            Entry::Identified { component, found, .. } => {
+                format!("identified {component}, {}", candidate(found))
+            }
             Entry::Trouble { text } => {
                 paint.in_colour(Colour::Yellow, &format!("trouble    {text}"))
             }
@@ -113,8 +116,15 @@ impl Printer {
     }
 
     fn summary(&self, summary: &Summary) -> String {
-        let mut table =
-            table(&["fault", "component", "injected", "diagnosed", "delay", "verdict after"]);
+        let mut table = table(&[
+            "fault",
+            "component",
+            "injected",
+            "diagnosed",
+            "identified",
+            "delay",
+            "verdict after",
+        ]);
         for injected in &summary.injected {
             let named = summary.diagnosed.iter().find(|d| d.component == injected.component);
             let ms = |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{ms:.0} ms"));
@@ -123,6 +133,7 @@ impl Printer {
                 injected.component.to_string(),
                 format!("step {}", injected.step),
                 named.map_or_else(|| "NOT NAMED".into(), |named| named.component.to_string()),
+                identified(named),
                 ms(named.and_then(|named| named.delay_ms)),
                 ms(named.and_then(|named| named.verdict_delay_ms)),
             ]);
@@ -131,11 +142,20 @@ impl Printer {
             if !summary.injected.iter().any(|injected| injected.component == named.component) {
                 let at = named.detection_step.map_or_else(|| "-".into(), |s| format!("step {s}"));
                 let dash = || "-".to_owned();
-                table.add_row([dash(), dash(), dash(), named.component.to_string(), at, dash()]);
+                let kind = identified(Some(named));
+                table.add_row([
+                    dash(),
+                    dash(),
+                    dash(),
+                    named.component.to_string(),
+                    kind,
+                    at,
+                    dash(),
+                ]);
             }
         }
-        table.align_right(4..6);
-        table.stack(&[&[0], &[1, 3], &[2], &[4, 5]]);
+        table.align_right(5..7);
+        table.stack(&[&[0, 4], &[1, 3], &[2], &[5, 6]]);
         let verdict = if summary.exact {
             self.paint
                 .in_colour(Colour::Green, "exact: every injected fault was named, and nothing else")
@@ -143,6 +163,15 @@ impl Printer {
             self.paint.in_colour(Colour::Red, "not exact: injected and diagnosed faults differ")
         };
         format!("\n{}\n\n{verdict}", table.text(self.width))
+    }
+}
+
+/// The kind that was found, with its size but without the interval.
+fn identified(named: Option<&DiagnosedFault>) -> String {
+    match named.map(|named| named.identified.as_ref()) {
+        None => "-".to_owned(),
+        Some(None) => "not decided".to_owned(),
+        Some(Some(found)) => brief(found),
     }
 }
 

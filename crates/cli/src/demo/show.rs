@@ -3,7 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use names::{ComponentPath, ModuleName, Step};
-use wire::{Change, FaultState, FaultTransition, ModulePhase, ModuleStatus, PlantStatus, Symptom};
+use wire::{
+    Change, FaultState, FaultTransition, Identification, ModulePhase, ModuleStatus, PlantStatus,
+    Symptom,
+};
 
 use super::entry::{Departure, Entry, Summary, Verdict};
 use super::ledger::Ledger;
@@ -94,6 +97,7 @@ impl Show {
             News::Module(status) => self.status(&status, entries),
             News::Change(change) => self.change(change, entries),
             News::Transition(transition) => self.transition(transition, entries),
+            News::Identification(found) => self.identification(&found, entries),
             News::Unreadable(text) => entries.push(Entry::Trouble { text }),
         }
     }
@@ -209,6 +213,15 @@ impl Show {
             unknowing: transition.unknowing,
             one_of: transition.one_of,
         }));
+    }
+
+    /// The kind that was decided before the repair is reported when it is another one than before.
+    fn identification(&mut self, found: &Identification, entries: &mut Vec<Entry>) {
+        self.time_is(found.as_of_step, entries);
+        if let Some(kind) = self.ledger.identified(found, &self.acts) {
+            let (step, component) = (found.as_of_step, found.component.clone());
+            entries.push(Entry::Identified { step, component, found: kind });
+        }
     }
 
     /// How it departs from its reference, if that is what the transition rests on.

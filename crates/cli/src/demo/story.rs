@@ -62,7 +62,7 @@ const STORIES: [(&str, &str, Fault, f64); 7] = [
         "a gage creeps, too slowly for a change to show; compared with what the healthy module \
          measured, it is found all the same",
         "module2/sensor/g3",
-        Fault::RandomWalk { drift_m_per_s: 9e-5, increment_m: 0.0 },
+        Fault::Drift { drift_m_per_s: 9e-5 },
         CREPT_AFTER_S,
     ),
 ];

@@ -21,10 +21,19 @@ pub(crate) fn identified(identification: &Identification) -> String {
 
 /// A kind with its size.
 pub(crate) fn candidate(candidate: &Candidate) -> String {
+    of_size(candidate, fault_size)
+}
+
+/// The same without the interval.
+pub(crate) fn brief(candidate: &Candidate) -> String {
+    of_size(candidate, middle)
+}
+
+fn of_size(candidate: &Candidate, in_words: fn(&FaultSize) -> String) -> String {
     let kind = kind(candidate);
     let Some(size) = &candidate.size else { return kind };
     let joint = if kind.contains(" of ") { ", " } else { " of " };
-    format!("{kind}{joint}{}", fault_size(size))
+    format!("{kind}{joint}{}", in_words(size))
 }
 
 /// The kind; one that this version does not know by its name.
@@ -37,14 +46,24 @@ pub(crate) fn kind(candidate: &Candidate) -> String {
 
 /// A size with its interval, to as many digits as the interval has a meaning for.
 pub(crate) fn fault_size(size: &FaultSize) -> String {
+    let (scale, _) = in_small_units(&size.unit);
+    let [low, high] = [size.low, size.high].map(|number| number * scale);
+    let digits = digits(size, scale);
+    format!("{} ({low:.digits$} to {high:.digits$})", middle(size))
+}
+
+/// The middle of a size alone.
+fn middle(size: &FaultSize) -> String {
     let (scale, unit) = in_small_units(&size.unit);
-    let [value, low, high] = [size.value, size.low, size.high].map(|number| number * scale);
-    let digits = decimals((high - low) / 2.0);
+    let (value, digits) = (size.value * scale, digits(size, scale));
     // Of these the sign tells the direction; the others have none.
     let signed = matches!(size.unit.as_str(), "m" | "m/s");
     let value = if signed { format!("{value:+.digits$}") } else { format!("{value:.digits$}") };
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    format!("{value}{unit} ({low:.digits$} to {high:.digits$})")
+    if unit.is_empty() { value } else { format!("{value} {unit}") }
+}
+
+fn digits(size: &FaultSize, scale: f64) -> usize {
+    decimals(scale * (size.high - size.low) / 2.0)
 }
 
 /// How many of these units are one of that, and what they are called. Faults are small.

@@ -12,7 +12,7 @@ mod time;
 
 pub(crate) use doubt::why_unconfirmed;
 pub(crate) use identification::{
-    candidate, decimals, fault_size, identified, in_small_units, kind, percent,
+    brief, candidate, decimals, fault_size, identified, in_small_units, kind, percent,
 };
 pub(crate) use phase::{phase_colour, phase_in_words};
 pub(crate) use plain::plain;

@@ -140,8 +140,9 @@ impl Contact<'_> {
             let still = logs.map(|log| (log - nearest).exp());
             return (nearest, [still, still]);
         }
-        // The mean of a point in which it switches is anywhere between the two.
-        let is_between = (0.0..=1.0).contains(&(off / self.offset));
+        // The mean of a point in which it switches is anywhere between the two, but at least one step is as the others are not.
+        let least = 0.5 / point.count;
+        let is_between = (least..=1.0 - least).contains(&(off / self.offset));
         let width = self.offset.abs().max(variance.sqrt());
         let between = if is_between { -width.ln() } else { nearest - RARELY };
         let scale = nearest.max(between);
