@@ -32,6 +32,11 @@ def demo(directory):
         assert key == f"trusswatch/tower/{module}/fault/{component}", (key, item)
     assert latched(item for _, item in transitions) == injected, (transitions, injected)
 
+    found = [json.loads(line.split(" ", 1)[1]) for line in (directory / "kinds.txt").read_text().splitlines()]
+    decided = {(item["component"], item["candidates"][0]["kind"]) for item in found if item["decided"]}
+    kinds = {(fault["component"], fault["fault"]["kind"]) for fault in summary["injected"]}
+    assert kinds <= decided, (kinds, decided)
+
     lines = [line.split() for line in (directory / "transitions.txt").read_text().splitlines()]
     assert {line[0] for line in lines if line[1:4] == ["latched", "since", "step"]} == injected, lines
 
