@@ -20,7 +20,8 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
         let why = Some(reason(found)).filter(|why| !why.is_empty());
         let why = why.map_or_else(String::new, |why| format!("; {why}"));
         let state = state_in_words(found);
-        return format!("{component} of {structure} has no fault: {state}{why}\n");
+        // That none is declared does not say that it is healthy: the state does, as far as it is known.
+        return format!("{component} of {structure}, no fault declared: {state}{why}\n");
     }
     let mut rows = table(&[&component.to_string(), &format!("of {structure}")]);
     add_state(&mut rows, found);
@@ -201,14 +202,15 @@ nothing measured is kept any more";
     }
 
     #[test]
-    fn a_component_without_a_fault_is_said_to_have_none() {
+    fn of_a_component_without_a_declared_fault_the_state_is_told_and_not_that_it_has_none() {
         let normal = text(&state("m1/sensor/g1", FaultState::Normal), None);
-        assert_eq!(normal, "m1/sensor/g1 of tower has no fault: normal, not verified");
+        assert_eq!(normal, "m1/sensor/g1 of tower, no fault declared: normal, not verified");
         let explained = FaultTransition {
             explained_by: Some("m2/actuator/a3".parse().unwrap()),
             ..state("m1/sensor/g1", FaultState::Explained)
         };
-        let expected = "m1/sensor/g1 of tower has no fault: explained; explained by m2/actuator/a3";
+        let expected =
+            "m1/sensor/g1 of tower, no fault declared: explained; explained by m2/actuator/a3";
         assert_eq!(text(&explained, None), expected);
     }
 }

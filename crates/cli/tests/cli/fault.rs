@@ -98,7 +98,7 @@ async fn a_component_without_a_fault_has_none_and_what_is_unclear_is_not_guessed
     let tower = tower().await;
     let outcome = tower.run(&["fault", "show", "module1/sensor/g6"]);
     outcome.succeeds();
-    let expected = "module1/sensor/g6 of tower has no fault: normal, not verified\n";
+    let expected = "module1/sensor/g6 of tower, no fault declared: normal, not verified\n";
     assert_eq!(outcome.stdout, expected);
     let show = |component: &str| tower.run(&["fault", "show", component, "--timeout", "1"]);
     show("sensor/g6").fails(2, &["`module1/sensor/g6` or `module2/sensor/g6`; say which"]);
