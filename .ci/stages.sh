@@ -10,6 +10,12 @@ declare -A BESIDE_PID
 STAGES=$WORK/stages
 : >"$STAGES"
 
+# Makes a directory for the files of one stage, so that none takes what another left for its own, and prints it.
+room() {
+  mkdir -p "$WORK/${1//[^A-Za-z0-9]/_}"
+  echo "$WORK/${1//[^A-Za-z0-9]/_}"
+}
+
 took() {
   printf '%-44s %5d s  %s\n' "$1" "$2" "$3" >>"$STAGES"
 }
@@ -30,7 +36,7 @@ stage() {
   local name=$1 limit=$2 began=$SECONDS code=0
   shift 2
   printf '\n== %s (at %d s)\n' "$name" "$SECONDS"
-  timeout --kill-after=20 "$limit" "$@" </dev/null || code=$?
+  timeout --kill-after=20 "$limit" env WORK="$(room "$name")" "$@" </dev/null || code=$?
   [ "$code" = 0 ] || { took "$name" $((SECONDS - began)) FAILED; fail "$name" "$(why "$code" "$limit")"; }
   took "$name" $((SECONDS - began)) ""
 }
@@ -47,7 +53,7 @@ along() {
   shift 2
   (
     began=$SECONDS code=0
-    timeout --kill-after=20 "$limit" "$@" </dev/null >"$file.log" 2>&1 || code=$?
+    timeout --kill-after=20 "$limit" env WORK="$(room "$name")" "$@" </dev/null >"$file.log" 2>&1 || code=$?
     echo "$((SECONDS - began)) $code $(why "$code" "$limit")" >"$file.end"
   ) &
   BESIDE_PID[$name]=$!
