@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use study::Controller;
 
@@ -226,4 +227,13 @@ pub(super) struct ExportArguments {
     pub(super) directory: PathBuf,
     #[command(flatten)]
     pub(super) common: CommonArguments,
+}
+
+/// Reads one of these by its name.
+pub(super) fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.map(name))
+        .try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("no such name"))
 }

@@ -1,10 +1,10 @@
 //! `trusswatch study`: campaigns of random scenarios in one process.
 
 mod arguments;
-mod commissioned;
 mod compare;
 mod conditions;
 mod document;
+mod drawn_plants;
 mod explain;
 mod files;
 mod histories;

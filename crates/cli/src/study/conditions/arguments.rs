@@ -3,12 +3,12 @@
 use std::num::NonZeroU64;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use study::conditions::{CaseKind, ConditionCampaign, Situation};
 
 use crate::failure::Failure;
 use crate::shipped::{MODULES, PLANT};
-use crate::study::arguments::JobsArguments;
+use crate::study::arguments::{JobsArguments, named};
+use crate::study::drawn_plants::DrawnPlants;
 use crate::study::preset;
 use crate::study::weather::Weather;
 
@@ -20,18 +20,11 @@ use crate::study::weather::Weather;
 /// that is named is a defect of the diagnosis: the command then fails, and says how to look at that case.
 #[derive(Debug, clap::Args)]
 pub(in crate::study) struct Arguments {
-    /// How many plants
-    #[arg(long, default_value = "3", value_name = "N")]
-    pub(super) plants: NonZeroU64,
+    #[command(flatten)]
+    pub(super) drawn: DrawnPlants,
     /// Cases of each plant; situations take turns
     #[arg(long, default_value = "140", value_name = "N")]
     pub(super) cases: NonZeroU64,
-    /// Seed of the campaign: plants, weather and faults follow from it
-    #[arg(long, default_value_t = 1, value_name = "S")]
-    pub(super) seed: u64,
-    /// Mismatch of each plant against the nominal model
-    #[arg(long, default_value_t = 0.1, value_name = "X", allow_hyphen_values = true)]
-    pub(super) mismatch: f64,
     /// Weather of the shipped plant
     #[arg(long, value_enum, default_value = "alike", value_name = "NAME")]
     pub(super) weather: Weather,
@@ -42,7 +35,7 @@ pub(in crate::study) struct Arguments {
     #[arg(long = "config", value_name = "MODULE.toml", requires = "plant")]
     pub(super) modules: Vec<PathBuf>,
     /// Only cases of this situation
-    #[arg(long, value_name = "NAME", value_parser = situations())]
+    #[arg(long, value_name = "NAME", value_parser = named(Situation::ALL, Situation::as_str))]
     pub(super) situation: Option<Situation>,
     /// Every fault that may be one is a bias of this size, either way, the gages taking turns; drifts are followed
     /// so far
@@ -83,14 +76,6 @@ fn lengths(text: &str) -> Result<f64, String> {
     length.ok_or_else(|| "use a number of seconds from 1 to 86400".to_owned())
 }
 
-/// Reads a situation by its name in files.
-fn situations() -> impl TypedValueParser<Value = Situation> {
-    PossibleValuesParser::new(Situation::ALL.map(Situation::as_str)).try_map(|name| {
-        let named = Situation::ALL.into_iter().find(|situation| situation.as_str() == name);
-        named.ok_or("no such situation")
-    })
-}
-
 impl Arguments {
     /// The campaign that they ask for.
     pub(super) fn campaign(&self) -> Result<ConditionCampaign, Failure> {
@@ -105,24 +90,19 @@ impl Arguments {
         if self.alone {
             setups.iter_mut().for_each(|setup| setup.peers.clear());
         }
-        Ok(ConditionCampaign {
-            structure: plant.structure,
-            parameters: plant.parameters,
-            setups,
-            mismatch: self.mismatch,
-            seed: self.seed,
-            cases_per_plant: self.cases.get(),
-            kind: CaseKind {
+        self.drawn.campaign(
+            (plant, setups),
+            self.cases.get(),
+            CaseKind {
                 situation: self.situation,
                 bias_strain: self.bias_strain(),
                 leak_m2: self.leak_area_m2,
                 healthy_s: self.healthy_seconds,
             },
-        })
+        )
     }
 
     fn check(&self) -> Result<(), Failure> {
-        preset::check_drawn(self.mismatch)?;
         match self.bias_microstrain.filter(|size| !(0.1..=1e4).contains(size)) {
             Some(size) => Err(Failure::usage(format!(
                 "`--bias-microstrain` is {size}; use a number from 0.1 to 10000"
@@ -148,7 +128,7 @@ impl Arguments {
             Some(plant) => words.push(format!("--plant {}", plant.display())),
         }
         words.extend(self.modules.iter().map(|module| format!("--config {}", module.display())));
-        let Self { seed, mismatch, cases, .. } = self;
+        let (DrawnPlants { seed, mismatch, .. }, cases) = (&self.drawn, self.cases);
         words.push(format!("--seed {seed} --mismatch {mismatch} --cases {cases}"));
         words.extend(self.situation.map(|situation| format!("--situation {}", situation.as_str())));
         words.extend(self.bias_microstrain.map(|size| format!("--bias-microstrain {size}")));

@@ -6,13 +6,10 @@ mod show;
 
 use std::sync::atomic::AtomicBool;
 
-use study::conditions::{CaseRecord, CommissionedPlant, ConditionCampaign, run_case};
-use study::parallel;
+use study::conditions::{CaseRecord, run_case};
 
-use super::commissioned::commission;
-use super::runs::unusable;
+use super::drawn_plants::{commission, go_through};
 use crate::failure::Failure;
-use crate::progress::Progress;
 
 pub(super) use arguments::Arguments;
 use report::Report;
@@ -26,10 +23,13 @@ pub(super) fn run(arguments: &Arguments, stop: &AtomicBool) -> Result<(), Failur
         return show::case(arguments, &campaign, plant);
     }
     let first = campaign.plant_of(arguments.from);
-    let last = first.saturating_add(arguments.plants.get());
+    let last = first.saturating_add(arguments.drawn.plants.get());
     let plants = commission(&campaign, first..last, arguments.jobs, stop)?;
     let numbers: Vec<u64> = (arguments.from..last * arguments.cases.get()).collect();
-    let records = go_through(arguments, &campaign, &plants, &numbers, stop)?;
+    let records = go_through(("cases", &numbers), arguments.jobs, stop, |number| {
+        let plant = &plants[(campaign.plant_of(number) - first) as usize];
+        run_case(&plant.site, &plant.setups, &campaign.case(plant, number)?, |_, _| {})
+    })?;
     let complete = records.len() == numbers.len();
     Report::of(arguments, &campaign, &plants, &records, complete).print(arguments.json)?;
     if !complete {
@@ -46,33 +46,6 @@ pub(super) fn run(arguments: &Arguments, stop: &AtomicBool) -> Result<(), Failur
 
 fn interrupted(cases: usize) -> Failure {
     Failure::interrupted(format!("interrupted after {cases} cases"))
-}
-
-/// Goes through cases, several at a time; they come back in their order.
-fn go_through(
-    arguments: &Arguments,
-    campaign: &ConditionCampaign,
-    plants: &[CommissionedPlant],
-    numbers: &[u64],
-    stop: &AtomicBool,
-) -> Result<Vec<CaseRecord>, Failure> {
-    let progress = Progress::of_runs("cases", numbers.len() as u64);
-    let first = plants.first().map_or(0, |plant| plant.number);
-    let mut records = Vec::new();
-    let work = |number: &u64| {
-        let plant = &plants[(campaign.plant_of(*number) - first) as usize];
-        run_case(&plant.site, &plant.setups, &campaign.case(plant, *number)?, |_, _| {})
-    };
-    let done = |_: &u64, record| {
-        records.push(record);
-        progress.advance();
-        Ok(())
-    };
-    parallel::for_each(numbers, arguments.jobs.count(), stop, work, done)
-        .map_err(|error| unusable(&error))?;
-    progress.end();
-    records.sort_by_key(|record| record.number);
-    Ok(records)
 }
 
 fn defect(arguments: &Arguments, first: &CaseRecord, count: usize) -> String {

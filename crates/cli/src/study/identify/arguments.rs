@@ -3,14 +3,14 @@
 use std::num::NonZeroU64;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use names::fault::FaultKind;
 use study::conditions::{CaseKind, ConditionCampaign};
 use study::identification::{IdentificationCases, IdentificationSituation};
 
 use crate::failure::Failure;
 use crate::shipped::MODULES;
-use crate::study::arguments::JobsArguments;
+use crate::study::arguments::{JobsArguments, named};
+use crate::study::drawn_plants::DrawnPlants;
 use crate::study::preset;
 use crate::study::weather::Weather;
 
@@ -22,26 +22,19 @@ use crate::study::weather::Weather;
 /// number alone; case N is one of plant N/cases.
 #[derive(Debug, clap::Args)]
 pub(in crate::study) struct Arguments {
-    /// How many plants
-    #[arg(long, default_value = "3", value_name = "N")]
-    pub(super) plants: NonZeroU64,
+    #[command(flatten)]
+    pub(super) drawn: DrawnPlants,
     /// Faults of each plant
     #[arg(long, default_value = "130", value_name = "N")]
     pub(super) cases: NonZeroU64,
-    /// Seed of the campaign: plants, weather and faults follow from it
-    #[arg(long, default_value_t = 1, value_name = "S")]
-    pub(super) seed: u64,
-    /// Mismatch of each plant against the nominal model
-    #[arg(long, default_value_t = 0.1, value_name = "X", allow_hyphen_values = true)]
-    pub(super) mismatch: f64,
     /// Weather of the shipped plant
     #[arg(long, value_enum, default_value = "alike", value_name = "NAME")]
     pub(super) weather: Weather,
     /// Only faults of this kind
-    #[arg(long, value_name = "NAME", value_parser = kinds())]
+    #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
     kind: Option<FaultKind>,
     /// Only faults in this situation
-    #[arg(long, value_name = "NAME", value_parser = situations())]
+    #[arg(long, value_name = "NAME", value_parser = named(IdentificationSituation::ALL, IdentificationSituation::as_str))]
     situation: Option<IdentificationSituation>,
     /// Size of every fault that has one, in limits of its kind: the smallest that is found within about two seconds
     #[arg(long, value_name = "X")]
@@ -54,21 +47,6 @@ pub(in crate::study) struct Arguments {
     /// Print one JSON object instead of tables
     #[arg(long)]
     pub(super) json: bool,
-}
-
-fn kinds() -> impl TypedValueParser<Value = FaultKind> {
-    PossibleValuesParser::new(FaultKind::ALL.map(FaultKind::as_str)).try_map(|name| {
-        let named = FaultKind::ALL.into_iter().find(|kind| kind.as_str() == name);
-        named.ok_or("no such kind")
-    })
-}
-
-fn situations() -> impl TypedValueParser<Value = IdentificationSituation> {
-    let all = IdentificationSituation::ALL;
-    PossibleValuesParser::new(all.map(IdentificationSituation::as_str)).try_map(move |name| {
-        let named = all.into_iter().find(|situation| situation.as_str() == name);
-        named.ok_or("no such situation")
-    })
 }
 
 impl Arguments {
@@ -85,16 +63,7 @@ impl Arguments {
 
     /// The campaign whose plants they are given to.
     pub(super) fn campaign(&self) -> Result<ConditionCampaign, Failure> {
-        preset::check_drawn(self.mismatch)?;
-        let (plant, setups) = preset::with_shipped(self.weather.plant(), MODULES, preset::read)?;
-        Ok(ConditionCampaign {
-            structure: plant.structure,
-            parameters: plant.parameters,
-            setups,
-            mismatch: self.mismatch,
-            seed: self.seed,
-            cases_per_plant: self.cases.get(),
-            kind: CaseKind::default(),
-        })
+        let shipped = preset::with_shipped(self.weather.plant(), MODULES, preset::read)?;
+        self.drawn.campaign(shipped, self.cases.get(), CaseKind::default())
     }
 }

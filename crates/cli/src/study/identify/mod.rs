@@ -5,28 +5,30 @@ mod report;
 
 use std::sync::atomic::AtomicBool;
 
-use study::conditions::{CommissionedPlant, ConditionCampaign};
+use study::StudyError;
+use study::conditions::ConditionCampaign;
 use study::figure::identification_figure;
-use study::identification::{
-    IdentificationCase, IdentificationCases, IdentificationRecord, IdentificationTally, run_case,
-};
-use study::{StudyError, parallel};
+use study::identification::{IdentificationCase, IdentificationTally, run_case};
 
-use super::commissioned::commission;
+use super::drawn_plants::{commission, go_through};
 use super::files;
-use super::runs::unusable;
 use crate::failure::Failure;
-use crate::progress::Progress;
 
 pub(super) use arguments::Arguments;
 use report::Report;
 
 pub(super) fn run(arguments: &Arguments, stop: &AtomicBool) -> Result<(), Failure> {
     let (campaign, asked) = (arguments.campaign()?, arguments.asked()?);
-    let plants = commission(&campaign, 0..arguments.plants.get(), arguments.jobs, stop)?;
+    let plants = commission(&campaign, 0..arguments.drawn.plants.get(), arguments.jobs, stop)?;
     let numbers: Vec<u64> = (0..plants.len() as u64 * arguments.cases.get()).collect();
-    let records = go_through(arguments, (&campaign, asked), &plants, &numbers, stop)?;
-    let expected = arguments.plants.get() * arguments.cases.get();
+    let ConditionCampaign { structure, parameters, seed, .. } = &campaign;
+    let records = go_through(("faults", &numbers), arguments.jobs, stop, |number| {
+        let plant = &plants[campaign.plant_of(number) as usize];
+        let case = IdentificationCase::draw(asked, structure, parameters.step_s, *seed, number)
+            .ok_or(StudyError::NothingToBreak)?;
+        run_case(&plant.site, &plant.setups, &case)
+    })?;
+    let expected = arguments.drawn.plants.get() * arguments.cases.get();
     let complete = records.len() as u64 == expected;
     let tally = IdentificationTally::of(&records);
     Report::of(arguments, &tally, &records, complete).print(arguments.json)?;
@@ -37,33 +39,4 @@ pub(super) fn run(arguments: &Arguments, stop: &AtomicBool) -> Result<(), Failur
         return Ok(());
     }
     Err(Failure::interrupted(format!("interrupted after {} of {expected} faults", records.len())))
-}
-
-/// Goes through cases, several at a time; they come back in their order.
-fn go_through(
-    arguments: &Arguments,
-    (campaign, asked): (&ConditionCampaign, IdentificationCases),
-    plants: &[CommissionedPlant],
-    numbers: &[u64],
-    stop: &AtomicBool,
-) -> Result<Vec<IdentificationRecord>, Failure> {
-    let progress = Progress::of_runs("faults", numbers.len() as u64);
-    let mut records = Vec::new();
-    let work = |number: &u64| {
-        let plant = &plants[campaign.plant_of(*number) as usize];
-        let ConditionCampaign { structure, parameters, seed, .. } = campaign;
-        let case = IdentificationCase::draw(asked, structure, parameters.step_s, *seed, *number)
-            .ok_or(StudyError::NothingToBreak)?;
-        run_case(&plant.site, &plant.setups, &case)
-    };
-    let done = |_: &u64, record| {
-        records.push(record);
-        progress.advance();
-        Ok(())
-    };
-    parallel::for_each(numbers, arguments.jobs.count(), stop, work, done)
-        .map_err(|error| unusable(&error))?;
-    progress.end();
-    records.sort_by_key(|record| record.number);
-    Ok(records)
 }

@@ -39,9 +39,9 @@ impl<'a> Report<'a> {
     ) -> Self {
         Self {
             weather: arguments.weather.as_str(),
-            seed: arguments.seed,
-            mismatch: arguments.mismatch,
-            plants: arguments.plants.get(),
+            seed: arguments.drawn.seed,
+            mismatch: arguments.drawn.mismatch,
+            plants: arguments.drawn.plants.get(),
             cases_per_plant: arguments.cases.get(),
             complete,
             tally,

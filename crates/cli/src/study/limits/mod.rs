@@ -9,7 +9,7 @@ use study::conditions::{CommissionedPlant, ConditionCampaign};
 use study::figure::limits_figure;
 use study::limits::{Detector, LimitCurve, LimitStudy, SizedKind, WeatherLimits};
 
-use super::commissioned::commission;
+use super::drawn_plants::commission;
 use super::files;
 use super::runs::unusable;
 use super::weather::Weather;
@@ -39,7 +39,7 @@ fn measure(
     let mut weathers = Vec::new();
     for weather in arguments.weather() {
         let campaign = arguments.campaign(weather)?;
-        let plants = commission(&campaign, 0..arguments.plants.get(), arguments.jobs, stop)?;
+        let plants = commission(&campaign, 0..arguments.drawn.plants.get(), arguments.jobs, stop)?;
         let Some(limits) = in_weather(arguments, (weather, &campaign), &plants, stop)? else {
             return Ok(None);
         };

@@ -9,6 +9,7 @@ use study::limits::{
 
 use super::Arguments;
 use crate::failure::Failure;
+use crate::study::drawn_plants::DrawnPlants;
 use crate::study::tables::{self, Titled};
 use crate::table::{table, terminal_width};
 use crate::versioned;
@@ -37,9 +38,9 @@ pub(super) struct Report<'a> {
 
 impl<'a> Report<'a> {
     pub(super) fn of(arguments: &Arguments, weathers: &'a [WeatherLimits]) -> Self {
-        let Arguments { seed, mismatch, plants, runs, .. } = arguments;
-        let (plants, runs) = (plants.get(), runs.get());
-        Self { seed: *seed, mismatch: *mismatch, plants, runs, weathers }
+        let DrawnPlants { seed, mismatch, plants } = arguments.drawn;
+        let (plants, runs) = (plants.get(), arguments.runs.get());
+        Self { seed, mismatch, plants, runs, weathers }
     }
 
     /// Prints it on standard output.

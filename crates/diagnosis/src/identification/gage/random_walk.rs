@@ -1,7 +1,5 @@
 //! The gage's offset wanders: from the onset on each step adds a normal increment \[m per step\].
 
-use std::cell::RefCell;
-
 use names::fault::FaultKind;
 
 use super::record::{Onset, Record};
@@ -20,21 +18,16 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
     prior: 1.0,
     weigh: |record| {
         let unit = record.own_noise_m2.sqrt();
-        let likeliest = RefCell::new((f64::NEG_INFINITY, None));
-        let cases = record.over_onsets_with(record.likeliest_wandering(), |onset, wandering| {
+        let wandering = record.likeliest_wandering();
+        let cases = record.over_onsets_with(wandering, |onset, wandering| {
             let before = wandering.before(onset);
-            let weigh = |increment: &f64| {
-                let case = walk(record, onset, before, increment * unit);
-                let mut likeliest = likeliest.borrow_mut();
-                if case.log_likelihood > likeliest.0 {
-                    *likeliest = (case.log_likelihood, Some((*onset, before.clone(), case.mean)));
-                }
-                case
-            };
+            let weigh = |increment: &f64| walk(record, onset, before, increment * unit);
             INCREMENTS.iter().map(weigh).collect()
         });
-        let size = likeliest.into_inner().1.and_then(|(onset, before, increment)| {
-            size(|increment| walk(record, &onset, &before, increment), increment)
+        let size = wandering.first().zip(cases.likeliest()).and_then(|(wandering, likeliest)| {
+            let onset = &record.onsets[likeliest.place];
+            let before = wandering.before(onset);
+            size(|increment| walk(record, onset, before, increment), likeliest.mean)
         });
         Weighing { size, ..Weighing::without_size(&cases) }
     },

@@ -21,7 +21,7 @@ const WITHIN: usize = 8;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
     /// From and until when \[s\], from the detection on.
-    pub(super) from_s: f64,
+    from_s: f64,
     pub(super) until_s: f64,
     /// Steps that it is a mean of.
     pub(super) count: f64,
@@ -89,7 +89,7 @@ pub(in crate::identification) struct Record {
     wanderings: Vec<Wandering>,
     /// The first point that a fault may affect; 0 if nothing is known of that.
     earliest: usize,
-    onsets: Vec<Onset>,
+    pub(super) onsets: Vec<Onset>,
     axis: Axis,
 }
 
