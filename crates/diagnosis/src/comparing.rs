@@ -150,7 +150,10 @@ impl Comparing {
                     judging.depart((self.run, channel), Verdict::Latched, departure, actions);
                 }
                 Finding::OneOf { components, onset } => {
-                    if judging.is_open(channel) || !narrows(judging, channel, &components) {
+                    // A conclusion that waited for answers does not know what has been declared since.
+                    let is_known = judging.is_accounted_for((self.run, until), &components);
+                    let tells_more = !is_known && narrows(judging, channel, &components);
+                    if judging.is_open(channel) || !tells_more {
                         continue;
                     }
                     let evidence = Evidence { step: until, ..channels.evidence()[channel] };

@@ -248,9 +248,22 @@ impl Judging {
             self.isolator.rest_on(case, by, *since);
         }
         actions.extend(self.ledger.enter(run, case, verdict, decided).map(Action::Publish));
+        self.acquit(now, actions);
         if !self.has_reference {
             self.close_explained(case.channel, now, channels, actions);
         }
+    }
+
+    /// Suspects beside one that has been declared faulty are none any more.
+    fn acquit(&mut self, now: Step, actions: &mut Vec<Action>) {
+        if self.has_reference {
+            actions.extend(self.ledger.acquit(&self.module, now).into_iter().map(Action::Publish));
+        }
+    }
+
+    /// Is a departure by this step that of a suspect that has been declared faulty since before?
+    pub(crate) fn is_accounted_for(&self, by: (RunId, Step), suspects: &[ComponentPath]) -> bool {
+        self.ledger.is_accounted_for(by, suspects, &self.module)
     }
 
     /// Does a change of this channel wait for its judgement?
@@ -275,8 +288,10 @@ impl Judging {
         if verdict == Verdict::Latched {
             self.isolator.drop_cases(channel);
         }
+        let now = departure.evidence.step;
         let departed = self.ledger.depart(run, channel, verdict, departure);
         actions.extend(departed.map(Action::Publish));
+        self.acquit(now, actions);
     }
 
     /// An explained change that is over leaves nothing, once nobody's word is needed for that.
@@ -341,6 +356,7 @@ impl Judging {
             }
         };
         actions.extend(transition.map(Action::Publish));
+        self.acquit(as_of, actions);
         if !self.has_reference {
             self.close_explained(case.channel, as_of, channels, actions);
         }

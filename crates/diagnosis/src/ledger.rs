@@ -189,6 +189,38 @@ impl Ledger {
         self.revise(channel, Verdict::Normal, decided)
     }
 
+    /// Has one of these suspects, which departed by this step, been declared faulty since before it? Where another one is
+    /// faulty as well, the next window tells.
+    pub(crate) fn is_accounted_for(
+        &self,
+        (run, until): (RunId, Step),
+        suspects: &[ComponentPath],
+        module: &ModuleName,
+    ) -> bool {
+        let faulty_before = |entry: &Entry| {
+            let latest = entry.latest.as_ref().filter(|_| entry.verdict.is_latched());
+            latest.is_some_and(|latest| latest.run == run && latest.onset <= until)
+        };
+        let mut own = suspects.iter().filter(|suspect| suspect.module == *module);
+        own.any(|suspect| {
+            let entry = self.entries.iter().find(|entry| entry.component == suspect.component);
+            entry.is_some_and(faulty_before)
+        })
+    }
+
+    /// Once one of several suspects has been declared faulty, the others are none; their transitions.
+    pub(crate) fn acquit(&mut self, module: &ModuleName, decided: Step) -> Vec<Transition> {
+        let is_acquitted = |entry: &Entry| match (&entry.verdict, &entry.latest) {
+            (Verdict::Unconfirmed { doubt: Doubt::OneOf(suspects) }, Some(latest)) => {
+                self.is_accounted_for((latest.run, latest.detection), suspects, module)
+            }
+            _ => false,
+        };
+        let acquitted: Vec<usize> =
+            (0..self.entries.len()).filter(|k| is_acquitted(&self.entries[*k])).collect();
+        acquitted.into_iter().filter_map(|channel| self.clear(channel, decided)).collect()
+    }
+
     /// What was found in a run that is over: what was explained is over too, what was not judged never
     /// will be.
     pub(crate) fn end_run(&mut self, channel: usize, decided: Step) -> Option<Transition> {

@@ -421,11 +421,9 @@ fn too_few_snippets_are_refused_with_the_number_needed() {
     assert!(error.to_string().contains("give at least"), "{error}");
 }
 
-/// Both of two suspects are named, and neither is called faulty.
-#[test]
-fn what_cannot_be_told_apart_is_one_of_several() {
+/// As if gages 1 and 2 always moved alike, five times as far as the bias, and nothing else knew of them.
+fn two_alike() -> Arc<Reference> {
     let mut reference = Reference::clone(&reference());
-    // As if gages 1 and 2 always moved alike, and nothing else knew of them.
     for means in [&mut reference.short.means, &mut reference.long.means] {
         for (a, row) in means.correlations.iter_mut().enumerate() {
             row.fill(0.0);
@@ -433,12 +431,16 @@ fn what_cannot_be_told_apart_is_one_of_several() {
                 row[0] = 0.999_999;
             }
         }
-        means.deviation[1] = means.deviation[0];
+        means.deviation[..2].fill(5.0 * BIAS_M);
     }
-    let deviation = reference.long.means.deviation[0];
-    let setup = ModuleSetup { reference: Some(Arc::new(reference)), ..alone() };
-    let mut bench = Bench::of(setup);
-    bench.signals.gage_offsets[0] = 0.2 * deviation;
+    Arc::new(reference)
+}
+
+/// Both of two suspects are named, and neither is called faulty.
+#[test]
+fn what_cannot_be_told_apart_is_one_of_several() {
+    let mut bench = Bench::of(ModuleSetup { reference: Some(two_alike()), ..alone() });
+    bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(SETTLED + 3000);
     for gage in ["sensor/g1", "sensor/g2"] {
         let verdict = bench.verdict(gage);
@@ -447,6 +449,43 @@ fn what_cannot_be_told_apart_is_one_of_several() {
         };
         assert_eq!(suspects.len(), 2);
     }
+}
+
+/// What departs is known now, though no window follows that says so: samples may have stopped.
+#[test]
+fn once_one_of_several_suspects_is_known_to_be_faulty_the_others_are_none() {
+    let setup = setup("lower", Rule::FirstChange);
+    let mut bench = Bench::of(ModuleSetup { reference: Some(two_alike()), ..setup });
+    bench.run(SETTLED);
+    bench.actions.clear();
+    bench.signals.gage_offsets[0] = BIAS_M;
+    let mut asked_of_change = None;
+    while !matches!(bench.verdict("sensor/g2"), Verdict::Unconfirmed { .. }) {
+        bench.run(1);
+        assert!(bench.now() < Step(SETTLED + 3000), "the other gage has never been a suspect");
+        for (peer, question) in bench.questions() {
+            bench.actions.retain(|action| !matches!(action, Action::Ask { .. }));
+            if question.window.is_none() {
+                asked_of_change = Some(question);
+                continue;
+            }
+            let failure = PeerFailure::TimedOut;
+            bench.give(Event::Unanswered { peer, question, failure });
+        }
+    }
+    assert_eq!(bench.verdict("sensor/g1"), Verdict::Tentative);
+    let (question, watching_since) = (asked_of_change.unwrap(), Some(Step(fixture::WARM_UP)));
+    let answer = Answer {
+        question,
+        watching_since,
+        changes: Vec::new(),
+        actuator_faults: Vec::new(),
+        alarms: None,
+        window: None,
+    };
+    bench.give(Event::Answered { peer: fixture::name("upper"), answer });
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    assert_eq!(bench.verdict("sensor/g2"), Verdict::Normal);
 }
 
 /// Long before the first two seconds are over: short windows tell it.
