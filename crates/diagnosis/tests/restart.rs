@@ -5,26 +5,12 @@
 mod fixture;
 
 use diagnosis::{
-    Action, Answer, Doubt, Event, PeerFailure, Phase, Question, QuestionToken, Refusal, Rule,
-    Verdict,
+    Action, Doubt, Event, PeerFailure, Phase, Question, QuestionToken, Refusal, Rule, Verdict,
 };
-use fixture::{Bench, HOLD, WARM_UP, name};
+use fixture::{Bench, HOLD, WARM_UP, name, quiet};
 use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
-
-fn quiet(question: Question) -> Event {
-    let watching_since = Some(Step(WARM_UP));
-    let answer = Answer {
-        question,
-        watching_since,
-        changes: Vec::new(),
-        actuator_faults: Vec::new(),
-        alarms: None,
-        window: None,
-    };
-    Event::Answered { peer: name("upper"), answer }
-}
 
 /// A bias in gage g1 whose question is under way.
 fn open_question() -> (Bench, Question) {
