@@ -1,42 +1,87 @@
-//! The request to end, from a signal or from the owner of a process that runs as a task.
+//! The request to end: from a signal, from the owner of a process that runs as a task, or because a part of it
+//! that it cannot do without has failed.
 
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{oneshot, watch};
 
+/// Whether a process is to end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum End {
+    NotYet,
+    Requested,
+    /// Something has failed, for this reason.
+    Failed(String),
+}
+
 /// Asks every holder of the [`Shutdown`] to end, on request or when dropped.
 #[derive(Debug)]
-pub struct Trigger(watch::Sender<bool>);
+pub struct Trigger(watch::Sender<End>);
 
 /// Whether the end was requested.
 #[derive(Debug, Clone)]
-pub struct Shutdown(watch::Receiver<bool>);
+pub struct Shutdown {
+    end: watch::Receiver<End>,
+    failing: watch::Sender<End>,
+}
 
 /// A trigger and what it triggers.
 #[must_use]
 pub fn pair() -> (Trigger, Shutdown) {
-    let (sender, receiver) = watch::channel(false);
-    (Trigger(sender), Shutdown(receiver))
+    let (sender, end) = watch::channel(End::NotYet);
+    let shutdown = Shutdown { end, failing: sender.clone() };
+    (Trigger(sender), shutdown)
 }
 
 impl Trigger {
     /// Asks for the end.
     pub fn pull(&self) {
-        self.0.send_replace(true);
+        come_to(&self.0, End::Requested);
+    }
+}
+
+impl Drop for Trigger {
+    fn drop(&mut self) {
+        self.pull();
     }
 }
 
 impl Shutdown {
     /// Waits until the end is asked for.
     pub async fn requested(&mut self) {
-        // An error means that the trigger is gone, which asks for the end too.
-        let _ = self.0.wait_for(|requested| *requested).await;
+        // No error: this holds a sender.
+        let _ = self.end.wait_for(|end| *end != End::NotYet).await;
     }
 
     /// Was the end asked for?
     #[must_use]
     pub fn is_requested(&self) -> bool {
-        *self.0.borrow() || self.0.has_changed().is_err()
+        *self.end.borrow() != End::NotYet
     }
+
+    /// Asks for the end because something has failed. What fails while the process ends anyway is of no account.
+    pub fn fail(&self, reason: String) {
+        come_to(&self.failing, End::Failed(reason));
+    }
+
+    /// Why the process had to end, if something has failed.
+    #[must_use]
+    pub fn failure(&self) -> Option<String> {
+        match &*self.end.borrow() {
+            End::Failed(reason) => Some(reason.clone()),
+            End::NotYet | End::Requested => None,
+        }
+    }
+}
+
+/// The first reason stands.
+fn come_to(sender: &watch::Sender<End>, end: End) {
+    sender.send_if_modified(|present| {
+        let is_first = *present == End::NotYet;
+        if is_first {
+            *present = end;
+        }
+        is_first
+    });
 }
 
 /// What may ask a process to end, besides signals.
@@ -101,6 +146,19 @@ mod tests {
         let (trigger, mut shutdown) = pair();
         drop(trigger);
         shutdown.requested().await;
-        assert!(shutdown.is_requested());
+        assert!(shutdown.is_requested() && shutdown.failure().is_none());
+    }
+
+    #[tokio::test]
+    async fn the_first_failure_is_the_reason_unless_the_end_was_asked_for_before() {
+        let (_trigger, mut shutdown) = pair();
+        shutdown.clone().fail("first".to_owned());
+        shutdown.fail("second".to_owned());
+        shutdown.requested().await;
+        assert_eq!(shutdown.failure().as_deref(), Some("first"));
+        let (trigger, shutdown) = pair();
+        trigger.pull();
+        shutdown.fail("late".to_owned());
+        assert_eq!(shutdown.failure(), None);
     }
 }

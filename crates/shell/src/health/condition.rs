@@ -36,6 +36,12 @@ pub fn live(sign: Sign) -> Condition {
     match sign {
         Sign::NotYet => Condition::unwell(OPENING),
         Sign::Over => Condition::unwell(STOPPING),
+        Sign::Stuck(thread, age) => {
+            let age_s = age.as_secs_f64();
+            Condition::unwell(format!(
+                "the thread `{thread}` has made no progress for {age_s:.1} s"
+            ))
+        }
         Sign::Ago(age) if age < TIMEOUT => Condition::well("the loop is live"),
         Sign::Ago(age) => {
             let age_s = age.as_secs_f64();
@@ -54,6 +60,9 @@ mod tests {
         assert!(live(Sign::Ago(TIMEOUT - Duration::from_millis(1))).well);
         let hung = live(Sign::Ago(Duration::from_millis(2500)));
         assert_eq!(hung, Condition::unwell("the loop has made no progress for 2.5 s"));
+        let stuck = live(Sign::Stuck("events", Duration::from_secs(12)));
+        let words = "the thread `events` has made no progress for 12.0 s";
+        assert_eq!(stuck, Condition::unwell(words));
         assert_eq!(live(Sign::NotYet), Condition::unwell("opening a session"));
         assert_eq!(live(Sign::Over), Condition::unwell("stopping"));
     }

@@ -38,7 +38,7 @@ impl ProcessReport {
         let version = ("version", env!("CARGO_PKG_VERSION"));
         sheet.info("trusswatch_build", "The software.", version)?;
         let age_s = match self.sign {
-            Sign::Ago(age) => Some(age.as_secs_f64()),
+            Sign::Ago(age) | Sign::Stuck(_, age) => Some(age.as_secs_f64()),
             Sign::NotYet | Sign::Over => None,
         };
         sheet.seconds("trusswatch_loop_age", "Since the loop's latest heartbeat.", age_s)?;

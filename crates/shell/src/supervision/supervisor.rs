@@ -8,7 +8,7 @@ use sd_notify::NotifyState;
 
 use super::STOPPING;
 use super::notification::Notification;
-use super::pulse::Pulse;
+use super::pulse::{Pulse, Sign};
 
 /// Heartbeats within the watchdog timeout of the service manager: all but one may get lost or come
 /// late.
@@ -62,11 +62,14 @@ impl Supervisor {
         self.tell(&[NotifyState::Status(status)]);
     }
 
-    /// The working loop made progress. To be called by that loop only.
+    /// The working loop made progress. To be called by that loop only. It does not speak for a thread beside it that
+    /// hangs.
     pub fn progress(&self) {
         let now = Instant::now();
         self.pulse.beat(now);
-        if self.watch.as_ref().is_some_and(|watch| watch.is_due(now)) {
+        if self.watch.as_ref().is_some_and(|watch| watch.is_due(now))
+            && matches!(self.pulse.sign(now), Sign::Ago(_))
+        {
             self.tell(&[NotifyState::Watchdog]);
         }
     }
@@ -108,7 +111,6 @@ fn nanoseconds(span: Duration) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::super::notification::testing::Manager;
-    use super::super::pulse::Sign;
     use super::*;
 
     #[test]

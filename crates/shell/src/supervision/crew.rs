@@ -1,0 +1,126 @@
+//! Threads and tasks that a process cannot do without. When one ends before the process was asked to, by a panic or
+//! otherwise, the process ends too, and whoever supervises it starts it again.
+
+use std::future::Future;
+use std::sync::Arc;
+
+use tokio::sync::oneshot;
+use tokio::task::AbortHandle;
+
+use super::pulse::{Lane, Pulse};
+use crate::shutdown::Shutdown;
+
+/// Starts them.
+#[derive(Debug, Clone)]
+pub struct Crew {
+    shutdown: Shutdown,
+    pulse: Arc<Pulse>,
+}
+
+/// Resolves when a thread has ended.
+pub type Ended = oneshot::Receiver<()>;
+
+impl Crew {
+    /// Those of a process that ends with this shutdown and shows its progress by this pulse.
+    #[must_use]
+    pub fn new(shutdown: Shutdown, pulse: Arc<Pulse>) -> Self {
+        Self { shutdown, pulse }
+    }
+
+    /// A thread that says of each piece of work when it begins.
+    ///
+    /// # Errors
+    /// The system has no thread.
+    pub fn thread(
+        &self,
+        name: &'static str,
+        work: impl FnOnce(&Lane) + Send + 'static,
+    ) -> std::io::Result<Ended> {
+        let (place, lane) = (self.place("thread", name), self.pulse.lane(name));
+        let (ending, ended) = oneshot::channel();
+        std::thread::Builder::new().name(name.to_owned()).spawn(move || {
+            let _place = place;
+            work(&lane);
+            // The receiver is gone if the process ends in a hurry.
+            let _ = ending.send(());
+        })?;
+        Ok(ended)
+    }
+
+    /// A task that runs until it is aborted, which is to be done when the process ends.
+    pub fn task(
+        &self,
+        name: &'static str,
+        work: impl Future<Output = ()> + Send + 'static,
+    ) -> AbortHandle {
+        let place = self.place("task", name);
+        let task = tokio::spawn(async move {
+            let _place = place;
+            work.await;
+        });
+        task.abort_handle()
+    }
+
+    fn place(&self, kind: &'static str, name: &'static str) -> Place {
+        Place { kind, name, shutdown: self.shutdown.clone() }
+    }
+}
+
+/// Held as long as a thread or task lives.
+struct Place {
+    kind: &'static str,
+    name: &'static str,
+    shutdown: Shutdown,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        if !self.shutdown.is_requested() {
+            let Self { kind, name, .. } = self;
+            let how = if std::thread::panicking() { "has panicked" } else { "has ended" };
+            self.shutdown.fail(format!("the {kind} `{name}` {how}"));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shutdown;
+
+    fn crew() -> (shutdown::Trigger, Crew) {
+        let (trigger, shutdown) = shutdown::pair();
+        (trigger, Crew::new(shutdown, Arc::new(Pulse::new())))
+    }
+
+    #[tokio::test]
+    async fn whoever_ends_early_ends_the_process_and_is_named() {
+        let panics: fn(&Lane) = |_| std::panic::resume_unwind(Box::new("out of order"));
+        for (work, how) in [(panics, "has panicked"), (|_: &Lane| {}, "has ended")] {
+            let (_trigger, crew) = crew();
+            let mut shutdown = crew.shutdown.clone();
+            let _ended = crew.thread("events", work).unwrap();
+            shutdown.requested().await;
+            assert_eq!(shutdown.failure(), Some(format!("the thread `events` {how}")));
+        }
+        let (_trigger, crew) = crew();
+        let mut shutdown = crew.shutdown.clone();
+        crew.task("presence", async {});
+        shutdown.requested().await;
+        assert_eq!(shutdown.failure().as_deref(), Some("the task `presence` has ended"));
+    }
+
+    #[tokio::test]
+    async fn when_the_process_ends_nobody_is_missed() {
+        let (trigger, crew) = crew();
+        let (end, ending) = std::sync::mpsc::channel::<()>();
+        let until_told = move |_: &Lane| assert!(ending.recv().is_err());
+        let ended = crew.thread("events", until_told).unwrap();
+        let task = crew.task("presence", std::future::pending());
+        trigger.pull();
+        drop(end);
+        ended.await.unwrap();
+        task.abort();
+        assert_eq!(crew.shutdown.failure(), None);
+    }
+}
