@@ -195,8 +195,14 @@ impl Deployment {
     /// Starts the diagnoser of the module at `index`.
     #[must_use]
     pub fn start_diagnoser(&self, index: usize) -> Process {
+        self.start_diagnoser_with(index, |_| {})
+    }
+
+    /// Starts it with something else about its command.
+    pub fn start_diagnoser_with(&self, index: usize, change: impl FnOnce(&mut Command)) -> Process {
         let mut command = program("trusswatch-diagnoser");
         command.arg("run").arg(self.file(index + 1));
+        change(&mut command);
         self.launch(Node::DEPLOYED[index + 1], command, MODULES[index])
     }
 

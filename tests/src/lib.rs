@@ -14,6 +14,7 @@ pub mod footprint;
 mod grid;
 pub mod held;
 pub mod hostile;
+pub mod interposer;
 pub mod kills;
 pub mod lab;
 pub mod noted;

@@ -12,6 +12,7 @@ Exit codes:
     2  wrong use of the command line
     3  a file that cannot be used
     4  network failure or no answer
+    5  ack, reset: done, but not saved on the module's disk
   130  interrupted before it was done";
 
 /// Kinds of failure, each with its exit code.
@@ -27,6 +28,8 @@ enum Kind {
     Input,
     /// The network.
     Network,
+    /// Done, but not saved.
+    NotSaved,
     /// A signal ended it early.
     Interrupted,
 }
@@ -39,6 +42,7 @@ impl Kind {
             Kind::Usage => 2,
             Kind::Input => 3,
             Kind::Network => 4,
+            Kind::NotSaved => 5,
             Kind::Interrupted => 130,
         }
     }
@@ -94,6 +98,11 @@ impl Failure {
     /// The operation failed, for each of these reasons.
     pub(crate) fn runtimes(messages: Vec<String>) -> Failure {
         Failure { kind: Kind::Runtime, messages }
+    }
+
+    /// Done, but not saved, for each of these reasons.
+    pub(crate) fn not_saved(messages: Vec<String>) -> Failure {
+        Failure { kind: Kind::NotSaved, messages }
     }
 
     /// The network, for each of these reasons.

@@ -15,8 +15,15 @@ pub(crate) fn module_ready(live: Condition, report: Option<&ModuleReport>) -> Co
     let Some(ModuleReport { status, reason, .. }) = report else {
         return Condition::unwell(OPENING);
     };
-    let words = format!("{}: {reason}", status.phase.as_str());
-    Condition { well: status.phase == ModulePhase::InService, words }
+    let phase = status.phase.as_str();
+    match &status.journal.problem {
+        None => Condition {
+            well: status.phase == ModulePhase::InService,
+            words: format!("{phase}: {reason}"),
+        },
+        // Faults are published, and a restart forgets them.
+        Some(problem) => Condition::unwell(format!("{phase}: {reason}; journal: {problem}")),
+    }
 }
 
 /// Whether a plant computes steps.
@@ -49,10 +56,20 @@ mod tests {
             (ModulePhase::InService, true, "in_service: as it is"),
             (ModulePhase::Stale, false, "stale: as it is"),
         ] {
+            let mut report = module_report(phase);
+            report.status.journal.problem = None;
             let expected = Condition { well, words: words.to_owned() };
-            assert_eq!(module_ready(alive(), Some(&module_report(phase))), expected);
+            assert_eq!(module_ready(alive(), Some(&report)), expected);
         }
         assert_eq!(module_ready(alive(), None), Condition::unwell("opening a session"));
+    }
+
+    #[test]
+    fn a_module_whose_disk_hangs_is_not_ready() {
+        let mut report = module_report(ModulePhase::InService);
+        report.status.journal.problem = Some("the disk has hung for 7 s".to_owned());
+        let words = "in_service: as it is; journal: the disk has hung for 7 s";
+        assert_eq!(module_ready(alive(), Some(&report)), Condition::unwell(words));
     }
 
     #[test]

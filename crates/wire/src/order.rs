@@ -1,7 +1,7 @@
 //! What an operator orders a diagnoser to do, and what becomes of it.
 //!
 //! An order is the payload of a query on `{module}/command/acknowledge` or `{module}/command/reset`. The
-//! reply is [`Obeyed`], once the transition is in the journal, or [`crate::Refused`].
+//! reply is [`Obeyed`], which says whether the transition is in the journal, or [`crate::Refused`].
 
 use names::{Component, Mention};
 use schemars::JsonSchema;
@@ -93,7 +93,7 @@ pub struct GivenOrder {
     pub re_tare: bool,
 }
 
-/// The order was obeyed, and the journal has it.
+/// The order was obeyed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Obeyed {
     /// The component.
@@ -102,6 +102,14 @@ pub struct Obeyed {
     pub state: FaultState,
     /// The sequence number of the transition.
     pub sequence: u64,
+    /// Whether the journal has it. If not, a disk is full or hangs, and a restart may forget the order.
+    #[serde(default = "yes")]
+    pub durable: bool,
+}
+
+/// Former versions replied with what the journal had.
+fn yes() -> bool {
+    true
 }
 
 impl Message for Order {

@@ -304,8 +304,11 @@ fn answers_orders_and_refusals_are_read_back() {
         component: "actuator/a1".parse().unwrap(),
         state: FaultState::Acknowledged,
         sequence: 7,
+        durable: false,
     };
     assert_eq!(back(&obeyed), obeyed);
+    let former = r#"{"v":1,"component":"actuator/a1","state":"acknowledged","sequence":7}"#;
+    assert!(wire::decode::<Obeyed>(former.as_bytes()).unwrap().durable);
     let phase = PhaseChange {
         structure: structure(),
         module: module(),

@@ -12,8 +12,9 @@ use crate::link::{Link, seconds};
 /// Acknowledge a fault
 ///
 /// The component stays faulty; who acknowledged it and when is recorded in the module's
-/// journal. Exit code 1 if a diagnoser refuses, and 4 if one does not answer: then the command may or
-/// may not have been carried out; check with `trusswatch faults`.
+/// journal. Exit code 1 if a diagnoser refuses, 4 if one does not answer: then the command may or
+/// may not have been carried out; check with `trusswatch faults`. Exit code 5 if it was carried out, but the
+/// module's disk has not got it: then a restart may forget it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct AcknowledgeArguments {
     #[command(flatten)]
@@ -23,8 +24,9 @@ pub(crate) struct AcknowledgeArguments {
 /// Reset a repaired component and resume monitoring
 ///
 /// A diagnoser refuses as long as the evidence of the fault is still there, unless it is forced. Exit
-/// code 1 if a diagnoser refuses, and 4 if one does not answer: then the command may or may not have been
-/// carried out; check with `trusswatch faults`.
+/// code 1 if a diagnoser refuses, 4 if one does not answer: then the command may or may not have been
+/// carried out; check with `trusswatch faults`. Exit code 5 if it was carried out, but the module's disk has
+/// not got it: then a restart may forget it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ResetArguments {
     #[command(flatten)]

@@ -14,8 +14,8 @@ use crate::wording::plain;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub(super) enum Outcome {
-    /// It was carried out and is in the journal.
-    Obeyed { state: FaultState, sequence: u64 },
+    /// It was carried out; whether it is in the journal.
+    Obeyed { state: FaultState, sequence: u64, durable: bool },
     /// Nothing was changed.
     Refused { reason: String },
     /// It may or may not have been carried out.
@@ -38,7 +38,9 @@ pub(super) struct CommandOutcome {
 impl Outcome {
     pub(super) fn of(result: Result<Obeyed, OrderError>) -> Outcome {
         match result {
-            Ok(Obeyed { state, sequence, .. }) => Outcome::Obeyed { state, sequence },
+            Ok(Obeyed { state, sequence, durable, .. }) => {
+                Outcome::Obeyed { state, sequence, durable }
+            }
             Err(OrderError::Refused(reason)) => Outcome::Refused { reason: plain(&reason) },
             Err(error) => Outcome::Unanswered { reason: plain(&error.to_string()) },
         }
@@ -50,11 +52,20 @@ impl Outcome {
 }
 
 impl CommandOutcome {
+    fn was_refused(&self) -> bool {
+        matches!(self.outcome, Outcome::Refused { .. })
+    }
+
     /// What went wrong, if anything did.
     fn complaint(&self) -> Option<String> {
         let component = &self.component;
         match &self.outcome {
-            Outcome::Obeyed { .. } => None,
+            Outcome::Obeyed { durable: true, .. } => None,
+            Outcome::Obeyed { durable: false, .. } => Some(format!(
+                "{component}: carried out, but not saved: the disk of `{}` is full or does not answer, and a \
+                 restart may forget it; see `trusswatch health`, and repeat the command when the disk is well",
+                component.module
+            )),
             Outcome::Refused { reason } => Some(format!("{component}: refused: {reason}")),
             Outcome::Unanswered { reason } => Some(format!(
                 "{component}: {reason}; the command may or may not have been carried out; \
@@ -67,7 +78,8 @@ impl CommandOutcome {
     }
 }
 
-/// How the command ends: silence weighs more than refusal, for it leaves open what is the case.
+/// How the command ends: silence weighs more than refusal, for it leaves open what is the case, and both weigh more
+/// than what was done but not saved.
 pub(super) fn conclude(outcomes: &[CommandOutcome]) -> Result<(), Failure> {
     let complaints: Vec<String> = outcomes.iter().filter_map(CommandOutcome::complaint).collect();
     let unheard = |command: &CommandOutcome| {
@@ -77,7 +89,9 @@ pub(super) fn conclude(outcomes: &[CommandOutcome]) -> Result<(), Failure> {
         Ok(())
     } else if outcomes.iter().any(unheard) {
         Err(Failure::networks(complaints))
-    } else {
+    } else if outcomes.iter().any(CommandOutcome::was_refused) {
         Err(Failure::runtimes(complaints))
+    } else {
+        Err(Failure::not_saved(complaints))
     }
 }

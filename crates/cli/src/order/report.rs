@@ -31,7 +31,7 @@ pub(super) fn print(outcomes: &[CommandOutcome], json: bool) -> Result<(), Failu
 
 /// The line for a command that was obeyed.
 fn line(command: &CommandOutcome) -> Option<String> {
-    let Outcome::Obeyed { state, sequence } = &command.outcome else { return None };
+    let Outcome::Obeyed { state, sequence, .. } = &command.outcome else { return None };
     let what = match command.order {
         OrderKind::Acknowledge => "acknowledged",
         OrderKind::Reset => "reset",

@@ -18,7 +18,7 @@ fn reasonable(kind: OrderKind, order: &Order) -> Result<Obeyed, String> {
         OrderKind::Acknowledge => FaultState::Acknowledged,
         OrderKind::Reset => FaultState::Normal,
     };
-    Ok(Obeyed { component: order.component.component.clone(), state, sequence: 7 })
+    Ok(Obeyed { component: order.component.component.clone(), state, sequence: 7, durable: true })
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -41,6 +41,21 @@ async fn a_command_arrives_as_it_was_given_and_its_outcome_is_printed() {
         re_tare: false,
     };
     assert_eq!(*orders.lock().unwrap(), [order(Some("seen on site"), false), order(None, true)]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_was_done_but_not_saved_is_exit_code_5_unless_something_weighs_more() {
+    let mut tower = StandIn::open("tower").await;
+    let unsaved = |kind, order: &Order| {
+        reasonable(kind, order).map(|obeyed| Obeyed { durable: false, ..obeyed })
+    };
+    tower.orders("module1", Arc::new(unsaved)).await;
+    tower.token("module1").await;
+    let outcome = tower.run(&["ack", "module1/sensor/g2", "--by", "ada"]);
+    outcome.fails(5, &["module1/sensor/g2: carried out, but not saved: the disk of `module1`"]);
+    assert!(outcome.stdout.contains("now acknowledged"), "{}", outcome.stdout);
+    let both = ["ack", "module1/sensor/g2", "module1/sensor/g9", "--by", "ada"];
+    tower.run(&both).fails(1, &["not saved", "refused"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]

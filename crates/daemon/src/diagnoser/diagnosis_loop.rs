@@ -31,7 +31,7 @@ use super::peers::{Backoff, PeerBook};
 use super::performer::Performer;
 use super::service::Service;
 use super::staleness::Staleness;
-use super::state::{Board, Watch, WatchFile};
+use super::state::{JournalBoard, Watch};
 use super::status::{self, Surroundings};
 use crate::config::{DiagnoserConfig, PublishSettings};
 use crate::convert::{Speaker, from_window_length, from_wire_order, to_phase};
@@ -66,8 +66,9 @@ pub(crate) struct Intake {
 /// What the status reports besides.
 #[derive(Debug)]
 pub(crate) struct Boards {
-    pub(crate) journal: Board,
-    pub(crate) watch_file: Option<(WatchFile, Option<Watch>)>,
+    pub(crate) journal: JournalBoard,
+    /// How far the module had watched before the restart.
+    pub(crate) watch: Option<Watch>,
     pub(crate) peers: PeerBook,
     /// For the HTTP endpoints.
     pub(crate) health: Arc<ModuleBoard>,
@@ -111,7 +112,7 @@ impl DiagnosisLoop {
         supervisor: Supervisor,
     ) -> Self {
         let refusals = Arc::clone(&performer.refusals);
-        let last_watch = boards.watch_file.as_ref().and_then(|(_, watch)| *watch);
+        let last_watch = boards.watch;
         Self {
             diagnoser,
             actions: Vec::new(),
@@ -330,7 +331,7 @@ impl DiagnosisLoop {
         self.ask_again(now);
         self.give_up_questions(now);
         self.repeat_progress(now);
-        self.write_watch();
+        self.note_watch();
         let every = Duration::from_millis(self.publish.status_every_ms);
         let due = self.last_status.is_none_or(|last| now.duration_since(last) >= every);
         if due || std::mem::take(&mut self.performer.status_is_due) {
@@ -403,8 +404,7 @@ impl DiagnosisLoop {
 
     /// Remembers how far every channel was watched. Changes of the last few steps are not in the journal
     /// yet, so these steps do not count.
-    fn write_watch(&mut self) {
-        let Some((file, _)) = &mut self.boards.watch_file else { return };
+    fn note_watch(&mut self) {
         let (Some(run), Some(last)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
         };
@@ -420,10 +420,8 @@ impl DiagnosisLoop {
         if self.last_watch == Some(watch) || says_less {
             return;
         }
-        match file.write(watch) {
-            Ok(()) => self.last_watch = Some(watch),
-            Err(error) => tracing::debug!("watch file: {error}"),
-        }
+        self.performer.outbox.event(Outgoing::Watched(watch));
+        self.last_watch = Some(watch);
     }
 
     fn status(&self, queued_samples: usize) -> ModuleStatus {

@@ -12,7 +12,7 @@
 //! | `staleness` | whether samples arrive |
 //! | `service` | whether components are monitored, for the thread that answers queries |
 //! | `state` | what outlives the process |
-//! | `outgoing` | everything that goes out, on two threads |
+//! | `outgoing` | everything that goes out, on threads of its own |
 //! | `status`, `health` | the status of it all; the same over HTTP |
 
 mod args;
@@ -49,7 +49,10 @@ use health::{ModuleBoard, ModuleHealth};
 use identification::{IdentificationTally, Identifier};
 use inquiry::Queryables;
 use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
-use outgoing::{Books, Drained, EventLane, IdentifiedFaults, Outbox, RoutineLane, States};
+use outgoing::{
+    Books, Drained, EventLane, IdentifiedFaults, Lanes, Outbox, ReplyLane, RoutineLane,
+    SharedBooks, States,
+};
 use peers::{LOOK_EVERY, PeerBook, PeerQueries, Presence, QueryPause};
 use pending_replies::PendingReplies;
 use performer::Performer;
@@ -58,16 +61,19 @@ use shell::exit::Failure;
 use shell::health::Listening;
 use shell::opening::open_unless;
 use shell::shutdown::Shutdown;
-use shell::supervision::{OPENING, Supervisor};
-use state::{Keeper, Recollection};
+use shell::supervision::{Crew, OPENING, Supervisor};
+use state::{Keeper, Recollection, Watch, WatchFile, Writer};
 
 use crate::config::DiagnoserConfig;
 use crate::convert::Speaker;
 
 /// Answers of peers that may wait to be looked at.
 const ANSWER_QUEUE: usize = 256;
-/// How long the last messages may take to get out.
-const DRAINING: Duration = Duration::from_secs(2);
+/// How long it may take to withdraw what is on the network. Both times, the closing of the session and the end of the
+/// runtime are together within the five seconds of the shipped units.
+const WITHDRAWING: Duration = Duration::from_millis(500);
+/// How long the last messages may take to get out, and onto the disk.
+const DRAINING: Duration = Duration::from_millis(1500);
 
 /// Runs a diagnoser until it is asked to end.
 ///
@@ -79,7 +85,9 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
         let listed: Vec<String> = problems.iter().map(ToString::to_string).collect();
         Failure::running("no diagnoser can be made", listed.join("; "))
     })?;
-    let memory = Remembered::open(&config)?;
+    let Some(memory) = Remembered::open_unless(&config, &mut shutdown).await? else {
+        return Ok(());
+    };
     let listening = Listening::on(config.health)?;
     let supervisor = Supervisor::from_environment();
     let board = Arc::new(ModuleBoard::default());
@@ -103,10 +111,29 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
 struct Remembered {
     keeper: Keeper,
     recollection: Recollection,
-    watch_file: Option<(state::WatchFile, Option<state::Watch>)>,
+    watch_file: Option<WatchFile>,
+    watch: Option<Watch>,
 }
 
 impl Remembered {
+    /// Unless the end is asked for before the disk has answered.
+    async fn open_unless(
+        config: &DiagnoserConfig,
+        shutdown: &mut Shutdown,
+    ) -> Result<Option<Self>, Failure> {
+        if let Some(directory) = &config.state.directory {
+            tracing::info!(directory = %directory.display(), "opening the state directory");
+        }
+        let config = config.clone();
+        let opening = tokio::task::spawn_blocking(move || Self::open(&config));
+        tokio::select! {
+            opened = opening => opened.unwrap_or_else(|error| {
+                Err(Failure::running("the state directory cannot be opened", error))
+            }).map(Some),
+            () = shutdown.requested() => Ok(None),
+        }
+    }
+
     fn open(config: &DiagnoserConfig) -> Result<Self, Failure> {
         let directory = config.state.directory.as_deref();
         if directory.is_none() {
@@ -115,11 +142,11 @@ impl Remembered {
                  set `directory` in the table `state`, or use `--state-dir`"
             );
         }
-        let (keeper, recollection) =
+        let (mut keeper, recollection) =
             Keeper::open(directory, config.state.rotate_bytes(), config.module())
                 .map_err(|error| Failure::Running(error.to_string()))?;
-        let watch_file = keeper.open_watch_file();
-        Ok(Self { keeper, recollection, watch_file })
+        let (watch_file, watch) = keeper.open_watch_file().unzip();
+        Ok(Self { keeper, recollection, watch_file, watch: watch.flatten() })
     }
 }
 
@@ -135,19 +162,21 @@ async fn serve(
         |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
     let speaker =
         Speaker { structure: config.structure_name.clone(), module: config.module().clone() };
-    let Remembered { keeper, recollection, watch_file } = memory;
-    diagnoser.recall(recollection.memory(watch_file.as_ref().and_then(|(_, watch)| *watch)));
+    let Remembered { keeper, recollection, watch_file, watch } = memory;
+    diagnoser.recall(recollection.memory(watch));
     let components = diagnoser.components().to_vec();
+    let crew = Crew::new(shutdown.clone(), supervisor.pulse());
+    let (writer, submission, journal) = Writer::new(keeper, watch_file);
     let service = Service::new(supervisor.pulse(), staleness::NO_SAMPLE_YET.to_owned());
     let conditions = Conditions::new(diagnoser.conditions());
     let states = States::new(&speaker, &components, service.clone(), conditions.clone());
     let identifications = Arc::new(IdentificationTally::default());
     let Recollection { latest, faults, .. } = recollection;
     let faults = IdentifiedFaults::new(&speaker, &components, faults, Arc::clone(&identifications));
-    let books = Books { states, faults };
+    let books = SharedBooks::new(Books { states, faults });
     let boards = Boards {
-        journal: keeper.board(),
-        watch_file,
+        journal: journal.clone(),
+        watch,
         peers: PeerBook::new(config.peers()),
         health,
         service,
@@ -155,13 +184,16 @@ async fn serve(
         identifications: Arc::clone(&identifications),
     };
 
-    let mut events = EventLane::declare(session, &speaker, &config.publish, keeper, books)
-        .await
-        .map_err(refused)?;
+    let no_thread = |error| Failure::running("no thread can be started", error);
+    let written = crew.thread("journal", move |_| writer.run()).map_err(no_thread)?;
+    let declaring =
+        EventLane::declare(session, &speaker, &config.publish, submission, books.clone());
+    let events = declaring.await.map_err(refused)?;
     events.repeat(latest);
     let routine = RoutineLane::declare(session, &speaker).await.map_err(refused)?;
-    let (outbox, drained) = Outbox::open(events, routine)
-        .map_err(|error| Failure::running("no thread can be started", error))?;
+    let lanes = Lanes { events, replies: ReplyLane::new(books, journal), routine };
+    let (outbox, mut drained) = Outbox::open(lanes, &crew).map_err(no_thread)?;
+    drained.push(written);
 
     let (answers, answers_out) = mpsc::channel(ANSWER_QUEUE);
     let presence = peers::watch(session, &speaker, config.peers(), &boards.peers, &answers).await;
@@ -171,15 +203,14 @@ async fn serve(
         answers.clone(),
         LOOK_EVERY,
     );
-    let looking = tokio::spawn(looking);
+    let looking = crew.task("presence", looking);
     let peers = PeerQueries::declare(session, &speaker, &config, boards.peers.clone(), answers)
         .await
         .map_err(refused)?;
     let inquiries = Arc::new(inquiry::InquiryTally::default());
-    let (queryables, inquiries_out) =
-        Queryables::declare(session, &speaker, &outbox, config.state.directory.clone(), &inquiries)
-            .await
-            .map_err(refused)?;
+    let directory = config.state.directory.clone();
+    let declaring = Queryables::declare(session, &speaker, &outbox, (directory, &crew), &inquiries);
+    let (queryables, inquiries_out) = declaring.await.map_err(refused)?;
     let (intake, samples, fetched) =
         open_intake(session, &speaker, &config).await.map_err(refused)?;
     let subscriber = intake.receiver.subscribe(session, &speaker).await.map_err(refused)?;
@@ -199,8 +230,8 @@ async fn serve(
 
     let queues = Queues { samples, fetched, inquiries: inquiries_out, answers: answers_out };
     let refusals = intake.receiver.refusals();
-    let identifier = Identifier::start(speaker.clone(), outbox.clone(), identifications)
-        .map_err(|error| Failure::running("no thread can be started", error))?;
+    let identifier = Identifier::start(speaker.clone(), outbox.clone(), identifications, &crew)
+        .map_err(no_thread)?;
     let performer = Performer::new(
         speaker,
         (outbox, identifier),
@@ -215,7 +246,11 @@ async fn serve(
         .await;
 
     looking.abort();
-    declared.withdraw().await.map_err(refused)?;
+    match tokio::time::timeout(WITHDRAWING, declared.withdraw()).await {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => tracing::warn!("not everything was withdrawn: {error}"),
+        Err(_) => tracing::warn!("not everything was withdrawn within {WITHDRAWING:?}"),
+    }
     drain(drained).await;
     tracing::info!("stopped");
     Ok(())
@@ -267,9 +302,13 @@ impl Declared {
 
 /// The threads end when the last of those who hold the outbox is gone, and everything in it is out.
 async fn drain(drained: Drained) {
-    for drained in drained {
-        if tokio::time::timeout(DRAINING, drained).await.is_err() {
-            tracing::warn!("the last messages did not get out within {DRAINING:?}");
+    let all = async {
+        for drained in drained {
+            // An error means that the thread has failed, which was told.
+            let _ = drained.await;
         }
+    };
+    if tokio::time::timeout(DRAINING, all).await.is_err() {
+        tracing::warn!("the last messages did not get out, or onto the disk, within {DRAINING:?}");
     }
 }

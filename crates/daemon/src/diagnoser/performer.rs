@@ -151,7 +151,7 @@ impl Performer {
         self.outbox.event(Outgoing::Fault(Box::new(message)));
     }
 
-    /// The reply goes the way of the transition, so that it comes after the journal has it.
+    /// The reply goes the way of the transition, which learns whether the journal has it.
     fn obeyed(&mut self, token: diagnosis::OrderToken, sequence: u64, diagnoser: &Diagnoser) {
         self.inquiries.order_obeyed();
         let Some(query) = self.pending.take_order(token) else { return };
@@ -162,7 +162,7 @@ impl Performer {
         let Some(component) = components.find(of) else { return };
         let Some(transition) = diagnoser.last_transition(component) else { return };
         let state = self.speaker.transition(transition.clone(), 0).state;
-        let obeyed = Obeyed { component: component.clone(), state, sequence };
+        let obeyed = Obeyed { component: component.clone(), state, sequence, durable: false };
         self.outbox.event(Outgoing::Obeyed { query, obeyed });
     }
 

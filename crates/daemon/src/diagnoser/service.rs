@@ -38,7 +38,9 @@ impl Service {
             return self.lack.lock().unwrap_or_else(PoisonError::into_inner).clone();
         }
         let age_ns = match sign {
-            Sign::Ago(age) => u64::try_from(age.as_nanos()).unwrap_or(u64::MAX),
+            Sign::Ago(age) | Sign::Stuck(_, age) => {
+                u64::try_from(age.as_nanos()).unwrap_or(u64::MAX)
+            }
             Sign::NotYet | Sign::Over => 0,
         };
         let since_unix_ns = clock::unix_ns().saturating_sub(age_ns);

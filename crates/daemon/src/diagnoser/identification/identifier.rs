@@ -1,7 +1,6 @@
 //! Identifies faults, their kind and size, on a thread of its own: it takes milliseconds, for which the diagnosis does not
 //! wait.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
@@ -9,6 +8,7 @@ use std::time::Instant;
 use diagnosis::identification::{Excerpt, identify};
 use shell::clock;
 use shell::occurrences::Occurrences;
+use shell::supervision::{Crew, Lane};
 
 use super::IdentificationTally;
 use crate::convert::Speaker;
@@ -23,7 +23,6 @@ pub(crate) struct Identifier {
     queue: SyncSender<Box<Excerpt>>,
     tally: Arc<IdentificationTally>,
     turned_away: Occurrences,
-    ended: Occurrences,
 }
 
 impl Identifier {
@@ -35,17 +34,12 @@ impl Identifier {
         speaker: Speaker,
         outbox: Outbox,
         tally: Arc<IdentificationTally>,
+        crew: &Crew,
     ) -> std::io::Result<Self> {
         let (queue, requests) = sync_channel(WAITING);
-        let thread = std::thread::Builder::new().name("identifier".to_owned());
         let worker = Worker { speaker, outbox, tally: Arc::clone(&tally) };
-        thread.spawn(move || worker.run(&requests))?;
-        Ok(Self {
-            queue,
-            tally,
-            turned_away: Occurrences::default(),
-            ended: Occurrences::default(),
-        })
+        crew.thread("identifier", move |lane| worker.run(&requests, lane))?;
+        Ok(Self { queue, tally, turned_away: Occurrences::default() })
     }
 
     /// Hands in a request without waiting.
@@ -59,14 +53,8 @@ impl Identifier {
                     tracing::warn!(%component, times, "fault not identified: too many at once");
                 }
             }
-            Err(TrySendError::Disconnected(excerpt)) => {
-                self.tally.failed();
-                if let Some(times) = self.ended.note() {
-                    let component = &excerpt.component;
-                    tracing::error!(%component, times, "fault not identified: the thread that \
-                        identifies faults has ended; restart this process");
-                }
-            }
+            // Its end ends the process.
+            Err(TrySendError::Disconnected(_)) => {}
         }
     }
 }
@@ -79,27 +67,20 @@ struct Worker {
 }
 
 impl Worker {
-    fn run(&self, requests: &Receiver<Box<Excerpt>>) {
+    fn run(&self, requests: &Receiver<Box<Excerpt>>, lane: &Lane) {
         while let Ok(excerpt) = requests.recv() {
+            lane.begin();
             self.identify(&excerpt);
+            lane.rest();
         }
     }
 
-    /// A request that fails is logged and counted, and ends nothing else: the next one may be of another component.
     fn identify(&self, excerpt: &Excerpt) {
         let begun = Instant::now();
-        match catch_unwind(AssertUnwindSafe(|| identify(excerpt))) {
-            Ok(found) => {
-                self.tally.done(begun.elapsed());
-                let message = self.speaker.identification(found, clock::unix_ns());
-                // Without room for it the next one tells the same.
-                self.outbox.event(Outgoing::Identification(Box::new(message)));
-            }
-            Err(_) => {
-                self.tally.failed();
-                let component = &excerpt.component;
-                tracing::error!(%component, "fault not identified: the computation has failed");
-            }
-        }
+        let found = identify(excerpt);
+        self.tally.done(begun.elapsed());
+        let message = self.speaker.identification(found, clock::unix_ns());
+        // Without room for it the next one tells the same.
+        self.outbox.event(Outgoing::Identification(Box::new(message)));
     }
 }

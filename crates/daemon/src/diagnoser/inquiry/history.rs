@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
 
+use shell::supervision::Crew;
 use wire::{
     HistoryPage, HistoryQuestion, Identification, MAX_IDENTIFICATIONS_OF_FAULT, MAX_MESSAGE_BYTES,
     Message, Topic,
@@ -27,10 +28,10 @@ const PAGE_BYTES: usize = MAX_MESSAGE_BYTES / 2;
 pub(super) async fn declare(
     session: &Session,
     speaker: &Speaker,
-    directory: Option<PathBuf>,
+    (directory, crew): (Option<PathBuf>, &Crew),
     counters: &Arc<InquiryTally>,
 ) -> zenoh::Result<Queryable<()>> {
-    let queue = reader(speaker.clone(), directory, Arc::clone(counters))?;
+    let queue = reader(speaker.clone(), directory, Arc::clone(counters), crew)?;
     let counters = Arc::clone(counters);
     session
         .declare_queryable(speaker.key(Topic::History))
@@ -64,10 +65,12 @@ fn reader(
     speaker: Speaker,
     directory: Option<PathBuf>,
     counters: Arc<InquiryTally>,
+    crew: &Crew,
 ) -> std::io::Result<SyncSender<(HistoryQuestion, Query)>> {
     let (queue, out) = sync_channel::<(HistoryQuestion, Query)>(MAX_WAITING);
-    std::thread::Builder::new().name("history".to_owned()).spawn(move || {
+    crew.thread("history", move |lane| {
         while let Ok((question, query)) = out.recv() {
+            lane.begin();
             let found = match &directory {
                 None => Err("this diagnoser keeps no journal; give it a state directory".into()),
                 Some(directory) => {
@@ -84,6 +87,7 @@ fn reader(
                     refuse(&query, reason);
                 }
             }
+            lane.rest();
         }
     })?;
     Ok(queue)

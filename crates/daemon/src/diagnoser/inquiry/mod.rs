@@ -18,16 +18,15 @@ pub(crate) use orders::OrderInquiry;
 pub(crate) use state::StateInquiry;
 pub(crate) use tally::InquiryTally;
 
-use present::Wanted;
-
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use shell::supervision::Crew;
 use tokio::sync::mpsc;
 use zenoh::Session;
 use zenoh::query::Queryable;
 
-use super::outgoing::Outbox;
+use super::outgoing::{Outbox, Wanted};
 use crate::convert::Speaker;
 
 /// Questions and orders that may wait for the diagnoser.
@@ -50,7 +49,7 @@ impl Queryables {
         session: &Session,
         speaker: &Speaker,
         outbox: &Outbox,
-        directory: Option<PathBuf>,
+        (directory, crew): (Option<PathBuf>, &Crew),
         counters: &Arc<InquiryTally>,
     ) -> zenoh::Result<(Self, InquiryQueues)> {
         let (state_in, state) = mpsc::channel(QUEUE);
@@ -61,7 +60,7 @@ impl Queryables {
             let outbox = outbox.clone();
             queryables.push(present::declare(session, speaker, wanted, outbox, counters).await?);
         }
-        queryables.push(history::declare(session, speaker, directory, counters).await?);
+        queryables.push(history::declare(session, speaker, (directory, crew), counters).await?);
         queryables.extend(orders::declare(session, speaker, &orders_in, outbox, counters).await?);
         Ok((Self(queryables), InquiryQueues { state, orders }))
     }

@@ -1,14 +1,15 @@
 //! What must not be lost, in order, on a thread of its own: into the journal first, then onto the
 //! network.
 //!
-//! Everything that waits is written in one go and waited for once, so that a burst costs one wait for
-//! the disk. The network may hold this thread up; diagnosis and answers to peers are elsewhere.
+//! Everything that waits is handed to the journal in one go and waited for once, so that a burst costs one wait for
+//! the disk; and a disk that hangs is not waited for (`state::write_queue`). The network may hold this thread up;
+//! diagnosis and replies are elsewhere.
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use names::{Component, RunId};
-use tokio::sync::OwnedSemaphorePermit;
+use shell::supervision::Lane;
 use wire::{
     Candidate, FaultSize, FaultTransition, Identification, Obeyed, PhaseChange, StateChange, Topic,
 };
@@ -18,19 +19,16 @@ use zenoh::query::Query;
 use zenoh::{Session, Wait};
 use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
 
-use super::identified_faults::IdentifiedFaults;
-use super::states::States;
+use super::books::SharedBooks;
 use crate::config::PublishSettings;
 use crate::convert::Speaker;
-use crate::diagnoser::state::{Keeper, Record};
+use crate::diagnoser::state::{Record, Submission, Watch};
 use crate::messages::{put, reply};
 
 /// Most events written in one go.
 const BATCH: usize = 256;
 /// A subscriber detects after at most this time that it missed the latest message.
 const HEARTBEAT: Duration = Duration::from_millis(500);
-/// How often a disk that refused is tried again.
-const RETRY: Duration = Duration::from_secs(1);
 
 /// Something that must not be lost.
 #[derive(Debug)]
@@ -57,20 +55,8 @@ pub(crate) enum Outgoing {
         /// The reply.
         obeyed: Obeyed,
     },
-    /// A query for the present states.
-    States {
-        /// The question.
-        query: Query,
-        /// Its place among those that may wait; free when the question is done with.
-        place: OwnedSemaphorePermit,
-    },
-    /// A query for the latest identifications.
-    Identifications {
-        /// The question.
-        query: Query,
-        /// Its place among those that may wait; free when the question is done with.
-        place: OwnedSemaphorePermit,
-    },
+    /// How far the module has watched: for the disk, after all before it.
+    Watched(Watch),
 }
 
 impl Outgoing {
@@ -84,16 +70,9 @@ impl Outgoing {
             Outgoing::Change(_)
             | Outgoing::Phase(_)
             | Outgoing::Obeyed { .. }
-            | Outgoing::States { .. }
-            | Outgoing::Identifications { .. } => None,
+            | Outgoing::Watched(_) => None,
         }
     }
-}
-
-/// What is known of the components, for those who ask.
-pub(crate) struct Books {
-    pub(crate) states: States,
-    pub(crate) faults: IdentifiedFaults,
 }
 
 /// The publishers of what concerns one component.
@@ -104,8 +83,8 @@ struct ComponentPublishers {
 
 /// What the thread owns.
 pub(crate) struct EventLane {
-    keeper: Keeper,
-    books: Books,
+    journal: Submission,
+    books: SharedBooks,
     publishers: Vec<(Component, ComponentPublishers)>,
     changes: AdvancedPublisher<'static>,
     phases: AdvancedPublisher<'static>,
@@ -117,21 +96,22 @@ impl EventLane {
         session: &Session,
         speaker: &Speaker,
         settings: &PublishSettings,
-        keeper: Keeper,
-        books: Books,
+        journal: Submission,
+        books: SharedBooks,
     ) -> zenoh::Result<Self> {
         let mut publishers = Vec::new();
-        for component in books.states.components() {
+        let components: Vec<Component> = books.lock().states.components().cloned().collect();
+        for component in components {
             let faults = speaker.key(Topic::Fault(component.clone()));
             let identifications = speaker.key(Topic::Identification(component.clone()));
             let of_component = ComponentPublishers {
                 faults: publisher(session, faults, settings.history).await?,
                 identifications: publisher(session, identifications, settings.history).await?,
             };
-            publishers.push((component.clone(), of_component));
+            publishers.push((component, of_component));
         }
         Ok(Self {
-            keeper,
+            journal,
             books,
             publishers,
             changes: publisher(session, speaker.key(Topic::Change), settings.history).await?,
@@ -141,75 +121,68 @@ impl EventLane {
 
     /// Publishes again what was published before the restart: subscribers may not have received
     /// the last of it, and late subscribers get it from here.
-    pub(crate) fn repeat(&mut self, latest: Vec<FaultTransition>) {
+    pub(crate) fn repeat(&self, latest: Vec<FaultTransition>) {
         for transition in latest {
             self.fault(&transition);
         }
-        for identification in self.books.faults.published() {
+        let published = self.books.lock().faults.published();
+        for identification in published {
             self.identification(&identification);
         }
     }
 
     /// Carries events until every sender is gone.
-    pub(crate) fn run(mut self, queue: &Receiver<Outgoing>) {
-        loop {
-            let first = if self.keeper.is_behind() {
-                queue.recv_timeout(RETRY)
-            } else {
-                queue.recv().map_err(|_| RecvTimeoutError::Disconnected)
-            };
-            match first {
-                Ok(first) => {
-                    let more = queue.try_iter().take(BATCH - 1);
-                    let batch: Vec<Outgoing> = std::iter::once(first).chain(more).collect();
-                    self.carry(batch);
-                }
-                Err(RecvTimeoutError::Timeout) => {
-                    self.keeper.save(&[]);
-                }
-                Err(RecvTimeoutError::Disconnected) => return,
-            }
+    pub(crate) fn run(self, queue: &Receiver<Outgoing>, lane: &Lane) {
+        while let Ok(first) = queue.recv() {
+            lane.begin();
+            let more = queue.try_iter().take(BATCH - 1);
+            self.carry(std::iter::once(first).chain(more).collect(), lane);
+            lane.rest();
         }
     }
 
-    fn carry(&mut self, batch: Vec<Outgoing>) {
-        let faults = &mut self.books.faults;
-        let mut batch: Vec<_> = batch.into_iter().filter_map(|event| faults.note(event)).collect();
+    fn carry(&self, batch: Vec<Outgoing>, lane: &Lane) {
+        let mut batch: Vec<_> = {
+            let faults = &mut self.books.lock().faults;
+            batch.into_iter().filter_map(|event| faults.note(event)).collect()
+        };
         let records: Vec<Record> = batch.iter().filter_map(Outgoing::to_record).collect();
-        let durable = records.is_empty() || self.keeper.save(&records);
+        let watched = batch.iter().rev().find_map(|event| match event {
+            Outgoing::Watched(watch) => Some(*watch),
+            _ => None,
+        });
+        let durable = self.journal.save(records, watched);
         for event in &mut batch {
-            if let Outgoing::Fault(transition) = event {
-                transition.durable = durable;
+            match event {
+                Outgoing::Fault(transition) => transition.durable = durable,
+                Outgoing::Obeyed { obeyed, .. } => obeyed.durable = durable,
+                _ => {}
             }
         }
-        batch.into_iter().for_each(|event| self.send(event));
+        for event in batch {
+            lane.begin();
+            self.send(event);
+        }
     }
 
-    fn send(&mut self, event: Outgoing) {
+    fn send(&self, event: Outgoing) {
         match event {
             Outgoing::Fault(transition) => self.fault(&transition),
             Outgoing::Identification(found) => {
-                self.books.faults.count_published();
+                self.books.lock().faults.count_published();
                 tell(&found);
                 self.identification(&found);
             }
             Outgoing::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
-            Outgoing::Settled { .. } => {}
+            Outgoing::Settled { .. } | Outgoing::Watched(_) => {}
             Outgoing::Phase(change) => put(&*change, |bytes| self.phases.put(bytes).wait()),
             Outgoing::Obeyed { query, obeyed } => reply(&query, &obeyed),
-            Outgoing::States { query, place } => {
-                self.states(&query);
-                drop(place);
-            }
-            Outgoing::Identifications { query, place } => {
-                self.identifications(&query);
-                drop(place);
-            }
         }
     }
 
-    fn fault(&mut self, transition: &FaultTransition) {
-        self.books.states.enter(transition);
+    /// Whoever hears of it and asks gets the same.
+    fn fault(&self, transition: &FaultTransition) {
+        self.books.lock().states.enter(transition);
         if let Some(publishers) = self.publishers_of(&transition.component.component) {
             put(transition, |bytes| publishers.faults.put(bytes).wait());
         }
@@ -224,23 +197,6 @@ impl EventLane {
     fn publishers_of(&self, component: &Component) -> Option<&ComponentPublishers> {
         let of_component = self.publishers.iter().find(|(known, _)| known == component);
         of_component.map(|(_, publishers)| publishers)
-    }
-
-    fn states(&self, query: &Query) {
-        for (key, state) in self.books.states.covered_by(query.key_expr()) {
-            let state = self.books.faults.completed(state);
-            put(&state, |bytes| {
-                query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait()
-            });
-        }
-    }
-
-    fn identifications(&self, query: &Query) {
-        for (key, latest) in self.books.faults.covered_by(query.key_expr()) {
-            put(latest, |bytes| {
-                query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait()
-            });
-        }
     }
 }
 

@@ -1,14 +1,27 @@
-//! Everything that goes out: handed in without waiting, carried by two threads.
+//! Everything that goes out: handed in without waiting, carried by threads.
+//!
+//! | file | job |
+//! |---|---|
+//! | `outbox` | takes what is to go out; never waits |
+//! | `event_lane` | what must not be lost: into the journal, onto the network |
+//! | `routine_lane` | what is superseded soon, answers to peers |
+//! | `reply_lane` | replies to those who ask what is known at present |
+//! | `books` | what is known at present: `states` of components, `identified_faults` |
+//! | `audience` | whether anybody subscribes |
 
 mod audience;
+mod books;
 mod event_lane;
 mod identified_faults;
 mod outbox;
+mod reply_lane;
 mod routine_lane;
 mod states;
 
-pub(crate) use event_lane::{Books, EventLane, Outgoing};
+pub(crate) use books::{Books, SharedBooks};
+pub(crate) use event_lane::{EventLane, Outgoing};
 pub(crate) use identified_faults::IdentifiedFaults;
-pub(crate) use outbox::{Drained, Outbox};
+pub(crate) use outbox::{Drained, Lanes, Outbox};
+pub(crate) use reply_lane::{Asked, ReplyLane, Wanted};
 pub(crate) use routine_lane::{Routine, RoutineLane};
 pub(crate) use states::States;

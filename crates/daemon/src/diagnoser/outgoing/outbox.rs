@@ -1,15 +1,17 @@
-//! Takes what is to go out; never waits. Two threads carry it: `event_lane` what must not be lost,
-//! `routine_lane` the rest.
+//! Takes what is to go out; never waits. Three threads carry it: `event_lane` what must not be lost, `reply_lane` what
+//! is known at present to those who ask, `routine_lane` the rest.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 use shell::occurrences::worth_a_line;
-use tokio::sync::{mpsc, oneshot};
+use shell::supervision::{Crew, Ended};
+use tokio::sync::mpsc;
 use wire::PublisherCounters;
 
 use super::event_lane::{EventLane, Outgoing};
+use super::reply_lane::{Asked, ReplyLane};
 use super::routine_lane::{Audiences, Routine, RoutineLane};
 
 const QUEUE: usize = 8192;
@@ -27,35 +29,43 @@ struct OutboxTally {
 #[derive(Debug, Clone)]
 pub(crate) struct Outbox {
     events: SyncSender<Outgoing>,
+    questions: SyncSender<Asked>,
     routine: mpsc::Sender<Routine>,
     /// The subscribers of frequent messages; without any, these need not be handed in.
     pub(crate) audiences: Audiences,
     tally: Arc<OutboxTally>,
 }
 
-/// Signals that both threads have carried everything.
-pub(crate) type Drained = [oneshot::Receiver<()>; 2];
+/// What carries it.
+pub(crate) struct Lanes {
+    pub(crate) events: EventLane,
+    pub(crate) replies: ReplyLane,
+    pub(crate) routine: RoutineLane,
+}
+
+/// Signals that the threads have carried everything.
+pub(crate) type Drained = Vec<Ended>;
 
 impl Outbox {
     /// Starts the threads, which end when all outboxes are gone.
-    pub(crate) fn open(
-        events: EventLane,
-        routine: RoutineLane,
-    ) -> std::io::Result<(Self, Drained)> {
+    pub(crate) fn open(lanes: Lanes, crew: &Crew) -> std::io::Result<(Self, Drained)> {
+        let Lanes { events, replies, routine } = lanes;
         let (events_in, events_out) = sync_channel(QUEUE);
+        let (questions, questions_out) = sync_channel(QUEUE);
         let (routine_in, routine_out) = mpsc::channel(QUEUE);
         let audiences = routine.audiences();
-        let drained = [
-            thread("events", move || events.run(&events_out))?,
-            thread("routine", move || routine.run(routine_out))?,
+        let drained = vec![
+            crew.thread("events", move |lane| events.run(&events_out, lane))?,
+            crew.thread("replies", move |lane| replies.run(&questions_out, lane))?,
+            crew.thread("routine", move |lane| routine.run(routine_out, lane))?,
         ];
         let (events, routine) = (events_in, routine_in);
-        Ok((Self { events, routine, audiences, tally: Arc::default() }, drained))
+        Ok((Self { events, questions, routine, audiences, tally: Arc::default() }, drained))
     }
 
     /// Something that must not be lost. If there is no room, the network has taken nothing for very
-    /// long; then it is, and that is counted. Whether there was room.
-    pub(crate) fn event(&self, event: Outgoing) -> bool {
+    /// long; then it is, and that is counted.
+    pub(crate) fn event(&self, event: Outgoing) {
         let counted =
             matches!(event, Outgoing::Fault(_) | Outgoing::Change(_) | Outgoing::Phase(_));
         self.tally.events.fetch_add(u64::from(counted), Ordering::Relaxed);
@@ -66,7 +76,11 @@ impl Outbox {
                 tracing::error!(times = lost, "event lost: the network takes nothing");
             }
         }
-        taken
+    }
+
+    /// A question about what is known at present. Whether there was room.
+    pub(crate) fn question(&self, asked: Asked) -> bool {
+        self.questions.try_send(asked).is_ok()
     }
 
     /// Something that is dropped if there is no room; a reply is counted then.
@@ -90,17 +104,4 @@ impl Outbox {
             replies_lost: read(&self.tally.replies_lost),
         }
     }
-}
-
-fn thread(
-    name: &str,
-    work: impl FnOnce() + Send + 'static,
-) -> std::io::Result<oneshot::Receiver<()>> {
-    let (ending, ended) = oneshot::channel();
-    std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        work();
-        // The receiver is gone if the process ends in a hurry.
-        let _ = ending.send(());
-    })?;
-    Ok(ended)
 }

@@ -1,6 +1,7 @@
 //! Answers, divergences, status and progress, in order, on a thread of its own: none of them waits for
 //! the disk, and none is worth waiting for the network.
 
+use shell::supervision::Lane;
 use tokio::sync::mpsc;
 use wire::{Divergences, ModuleStatus, Progress, StateAnswer, Topic};
 use zenoh::bytes::Encoding;
@@ -74,9 +75,11 @@ impl RoutineLane {
     }
 
     /// Carries messages until every sender is gone.
-    pub(crate) fn run(&self, mut queue: mpsc::Receiver<Routine>) {
+    pub(crate) fn run(&self, mut queue: mpsc::Receiver<Routine>, lane: &Lane) {
         while let Some(message) = queue.blocking_recv() {
+            lane.begin();
             self.carry(message);
+            lane.rest();
         }
     }
 

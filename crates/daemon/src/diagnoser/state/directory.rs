@@ -23,7 +23,7 @@ impl StateDirectory {
     /// # Errors
     /// Another process has it open.
     pub fn open(directory: &Path, rotate_bytes: u64, module: &ModuleName) -> Result<Self, String> {
-        let (keeper, recollection) = Keeper::open(Some(directory), rotate_bytes, module)
+        let (mut keeper, recollection) = Keeper::open(Some(directory), rotate_bytes, module)
             .map_err(|error| error.to_string())?;
         let watch_file = keeper.open_watch_file();
         Ok(Self { keeper, recollection, watch_file })
@@ -37,7 +37,7 @@ impl StateDirectory {
 
     /// Writes down a change. Returns whether the disk has it.
     pub fn keep(&mut self, run: RunId, change: StateChange) -> bool {
-        self.keeper.save(&[Record::Change { run, change }])
+        self.keeper.save(vec![Record::Change { run, change }])
     }
 
     /// Writes down from when to when every channel was watched.

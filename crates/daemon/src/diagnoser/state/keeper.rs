@@ -1,24 +1,22 @@
 //! The open journal.
 //!
-//! What cannot be written (a full disk, a directory that is read-only) is kept and tried again; it is
-//! published meanwhile, marked as not durable. Diagnosis never waits for the disk.
+//! What cannot be written (a full disk, a directory that is read-only) is kept and tried again. Where that gets too
+//! much, the oldest of it is dropped, and what is written next is a new file with the present state.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use journal::{Journal, OpenError, Opened};
-use names::{ComponentPath, ModuleName};
-use wire::{FaultTransition, Identification, JournalStatus};
+use names::ModuleName;
+use wire::JournalStatus;
 
 use super::recollection::Recollection;
 use super::record::Record;
+use super::snapshot::Snapshot;
 use super::watch_file::{Watch, WatchFile};
 
 /// Records that may wait for a disk.
 const MAX_UNSAVED: usize = 16_384;
-/// Changes that a new file begins with, besides the present state.
-const CHANGES_IN_SNAPSHOT: usize = 512;
 
 /// A state directory that cannot be used at all.
 #[derive(Debug, thiserror::Error)]
@@ -26,48 +24,6 @@ pub(crate) enum StateError {
     /// Another diagnoser of this module is running.
     #[error("{0}; another diagnoser of this module is running, or another directory is needed")]
     InUse(OpenError),
-}
-
-/// The state of the journal, for the status.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Board(Arc<Mutex<JournalStatus>>);
-
-impl Board {
-    pub(crate) fn read(&self) -> JournalStatus {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    fn change(&self, change: impl FnOnce(&mut JournalStatus)) {
-        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
-    }
-}
-
-/// The latest transition of a component, or the latest word on its fault, as it stands in the journal.
-#[derive(Debug)]
-struct Latest {
-    /// The module that wrote it. The recollection accepts its own module only.
-    module: ModuleName,
-    component: ComponentPath,
-    sequence: u64,
-    text: String,
-}
-
-impl Latest {
-    fn is_of(&self, module: &ModuleName, component: &ComponentPath) -> bool {
-        (&self.module, &self.component) == (module, component)
-    }
-
-    /// Takes the place of what is known of the component, unless that is of a later transition.
-    fn take_place_in(self, known: &mut Vec<Latest>) {
-        let place = known.iter().position(|one| one.is_of(&self.module, &self.component));
-        if let Some(place) = place {
-            if known[place].sequence > self.sequence {
-                return;
-            }
-            known.remove(place);
-        }
-        known.push(self);
-    }
 }
 
 /// The open journal, or what stands in for one that cannot be opened at present.
@@ -78,40 +34,34 @@ pub(crate) struct Keeper {
     /// What a journal holds that could not be opened at the start is not known.
     unread: bool,
     unsaved: VecDeque<String>,
-    /// The disk may lack what was appended.
-    unsynced: bool,
-    /// For the beginning of the next file: of each component the latest transition.
-    present: Vec<Latest>,
-    /// The same, of each component that is faulty, of what its fault is.
-    identified: Vec<Latest>,
-    changes: VecDeque<String>,
+    /// The disk may lack what was appended, or never got it: only a new file is certain to be whole.
+    incomplete: bool,
+    /// For the beginning of the next file.
+    snapshot: Snapshot,
     rotate_bytes: u64,
-    board: Board,
+    status: JournalStatus,
 }
 
 impl Keeper {
     /// Opens the journal in a directory, with what it holds. Without a directory nothing is kept.
     ///
     /// # Errors
-    /// Another process has it open. Anything else that is wrong with it stands on the board.
+    /// Another process has it open. Anything else that is wrong with it stands in the status.
     pub(crate) fn open(
         directory: Option<&Path>,
         rotate_bytes: u64,
         module: &ModuleName,
     ) -> Result<(Self, Recollection), StateError> {
-        let board = Board::default();
-        board.change(|status| status.directory = directory.map(|d| d.display().to_string()));
+        let directory_shown = directory.map(|directory| directory.display().to_string());
         let mut keeper = Self {
             directory: directory.map(Path::to_owned),
             journal: None,
             unread: false,
             unsaved: VecDeque::new(),
-            unsynced: false,
-            present: Vec::new(),
-            identified: Vec::new(),
-            changes: VecDeque::new(),
+            incomplete: false,
+            snapshot: Snapshot::default(),
             rotate_bytes,
-            board,
+            status: JournalStatus { directory: directory_shown, ..JournalStatus::default() },
         };
         let records = match keeper.try_open() {
             Ok(records) => records,
@@ -122,7 +72,7 @@ impl Keeper {
             }
         };
         let recollection = Recollection::of(&records, module);
-        keeper.remember(&records);
+        keeper.snapshot.note_texts(records);
         Ok((keeper, recollection))
     }
 
@@ -133,10 +83,8 @@ impl Keeper {
         for damage in &damage {
             tracing::warn!("journal damaged, the rest is used: {damage}");
         }
-        self.board.change(|status| {
-            status.damaged = damage.len() as u64;
-            status.bytes = journal.bytes();
-        });
+        self.status.damaged = damage.len() as u64;
+        self.status.bytes = journal.bytes();
         self.journal = Some(journal);
         Ok(records)
     }
@@ -165,18 +113,27 @@ impl Keeper {
     }
 
     /// How the journal is.
-    pub(crate) fn board(&self) -> Board {
-        self.board.clone()
+    pub(crate) fn status(&self) -> &JournalStatus {
+        &self.status
+    }
+
+    /// Takes note of what was dropped before it came here, so that its present state is written all the same.
+    pub(crate) fn make_up_for(&mut self, dropped: &Snapshot, count: u64) {
+        if !dropped.is_empty() {
+            self.snapshot.note_texts(dropped.texts().map(str::to_owned));
+            self.incomplete = true;
+        }
+        self.status.lost += count;
     }
 
     /// Writes records and waits for the disk. Returns whether it has them; if not they are kept, and
     /// tried again with the next ones.
-    pub(crate) fn save(&mut self, records: &[Record]) -> bool {
+    pub(crate) fn save(&mut self, records: Vec<Record>) -> bool {
         for record in records {
             match record.to_text() {
                 Ok(text) => {
-                    self.remember(std::slice::from_ref(&text));
-                    self.unsaved.push_back(text);
+                    self.unsaved.push_back(text.clone());
+                    self.snapshot.note(record, text);
                 }
                 Err(error) => tracing::error!("a record cannot be written: {error}"),
             }
@@ -187,13 +144,18 @@ impl Keeper {
         }
         let saved = self.flush();
         self.drop_oldest();
-        self.board.change(|status| status.unsaved = self.unsaved.len() as u64);
+        self.status.unsaved = self.unsaved.len() as u64;
         saved
     }
 
     /// Is anything waiting for the disk?
     pub(crate) fn is_behind(&self) -> bool {
-        self.directory.is_some() && (!self.unsaved.is_empty() || self.unsynced)
+        self.directory.is_some() && (!self.unsaved.is_empty() || self.incomplete)
+    }
+
+    /// Has the disk everything that there is to be kept?
+    pub(crate) fn is_up_to_date(&self) -> bool {
+        self.directory.is_some() && !self.is_behind()
     }
 
     fn flush(&mut self) -> bool {
@@ -205,20 +167,17 @@ impl Keeper {
         let Some(journal) = &mut self.journal else { return false };
         let outcome = journal.append_all(&self.unsaved).and_then(|()| {
             self.unsaved.clear();
-            let doubtful = std::mem::replace(&mut self.unsynced, true);
-            // After a failure the kernel does not try again; only a new file is certain to be whole.
+            // After a failure the kernel does not try again.
+            let doubtful = std::mem::replace(&mut self.incomplete, true);
             if doubtful || journal.bytes() > self.rotate_bytes {
-                // What a fault is comes after the fault.
-                let states = self.present.iter().chain(&self.identified);
-                let states = states.map(|latest| latest.text.as_str());
-                journal.rotate(self.changes.iter().map(String::as_str).chain(states))
+                journal.rotate(self.snapshot.texts())
             } else {
                 journal.sync()
             }
         });
         match outcome {
             Ok(()) => {
-                self.unsynced = false;
+                self.incomplete = false;
                 let bytes = journal.bytes();
                 self.tell_success(bytes);
                 true
@@ -230,73 +189,34 @@ impl Keeper {
         }
     }
 
-    /// Keeps what the next file must begin with.
-    fn remember(&mut self, texts: &[String]) {
-        for text in texts {
-            match Record::from_text(text) {
-                Some(Record::Transition(transition)) => self.remember_state(*transition, text),
-                Some(Record::Identification(found)) => self.remember_kind(*found, text),
-                Some(Record::Change { .. }) => {
-                    if self.changes.len() == CHANGES_IN_SNAPSHOT {
-                        self.changes.pop_front();
-                    }
-                    self.changes.push_back(text.clone());
-                }
-                None => {}
-            }
-        }
-    }
-
-    /// The number decides which transition is the latest, as it does in the recollection.
-    fn remember_state(&mut self, transition: FaultTransition, text: &str) {
-        let FaultTransition { module, component, sequence, state, .. } = transition;
-        if !state.is_fault() {
-            // What it says of a fault before this is over.
-            let over =
-                |known: &Latest| known.is_of(&module, &component) && known.sequence < sequence;
-            self.identified.retain(|known| !over(known));
-        }
-        let latest = Latest { module, component, sequence, text: text.to_owned() };
-        latest.take_place_in(&mut self.present);
-    }
-
-    fn remember_kind(&mut self, found: Identification, text: &str) {
-        let Identification { module, component, sequence, .. } = found;
-        let latest = Latest { module, component, sequence, text: text.to_owned() };
-        latest.take_place_in(&mut self.identified);
-    }
-
     fn drop_oldest(&mut self) {
         let excess = self.unsaved.len().saturating_sub(MAX_UNSAVED);
         if excess > 0 {
             self.unsaved.drain(..excess);
-            self.board.change(|status| status.lost += excess as u64);
+            self.incomplete = true;
+            self.status.lost += excess as u64;
         }
     }
 
-    fn tell_problem(&self, problem: &dyn std::fmt::Display) {
+    fn tell_problem(&mut self, problem: &dyn std::fmt::Display) {
         let problem = problem.to_string();
-        self.board.change(|status| {
-            if status.problem.as_ref() != Some(&problem) {
-                tracing::error!("journal: {problem}; diagnosis goes on, faults are not kept");
-            }
-            status.problem = Some(problem);
-        });
+        if self.status.problem.as_ref() != Some(&problem) {
+            tracing::error!("journal: {problem}; diagnosis goes on, faults are not kept");
+        }
+        self.status.problem = Some(problem);
     }
 
-    fn tell_success(&self, bytes: u64) {
-        self.board.change(|status| {
-            if status.problem.take().is_some() {
-                tracing::info!("journal: writing again");
-            }
-            status.bytes = bytes;
-        });
+    fn tell_success(&mut self, bytes: u64) {
+        if self.status.problem.take().is_some() {
+            tracing::info!("journal: writing again");
+        }
+        self.status.bytes = bytes;
     }
 
     /// Opens the file that says how far the module had watched.
-    pub(crate) fn open_watch_file(&self) -> Option<(WatchFile, Option<Watch>)> {
-        let directory = self.directory.as_ref()?;
-        WatchFile::open(directory).map_err(|error| self.tell_problem(&error)).ok()
+    pub(crate) fn open_watch_file(&mut self) -> Option<(WatchFile, Option<Watch>)> {
+        let directory = self.directory.clone()?;
+        WatchFile::open(&directory).map_err(|error| self.tell_problem(&error)).ok()
     }
 }
 
@@ -322,12 +242,12 @@ mod tests {
         let state = directory.path().join("state");
         std::fs::write(&state, "in the way").unwrap();
         let (mut keeper, _) = open(&state);
-        assert!(keeper.board().read().problem.is_some());
-        assert!(!keeper.save(&[change(1)]) && keeper.is_behind());
-        assert_eq!(keeper.board().read().unsaved, 1);
+        assert!(keeper.status().problem.is_some());
+        assert!(!keeper.save(vec![change(1)]) && keeper.is_behind());
+        assert_eq!(keeper.status().unsaved, 1);
         std::fs::remove_file(&state).unwrap();
-        assert!(keeper.save(&[change(2)]) && !keeper.is_behind());
-        assert_eq!(keeper.board().read().problem, None);
+        assert!(keeper.save(vec![change(2)]) && !keeper.is_behind());
+        assert_eq!(keeper.status().problem, None);
         drop(keeper);
         assert_eq!(journal::read(&state).unwrap().count(), 2);
     }
@@ -353,7 +273,7 @@ mod tests {
         let (mut keeper, before) = open();
         assert_eq!(latest(&before), [5]);
         // The first file becomes the older one, and is gone.
-        assert!(keeper.save(&[change(1)]) && keeper.save(&[change(2)]));
+        assert!(keeper.save(vec![change(1)]) && keeper.save(vec![change(2)]));
         drop(keeper);
         assert_eq!(latest(&open().1), [5]);
     }
@@ -366,17 +286,18 @@ mod tests {
         let record = |text: String| Record::from_text(&text).unwrap();
         let latched = transition(3).replace("normal", "latched");
         let (mut keeper, _) = open();
-        assert!(keeper.save(&[record(latched), record(identification(3))]));
+        assert!(keeper.save(vec![record(latched), record(identification(3))]));
         // The first file becomes the older one, and is gone.
-        assert!(keeper.save(&[change(1)]) && keeper.save(&[change(2)]));
+        assert!(keeper.save(vec![change(1)]) && keeper.save(vec![change(2)]));
         drop(keeper);
         let (mut keeper, recollection) = open();
         let published = |recollection: &Recollection| {
             recollection.faults.values().filter_map(|fault| fault.published().cloned()).count()
         };
         assert_eq!(published(&recollection), 1);
-        assert!(keeper.save(&[record(transition(4))]));
-        assert!(keeper.identified.is_empty());
+        assert!(keeper.save(vec![record(transition(4))]));
+        let kept: Vec<&str> = keeper.snapshot.texts().collect();
+        assert!(kept.iter().all(|text| !text.contains(r#""record":"identification""#)), "{kept:?}");
         drop(keeper);
         assert_eq!(published(&open().1), 0);
     }
@@ -395,6 +316,30 @@ mod tests {
     }
 
     #[test]
+    fn the_latest_state_reaches_the_file_whatever_was_dropped_meanwhile() {
+        let directory = tempfile::tempdir().unwrap();
+        let state = directory.path().join("state");
+        std::fs::write(&state, "in the way").unwrap();
+        let (mut keeper, _) = open(&state);
+        let latched = transition(3).replace("normal", "latched");
+        assert!(!keeper.save(vec![Record::from_text(&latched).unwrap()]));
+        for step in 0..=MAX_UNSAVED as u64 {
+            assert!(!keeper.save(vec![change(step)]));
+        }
+        assert_eq!((keeper.status().lost, keeper.status().unsaved), (2, MAX_UNSAVED as u64));
+        let mut dropped = Snapshot::default();
+        dropped.note_texts([transition(7).replace("g1", "g2")]);
+        keeper.make_up_for(&dropped, 1);
+        std::fs::remove_file(&state).unwrap();
+        assert!(keeper.save(Vec::new()) && !keeper.is_behind());
+        assert_eq!(keeper.status().lost, 3);
+        drop(keeper);
+        let (_, recollection) = open(&state);
+        let latest = recollection.latest.iter().map(|latest| latest.sequence);
+        assert_eq!(latest.collect::<Vec<_>>(), [3, 7]);
+    }
+
+    #[test]
     fn a_second_keeper_of_the_same_directory_is_refused() {
         let directory = tempfile::tempdir().unwrap();
         let _first = open(directory.path());
@@ -408,9 +353,9 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let (mut keeper, _) = open(directory.path());
         for step in 0..100 {
-            assert!(keeper.save(&[change(step)]));
+            assert!(keeper.save(vec![change(step)]));
         }
-        assert!(keeper.board().read().bytes < 20_000);
+        assert!(keeper.status().bytes < 20_000);
         drop(keeper);
         let (_, recollection) = open(directory.path());
         let watch = Watch { run: RunId(1), watched: None };

@@ -36,7 +36,7 @@ impl Recollection {
                     let component = found.component.component.clone();
                     recollection.faults.entry(component).or_default().recall(*found);
                 }
-                Record::Transition(_) | Record::Identification(_) => {}
+                Record::Transition(_) | Record::Identification(_) | Record::Start { .. } => {}
                 Record::Change { run, change } => {
                     recollection.changes.push((run, from_change(change)));
                 }

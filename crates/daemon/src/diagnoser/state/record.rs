@@ -19,6 +19,13 @@ pub(crate) enum Record {
         /// The change.
         change: StateChange,
     },
+    /// A process began to write here. Whether the disk takes anything shows before there is a fault.
+    Start {
+        /// Version of the software.
+        software: String,
+        /// When \[ns since 1970\].
+        time_unix_ns: u64,
+    },
 }
 
 impl Record {
@@ -37,7 +44,7 @@ impl Record {
         match &record {
             Self::Transition(read) if read.component.module != read.module => None,
             Self::Identification(read) if read.component.module != read.module => None,
-            Self::Transition(_) | Self::Identification(_) | Self::Change { .. } => Some(record),
+            _ => Some(record),
         }
     }
 }

@@ -1,0 +1,80 @@
+//! Replies to those who ask what is known at present, on a thread of its own: neither the disk nor an asker who reads
+//! slowly comes between.
+
+use std::sync::mpsc::Receiver;
+
+use shell::supervision::Lane;
+use tokio::sync::OwnedSemaphorePermit;
+use wire::Message;
+use zenoh::Wait;
+use zenoh::bytes::Encoding;
+use zenoh::query::Query;
+
+use super::books::SharedBooks;
+use crate::diagnoser::state::JournalBoard;
+use crate::messages::put;
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Wanted {
+    /// The state of each component.
+    States,
+    /// Of each faulty component, what its fault is.
+    Identifications,
+}
+
+/// A question.
+#[derive(Debug)]
+pub(crate) struct Asked {
+    pub(crate) wanted: Wanted,
+    pub(crate) query: Query,
+    /// Its place among those that may wait; free when the question is done with.
+    pub(crate) place: OwnedSemaphorePermit,
+}
+
+/// What the thread owns.
+pub(crate) struct ReplyLane {
+    books: SharedBooks,
+    journal: JournalBoard,
+}
+
+impl ReplyLane {
+    pub(crate) fn new(books: SharedBooks, journal: JournalBoard) -> Self {
+        Self { books, journal }
+    }
+
+    /// Replies until nobody can ask any more.
+    pub(crate) fn run(&self, queue: &Receiver<Asked>, lane: &Lane) {
+        while let Ok(Asked { wanted, query, place }) = queue.recv() {
+            lane.begin();
+            match wanted {
+                Wanted::States => self.states(&query),
+                Wanted::Identifications => self.identifications(&query),
+            }
+            drop(place);
+            lane.rest();
+        }
+    }
+
+    /// What the disk did not have in time when it was published, it may have by now.
+    fn states(&self, query: &Query) {
+        let states = self.books.lock().states_at(query.key_expr());
+        // After the states: what was handed in by then includes them.
+        let has_all = self.journal.has_all();
+        for (key, mut state) in states {
+            state.durable |= has_all;
+            reply(query, &key, &state);
+        }
+    }
+
+    fn identifications(&self, query: &Query) {
+        let found = self.books.lock().identifications_at(query.key_expr());
+        for (key, found) in found {
+            reply(query, &key, &found);
+        }
+    }
+}
+
+fn reply<M: Message>(query: &Query, key: &str, message: &M) {
+    put(message, |bytes| query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait());
+}

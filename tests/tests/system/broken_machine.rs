@@ -1,0 +1,258 @@
+//! A disk that hangs or is full, and threads that panic: faults are published in time, what is said of the disk is
+//! true, whoever asks the process to end sees it end, and nothing that was published is forgotten.
+
+use std::time::{Duration, Instant};
+
+use daemon::config::Schedule;
+use names::RunId;
+use names::fault::Fault;
+use nix::sys::signal::Signal;
+use system_tests::deployment::{Deployment, MODULES};
+use system_tests::in_time;
+use system_tests::interposer::Interposer;
+use system_tests::observer::{Faults, Observer, states};
+use system_tests::operate::{Ended, trusswatch};
+use system_tests::process::Process;
+use system_tests::turn;
+use wire::{FaultState, FaultTransition, Injection, ModulePhase, ModuleStatus};
+
+const STEPS: u64 = 1_000_000;
+/// In service for so long that no effect may be older than its cause \[steps\].
+const WATCHED: u64 = 500;
+const GAGE: &str = "module1/sensor/g2";
+const OTHER_GAGE: &str = "module1/sensor/g5";
+/// From the injection of a fault to its publication: detection takes some hundred milliseconds, the journal a second.
+const PUBLISHED: Duration = Duration::from_secs(4);
+/// What a service manager grants.
+const STOPPED: Duration = Duration::from_secs(5);
+
+/// The tower at work; the diagnoser of module 1 behind an interposer.
+struct Works {
+    deployment: Deployment,
+    interposer: Interposer,
+    observer: Observer,
+    faults: Faults,
+    diagnosers: Vec<Process>,
+    _plant: Process,
+}
+
+impl Works {
+    async fn in_service() -> Self {
+        let deployment = Deployment::of_watched_tower(&Schedule::default());
+        deployment.set(1, "publish", "status_every_ms", 100);
+        let interposer = Interposer::of(deployment.state_directory(0));
+        let observer = Observer::of(&deployment).await;
+        let faults = observer.faults().await;
+        let first = deployment.start_diagnoser_with(0, |command| interposer.preload(command));
+        let diagnosers = vec![first, deployment.start_diagnoser(1)];
+        observer.wait_for(&MODULES, false).await;
+        let plant = deployment.start_plant("real", STEPS, 11, RunId(11));
+        for module in MODULES {
+            observer.status_of(module, has_watched).await;
+        }
+        Self { deployment, interposer, observer, faults, diagnosers, _plant: plant }
+    }
+
+    async fn inject(&self, component: &str) {
+        let fault = Some(Fault::Bias { offset_m: 4e-4 });
+        let order = Injection { component: component.parse().unwrap(), fault, at_step: None };
+        let (session, structure) = (&self.observer.session, "tower".parse().unwrap());
+        ::observer::inject(session, &structure, &order, Duration::from_secs(5)).await.unwrap();
+    }
+
+    /// The next transition of a component to this state.
+    async fn transition(&mut self, component: &str, state: FaultState) -> FaultTransition {
+        let wanted = |_: u64, found: FaultTransition| {
+            (found.component.to_string() == component && found.state == state).then_some(found)
+        };
+        self.faults.find(&format!("{component} {state}"), wanted).await
+    }
+
+    async fn status(&self, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
+        self.observer.status_of("module1", wanted).await
+    }
+
+    /// Waits until the journal is as it should be.
+    async fn recovers(&self) -> ModuleStatus {
+        let well =
+            |status: &ModuleStatus| status.journal.problem.is_none() && status.journal.unsaved == 0;
+        self.status(well).await
+    }
+
+    /// Kills the first diagnoser and starts it again.
+    async fn crash(&mut self) {
+        self.diagnosers[0].crash().await;
+        self.start_again().await;
+    }
+
+    /// Starts the first diagnoser again, which has ended.
+    async fn start_again(&mut self) {
+        self.observer.wait_until_gone("module1").await;
+        let interposer = &self.interposer;
+        self.diagnosers[0] =
+            self.deployment.start_diagnoser_with(0, |command| interposer.preload(command));
+        self.observer.wait_for(&MODULES, false).await;
+    }
+
+    /// The present state of a component, from its module.
+    async fn state(&self, component: &str) -> FaultTransition {
+        let found = async {
+            loop {
+                let mut states = states(&self.observer.session).await.into_iter();
+                if let Some(state) = states.find(|state| state.component.to_string() == component) {
+                    return state;
+                }
+            }
+        };
+        in_time("the state of a component", found).await
+    }
+
+    /// The states that the module's journal has of a component, in the order of their numbers.
+    async fn journalled(&self, component: &str) -> Vec<FaultState> {
+        let (session, timeout) = (&self.observer.session, Duration::from_secs(5));
+        let (structure, module) = ("tower".parse().unwrap(), "module1".parse().unwrap());
+        let history = ::observer::history(session, &structure, &module, 1, timeout).await;
+        let transitions = history.transitions.into_iter();
+        let own = transitions.filter(|transition| transition.component.to_string() == component);
+        own.map(|transition| transition.state).collect()
+    }
+
+    async fn order(&self, words: &[&str]) -> Ended {
+        trusswatch(&self.deployment, words).await
+    }
+
+    async fn stop(self) {
+        for diagnoser in self.diagnosers {
+            diagnoser.stop().await;
+        }
+    }
+}
+
+fn has_watched(status: &ModuleStatus) -> bool {
+    let since = status.in_service_since_step.filter(|_| status.phase == ModulePhase::InService);
+    since.zip(status.step).is_some_and(|(since, now)| now.since(since) > WATCHED)
+}
+
+fn hangs(status: &ModuleStatus) -> bool {
+    status.journal.problem.as_ref().is_some_and(|problem| problem.contains("hung for"))
+}
+
+/// A fault while the disk hangs, whatever of it hangs.
+async fn a_fault_while_the_disk_hangs(what: &str) {
+    let _turn = turn::side_by_side().await;
+    let mut works = Works::in_service().await;
+    works.interposer.order(what);
+    let start = Instant::now();
+    works.inject(GAGE).await;
+    let latched = works.transition(GAGE, FaultState::Latched).await;
+    assert!(start.elapsed() < PUBLISHED, "published {:?} after", start.elapsed());
+    assert!(!latched.durable);
+    let status = works.status(hangs).await;
+    assert!(status.journal.unsaved > 0, "{:?}", status.journal);
+    // The disk owes nothing more to the next one.
+    works.inject(OTHER_GAGE).await;
+    works.transition(OTHER_GAGE, FaultState::Latched).await;
+    assert_eq!(works.state(GAGE).await.state, FaultState::Latched);
+    works.interposer.call_off(what);
+    works.recovers().await;
+    let state = works.state(GAGE).await;
+    assert!(state.durable && state.state == FaultState::Latched, "{state:?}");
+    works.crash().await;
+    for component in [GAGE, OTHER_GAGE] {
+        assert_eq!(works.state(component).await.state, FaultState::Latched);
+        assert!(works.journalled(component).await.contains(&FaultState::Latched));
+    }
+    works.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_fault_is_published_in_time_while_waiting_for_the_disk_hangs() {
+    a_fault_while_the_disk_hangs("hang-sync").await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_fault_is_published_in_time_while_everything_that_writes_hangs() {
+    a_fault_while_the_disk_hangs("hang").await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn with_a_frozen_disk_a_process_ends_when_asked_to() {
+    let _turn = turn::side_by_side().await;
+    let mut works = Works::in_service().await;
+    works.interposer.order("hang");
+    works.inject(GAGE).await;
+    works.transition(GAGE, FaultState::Latched).await;
+    let start = Instant::now();
+    works.diagnosers[0].signal(Signal::SIGTERM);
+    assert_eq!(works.diagnosers[0].exit_code().await, Some(0));
+    assert!(start.elapsed() < STOPPED, "{:?}", start.elapsed());
+    // It cannot start before it has read what it knew, and can be stopped in that too.
+    let (interposer, before) = (&works.interposer, works.diagnosers[0].log().len());
+    let mut next = works.deployment.start_diagnoser_with(0, |command| interposer.preload(command));
+    let begun = async {
+        while !next.log()[before..].contains("opening the state directory") {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    };
+    in_time("the beginning of a start", begun).await;
+    let start = Instant::now();
+    next.signal(Signal::SIGTERM);
+    assert_eq!(next.exit_code().await, Some(0));
+    assert!(start.elapsed() < STOPPED, "{:?}", start.elapsed());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_order_that_a_full_disk_does_not_keep_says_so() {
+    let _turn = turn::side_by_side().await;
+    let mut works = Works::in_service().await;
+    works.inject(GAGE).await;
+    works.transition(GAGE, FaultState::Latched).await;
+    works.interposer.order("full");
+    let ended = works.order(&["ack", GAGE, "--by", "ada"]).await;
+    assert_eq!(ended.code, Some(5), "{ended:?}");
+    assert!(ended.err.contains("not saved"), "{ended:?}");
+    let ended = works.order(&["ack", OTHER_GAGE, "--by", "ada", "--json"]).await;
+    assert_eq!(ended.code, Some(1), "it has no fault: {ended:?}");
+    // A process that starts on a full disk knows before its first fault.
+    works.crash().await;
+    let status = works.status(|status| status.journal.problem.is_some()).await;
+    assert!(status.journal.problem.unwrap().contains("No space left"));
+    let ended = works.order(&["ack", GAGE, "--by", "ada", "--json"]).await;
+    assert_eq!(ended.code, Some(5), "{ended:?}");
+    assert_eq!(ended.json()["orders"][0]["durable"], false, "{ended:?}");
+    works.interposer.call_off("full");
+    works.recovers().await;
+    works.crash().await;
+    assert_eq!(works.state(GAGE).await.state, FaultState::Acknowledged);
+    works.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_thread_that_panics_ends_the_process() {
+    let _turn = turn::side_by_side().await;
+    let mut works = Works::in_service().await;
+    works.inject(GAGE).await;
+    works.transition(GAGE, FaultState::Latched).await;
+    // The first one gets the second fault to identify.
+    for thread in ["identifier", "events", "routine", "journal", "replies", "history"] {
+        let order = format!("panic-{thread}");
+        works.interposer.order(&order);
+        // Something to do for each of them.
+        works.inject(OTHER_GAGE).await;
+        states(&works.observer.session).await;
+        works.order(&["history", "--module", "module1"]).await;
+
+        let code = works.diagnosers[0].exit_code().await;
+        assert_eq!(code, Some(1), "{thread}");
+        let log = works.diagnosers[0].log();
+        let named = format!("thread `{thread}`");
+        assert!(
+            log.lines().any(|line| line.starts_with("error") && line.contains(&named)),
+            "{log}"
+        );
+        works.interposer.call_off(&order);
+        works.start_again().await;
+        assert_eq!(works.state(GAGE).await.state, FaultState::Latched);
+    }
+    works.stop().await;
+}
