@@ -1,9 +1,10 @@
 //! A plant and its diagnosers as processes of this machine, each with a port of its own on the
 //! loopback or with an address of its own in a laboratory.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use daemon::config::{
     DiagnoserConfig, PlantConfig, PlantFlags, Schedule, load_diagnoser, load_plant,
@@ -12,6 +13,7 @@ use names::RunId;
 use tempfile::TempDir;
 
 use crate::binaries::{configs, program};
+use crate::interposer::Interposer;
 use crate::lab::{Lab, Node};
 use crate::process::{Process, log_of};
 
@@ -35,6 +37,7 @@ pub struct Deployment {
     /// Where an onlooker listens, if one does.
     pub onlooker: Option<String>,
     lab: Option<Arc<Lab>>,
+    interposers: Mutex<BTreeMap<usize, Arc<Interposer>>>,
 }
 
 impl Deployment {
@@ -66,7 +69,7 @@ impl Deployment {
         lab: Option<Arc<Lab>>,
     ) -> Self {
         let folder = crate::folder::temporary();
-        let deployment = Self { folder, endpoints, onlooker, lab };
+        let deployment = Self { folder, endpoints, onlooker, lab, interposers: Mutex::default() };
         for place in 0..deployment.endpoints.len() {
             deployment.copy_config(place);
         }
@@ -151,6 +154,14 @@ impl Deployment {
         self.folder.path().join("schedule.toml")
     }
 
+    /// From now on the diagnoser of the module at `index` is started behind this.
+    #[must_use]
+    pub fn interpose(&self, index: usize) -> Arc<Interposer> {
+        let interposer = Arc::new(Interposer::of(self.state_directory(index)));
+        self.interposers.lock().unwrap().insert(index, Arc::clone(&interposer));
+        interposer
+    }
+
     /// Bytes that the process at this place keeps on the disk.
     #[must_use]
     pub fn state_bytes(&self, place: usize) -> u64 {
@@ -195,14 +206,11 @@ impl Deployment {
     /// Starts the diagnoser of the module at `index`.
     #[must_use]
     pub fn start_diagnoser(&self, index: usize) -> Process {
-        self.start_diagnoser_with(index, |_| {})
-    }
-
-    /// Starts it with something else about its command.
-    pub fn start_diagnoser_with(&self, index: usize, change: impl FnOnce(&mut Command)) -> Process {
         let mut command = program("trusswatch-diagnoser");
         command.arg("run").arg(self.file(index + 1));
-        change(&mut command);
+        if let Some(interposer) = self.interposers.lock().unwrap().get(&index) {
+            interposer.preload(&mut command);
+        }
         self.launch(Node::DEPLOYED[index + 1], command, MODULES[index])
     }
 

@@ -1,6 +1,7 @@
 //! A disk that hangs or is full, and threads that panic: faults are published in time, what is said of the disk is
 //! true, whoever asks the process to end sees it end, and nothing that was published is forgotten.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
@@ -29,7 +30,7 @@ const STOPPED: Duration = Duration::from_secs(5);
 /// The tower at work; the diagnoser of module 1 behind an interposer.
 struct Works {
     deployment: Deployment,
-    interposer: Interposer,
+    interposer: Arc<Interposer>,
     observer: Observer,
     faults: Faults,
     diagnosers: Vec<Process>,
@@ -40,11 +41,10 @@ impl Works {
     async fn in_service() -> Self {
         let deployment = Deployment::of_watched_tower(&Schedule::default());
         deployment.set(1, "publish", "status_every_ms", 100);
-        let interposer = Interposer::of(deployment.state_directory(0));
+        let interposer = deployment.interpose(0);
         let observer = Observer::of(&deployment).await;
         let faults = observer.faults().await;
-        let first = deployment.start_diagnoser_with(0, |command| interposer.preload(command));
-        let diagnosers = vec![first, deployment.start_diagnoser(1)];
+        let diagnosers = deployment.start_diagnosers();
         observer.wait_for(&MODULES, false).await;
         let plant = deployment.start_plant("real", STEPS, 11, RunId(11));
         for module in MODULES {
@@ -88,9 +88,7 @@ impl Works {
     /// Starts the first diagnoser again, which has ended.
     async fn start_again(&mut self) {
         self.observer.wait_until_gone("module1").await;
-        let interposer = &self.interposer;
-        self.diagnosers[0] =
-            self.deployment.start_diagnoser_with(0, |command| interposer.preload(command));
+        self.diagnosers[0] = self.deployment.start_diagnoser(0);
         self.observer.wait_for(&MODULES, false).await;
     }
 
@@ -187,8 +185,8 @@ async fn with_a_frozen_disk_a_process_ends_when_asked_to() {
     assert_eq!(works.diagnosers[0].exit_code().await, Some(0));
     assert!(start.elapsed() < STOPPED, "{:?}", start.elapsed());
     // It cannot start before it has read what it knew, and can be stopped in that too.
-    let (interposer, before) = (&works.interposer, works.diagnosers[0].log().len());
-    let mut next = works.deployment.start_diagnoser_with(0, |command| interposer.preload(command));
+    let before = works.diagnosers[0].log().len();
+    let mut next = works.deployment.start_diagnoser(0);
     let begun = async {
         while !next.log()[before..].contains("opening the state directory") {
             tokio::time::sleep(Duration::from_millis(5)).await;

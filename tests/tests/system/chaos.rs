@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use names::fault::Fault;
 use system_tests::chaos::disturbance::{
-    BadNetwork, ClockJump, Crash, Disturbance, Flood, Freeze, Lie, LyingPeer, Nothing,
+    BadNetwork, BrokenDisk, ClockJump, Crash, Disturbance, Flood, Freeze, Lie, LyingPeer, Nothing,
 };
 use system_tests::chaos::row::{Lasting, Outcome, Row};
 use system_tests::chaos::table::Table;
@@ -108,6 +108,22 @@ fn freezes() -> Vec<Row> {
     ]
 }
 
+fn disks() -> Vec<Row> {
+    use Node::{Module1, Module2};
+    // Longer than a module waits for its disk.
+    let lasting = steps(ONSET - 500, ONSET + 1500);
+    let broken = |fault, what| row(fault, lasting, BrokenDisk::new(Module2, what));
+    let killed = |fault, node, what| row(fault, lasting, BrokenDisk::and_kill(node, what));
+    vec![
+        broken("disk of module2 does not answer", "hang-sync"),
+        broken("disk of module2 frozen", "hang"),
+        broken("disk of module2 full", "full"),
+        killed("disk of module1 frozen, then kill -9", Module1, "hang"),
+        killed("disk of module2 frozen, then kill -9", Module2, "hang"),
+        killed("disk of module2 full, then kill -9", Module2, "full"),
+    ]
+}
+
 fn networks() -> Vec<Row> {
     let late = Impairment::delay(20 * MS, 10 * MS);
     let cut = Impairment::cut();
@@ -190,7 +206,8 @@ async fn every_disturbance_leaves_the_verdicts_of_an_undisturbed_run() {
         return;
     }
     let mut rows = vec![row("nothing", AROUND, Nothing)];
-    rows.extend([crashes(), restarts(), freezes(), networks(), enemies()].into_iter().flatten());
+    let groups = [crashes(), restarts(), freezes(), disks(), networks(), enemies()];
+    rows.extend(groups.into_iter().flatten());
     let rows = (1..).zip(rows).chain((100..).zip(scenarios_in_bad_network()));
     let places = Arc::new(Semaphore::new(SIDE_BY_SIDE as usize));
     let running = rows.filter(|(_, row)| wanted(row)).map(|(number, row)| {

@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `crash` | processes are killed and restarted, in any order |
+//! | `broken_disk` | a disk hangs or is full |
 //! | `freeze` | a process is suspended |
 //! | `bad_network` | loss, delay, reordering, partitions |
 //! | `lying_peer` | an impostor replies in a module's name |
@@ -10,6 +11,7 @@
 //! | `clock_jump` | the publisher's clock jumps |
 
 mod bad_network;
+mod broken_disk;
 mod clock_jump;
 mod crash;
 mod flood;
@@ -20,6 +22,7 @@ use std::future::Future;
 use std::pin::Pin;
 
 pub use bad_network::BadNetwork;
+pub use broken_disk::BrokenDisk;
 pub use clock_jump::ClockJump;
 pub use crash::Crash;
 pub use flood::Flood;
