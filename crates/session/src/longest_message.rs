@@ -1,8 +1,12 @@
 //! How long a message may be that a process receives.
 //!
 //! Zenoh puts the parts of a message together before it looks at the key or at access control, so whoever can open
-//! a link can make a process hold that much, for each priority of each link. A message that is longer is dropped
+//! a link can make a process keep an unfinished message of each priority. A message that is longer is dropped
 //! as soon as it is known to be, without a trace; the link stays.
+//!
+//! What is limited are the bytes of the message. Zenoh 1.10.2 keeps each part in the buffer that it was received in:
+//! a client made for it, which sends a byte at a time, still makes a process take thousands of times what it sends.
+//! There is no setting against that.
 
 use zenoh::Config;
 
