@@ -52,8 +52,19 @@ pub fn bare_messages_percent() -> f64 {
 /// Resident memory of a process \[KiB\]; `None` if there is no such process, or it has ended.
 #[must_use]
 pub fn resident_kib(pid: u32) -> Option<u64> {
+    of_status(pid, "VmRSS:")
+}
+
+/// The most resident memory that a process has had since it was started \[KiB\]; `None` if there is no such
+/// process, or it has ended.
+#[must_use]
+pub fn most_resident_kib(pid: u32) -> Option<u64> {
+    of_status(pid, "VmHWM:")
+}
+
+fn of_status(pid: u32, name: &str) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next()?.parse().ok()
 }
 

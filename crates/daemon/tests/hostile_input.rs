@@ -13,7 +13,9 @@ use support::{Process, Rig, first, in_time, status};
 use wire::{
     Injection, PlantPhase, PlantStatus, Refused, Sample, SampleQuestion, StateAnswer, StateQuestion,
 };
+use zenoh::pubsub::Publisher;
 use zenoh::query::{ConsolidationMode, Query, Queryable};
+use zenoh::sample::SourceInfo;
 use zenoh::{Session, Wait};
 
 const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
@@ -25,6 +27,11 @@ async fn diagnoser_alone() -> (Process, Session) {
 }
 
 async fn diagnoser_that_is_stale_after(ms: u64) -> (Process, Session) {
+    let (_, diagnoser, observer) = rig_with_a_diagnoser_that_is_stale_after(ms).await;
+    (diagnoser, observer)
+}
+
+async fn rig_with_a_diagnoser_that_is_stale_after(ms: u64) -> (Rig, Process, Session) {
     let mut rig = Rig::new("small/plant.toml", &SMALL, &PlantFlags::default());
     rig.diagnosers[0].publish.status_every_ms = 100;
     rig.diagnosers[0].queries.hold_ms = 3000;
@@ -33,7 +40,7 @@ async fn diagnoser_that_is_stale_after(ms: u64) -> (Process, Session) {
     let observer = rig.observer().await;
     let (structure, lower) = (&rig.plant.structure.name, ["lower".parse().unwrap()]);
     observer::wait_for(&observer, structure, &lower, false, support::LIMIT).await.unwrap();
-    (diagnoser, observer)
+    (rig, diagnoser, observer)
 }
 
 fn sample(step: u64) -> Sample {
@@ -138,6 +145,59 @@ async fn who_keeps_samples_and_is_out_of_reach_is_waited_for() {
     let status = status(&observer, |status| status.step == Some(Step(10))).await;
     assert_eq!((status.intake.recovered, status.diagnosis.samples_missing), (8, 0));
     diagnoser.stop().await;
+    session::close(&observer).await;
+}
+
+/// Publishes a sample as one that has an identity.
+async fn publish(publisher: &Publisher<'_>, step: u64) {
+    let source = SourceInfo::new(publisher.id(), step as u32);
+    publisher.put(wire::encode(&sample(step)).unwrap()).source_info(source).await.unwrap();
+}
+
+/// Replies to every question for samples of the lower module with forged ones.
+async fn forge_samples(session: &Session) -> Queryable<()> {
+    let key = "trusswatch/small/lower/sample";
+    let answer = move |query: Query| {
+        let asked = SampleQuestion::from_parameters(query.parameters().as_str()).unwrap();
+        for step in asked.from.0..=asked.to.0 {
+            let forged = Sample { elongations_m: vec![f64::NAN; 3], ..sample(step) };
+            query.reply(key, wire::encode(&forged).unwrap()).wait().unwrap();
+        }
+    };
+    session.declare_queryable(key).complete(true).callback(answer).await.unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn past_samples_are_those_of_the_publisher_whose_present_ones_are_used() {
+    let (rig, diagnoser, observer) = rig_with_a_diagnoser_that_is_stale_after(3_600_000).await;
+    let stranger = rig.observer().await;
+    let _forger = forge_samples(&stranger).await;
+    let publisher = observer.declare_publisher("trusswatch/small/lower/sample").await.unwrap();
+    publish(&publisher, 0).await;
+    // Only the stranger replies.
+    publish(&publisher, 5).await;
+    let alone = status(&observer, |status| status.step == Some(Step(5))).await;
+    assert_eq!((alone.intake.recovered, alone.diagnosis.samples_non_finite), (0, 0));
+    assert_eq!((alone.intake.recoveries_failed, alone.diagnosis.samples_missing), (1, 4));
+    assert!(alone.intake.other_source >= 4, "{:?}", alone.intake);
+    // Both reply. After a question without an answer there is none for a while.
+    let _keeper = keep_samples(&observer).await;
+    let mut step = 6;
+    let both = in_time("samples recovered", async {
+        loop {
+            step += 5;
+            publish(&publisher, step).await;
+            let status = status(&observer, |status| status.step == Some(Step(step))).await;
+            if status.intake.recovered > 0 {
+                return status;
+            }
+        }
+    });
+    let both = both.await;
+    assert_eq!((both.intake.recovered, both.diagnosis.samples_non_finite), (4, 0));
+    assert!(both.intake.other_source >= alone.intake.other_source + 4, "{:?}", both.intake);
+    diagnoser.stop().await;
+    session::close(&stranger).await;
     session::close(&observer).await;
 }
 

@@ -60,7 +60,8 @@ fn every_plants_configuration_is_valid() {
 }
 
 #[test]
-fn every_file_of_zenoh_settings_is_taken_by_zenoh() {
+fn every_file_of_zenoh_settings_is_taken_by_zenoh_and_limits_messages_as_we_do() {
+    const { assert!(session::LONGEST_MESSAGE_BYTES >= 4 * wire::MAX_MESSAGE_BYTES) };
     for file in [
         "peer.json5",
         "client.json5",
@@ -69,7 +70,11 @@ fn every_file_of_zenoh_settings_is_taken_by_zenoh() {
         "tower-peer.json5",
         "tower-router.json5",
     ] {
-        let zenoh = Some(configs().join("zenoh").join(file));
-        session::settings(&Network { zenoh, ..Network::default() }).unwrap();
+        let file = configs().join("zenoh").join(file);
+        // As Zenoh's own router reads it.
+        let itself = session::from_file(&file).unwrap();
+        let limit = itself.get_json("transport/link/rx/max_message_size").unwrap();
+        assert_eq!(limit, session::LONGEST_MESSAGE_BYTES.to_string(), "{}", file.display());
+        session::settings(&Network { zenoh: Some(file), ..Network::default() }).unwrap();
     }
 }

@@ -47,7 +47,8 @@ pub(crate) fn decode(line: &[u8]) -> Option<&str> {
     std::str::from_utf8(text).ok()
 }
 
-fn checksum(text: &[u8]) -> [u8; CHECKSUM_BYTES] {
+/// What a line with this text begins with.
+pub(crate) fn checksum(text: &[u8]) -> [u8; CHECKSUM_BYTES] {
     let checksum = crc32fast::hash(text);
     std::array::from_fn(|k| b"0123456789abcdef"[(checksum >> (28 - 4 * k)) as usize & 0xf])
 }

@@ -38,6 +38,18 @@ impl Lines {
         Ok(Self { path: path.to_owned(), reader, offset: 0, end, line: Vec::new() })
     }
 
+    /// Reads `file` from a line on that begins at this offset, if it is that long.
+    pub(crate) fn from(file: File, path: &Path, offset: u64) -> Result<Self, FileError> {
+        let mut lines = Self::new(file, path)?;
+        lines.seek(offset).map_err(FileError::of("read", path))?;
+        Ok(lines)
+    }
+
+    /// Where the next part begins.
+    pub(crate) fn offset(&self) -> u64 {
+        self.offset
+    }
+
     /// The next part of the file; none at its end, and from then on.
     pub(crate) fn next_part(&mut self) -> Result<Option<Part>, FileError> {
         let offset = self.offset;

@@ -7,12 +7,14 @@
 //! | `identity` | the certificate that it authenticates with, and whether it is the right one |
 //! | `zenoh_file` | a file of Zenoh's own settings |
 //! | `zenoh_settings` | what all this means for Zenoh |
+//! | `longest_message` | how long a message may be that is received |
 //! | `session` | opened and closed |
 
 mod endpoint;
 mod error;
 mod flags;
 mod identity;
+mod longest_message;
 mod network;
 mod session;
 mod zenoh_file;
@@ -22,6 +24,7 @@ pub use endpoint::{EndpointError, endpoint};
 pub use error::NetworkError;
 pub use flags::NetworkFlags;
 pub use identity::mistake;
+pub use longest_message::LONGEST_MESSAGE_BYTES;
 pub use network::{Mode, Network};
 pub use session::{close, open};
 pub use zenoh_file::{from_file, identities};

@@ -31,7 +31,8 @@ pub struct Network {
     /// Endpoints to connect to; added to by `--connect`.
     pub connect: Vec<String>,
     /// A file of Zenoh's own settings in JSON5, used as it is in place of everything that trusswatch
-    /// would set; only `listen` and `connect`, if given, take the place of the file's.
+    /// would set; only `listen` and `connect`, if given, take the place of the file's, and messages are limited
+    /// to [`crate::LONGEST_MESSAGE_BYTES`] unless it limits them itself.
     pub zenoh: Option<PathBuf>,
     /// A directory with this process's certificate, its key and the authority's certificate, as
     /// `trusswatch pki issue` makes it; `--tls` goes before it. Every link is then mutually

@@ -4,6 +4,7 @@ use pki::Identity;
 use zenoh::Config;
 
 use crate::error::NetworkError;
+use crate::longest_message;
 use crate::network::{Mode, Network};
 use crate::zenoh_file::{
     AUTHORITY, CONNECT_CERTIFICATE, CONNECT_KEY, LISTEN_CERTIFICATE, LISTEN_KEY, from_file, json,
@@ -30,6 +31,7 @@ pub fn settings(network: &Network) -> Result<Config, NetworkError> {
         Some(file) => from_file(file)?,
         None => ours(network.mode.unwrap_or_default())?,
     };
+    longest_message::limit(&mut config)?;
     for (key, endpoints) in
         [("listen/endpoints", &network.listen), ("connect/endpoints", &network.connect)]
     {

@@ -5,10 +5,12 @@
 //! | `samples` | samples that none may be taken for a measurement |
 //! | `questions` | queries and commands, on every key that a diagnoser answers on |
 //! | `pouring` | samples at full rate |
+//! | `large` | messages far longer than any of ours |
 //! | `query_flood` | queries at full rate, many pending at a time |
 //! | `impostor` | junk in place of a peer's replies |
 
 mod impostor;
+mod large;
 mod pouring;
 mod query_flood;
 mod questions;
@@ -21,6 +23,7 @@ use zenoh::Session;
 use crate::in_time;
 
 pub use impostor::Impostor;
+pub use large::{LARGE_ROOM_KIB, put_large};
 pub use pouring::{pour, pour_long};
 pub use query_flood::{Replies, ask_many};
 pub use questions::{Questions, questions};

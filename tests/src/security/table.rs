@@ -33,6 +33,12 @@ impl Table {
         self.rows.push(Row { what, expected: "no effect, logged", seen, ok });
     }
 
+    /// Something that must have no effect, and of which nobody can leave a trace.
+    pub fn harmless(&mut self, what: &'static str, has_effect: bool) {
+        let seen = if has_effect { "an effect" } else { "no effect" }.to_owned();
+        self.rows.push(Row { what, expected: "no effect", seen, ok: !has_effect });
+    }
+
     /// Rows that are not as expected.
     #[must_use]
     pub fn failed(&self) -> Vec<&'static str> {

@@ -10,6 +10,7 @@ mod flood;
 mod footprint;
 mod kills;
 mod lab;
+mod large_messages;
 mod latency;
 mod life_cycle;
 mod overload;

@@ -6,6 +6,8 @@ use std::time::Duration;
 use daemon::config::Schedule;
 use names::fault::Fault;
 use serde_json::Value;
+use system_tests::footprint::most_resident_kib;
+use system_tests::hostile::{LARGE_ROOM_KIB, put_large};
 use system_tests::in_time;
 use system_tests::observer::{Observer, unix_ns};
 use system_tests::scenarios;
@@ -40,6 +42,7 @@ async fn the_router_admits_exactly_what_access_control_permits() {
     let mut table = Table::default();
     at_the_door(&stand, &mut table).await;
     unnamed(&stand, &mut table).await;
+    overfilling(&stand, &mut table).await;
     writing(&stand, &letters, &mut table).await;
     answering(&stand, &observer, &mut table).await;
     commanding(&stand, &mut table).await;
@@ -130,6 +133,21 @@ async fn unnamed(stand: &Stand, table: &mut Table) {
     let heard = !replies.is_empty() || letters.have_anywhere("latched");
     let trace = stand.trace(&["WARN", "access control has no rule for"]).await;
     table.forbidden("a valid certificate that no rule names", heard, trace);
+}
+
+/// The parts of a message are put together before access control sees it: who may only read can send one.
+async fn overfilling(stand: &Stand, table: &mut Table) {
+    let most_kib = || most_resident_kib(stand.guard.pid()).unwrap();
+    let before = most_kib();
+    let observer = stand.session("observer.wall").await;
+    put_large(&observer, SAMPLE).await;
+    // What comes after the large messages, on the same link, is refused by access control.
+    observer.put(SAMPLE, "short").await.unwrap();
+    let trace = stand.trace(&["refused Put", SAMPLE, "observer.wall"]).await;
+    println!("most memory of the router {before} KiB before, {} KiB after", most_kib());
+    let filled = most_kib() > before + LARGE_ROOM_KIB;
+    table.harmless("an observer sending messages of 64 MiB", filled);
+    table.forbidden("an observer writing a sample after them", false, trace);
 }
 
 async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {

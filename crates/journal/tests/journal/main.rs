@@ -5,6 +5,7 @@
 mod child;
 mod damage;
 mod disk_full;
+mod following;
 mod former_versions;
 mod kill;
 mod lock;

@@ -8,6 +8,7 @@ use journal::{DamageKind, Journal};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
+use crate::following::Followed;
 use crate::support::{open, present, read};
 
 #[derive(Debug, Clone)]
@@ -96,11 +97,13 @@ proptest! {
         let directory = tempfile::tempdir().unwrap();
         let mut journal = open(directory.path()).journal;
         let mut model = Model::default();
+        let mut followed = Followed::new(directory.path());
         for act in acts {
             journal = perform(act, directory.path(), journal, &mut model);
             let length = fs::metadata(present(directory.path())).unwrap().len();
             prop_assert_eq!(journal.bytes(), length);
             prop_assert_eq!(read(directory.path()), model.records());
+            prop_assert_eq!(followed.records(), model.records());
         }
     }
 

@@ -1,7 +1,7 @@
 //! Zenoh's settings as a document: mutual TLS, explicit endpoints, quick to notice a loss.
 
 use serde::Serialize;
-use session::{ACCEPTING_MS, LEASE_MS, OPENING_MS, WAIT_BEFORE_CLOSE_US};
+use session::{ACCEPTING_MS, LEASE_MS, LONGEST_MESSAGE_BYTES, OPENING_MS, WAIT_BEFORE_CLOSE_US};
 
 use super::rules::AccessControl;
 
@@ -67,8 +67,14 @@ struct Unicast {
 #[derive(Debug, Serialize)]
 struct Link {
     protocols: [&'static str; 1],
+    rx: Receiving,
     tx: Sending,
     tls: Tls,
+}
+
+#[derive(Debug, Serialize)]
+struct Receiving {
+    max_message_size: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -149,6 +155,7 @@ fn transport(max_sessions: Option<u32>) -> Transport {
         unicast: Unicast { max_sessions, open_timeout: OPENING_MS, accept_timeout: ACCEPTING_MS },
         link: Link {
             protocols: ["tls"],
+            rx: Receiving { max_message_size: LONGEST_MESSAGE_BYTES },
             tx: Sending {
                 lease: LEASE_MS,
                 queue: Queue { congestion_control: CongestionControl { block } },

@@ -21,6 +21,18 @@ pub(super) struct Source {
     pub(super) run: RunId,
 }
 
+impl Source {
+    /// Are samples that the other one gives in reply to a query this one's? Publisher and queryable of one session are
+    /// different entities of it. Of a publisher without an identity, whoever replies is believed, as whoever
+    /// publishes without one is.
+    pub(super) fn replies_as(self, replier: Source) -> bool {
+        match self.publisher {
+            Some(publisher) => replier.publisher.is_some_and(|id| id.zid() == publisher.zid()),
+            None => self.run == replier.run,
+        }
+    }
+}
+
 /// What to do with a sample.
 #[derive(Debug)]
 pub(super) enum Admission {
@@ -109,6 +121,11 @@ impl Incumbent {
             }
             None => VecDeque::new(),
         }
+    }
+
+    /// Whose samples are used at present.
+    pub(super) fn present(&self) -> Option<Source> {
+        self.present.map(|(source, _)| source)
     }
 
     /// A publisher with an identity may begin a new run at any time.

@@ -8,8 +8,10 @@
 //! | `refusals` | why samples are not used, and how many |
 //! | `sequencer` | puts recovered samples before those that came meanwhile |
 //! | `store` | asks the publisher for samples that were missed |
+//! | `gathering` | what it replied, and nobody else |
 //! | `retry_policy` | when it is asked again |
 
+mod gathering;
 mod incumbent;
 mod receiver;
 mod refusals;

@@ -85,8 +85,7 @@ impl Receiver {
 
     /// Checks whether another publisher may take the place of one that is silent.
     pub(crate) fn tick(&self, now: Instant) {
-        let promoted = self.incumbent().promote(now);
-        self.pass_all_on(promoted);
+        self.pass_all_on(self.arbitrate(|incumbent| incumbent.promote(now)));
     }
 
     fn take(&self, bytes: &[u8], publisher: Option<EntityGlobalId>, now: Instant) {
@@ -114,15 +113,10 @@ impl Receiver {
     }
 
     fn admit(&self, source: Source, arrival: Arrival) {
-        let admission = self.incumbent().admit(source, arrival);
-        match admission {
+        match self.arbitrate(|incumbent| incumbent.admit(source, arrival)) {
             Admission::Use(arrival) => self.pass_on(arrival),
             Admission::UseAll(arrivals) => self.pass_all_on(arrivals),
-            Admission::PutAside => {
-                let problem =
-                    "it is another publisher's or another run's, and the present one goes on";
-                warn_sometimes(count(&self.counters.other_source), problem);
-            }
+            Admission::PutAside => refuse_other_source(&self.counters),
         }
     }
 
@@ -143,10 +137,24 @@ impl Receiver {
         }
     }
 
+    /// Has it decided whose samples are used, and notes whose they are, before any of them is.
+    fn arbitrate<T>(&self, decide: impl FnOnce(&mut Incumbent) -> T) -> T {
+        let mut incumbent = self.incumbent();
+        let decision = decide(&mut incumbent);
+        self.counters.note_source(incumbent.present());
+        decision
+    }
+
     /// Every change is made whole or not at all, so a thread that failed has left it in order.
     fn incumbent(&self) -> MutexGuard<'_, Incumbent> {
         self.incumbent.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Counts a sample of somebody else than the publisher whose samples are used.
+pub(super) fn refuse_other_source(counters: &IntakeTally) {
+    let problem = "it is another publisher's or another run's, and the present one goes on";
+    warn_sometimes(count(&counters.other_source), problem);
 }
 
 fn warn_sometimes(n: u64, problem: &str) {

@@ -1,16 +1,15 @@
 //! Asks the publisher for samples that were missed.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use names::Step;
 use tokio::sync::mpsc;
 use wire::{SampleQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, Querier, QueryTarget};
 
+use super::gathering::{Gathering, Reception};
 use super::retry_policy::{OUTAGE, Outcome, RetryPolicy};
 use super::tally::{IntakeTally, add, count};
 use super::{Arrival, Size};
@@ -71,10 +70,13 @@ impl Store {
     pub(crate) fn ask(&self, question: SampleQuestion) {
         let this = self.clone();
         tokio::spawn(async move {
-            let mut samples = BTreeMap::new();
-            let collected = this.collect_with_retries(question, &mut samples);
+            let module = &this.speaker.module;
+            let gathering = Gathering::new(module, this.size, question, &this.counters);
+            let gathering = Arc::new(gathering);
+            let collected = this.collect_with_retries(&gathering);
             // Whatever has come by then is used.
             let _ = tokio::time::timeout(OUTAGE + TIMEOUT + GRACE, collected).await;
+            let samples = gathering.end();
             if samples.is_empty() {
                 count(&this.counters.recoveries_failed);
             }
@@ -85,26 +87,21 @@ impl Store {
                 had = samples.len(),
                 "asked the publisher for samples missed"
             );
-            let samples = samples.into_values().collect();
             // Fails only when the diagnoser is ending.
             let _ = this.answers.send(Fetched { question, samples }).await;
         });
     }
 
     /// Repeats the query for what has not come yet.
-    async fn collect_with_retries(
-        &self,
-        question: SampleQuestion,
-        samples: &mut BTreeMap<Step, Arrival>,
-    ) {
+    async fn collect_with_retries(&self, gathering: &Arc<Gathering>) {
         let mut retries = RetryPolicy::starting(Instant::now());
-        while let Some(rest) = rest_of(question, samples) {
-            let (asked, had) = (Instant::now(), samples.len());
+        while let Some(rest) = gathering.rest() {
+            let (asked, had) = (Instant::now(), gathering.len());
             let before = self.reaches_a_publisher().await;
-            self.collect(rest, samples).await;
+            self.collect(rest, gathering).await;
             let after = self.reaches_a_publisher().await;
             let outcome = match (before, after) {
-                _ if samples.len() > had => Outcome::CutOff,
+                _ if gathering.len() > had => Outcome::CutOff,
                 // One that is there all the time and has sent nothing in time has nothing.
                 (true, true) if asked.elapsed() < TIMEOUT => Outcome::Nothing,
                 (false, false) if !self.is_known.load(Ordering::Relaxed) => Outcome::Nothing,
@@ -124,33 +121,12 @@ impl Store {
         self.querier.matching_status().await.is_ok_and(|status| status.matching())
     }
 
-    async fn collect(&self, question: SampleQuestion, samples: &mut BTreeMap<Step, Arrival>) {
-        let replies = self.querier.get().parameters(question.to_parameters()).await;
-        let Ok(replies) = replies.inspect_err(|error| tracing::debug!("not asked: {error}")) else {
-            return;
-        };
-        while let Ok(reply) = replies.recv_async().await {
-            let Ok(reply) = reply.into_result() else { continue };
-            match wire::decode::<wire::Sample>(&reply.payload().to_bytes()) {
-                Ok(sample) if self.fits(question, &sample) => {
-                    let arrival = Arrival::new(sample, Instant::now(), self.size);
-                    samples.entry(arrival.sample.step).or_insert(arrival);
-                }
-                Ok(_) => tracing::debug!("a sample that was not asked for"),
-                Err(error) => tracing::debug!("reply not used: {error}"),
-            }
+    async fn collect(&self, question: SampleQuestion, gathering: &Arc<Gathering>) {
+        let (reception, over) = Reception::into(gathering);
+        let query = self.querier.get().parameters(question.to_parameters());
+        match query.callback(move |reply| reception.take(reply)).await {
+            Ok(()) => over.notified().await,
+            Err(error) => tracing::debug!("not asked: {error}"),
         }
     }
-
-    fn fits(&self, question: SampleQuestion, sample: &wire::Sample) -> bool {
-        sample.module == self.speaker.module
-            && sample.run == question.run
-            && (question.from..=question.to).contains(&sample.step)
-    }
-}
-
-/// What has not come yet; samples come oldest first.
-fn rest_of(question: SampleQuestion, samples: &BTreeMap<Step, Arrival>) -> Option<SampleQuestion> {
-    let from = samples.keys().next_back().map_or(question.from, |latest| latest.plus(1));
-    (from <= question.to).then_some(SampleQuestion { from, ..question })
 }

@@ -1,8 +1,11 @@
-//! What was counted on the way in.
+//! What was counted on the way in, and whose samples come in.
 
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use wire::{DecodeError, IntakeCounters};
+
+use super::incumbent::Source;
 
 /// IntakeTally of the samples.
 #[derive(Debug, Default)]
@@ -19,6 +22,8 @@ pub(crate) struct IntakeTally {
     pub(super) recoveries_failed: AtomicU64,
     resynchronised: AtomicU64,
     silences: AtomicU64,
+    /// Whose samples are used at present.
+    source: Mutex<Option<Source>>,
 }
 
 impl IntakeTally {
@@ -54,6 +59,20 @@ impl IntakeTally {
     pub(crate) fn resynchronise(&self, thrown: usize) -> u64 {
         add(&self.dropped, thrown);
         count(&self.resynchronised)
+    }
+
+    pub(super) fn note_source(&self, source: Option<Source>) {
+        *self.source() = source;
+    }
+
+    /// Are samples used that this one gives in reply to a query?
+    pub(super) fn uses(&self, replier: Source) -> bool {
+        self.source().is_some_and(|source| source.replies_as(replier))
+    }
+
+    /// Nothing can be left undone.
+    fn source(&self) -> MutexGuard<'_, Option<Source>> {
+        self.source.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn of_error(&self, error: &DecodeError) -> &AtomicU64 {

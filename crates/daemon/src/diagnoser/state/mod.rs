@@ -22,7 +22,7 @@ mod writer;
 
 pub use directory::StateDirectory;
 pub(crate) use keeper::Keeper;
-pub(crate) use recollection::{Entry, Recollection, entries};
+pub(crate) use recollection::{Entries, Entry, Recollection};
 pub(crate) use record::Record;
 pub(crate) use watch_file::{Watch, WatchFile};
 pub(crate) use write_queue::{JournalBoard, Submission};

@@ -84,22 +84,31 @@ pub(crate) enum Entry {
     Identification(Box<Identification>),
 }
 
-/// The entries of a module among records, oldest first, each once.
-pub(crate) fn entries(
-    records: impl Iterator<Item = String>,
-    module: &ModuleName,
-) -> impl Iterator<Item = Entry> {
-    let mut seen = Seen::default();
-    let own = records.filter_map(move |text| match Record::from_text(&text) {
-        Some(Record::Transition(transition)) if transition.module == *module => {
-            Some(Entry::Transition(transition))
-        }
-        Some(Record::Identification(found)) if found.module == *module => {
-            Some(Entry::Identification(found))
-        }
-        _ => None,
-    });
-    own.filter(move |entry| seen.is_new(entry))
+/// Of records, read one by one, the entries of a module, each once.
+#[derive(Debug)]
+pub(crate) struct Entries {
+    module: ModuleName,
+    seen: Seen,
+}
+
+impl Entries {
+    pub(crate) fn of(module: &ModuleName) -> Self {
+        Self { module: module.clone(), seen: Seen::default() }
+    }
+
+    /// The entry that the next record is, if it is one.
+    pub(crate) fn read(&mut self, text: &str) -> Option<Entry> {
+        let entry = match Record::from_text(text)? {
+            Record::Transition(transition) if transition.module == self.module => {
+                Entry::Transition(transition)
+            }
+            Record::Identification(found) if found.module == self.module => {
+                Entry::Identification(found)
+            }
+            _ => return None,
+        };
+        self.seen.is_new(&entry).then_some(entry)
+    }
 }
 
 /// What was there already: a new file begins with the present state once more.
@@ -239,8 +248,8 @@ mod tests {
             transition(4),
             found(30),
         ];
-        let module = "m1".parse().unwrap();
-        let entries = entries(texts.into_iter(), &module).map(|entry| match entry {
+        let mut entries = Entries::of(&"m1".parse().unwrap());
+        let entries = texts.iter().filter_map(|text| entries.read(text)).map(|entry| match entry {
             Entry::Transition(transition) => format!("{}", transition.sequence),
             Entry::Identification(found) => format!("{}@{}", found.sequence, found.as_of_step),
         });
