@@ -91,7 +91,8 @@ impl Default for PublishSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct QuerySettings {
-    /// How long a peer's answer is waited for \[ms\]: 300.
+    /// How long a peer's answer is waited for \[ms\]: 300. Twice as long after a question that timed out, four times
+    /// after another, until the peer answers or refuses.
     pub timeout_ms: u64,
     /// How long a peer's query is held until its step arrives \[ms\]: 1000.
     pub hold_ms: u64,

@@ -7,7 +7,7 @@
 //! | `diagnosis_loop` | owns the diagnoser; takes from the queues |
 //! | `performer` | carries out the diagnoser's actions |
 //! | `identification` | what kind of fault it is, on a thread of its own |
-//! | `peers` | whether they are there, what they answer, when they are queried again |
+//! | `peers` | whether they are there, what they answer, how long that is waited for, when they are queried again |
 //! | `pending_replies` | queries and commands that have not been replied to yet |
 //! | `staleness` | whether samples arrive |
 //! | `service` | whether components are monitored, for the thread that answers queries |

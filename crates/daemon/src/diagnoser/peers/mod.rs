@@ -1,10 +1,11 @@
-//! The peers: whether they are there, what they answer, when they are queried again.
+//! The peers: whether they are there, what they answer, how long that is waited for, when they are queried again.
 
 mod backoff;
 mod pause;
 mod presence;
 mod query;
 mod standing;
+mod timeouts;
 
 pub(crate) use backoff::Backoff;
 pub(crate) use pause::QueryPause;

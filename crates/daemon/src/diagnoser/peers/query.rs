@@ -14,20 +14,22 @@ use zenoh::query::{ConsolidationMode, Querier, QueryTarget, Reply};
 
 use super::presence::Presence;
 use super::standing::PeerBook;
+use super::timeouts::Timeouts;
 use crate::config::DiagnoserConfig;
 use crate::convert::{Speaker, from_answer, to_question};
 
-/// Questions under way at a time, per peer.
-const UNDER_WAY_PER_PEER: usize = 4;
+/// Questions under way at a time, per peer. Seven are put within the longest timeout, if it is 1.2 s: one about open
+/// cases, two about long windows, four about short ones.
+const UNDER_WAY_PER_PEER: usize = 8;
 /// The network's own time limit comes first; this one is for a network that fails to keep it.
 const GRACE: Duration = Duration::from_millis(200);
 
-/// One querier for each peer.
+/// For each peer a querier with each timeout: a querier's timeout is fixed when it is declared.
 #[derive(Debug)]
 pub(crate) struct PeerQueries {
-    queriers: BTreeMap<ModuleName, Arc<Querier<'static>>>,
+    queriers: BTreeMap<(ModuleName, Duration), Arc<Querier<'static>>>,
     presence: Presence,
-    timeout: Duration,
+    timeouts: Timeouts,
     under_way: Arc<Semaphore>,
     book: PeerBook,
     answers: mpsc::Sender<Event>,
@@ -41,22 +43,18 @@ impl PeerQueries {
         book: PeerBook,
         answers: mpsc::Sender<Event>,
     ) -> zenoh::Result<Self> {
-        let timeout = config.queries.timeout();
+        let timeouts = Timeouts::new(config.queries.timeout());
+        let peers = config.peers();
         let mut queriers = BTreeMap::new();
-        for peer in config.peers() {
-            let key = wire::Key::of_module(&speaker.structure, peer, Topic::State).to_string();
-            let querier = session
-                .declare_querier(key)
-                // All answers in the peer's name are collected, to check whether they agree.
-                .target(QueryTarget::All)
-                .consolidation(ConsolidationMode::None)
-                .timeout(timeout)
-                .await?;
-            queriers.insert(peer.clone(), Arc::new(querier));
+        for peer in peers {
+            for timeout in timeouts.all() {
+                let querier = declare_querier(session, speaker, peer, timeout).await?;
+                queriers.insert((peer.clone(), timeout), Arc::new(querier));
+            }
         }
-        let under_way = Arc::new(Semaphore::new(UNDER_WAY_PER_PEER * queriers.len().max(1)));
+        let under_way = Arc::new(Semaphore::new(UNDER_WAY_PER_PEER * peers.len().max(1)));
         let presence = Presence::new(session, speaker, book.clone());
-        Ok(Self { queriers, presence, timeout, under_way, book, answers })
+        Ok(Self { queriers, presence, timeouts, under_way, book, answers })
     }
 
     /// Why a peer has not answered so far.
@@ -76,18 +74,23 @@ impl PeerQueries {
 
     /// Asks in a task of its own; the outcome comes back as an event.
     pub(crate) fn ask(&self, peer: ModuleName, question: Question) {
-        let querier = self.queriers.get(&peer).cloned();
+        let timeout = self.timeouts.of_next(&peer);
+        let querier = self.queriers.get(&(peer.clone(), timeout)).cloned();
         let permit = Arc::clone(&self.under_way).try_acquire_owned();
-        let limit = self.timeout + GRACE;
         let answers = self.answers.clone();
         let (book, presence) = (self.book.clone(), self.presence.clone());
+        let timeouts = self.timeouts.clone();
         tokio::spawn(async move {
             let outcome = match (querier, &permit) {
-                (Some(querier), Ok(_)) => match ask(&querier, question, limit).await {
-                    Ok(answer) => credible(answer, &peer, &presence).await,
-                    failed => failed,
-                },
-                // The diagnoser queries configured peers only, one query at a time.
+                (Some(querier), Ok(_)) => {
+                    let outcome = ask(&querier, question, timeout + GRACE).await;
+                    timeouts.note(&peer, timeout, outcome.as_ref().err());
+                    match outcome {
+                        Ok(answer) => credible(answer, &peer, &presence).await,
+                        failed => failed,
+                    }
+                }
+                // The diagnoser queries configured peers only, a few queries at a time.
                 _ => Err(PeerFailure::TimedOut),
             };
             book.note_outcome(&peer, outcome.as_ref().err());
@@ -104,6 +107,22 @@ impl PeerQueries {
             let _ = answers.send(event).await;
         });
     }
+}
+
+async fn declare_querier(
+    session: &Session,
+    speaker: &Speaker,
+    peer: &ModuleName,
+    timeout: Duration,
+) -> zenoh::Result<Querier<'static>> {
+    let key = wire::Key::of_module(&speaker.structure, peer, Topic::State).to_string();
+    session
+        .declare_querier(key)
+        // All answers in the peer's name are collected, to check whether they agree.
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .timeout(timeout)
+        .await
 }
 
 async fn ask(
