@@ -69,7 +69,7 @@ impl Papers {
                 show(&mut settings, &expired);
             }
             Papers::PlainTcp => {
-                let endpoint = stand.door.replace("tls/", "tcp/");
+                let endpoint = stand.door_of("module1").replace("tls/", "tcp/");
                 insert(&mut settings, "transport/link/protocols", "[\"tcp\"]");
                 insert(&mut settings, "connect/endpoints", &format!("[\"{endpoint}\"]"));
             }

@@ -1,5 +1,5 @@
 //! The tower by mutual TLS and under the access control that `trusswatch pki access` prints: as a star
-//! around a router, or as peers.
+//! around a router, along a row of routers, or as peers.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -27,35 +27,94 @@ const FOR_LONG: u64 = 1_000_000;
 pub struct Stand {
     /// Certificates of the structure's own authority.
     pub library: PathBuf,
-    /// Where clients outside the structure connect.
-    pub door: String,
-    /// The process that enforces the rules there.
-    pub guard: Process,
+    /// Where clients outside the structure connect: operators and whoever shows himself as module 2 at the last one,
+    /// all others at the first.
+    doors: Vec<String>,
+    /// The processes that enforce the rules there.
+    guards: Vec<Process>,
     deployment: Deployment,
     processes: Vec<Process>,
     _folder: TempDir,
 }
 
+/// The routers of a row, from the ground up.
+const ROUTERS: [&str; 3] = ["router.ground", "router.middle", "router.top"];
+
 /// All certificates, and the access rules.
 struct Papers {
     folder: TempDir,
     library: PathBuf,
-    access: PathBuf,
+    /// The rules of each router of a row, or of every peer.
+    access: Vec<PathBuf>,
+}
+
+/// The rules of a router of a row: those below it and those above it are on the other sides of its links.
+struct Side {
+    place: usize,
+    of: usize,
+}
+
+impl Side {
+    /// Which router a part of the structure, or a person, is a client of.
+    fn place_of(holder: &str, routers: usize) -> usize {
+        match holder {
+            "module1" => (routers - 1) / 2,
+            "module2" | "operator.ada" => routers - 1,
+            _ => 0,
+        }
+    }
+
+    /// Words for `trusswatch pki access`.
+    fn words(&self) -> Vec<String> {
+        let holders = PARTS.iter().chain(&["operator.ada", "observer.wall"]);
+        let holders: Vec<_> =
+            holders.map(|holder| (*holder, Self::place_of(holder, self.of))).collect();
+        let linked = |neighbour: usize, is_there: &dyn Fn(usize) -> bool| {
+            let there = holders.iter().filter(|(_, place)| is_there(*place));
+            let there: Vec<&str> = there.map(|(holder, _)| *holder).collect();
+            let name = ROUTERS[neighbour].trim_start_matches("router.");
+            ["--router".to_owned(), format!("{name}={}", there.join(","))]
+        };
+        let mut words = Vec::new();
+        if let Some(below) = self.place.checked_sub(1) {
+            words.extend(linked(below, &|place| place <= below));
+        }
+        if self.place + 1 < self.of {
+            words.extend(linked(self.place + 1, &|place| place > self.place));
+        }
+        words
+    }
 }
 
 impl Papers {
-    /// Makes them with the command that people use.
-    async fn make(mode: &str) -> Self {
+    /// Makes them with the command that people use: for peers.
+    async fn for_peers() -> Self {
+        Self::make(&[vec!["--mode".to_owned(), "peer".to_owned()]]).await
+    }
+
+    /// For so many routers in a row.
+    async fn for_routers(routers: usize) -> Self {
+        let words = (0..routers).map(|place| Side { place, of: routers }.words());
+        Self::make(&words.collect::<Vec<_>>()).await
+    }
+
+    /// With rules as these words say.
+    async fn make(rules: &[Vec<String>]) -> Self {
         let folder = crate::folder::temporary();
         let library = folder.path().join("pki");
         pki(&library, &["authority", "tower"]).await;
-        for holder in PARTS.iter().chain(&["router.ground", "operator.ada", "observer.wall"]) {
+        for holder in PARTS.iter().chain(&ROUTERS).chain(&["operator.ada", "observer.wall"]) {
             pki(&library, &["issue", holder, "--address", "127.0.0.1"]).await;
         }
         let tower = configs().join("tower.toml").display().to_string();
-        let printed = pki(&library, &["access", &tower, "--mode", mode]).await;
-        let access = folder.path().join("access.json5");
-        std::fs::write(&access, printed).unwrap();
+        let mut access = Vec::new();
+        for (place, own) in rules.iter().enumerate() {
+            let mut words = vec!["access", &tower];
+            words.extend(own.iter().map(String::as_str));
+            let file = folder.path().join(format!("access-{place}.json5"));
+            std::fs::write(&file, pki(&library, &words).await).unwrap();
+            access.push(file);
+        }
         // Issued after the rules were made: a good certificate that no rule names.
         pki(&library, &["issue", "operator.mallory"]).await;
         Self { folder, library, access }
@@ -82,40 +141,54 @@ fn secure(endpoint: &str) -> String {
 impl Stand {
     /// A star: plant and diagnosers are clients of a router.
     pub async fn star(schedule: &Schedule) -> Self {
-        Self::around(schedule, Papers::make("router").await)
+        Self::row(schedule, 1).await
     }
 
     /// The same without access control in the router.
     pub async fn lawless_star(schedule: &Schedule) -> Self {
-        let papers = Papers::make("router").await;
-        let rules = std::fs::read_to_string(&papers.access).unwrap();
+        let papers = Papers::for_routers(1).await;
+        let rules = std::fs::read_to_string(&papers.access[0]).unwrap();
         let (on, off) = ("\"enabled\": true", "\"enabled\": false");
         assert_eq!(rules.matches(on).count(), 1, "the rules are switched on in one place");
-        std::fs::write(&papers.access, rules.replace(on, off)).unwrap();
-        Self::around(schedule, papers)
+        std::fs::write(&papers.access[0], rules.replace(on, off)).unwrap();
+        Self::along(schedule, papers)
     }
 
-    fn around(schedule: &Schedule, papers: Papers) -> Self {
+    /// Up to three routers, each linked to the one below it. Who is where: see [`Side::place_of`].
+    pub async fn row(schedule: &Schedule, routers: usize) -> Self {
+        Self::along(schedule, Papers::for_routers(routers).await)
+    }
+
+    /// As many routers as there are rules.
+    fn along(schedule: &Schedule, papers: Papers) -> Self {
         let deployment = Deployment::of_tower(schedule);
-        let door = secure(&free_endpoint());
+        let doors: Vec<String> = papers.access.iter().map(|_| secure(&free_endpoint())).collect();
         for (place, holder) in PARTS.iter().enumerate() {
+            let door = doors[Side::place_of(holder, doors.len())].clone();
             deployment.set(place, "network", "mode", "client");
             deployment.set(place, "network", "listen", Vec::<String>::new());
-            deployment.set(place, "network", "connect", vec![door.clone()]);
+            deployment.set(place, "network", "connect", vec![door]);
             deployment.set(place, "network", "tls", papers.of(holder));
         }
-        let mut command = program("trusswatch");
-        command.args(["router", "--listen", &door, "--zenoh"]).arg(&papers.access);
-        command.arg("--tls").arg(papers.of("router.ground"));
-        let guard = deployment.start_other(command, "router");
+        let guards = papers.access.iter().enumerate().map(|(place, rules)| {
+            let mut command = program("trusswatch");
+            command.args(["router", "--listen", &doors[place], "--zenoh"]).arg(rules);
+            command.arg("--tls").arg(papers.of(ROUTERS[place]));
+            if let Some(below) = place.checked_sub(1) {
+                command.args(["--connect", &doors[below]]);
+            }
+            deployment.start_other(command, ROUTERS[place])
+        });
+        let guards = guards.collect();
         let mut processes = deployment.start_diagnosers();
         processes.push(deployment.start_plant("real", FOR_LONG, 11, RunId(1)));
-        Self { library: papers.library, door, guard, deployment, processes, _folder: papers.folder }
+        let Papers { library, folder, .. } = papers;
+        Self { library, doors, guards, deployment, processes, _folder: folder }
     }
 
     /// Peers: each connects to those before it, and monitoring clients connect to module 1.
     pub async fn peers(schedule: &Schedule) -> Self {
-        let papers = Papers::make("peer").await;
+        let papers = Papers::for_peers().await;
         let deployment = Deployment::of_tower(schedule);
         let endpoints: Vec<String> = deployment.endpoints.iter().map(|e| secure(e)).collect();
         for (place, holder) in PARTS.iter().enumerate() {
@@ -123,7 +196,7 @@ impl Stand {
             deployment.set(place, "network", "listen", vec![endpoints[place].clone()]);
             deployment.set(place, "network", "connect", others);
             deployment.set(place, "network", "tls", papers.of(holder));
-            deployment.set(place, "network", "zenoh", papers.access.display().to_string());
+            deployment.set(place, "network", "zenoh", papers.access[0].display().to_string());
         }
         // A peer without endpoints connects to those in its settings file.
         deployment.set(0, "network", "connect", vec![endpoints[1].clone()]);
@@ -132,20 +205,31 @@ impl Stand {
         let plant = deployment.start_plant("real", FOR_LONG, 11, RunId(1));
         Self {
             library: papers.library,
-            door: endpoints[1].clone(),
-            guard,
+            doors: vec![endpoints[1].clone()],
+            guards: vec![guard],
             deployment,
             processes: vec![second, plant],
             _folder: papers.folder,
         }
     }
 
+    /// Where this holder connects.
+    #[must_use]
+    pub fn door_of(&self, holder: &str) -> &str {
+        &self.doors[Side::place_of(holder, self.doors.len())]
+    }
+
     /// The settings of a session that shows itself as one of the holders.
     #[must_use]
     pub fn settings(&self, holder: &str) -> Config {
+        self.settings_at(self.door_of(holder), holder)
+    }
+
+    /// The same at another door.
+    fn settings_at(&self, door: &str, holder: &str) -> Config {
         let network = Network {
             mode: Some(Mode::Client),
-            connect: vec![self.door.clone()],
+            connect: vec![door.to_owned()],
             tls: Some(self.library.join(holder)),
             ..Network::default()
         };
@@ -154,17 +238,21 @@ impl Stand {
 
     /// A session of one of the holders.
     pub async fn session(&self, holder: &str) -> Session {
-        in_time(&format!("a session of {holder}"), async {
-            zenoh::open(self.settings(holder)).await
-        })
-        .await
-        .unwrap()
+        let opening = async { zenoh::open(self.settings(holder)).await };
+        in_time(&format!("a session of {holder}"), opening).await.unwrap()
+    }
+
+    /// A session that shows itself as one of the holders at the first door.
+    pub async fn session_below(&self, holder: &str) -> Session {
+        let settings = self.settings_at(&self.doors[0], holder);
+        let opening = async { zenoh::open(settings).await };
+        in_time(&format!("a session of {holder}"), opening).await.unwrap()
     }
 
     /// How `trusswatch` with these words ends, when run by one of the holders.
     pub async fn trusswatch(&self, holder: &str, words: &[&str]) -> Ended {
         let mut command = program("trusswatch");
-        command.args(words).args(["--connect", &self.door, "--tls"]);
+        command.args(words).args(["--connect", self.door_of(holder), "--tls"]);
         command.arg(self.library.join(holder));
         if !words.contains(&"--timeout") {
             command.args(["--timeout", "30"]);
@@ -172,11 +260,23 @@ impl Stand {
         ended(command).await
     }
 
-    /// The line of the guard's log with all of these words, as soon as there is one.
+    /// What the guards have logged.
+    #[must_use]
+    pub fn guards_log(&self) -> String {
+        self.guards.iter().map(Process::log).collect()
+    }
+
+    /// The process number of the first guard.
+    #[must_use]
+    pub fn guard_pid(&self) -> u32 {
+        self.guards[0].pid()
+    }
+
+    /// The line of a guard's log with all of these words, as soon as there is one.
     pub async fn trace(&self, words: &[&str]) -> Option<String> {
         let start = Instant::now();
         while start.elapsed() < TRACE {
-            let log = self.guard.log();
+            let log = self.guards_log();
             let line = log.lines().find(|line| words.iter().all(|word| line.contains(word)));
             if let Some(line) = line {
                 return Some(line.to_owned());
@@ -189,7 +289,7 @@ impl Stand {
     /// What all processes have logged.
     #[must_use]
     pub fn logs(&self) -> String {
-        format!("--- guard\n{}{}", self.guard.log(), self.deployment.logs())
+        format!("--- guards\n{}{}", self.guards_log(), self.deployment.logs())
     }
 
     /// Ends everything in order.
@@ -197,6 +297,8 @@ impl Stand {
         for process in self.processes {
             process.stop().await;
         }
-        self.guard.stop().await;
+        for guard in self.guards {
+            guard.stop().await;
+        }
     }
 }

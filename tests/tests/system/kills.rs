@@ -1,12 +1,14 @@
 //! Diagnosers are killed two hundred times at random moments around the onsets of faults: no fault that
 //! was published is ever missing from the history, numbers have no gap, and every start takes up what
-//! was there before.
+//! was there before. At every fourth kill the disk has hung for a moment.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use names::{ComponentPath, ModuleName, RunId};
 use system_tests::deployment::{Deployment, MODULES};
+use system_tests::interposer::Interposer;
 use system_tests::kills::audit::Audit;
 use system_tests::kills::collection::{Collection, same};
 use system_tests::kills::logs::Lives;
@@ -22,6 +24,8 @@ use wire::{FaultState, FaultTransition};
 const KILLS: usize = 200;
 const SEED: u64 = 20;
 const RUN: RunId = RunId(1);
+/// So long before a kill the disk hangs, if it does \[steps\].
+const HUNG: u64 = 100;
 /// After the last fault is over, until everything has settled \[steps\].
 const REST: u64 = 3000;
 
@@ -33,6 +37,8 @@ struct Scene {
     collection: Collection,
     operator: Operator,
     clock: PlantClock,
+    interposers: [Arc<Interposer>; 2],
+    kills: usize,
     problems: Vec<String>,
 }
 
@@ -41,21 +47,42 @@ impl Scene {
         let deployment = Deployment::of_watched_tower(&plan.schedule);
         let observer = Observer::of(&deployment).await;
         let collection = Collection::of(&observer).await;
+        let interposers = [0, 1].map(|index| deployment.interpose(index));
         let diagnosers = deployment.start_diagnosers();
         observer.wait_for(&MODULES, false).await;
         let operator = Operator::of(&observer, RUN, plan.schedule.clone()).await;
         let clock = PlantClock::of(&observer).await;
         let problems = Vec::new();
-        Self { deployment, diagnosers, observer, collection, operator, clock, problems }
+        Self {
+            deployment,
+            diagnosers,
+            observer,
+            collection,
+            operator,
+            clock,
+            interposers,
+            kills: 0,
+            problems,
+        }
     }
 
     async fn kill(&mut self, kill: Kill) {
+        let disk = &self.interposers[kill.victim];
+        let hangs = self.kills.is_multiple_of(4);
+        self.kills += 1;
+        if hangs {
+            self.clock.reach(RUN, kill.at_step.saturating_sub(HUNG)).await;
+            disk.order("hang");
+        }
         self.clock.reach(RUN, kill.at_step).await;
         let victim = &mut self.diagnosers[kill.victim];
         if !victim.is_running() {
             self.problems.push(format!("{} has ended by itself", MODULES[kill.victim]));
         }
         victim.crash().await;
+        if hangs {
+            disk.call_off("hang");
+        }
         *victim = self.deployment.start_diagnoser(kill.victim);
     }
 

@@ -27,6 +27,8 @@ const TRUE_FAULT: &str = "trusswatch/tower/module1/fault/sensor/g2";
 const VICTIM: &str = "trusswatch/tower/module1/fault/sensor/g7";
 /// Another one.
 const SAMPLE: &str = "trusswatch/tower/module1/sample";
+/// A key of the plant's own.
+const PLANT: &str = "trusswatch/tower/plant/status";
 /// A key of module 2's own.
 const OWN: &str = "trusswatch/tower/module2/fault/sensor/g7";
 
@@ -49,6 +51,49 @@ async fn the_router_admits_exactly_what_access_control_permits() {
     history(&stand, &mut table).await;
 
     judge(stand, &table).await;
+}
+
+/// A plant on the ground, a module in the middle, another one and an operator at the top: what is allowed works across
+/// all links, what is forbidden is refused at the first of them, and a router passes on what its side may say.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn routers_in_a_row_pass_on_what_their_side_may_say() {
+    let _turn = turn::side_by_side().await;
+    for routers in [2, 3] {
+        let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
+        let stand = Stand::row(&schedule, routers).await;
+        let observer = stand.session("observer.wall").await;
+        let letters = Letters::to(&observer).await;
+        letters.wait(TRUE_FAULT, "\"latched\"").await;
+        let mut table = Table::default();
+        table.allowed("an observer on the ground hears a fault", true);
+        unnamed(&stand, &mut table).await;
+        writing(&stand, &letters, &mut table).await;
+        answering(&stand, &observer, &mut table).await;
+        commanding(&stand, &mut table).await;
+        history(&stand, &mut table).await;
+        other_side(&stand, &observer, &letters, &mut table).await;
+        println!("{routers} routers");
+        judge(stand, &table).await;
+    }
+}
+
+/// Whoever has the key of a router may say what its side may say: the modules are on its side, the plant is not.
+async fn other_side(stand: &Stand, observer: &Session, letters: &Letters, table: &mut Table) {
+    let above = stand.session_below("router.middle").await;
+    let of_plant = observer.declare_subscriber(PLANT).await.unwrap();
+    let passed_on = async {
+        while !letters.have(OWN, "passed on by a router") {
+            above.put(PLANT, "forged by a router").await.unwrap();
+            above.put(OWN, "passed on by a router").await.unwrap();
+            tokio::time::sleep(GLANCE).await;
+        }
+    };
+    in_time("what a router passes on", passed_on).await;
+    table.allowed("a router passing on what its side may say", true);
+    let trace = stand.trace(&["refused Put", PLANT, "router.middle.tower"]).await;
+    let mut said = std::iter::from_fn(|| of_plant.try_recv().ok().flatten());
+    let forged = said.any(|said| said.payload().to_bytes().starts_with(b"forged"));
+    table.forbidden("a router speaking for the plant on this side", forged, trace);
 }
 
 /// Without a router each peer enforces the same on its own links.
@@ -137,7 +182,7 @@ async fn unnamed(stand: &Stand, table: &mut Table) {
 
 /// The parts of a message are put together before access control sees it: who may only read can send one.
 async fn overfilling(stand: &Stand, table: &mut Table) {
-    let most_kib = || most_resident_kib(stand.guard.pid()).unwrap();
+    let most_kib = || most_resident_kib(stand.guard_pid()).unwrap();
     let before = most_kib();
     let observer = stand.session("observer.wall").await;
     put_large(&observer, SAMPLE).await;
@@ -234,7 +279,7 @@ async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
             let forged = hold(&all, VICTIM, "slipped in");
             let words = ["refused Reply", VICTIM, "module2.tower"];
             let found =
-                stand.guard.log().lines().any(|line| words.iter().all(|w| line.contains(w)));
+                stand.guards_log().lines().any(|line| words.iter().all(|w| line.contains(w)));
             if forged || found {
                 return forged;
             }

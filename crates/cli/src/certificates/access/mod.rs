@@ -2,6 +2,7 @@
 
 mod document;
 mod rules;
+mod side;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -13,12 +14,14 @@ use truss::Structure;
 use crate::failure::Failure;
 use document::Document;
 use rules::{AccessControl, People};
+use side::{Linked, Side};
 
 /// Print Zenoh settings for access control in a structure
 ///
 /// A module may write only its own keys and answer only its own questions, operators may issue commands,
 /// observers may only read; all other access is denied. Operators and observers are those named here and
-/// those in the directory of certificates.
+/// those in the directory of certificates. Routers that are linked to each other are named to each other, each with
+/// those who are on its side of the link.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Description of the structure (TOML), for its modules
@@ -36,6 +39,11 @@ pub(super) struct Arguments {
     /// An observer, who may only read; may be repeated
     #[arg(long = "observer", value_name = "NAME")]
     observers: Vec<pki::holder::BearerName>,
+    /// A router that this one is linked to, with those on its side, behind further routers too, e.g.
+    /// `top=module3,module4,operator.ada`; without `=` it may pass on what anybody of the structure may say. May be
+    /// repeated
+    #[arg(long = "router", value_name = "NAME[=HOLDER,...]")]
+    routers: Vec<Linked>,
     /// Directory of certificates, whose operators and observers are added
     #[arg(long = "dir", value_name = "DIRECTORY")]
     directory: Option<PathBuf>,
@@ -54,6 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     check_endpoints(&arguments.listen)?;
     let structure = read(&arguments.structure)?;
     let people = people(arguments)?;
+    check_sides(&structure, &people)?;
     let access = AccessControl::of(&structure, &people);
     let document = match arguments.mode {
         Mode::Router => Document::of_router(access, &arguments.listen),
@@ -77,6 +86,27 @@ fn check_endpoints(endpoints: &[String]) -> Result<(), Failure> {
     }
 }
 
+/// A module that there is not is behind no router.
+fn check_sides(structure: &Structure, people: &People) -> Result<(), Failure> {
+    let modules = || structure.equipped().map(|module| &module.name);
+    for Linked { router, side } in &people.routers {
+        let Side::These(holders) = side else { continue };
+        for holder in holders {
+            if let Holder::Module(name) = holder
+                && !modules().any(|known| known == name)
+            {
+                let known: Vec<String> = modules().map(|known| format!("`{known}`")).collect();
+                return Err(Failure::usage(format!(
+                    "--router {router}: `{name}` is no equipped module of `{}`; there are {}",
+                    structure.name,
+                    known.join(", ")
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
 fn read(file: &Path) -> Result<Structure, Failure> {
     let name = file.display();
     let text = std::fs::read_to_string(file)
@@ -90,6 +120,7 @@ fn people(arguments: &Arguments) -> Result<People, Failure> {
     let mut people = People {
         operators: arguments.operators.iter().cloned().collect(),
         observers: arguments.observers.iter().cloned().collect(),
+        routers: arguments.routers.iter().cloned().collect(),
     };
     if let Some(directory) = &arguments.directory {
         let holders = Library::at(directory).holders().map_err(|error| {
@@ -118,10 +149,16 @@ fn comment(structure: &Structure, mode: Mode, people: &People) -> String {
     };
     let operators = named("operator", people.operators.iter().map(ToString::to_string).collect());
     let observers = named("observer", people.observers.iter().map(ToString::to_string).collect());
+    let routers: Vec<String> =
+        people.routers.iter().map(|linked| linked.router.to_string()).collect();
+    let routers = match &routers[..] {
+        [] => String::new(),
+        routers => format!("; linked routers: {}", routers.join(", ")),
+    };
     format!(
         "// Zenoh settings of {owner} in the structure `{}`, for others with {others}: mutual TLS and access\n\
          // control. Made by `trusswatch pki access`; run that again instead of changing the rules by hand.\n\
-         // {operators}; {observers}. Certificates and endpoints are given by `tls`, `listen` and\n\
+         // {operators}; {observers}{routers}. Certificates and endpoints are given by `tls`, `listen` and\n\
          // `connect` of the configuration that names this file, or by `--tls`, `--listen` and `--connect`.",
         structure.name
     )

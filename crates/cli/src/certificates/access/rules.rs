@@ -5,18 +5,22 @@
 
 use std::collections::BTreeSet;
 
-use names::StructureName;
+use names::{ModuleName, StructureName};
 use pki::holder::BearerName;
 use pki::{CommonName, Holder};
 use serde::Serialize;
 use truss::Structure;
 use wire::realm;
 
+use super::side::Linked;
+
 /// Clients that are no part of the structure.
 #[derive(Debug, Default)]
 pub(super) struct People {
     pub(super) operators: BTreeSet<BearerName>,
     pub(super) observers: BTreeSet<BearerName>,
+    /// Routers linked to the one that the rules are for.
+    pub(super) routers: BTreeSet<Linked>,
 }
 
 /// The table `access_control`.
@@ -90,7 +94,7 @@ impl AccessControl {
             policies: Vec::new(),
         };
         for module in structure.equipped() {
-            let rule = format!("{} speaks", module.name);
+            let rule = speaks(&module.name);
             let keys = realm::of_module(name, &module.name);
             access.rules.push(allow(&rule, INCOMING, &OWN, keys));
             access.admit(name, Holder::Module(module.name.clone()), &[&rule, PEER]);
@@ -102,7 +106,30 @@ impl AccessControl {
         for observer in &people.observers {
             access.admit(name, Holder::Observer(observer.clone()), &[]);
         }
+        for linked in &people.routers {
+            access.link(structure, linked);
+        }
         access
+    }
+
+    /// Allows a router to pass on what those on its side may say, and nothing else.
+    fn link(&mut self, structure: &Structure, linked: &Linked) {
+        let Linked { router, side } = linked;
+        let modules = structure.equipped().map(|module| &module.name);
+        let modules: Vec<_> =
+            modules.filter(|name| side.includes(&Holder::Module((*name).clone()))).collect();
+        let mut rules: Vec<String> = modules.iter().map(|name| speaks(name)).collect();
+        if !modules.is_empty() {
+            rules.push(PEER.to_owned());
+        }
+        if side.includes(&Holder::Plant) {
+            rules.push(PLANT.to_owned());
+        }
+        if side.any(|holder| matches!(holder, Holder::Operator(_))) {
+            rules.push(ORDER.to_owned());
+        }
+        let rules: Vec<&str> = rules.iter().map(String::as_str).collect();
+        self.admit(&structure.name, Holder::Router(router.clone()), &rules);
     }
 
     /// Allows a holder these rules and those of every known client.
@@ -114,6 +141,10 @@ impl AccessControl {
         let rules = rules.iter().chain(&[HEAR, READ, GET]).map(ToString::to_string).collect();
         self.policies.push(Policy { rules, subjects: vec![id] });
     }
+}
+
+fn speaks(module: &ModuleName) -> String {
+    format!("{module} speaks")
 }
 
 fn general_rules(structure: &Structure) -> Vec<Rule> {
@@ -149,6 +180,14 @@ mod tests {
         let people = People {
             operators: BTreeSet::from(["ada".parse().unwrap()]),
             observers: BTreeSet::from(["wall".parse().unwrap()]),
+            routers: [
+                "all",
+                "top=module2,operator.ada",
+                "bottom=plant,module1",
+                "wall=observer.wall",
+            ]
+            .map(|linked| linked.parse().unwrap())
+            .into(),
         };
         serde_json::to_value(AccessControl::of(&structure, &people)).unwrap()
     }
@@ -171,10 +210,25 @@ mod tests {
             "plant.tower",
             "operator.ada.tower",
             "observer.wall.tower",
+            "router.all.tower",
+            "router.bottom.tower",
+            "router.top.tower",
+            "router.wall.tower",
         ];
         assert_eq!(subjects, expected);
         assert!(rules_of(&access, "module1.tower").contains(&"module1 speaks".to_owned()));
         assert!(!rules_of(&access, "module2.tower").contains(&"module1 speaks".to_owned()));
+    }
+
+    #[test]
+    fn a_router_passes_on_what_its_side_may_say() {
+        let access = access();
+        let rules = |router: &str| rules_of(&access, &format!("router.{router}.tower"));
+        let (first, second) = ("module1 speaks", "module2 speaks");
+        assert_eq!(rules("all"), [first, second, PEER, PLANT, ORDER, HEAR, READ, GET]);
+        assert_eq!(rules("top"), [second, PEER, ORDER, HEAR, READ, GET]);
+        assert_eq!(rules("bottom"), [first, PEER, PLANT, HEAR, READ, GET]);
+        assert_eq!(rules("wall"), [HEAR, READ, GET]);
     }
 
     /// Does a rule cover this key?
