@@ -15,7 +15,7 @@ use super::snapshot::Snapshot;
 use super::watch_file::Watch;
 
 /// A disk that has not answered for this long hangs.
-const PATIENCE: Duration = Duration::from_secs(1);
+const DEADLINE: Duration = Duration::from_secs(1);
 /// Records that may wait for a disk that hangs. Of those before them, what they say of the present state is kept.
 const MAX_WAITING: usize = 4096;
 
@@ -106,13 +106,13 @@ impl State {
 
     /// When those who wait for the disk wait no longer.
     fn deadline(&self) -> Option<Instant> {
-        self.oldest_written.or(self.waiting_since).map(|since| since + PATIENCE)
+        self.oldest_written.or(self.waiting_since).map(|since| since + DEADLINE)
     }
 
     fn tell_hang(&mut self) {
         if !std::mem::replace(&mut self.hang_told, true) {
             tracing::error!(
-                "journal: the disk has not answered for {PATIENCE:?}; faults are published without \
+                "journal: the disk has not answered for {DEADLINE:?}; faults are published without \
                  it, and a restart now would forget them"
             );
         }
@@ -121,7 +121,7 @@ impl State {
     fn status(&self, now: Instant) -> JournalStatus {
         let mut status = self.status.clone();
         let hung = self.writing_since.map(|since| now.saturating_duration_since(since));
-        if let Some(hung) = hung.filter(|hung| *hung >= PATIENCE) {
+        if let Some(hung) = hung.filter(|hung| *hung >= DEADLINE) {
             status.problem = Some(format!("the disk has hung for {} s", hung.as_secs()));
         }
         status.unsaved += self.handed_in - self.answered - self.dropped_count;
@@ -272,13 +272,13 @@ mod tests {
         let (submission, outlet, board) = empty();
         let start = Instant::now();
         assert!(!submission.save(changes(0..2), None));
-        assert!(start.elapsed() >= PATIENCE);
+        assert!(start.elapsed() >= DEADLINE);
         let taken = outlet.take(None).unwrap();
         let second = Instant::now();
         for step in 2..50 {
             assert!(!submission.save(changes(step..step + 1), None));
         }
-        assert!(second.elapsed() < PATIENCE / 2, "{:?}", second.elapsed());
+        assert!(second.elapsed() < DEADLINE / 2, "{:?}", second.elapsed());
         assert_eq!((taken.records.len(), board.read().unsaved), (2, 50));
         // The first are there, the rest is not.
         outlet.settle(true, &JournalStatus::default());
@@ -294,11 +294,11 @@ mod tests {
         let start = Instant::now();
         state.hand_in(Vec::new(), Some(Watch { run: RunId(1), watched: None }), start);
         assert!(state.take(start).watch.is_some());
-        assert_eq!(state.status(start + PATIENCE / 2).problem, None);
-        let problem = state.status(start + 7 * PATIENCE).problem;
+        assert_eq!(state.status(start + DEADLINE / 2).problem, None);
+        let problem = state.status(start + 7 * DEADLINE).problem;
         assert_eq!(problem.as_deref(), Some("the disk has hung for 7 s"));
-        state.settle(true, JournalStatus::default(), start + 8 * PATIENCE);
-        assert_eq!(state.status(start + 9 * PATIENCE).problem, None);
+        state.settle(true, JournalStatus::default(), start + 8 * DEADLINE);
+        assert_eq!(state.status(start + 9 * DEADLINE).problem, None);
     }
 
     #[test]
