@@ -4,7 +4,7 @@ use std::future::Future;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use names::StructureName;
+use names::{OperatorName, StructureName};
 use observer::AttendanceError;
 use session::{Mode, Network, NetworkFlags};
 use zenoh::Session;
@@ -105,6 +105,11 @@ impl Link {
 }
 
 impl Target {
+    /// The operator whose certificate is shown, if it is one's.
+    pub(crate) fn operator(&self) -> Option<OperatorName> {
+        self.network.operator()
+    }
+
     /// Opens a session.
     pub(crate) async fn open(&self) -> Result<Session, Failure> {
         if self.network.mode == Some(Mode::Client) {

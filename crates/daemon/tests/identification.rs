@@ -143,7 +143,9 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
         re_tare: false,
     };
     let acknowledge = OrderKind::Acknowledge;
-    observer::order(&observer, &structure, &module, acknowledge, &order, SECOND).await.unwrap();
+    observer::order(&observer, &structure, &module, &acknowledge.into(), &order, SECOND)
+        .await
+        .unwrap();
     let history = observer::history(&observer, &structure, &module, 1, SECOND).await;
     let carried = history.transitions.last().unwrap();
     assert_eq!(carried.state, FaultState::Acknowledged);

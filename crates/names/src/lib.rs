@@ -12,7 +12,7 @@ mod step;
 pub use component::{Component, ComponentError, ComponentKind, ComponentPath, Mention};
 pub use name::{
     ActuatorName, GageName, MAX_NAME_LENGTH, MaterialName, MemberName, ModuleName, NameError,
-    NodeName, SectionName, StructureName,
+    NodeName, OperatorName, SectionName, StructureName,
 };
 pub use quotation::quotation;
 pub use step::{RunId, Step};

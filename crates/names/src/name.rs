@@ -104,6 +104,11 @@ name_type!(
     "module name"
 );
 name_type!(
+    /// Name of an operator, as in a certificate, e.g. `ada`.
+    OperatorName,
+    "operator's name"
+);
+name_type!(
     /// Name of an actuator, unique in its module, e.g. `a3`.
     ActuatorName,
     "actuator name"

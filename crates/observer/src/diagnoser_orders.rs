@@ -2,11 +2,36 @@
 
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
+use names::{ModuleName, OperatorName, StructureName};
 use wire::{Key, Obeyed, Order, OrderKind, Topic};
 use zenoh::Session;
 
 use super::request::{OrderError, Question, ask, senseless};
+
+/// What is ordered, and by whom.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Command {
+    /// What is ordered.
+    pub kind: OrderKind,
+    /// The operator whose certificate the session shows: access control admits no other to his keys. Without one the
+    /// message itself says who it is.
+    pub operator: Option<OperatorName>,
+}
+
+impl From<OrderKind> for Command {
+    fn from(kind: OrderKind) -> Self {
+        Self { kind, operator: None }
+    }
+}
+
+impl Command {
+    fn topic(&self) -> Topic {
+        match &self.operator {
+            Some(operator) => Topic::CommandOf(self.kind, operator.clone()),
+            None => Topic::Command(self.kind),
+        }
+    }
+}
 
 /// Orders a module's diagnoser to acknowledge a fault or to reset a component.
 ///
@@ -16,11 +41,11 @@ pub async fn order(
     session: &Session,
     structure: &StructureName,
     module: &ModuleName,
-    kind: OrderKind,
+    command: &Command,
     order: &Order,
     timeout: Duration,
 ) -> Result<Obeyed, OrderError> {
-    let key = Key::of_module(structure, module, Topic::Command(kind));
+    let key = Key::of_module(structure, module, command.topic());
     let obeyed: Obeyed = ask(session, &key, Question::of_message(order)?, timeout).await?;
     if obeyed.component != order.component.component {
         let (replied, meant) = (&obeyed.component, &order.component);

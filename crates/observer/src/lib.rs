@@ -23,7 +23,7 @@ mod presence;
 mod request;
 
 pub use attendance::{Attendance, Member, attendance};
-pub use diagnoser_orders::order;
+pub use diagnoser_orders::{Command, order};
 pub use feed::{Feed, News};
 pub use history::{Gap, ModuleHistory, history};
 pub use identification::identification;

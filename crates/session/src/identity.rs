@@ -1,17 +1,34 @@
 //! The certificate that a process authenticates with, and whether it is the right one.
 
-use names::StructureName;
-use pki::{Address, CommonName, Holder, Identity, Problem, credentials};
+use std::path::PathBuf;
+
+use names::{OperatorName, StructureName};
+use pki::{Address, Certificate, CommonName, Holder, Identity, Problem, credentials};
 use settings::{ConfigError, ConfigErrors};
 
 use crate::network::Network;
 use crate::zenoh_file;
+use crate::zenoh_settings::settings;
 
 impl Network {
     /// The files that the process authenticates with, if any.
     #[must_use]
     pub fn identity(&self) -> Option<Identity> {
         self.tls.as_deref().map(credentials::identity)
+    }
+
+    /// The operator whose certificate the process shows, if it is one's: that of a directory, or the one that a file of
+    /// Zenoh's settings names. One that cannot be read is found wrong elsewhere.
+    #[must_use]
+    pub fn operator(&self) -> Option<OperatorName> {
+        let settings = settings(self).ok()?;
+        let file = settings.get_json(zenoh_file::CONNECT_CERTIFICATE).ok()?;
+        let file: Option<PathBuf> = serde_json::from_str(&file).ok()?;
+        let name = Certificate::read(&file?).ok()?.common_name?;
+        match name.parse::<CommonName>().ok()?.holder {
+            Holder::Operator(name) => name.to_string().parse().ok(),
+            _ => None,
+        }
     }
 
     /// What is wrong with the certificates at this time of day and would be right at another one.

@@ -13,7 +13,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use names::{Component, ComponentError, ModuleName, NameError, StructureName};
+use names::{Component, ComponentError, ModuleName, NameError, OperatorName, StructureName};
 
 use crate::order::OrderKind;
 
@@ -49,8 +49,10 @@ pub enum Topic {
     Phase,
     /// Its journal.
     History,
-    /// Commands of operators.
+    /// Commands of whoever names himself in the message.
     Command(OrderKind),
+    /// Commands of an operator whom access control admits to this key and to no other one's.
+    CommandOf(OrderKind, OperatorName),
     /// Its liveliness token.
     Alive,
 }
@@ -134,6 +136,7 @@ impl fmt::Display for Topic {
             Topic::Phase => f.write_str("phase"),
             Topic::History => f.write_str("history"),
             Topic::Command(order) => write!(f, "command/{}", order.as_str()),
+            Topic::CommandOf(order, by) => write!(f, "command/{}/{by}", order.as_str()),
             Topic::Alive => f.write_str("alive"),
         }
     }
@@ -148,6 +151,12 @@ impl FromStr for Topic {
         }
         if let Some(component) = text.strip_prefix("identification/") {
             return Ok(Topic::Identification(component.parse()?));
+        }
+        for order in [OrderKind::Acknowledge, OrderKind::Reset] {
+            let rest = text.strip_prefix("command/").and_then(|t| t.strip_prefix(order.as_str()));
+            if let Some(operator) = rest.and_then(|rest| rest.strip_prefix('/')) {
+                return Ok(Topic::CommandOf(order, operator.parse()?));
+            }
         }
         match text {
             "sample" => Ok(Topic::Sample),

@@ -3,7 +3,7 @@
 //! A key that begins with `@` is not matched by `**`; the caches, heartbeats and tokens of publishers
 //! with a history have such keys, below the key they publish on, and are named besides.
 
-use names::{ModuleName, StructureName};
+use names::{ModuleName, OperatorName, StructureName};
 
 use crate::keys::{PLANT, ROOT, Topic};
 
@@ -55,10 +55,13 @@ pub fn questions_of_peers(structure: &StructureName) -> String {
     format!("{ROOT}/{structure}/*/{}", Topic::State)
 }
 
-/// Commands to modules and to the plant.
+/// An operator's commands to modules, under his own name, and to the plant.
 #[must_use]
-pub fn commands(structure: &StructureName) -> String {
-    format!("{ROOT}/{structure}/*/command/*")
+pub fn commands_of(structure: &StructureName, operator: &OperatorName) -> Vec<String> {
+    vec![
+        format!("{ROOT}/{structure}/*/command/*/{operator}"),
+        format!("{ROOT}/{structure}/{PLANT}/command/*"),
+    ]
 }
 
 fn below(prefix: &str) -> Vec<String> {

@@ -153,7 +153,8 @@ impl Worker {
         let books = Arc::clone(&self.books);
         async move {
             for (kind, given) in orders {
-                let reply = order(&session, &structure, &module, kind, &given, TIMEOUT).await;
+                let reply =
+                    order(&session, &structure, &module, &kind.into(), &given, TIMEOUT).await;
                 lock(&books).note(&module, kind, given, reply);
             }
         }

@@ -29,6 +29,10 @@ const VICTIM: &str = "trusswatch/tower/module1/fault/sensor/g7";
 const SAMPLE: &str = "trusswatch/tower/module1/sample";
 /// A key of the plant's own.
 const PLANT: &str = "trusswatch/tower/plant/status";
+/// A command in the name of another operator than the one who tries.
+const FORGED_COMMAND: &str = "trusswatch/tower/module1/command/acknowledge/bob";
+/// A command on the key of networks without access control.
+const OPEN_COMMAND: &str = "trusswatch/tower/module1/command/acknowledge";
 /// A key of module 2's own.
 const OWN: &str = "trusswatch/tower/module2/fault/sensor/g7";
 
@@ -308,10 +312,33 @@ async fn commanding(stand: &Stand, table: &mut Table) {
     let obeyed = ended.code == Some(0) || state(stand).await != "latched";
     table.forbidden("an observer commanding", obeyed, trace);
 
-    let order = ["ack", GAGE, "--by", "ada"];
+    let operator = stand.session("operator.ada").await;
+    for (what, key) in [
+        ("an operator commanding in another's name", FORGED_COMMAND),
+        ("an operator commanding in nobody's name", OPEN_COMMAND),
+    ] {
+        let order = r#"{"v":1,"component":"sensor/g2","by":"bob","note":null,"force":false}"#;
+        let obeyed = async {
+            let replies = operator.get(key).payload(order).await.unwrap();
+            std::iter::from_fn(|| replies.recv().ok()).any(|reply| reply.result().is_ok())
+        };
+        let obeyed = in_time("the end of a command", obeyed).await;
+        let whose = format!("{key} by operator.ada");
+        let trace = stand.trace(&["refused Query", &whose]).await;
+        table.forbidden(what, obeyed || state(stand).await != "latched", trace);
+    }
+    let order = ["ack", GAGE, "--by", "eve"];
+    let ended = stand.trusswatch("operator.ada", &order).await;
+    assert_eq!(ended.code, Some(2), "{ended:?}");
+
+    let order = ["ack", GAGE];
     let ended = stand.trusswatch("operator.ada", &order).await;
     let obeyed = ended.code == Some(0) && state(stand).await == "acknowledged";
     table.allowed("an operator commanding", obeyed);
+    let history = stand.trusswatch("observer.wall", &["history", "--json"]).await;
+    let history = history.out.replace(' ', "");
+    let named = history.contains(r#""by":"ada""#) && !history.contains(r#""by":"bob""#);
+    table.allowed("the journal naming the operator of the certificate", named);
 }
 
 async fn history(stand: &Stand, table: &mut Table) {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use names::ComponentPath;
+use names::{ComponentPath, OperatorName};
 use wire::Order;
 
 use super::issuer::{self, Issuer};
@@ -48,7 +48,7 @@ pub(super) struct Orders {
     /// Components, e.g. `module1/sensor/g2`
     #[arg(required = true, value_name = "COMPONENT")]
     pub(super) components: Vec<ComponentPath>,
-    /// Who issued the command [default: the user and this machine, USER@HOST]
+    /// Who issued the command, where no operator's certificate says so [default: the user and this machine, USER@HOST]
     #[arg(long, value_name = "WHO")]
     by: Option<String>,
     /// Why
@@ -62,9 +62,18 @@ pub(super) struct Orders {
 }
 
 impl Orders {
-    /// Who issued the command and why. Checked before anything is sent.
-    pub(super) fn issuer(&self) -> Result<Issuer, Failure> {
-        let by = self.by.clone().or_else(issuer::from_environment);
+    /// Who issued the command and why. Checked before anything is sent. `operator`: whose certificate is shown.
+    pub(super) fn issuer(&self, operator: Option<&OperatorName>) -> Result<Issuer, Failure> {
+        if let (Some(by), Some(operator)) = (&self.by, operator)
+            && by != operator.as_str()
+        {
+            return Err(Failure::usage(format!(
+                "--by {by}: the certificate is that of `{operator}`, whose name is recorded; leave --by out, or \
+                 show the certificate of `{by}`"
+            )));
+        }
+        let shown = operator.map(ToString::to_string);
+        let by = shown.or_else(|| self.by.clone()).or_else(issuer::from_environment);
         let by = by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))?;
         let issuer = Issuer { by, note: self.note.clone() };
         for component in &self.components {

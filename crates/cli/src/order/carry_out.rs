@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use names::{ComponentPath, StructureName};
+use observer::Command;
 use tokio::time::{Instant, sleep};
 use wire::OrderKind;
 use zenoh::Session;
@@ -32,7 +33,7 @@ pub(super) async fn carry_out(
     session: &Session,
     target: &Target,
     orders: &Orders,
-    issuer: &Issuer,
+    (issuer, command): (&Issuer, &Command),
     manner: Manner,
 ) -> Result<Vec<CommandOutcome>, Failure> {
     let homes = homes(session, target, orders).await?;
@@ -44,7 +45,7 @@ pub(super) async fn carry_out(
         let structure = homes.get(&component.module);
         let outcome = match structure {
             Some(structure) => {
-                let place = Place { session, structure, timeout };
+                let place = Place { session, structure, command, timeout };
                 place.give(component, issuer, manner, until).await
             }
             None => Outcome::not_there(timeout),
@@ -64,6 +65,7 @@ pub(super) async fn carry_out(
 struct Place<'a> {
     session: &'a Session,
     structure: &'a StructureName,
+    command: &'a Command,
     timeout: Duration,
 }
 
@@ -80,8 +82,14 @@ impl Place<'_> {
         let order = issuer.order(component, manner.force, manner.re_tare);
         loop {
             let (structure, module) = (self.structure, &component.module);
-            let result =
-                observer::order(self.session, structure, module, manner.kind, &order, self.timeout);
+            let result = observer::order(
+                self.session,
+                structure,
+                module,
+                self.command,
+                &order,
+                self.timeout,
+            );
             let outcome = Outcome::of(result.await);
             let is_refused = matches!(outcome, Outcome::Refused { .. });
             if !is_refused || until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until) {

@@ -7,6 +7,7 @@ mod issuer;
 mod outcome;
 mod report;
 
+use observer::Command;
 use wire::OrderKind;
 
 use crate::failure::Failure;
@@ -28,11 +29,13 @@ pub(crate) fn reset(arguments: &ResetArguments) -> Result<(), Failure> {
 }
 
 fn run(orders: &arguments::Orders, manner: Manner) -> Result<(), Failure> {
-    let issuer = orders.issuer()?;
     let target = orders.link.target()?;
+    let operator = target.operator();
+    let issuer = orders.issuer(operator.as_ref())?;
+    let command = Command { kind: manner.kind, operator };
     let outcomes = link::block_on(async {
         let session = target.open().await?;
-        let outcomes = carry_out(&session, &target, orders, &issuer, manner).await;
+        let outcomes = carry_out(&session, &target, orders, (&issuer, &command), manner).await;
         session::close(&session).await;
         outcomes
     })?;

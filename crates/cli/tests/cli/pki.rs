@@ -256,8 +256,8 @@ fn access_control_that_cannot_work_is_found_before_zenoh_finds_it() {
         assert!(shipped.contains(from), "{from}");
         fs::write(&file, shipped.replacen(from, to, 1)).unwrap();
     };
-    spoil("\"id\": \"orders\"", "\"id\": \"order\"");
-    check(&file).fails(3, &["router.json5", "names the rule `orders`, which is not there"]);
+    spoil("\"id\": \"ada orders\"", "\"id\": \"ada order\"");
+    check(&file).fails(3, &["router.json5", "names the rule `ada orders`, which is not there"]);
     spoil("\"enable_mtls\": true", "\"enable_mtls\": false");
     check(&file).fails(3, &["router.json5", "enable_mtls: true"]);
     spoil("\"ingress\"", "\"inward\"");

@@ -304,7 +304,7 @@ impl Declared {
 async fn drain(drained: Drained) {
     let all = async {
         for drained in drained {
-            // An error means that the thread has failed, which was told.
+            // An error means that the thread has failed, for which the process ends.
             let _ = drained.await;
         }
     };

@@ -15,6 +15,8 @@ pub fn plain_topics() -> Vec<Topic> {
         Topic::History,
         Topic::Command(OrderKind::Acknowledge),
         Topic::Command(OrderKind::Reset),
+        Topic::CommandOf(OrderKind::Acknowledge, "ada".parse().unwrap()),
+        Topic::CommandOf(OrderKind::Reset, "reset".parse().unwrap()),
         Topic::Alive,
     ];
     for topic in &topics {
@@ -23,6 +25,7 @@ pub fn plain_topics() -> Vec<Topic> {
             Topic::Fault(_) | Topic::Identification(_) => {}
             Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
             Topic::Command(OrderKind::Acknowledge | OrderKind::Reset) => {}
+            Topic::CommandOf(OrderKind::Acknowledge | OrderKind::Reset, _) => {}
         }
     }
     topics

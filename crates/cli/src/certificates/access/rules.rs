@@ -79,7 +79,6 @@ const GET: &str = "gets what it may know";
 const HEAR: &str = "listens";
 const READ: &str = "asks what only tells";
 const PEER: &str = "asks as a peer";
-const ORDER: &str = "orders";
 const PLANT: &str = "plant speaks";
 
 impl AccessControl {
@@ -101,19 +100,24 @@ impl AccessControl {
         }
         access.admit(name, Holder::Plant, &[PLANT]);
         for operator in &people.operators {
-            access.admit(name, Holder::Operator(operator.clone()), &[ORDER]);
+            let rule = orders(operator);
+            if let Ok(known) = operator.to_string().parse() {
+                let keys = realm::commands_of(name, &known);
+                access.rules.push(allow(&rule, INCOMING, &ASK, keys));
+            }
+            access.admit(name, Holder::Operator(operator.clone()), &[&rule]);
         }
         for observer in &people.observers {
             access.admit(name, Holder::Observer(observer.clone()), &[]);
         }
         for linked in &people.routers {
-            access.link(structure, linked);
+            access.link(structure, &people.operators, linked);
         }
         access
     }
 
     /// Allows a router to pass on what those on its side may say, and nothing else.
-    fn link(&mut self, structure: &Structure, linked: &Linked) {
+    fn link(&mut self, structure: &Structure, operators: &BTreeSet<BearerName>, linked: &Linked) {
         let Linked { router, side } = linked;
         let modules = structure.equipped().map(|module| &module.name);
         let modules: Vec<_> =
@@ -125,9 +129,9 @@ impl AccessControl {
         if side.includes(&Holder::Plant) {
             rules.push(PLANT.to_owned());
         }
-        if side.any(|holder| matches!(holder, Holder::Operator(_))) {
-            rules.push(ORDER.to_owned());
-        }
+        let there =
+            operators.iter().filter(|name| side.includes(&Holder::Operator((*name).clone())));
+        rules.extend(there.map(orders));
         let rules: Vec<&str> = rules.iter().map(String::as_str).collect();
         self.admit(&structure.name, Holder::Router(router.clone()), &rules);
     }
@@ -143,6 +147,10 @@ impl AccessControl {
     }
 }
 
+fn orders(operator: &BearerName) -> String {
+    format!("{operator} orders")
+}
+
 fn speaks(module: &ModuleName) -> String {
     format!("{module} speaks")
 }
@@ -156,7 +164,6 @@ fn general_rules(structure: &Structure) -> Vec<Rule> {
         allow(HEAR, INCOMING, &LISTEN, realm::everything()),
         allow(READ, INCOMING, &ASK, realm::readable()),
         allow(PEER, INCOMING, &ASK, vec![realm::questions_of_peers(name)]),
-        allow(ORDER, INCOMING, &ASK, vec![realm::commands(name)]),
         allow(PLANT, INCOMING, &OWN, plants),
     ]
 }
@@ -221,12 +228,23 @@ mod tests {
     }
 
     #[test]
+    fn an_operator_commands_in_his_own_name() {
+        let access = access();
+        let key = |rest: &str| format!("trusswatch/tower/module1/command/{rest}");
+        assert!(covers(&access, "ada orders", &key("acknowledge/ada")));
+        assert!(covers(&access, "ada orders", "trusswatch/tower/plant/command/inject"));
+        for other in ["acknowledge/bob", "acknowledge", "acknowledge/*"] {
+            assert!(!covers(&access, "ada orders", &key(other)), "{other}");
+        }
+    }
+
+    #[test]
     fn a_router_passes_on_what_its_side_may_say() {
         let access = access();
         let rules = |router: &str| rules_of(&access, &format!("router.{router}.tower"));
         let (first, second) = ("module1 speaks", "module2 speaks");
-        assert_eq!(rules("all"), [first, second, PEER, PLANT, ORDER, HEAR, READ, GET]);
-        assert_eq!(rules("top"), [second, PEER, ORDER, HEAR, READ, GET]);
+        assert_eq!(rules("all"), [first, second, PEER, PLANT, "ada orders", HEAR, READ, GET]);
+        assert_eq!(rules("top"), [second, PEER, "ada orders", HEAR, READ, GET]);
         assert_eq!(rules("bottom"), [first, PEER, PLANT, HEAR, READ, GET]);
         assert_eq!(rules("wall"), [HEAR, READ, GET]);
     }
@@ -258,7 +276,7 @@ mod tests {
         let observer = rules_of(&access, "observer.wall.tower");
         let operator = rules_of(&access, "operator.ada.tower");
         assert_eq!(observer, [HEAR, READ, GET]);
-        assert_eq!(operator, [ORDER, HEAR, READ, GET]);
+        assert_eq!(operator, ["ada orders", HEAR, READ, GET]);
         for rule in access["rules"].as_array().unwrap() {
             let id = rule["id"].as_str().unwrap().to_owned();
             let incoming = rule["flows"][0] == "ingress";

@@ -1,7 +1,11 @@
 //! Operators' orders into the diagnoser's queue.
+//!
+//! An order on a key that ends with an operator's name is his, whatever the message says: under access control nobody
+//! else may use the key. On the key without a name, which access control admits nobody to, the message says who it is.
 
 use std::sync::Arc;
 
+use names::OperatorName;
 use tokio::sync::mpsc;
 use wire::{Order, OrderKind, Topic};
 use zenoh::Session;
@@ -28,19 +32,25 @@ pub(super) async fn declare(
 ) -> zenoh::Result<Vec<Queryable<()>>> {
     let mut queryables = Vec::new();
     for kind in [OrderKind::Acknowledge, OrderKind::Reset] {
-        let (queue, outbox) = (queue.clone(), outbox.clone());
-        let counters = Arc::clone(counters);
-        let queryable = session
-            .declare_queryable(speaker.key(Topic::Command(kind)))
-            .complete(true)
-            .callback(move |query| take(kind, query, &queue, &outbox, &counters));
-        queryables.push(queryable.await?);
+        let open = speaker.key(Topic::Command(kind));
+        for (key, read) in [(format!("{open}/*"), read_named as Read), (open, read as Read)] {
+            let (queue, outbox) = (queue.clone(), outbox.clone());
+            let counters = Arc::clone(counters);
+            let queryable = session
+                .declare_queryable(key)
+                .complete(true)
+                .callback(move |query| take((kind, read), query, &queue, &outbox, &counters));
+            queryables.push(queryable.await?);
+        }
     }
     Ok(queryables)
 }
 
+/// How an order is read from a query.
+type Read = fn(&Query) -> Result<Order, String>;
+
 fn take(
-    kind: OrderKind,
+    (kind, read): (OrderKind, Read),
     query: Query,
     queue: &mpsc::Sender<OrderInquiry>,
     outbox: &Outbox,
@@ -61,6 +71,15 @@ fn take(
             outbox.routine(Routine::Refusal { query, reason });
         }
     }
+}
+
+fn read_named(query: &Query) -> Result<Order, String> {
+    let key = query.key_expr().as_str();
+    let name = key.rsplit('/').next().unwrap_or_default();
+    let operator: OperatorName = name.parse().map_err(|error| format!("{error}, in `{key}`"))?;
+    let mut order = read(query)?;
+    order.by = operator.into();
+    Ok(order)
 }
 
 fn read(query: &Query) -> Result<Order, String> {
