@@ -126,6 +126,7 @@ fn disks() -> Vec<Row> {
 
 fn networks() -> Vec<Row> {
     let late = Impairment::delay(20 * MS, 10 * MS);
+    let far = Impairment { loss: 0.01, ..Impairment::delay(80 * MS, 10 * MS) };
     let cut = Impairment::cut();
     let (one, two) = (Node::Module1, Node::Module2);
     let network = |fault, network| row(fault, AROUND, network);
@@ -137,6 +138,7 @@ fn networks() -> Vec<Row> {
         network("loss 20 % everywhere", BadNetwork::everywhere(Impairment::loss(0.2))),
         network("delay 20 ± 10 ms, reordered", BadNetwork::between_modules(late)),
         network("delay 20 ± 10 ms everywhere, reordered", BadNetwork::everywhere(late)),
+        network("delay 80 ± 10 ms, loss 1 % everywhere", BadNetwork::everywhere(far)),
         network("partition module1 to module2", BadNetwork::one_way(one, two, cut)),
         network("partition module2 to module1", BadNetwork::one_way(two, one, cut)),
         network("partition both ways", BadNetwork::between_modules(cut)),
@@ -147,11 +149,18 @@ fn networks() -> Vec<Row> {
 fn enemies() -> Vec<Row> {
     // Early enough for the true peer to be given up before the onset.
     let peer = |fault, lie| row(fault, steps(ONSET - 1600, ONSET + 500), LyingPeer::new(lie));
+    // A fault of the module that asks, which the liar may hide; the true peer is back at the end.
+    let plausible = |fault, lie| Row {
+        schedule: scenarios::single("module1/sensor/g2", Fault::Bias { offset_m: 4e-4 }),
+        ..row(fault, steps(ONSET - 1600, ONSET + 500), LyingPeer::new(lie))
+    };
     vec![
         peer("lying peer: answers another question", Lie::AnotherQuestion),
         peer("lying peer: malformed JSON", Lie::Malformed),
         peer("lying peer: a change not asked for", Lie::ChangeOutside),
         peer("lying peer: contradicts the true one", Lie::Contradiction),
+        plausible("plausible liar: the cause was mine", Lie::Cause),
+        plausible("plausible liar: always refuses", Lie::Refusal),
         Row {
             floods: true,
             ..row("flood on the sample key", steps(ONSET - 500, ONSET + 2500), Flood::default())

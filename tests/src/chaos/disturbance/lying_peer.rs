@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde_json::{Value, json};
-use wire::StateQuestion;
+use wire::{Refused, StateQuestion};
+use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
@@ -14,6 +15,7 @@ use crate::lab::{Impairment, Node};
 
 /// Key on which the second module is queried.
 const KEY: &str = "trusswatch/tower/module2/state";
+const TOKEN: &str = "trusswatch/tower/module2/alive";
 
 /// What is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +28,11 @@ pub enum Lie {
     ChangeOutside,
     /// "No changes", while the true peer is connected as well and replies otherwise.
     Contradiction,
+    /// A huge change at the beginning of what is asked for, for which the alarm is raised: plausible, and the cause of
+    /// whatever came later.
+    Cause,
+    /// A reason for not answering.
+    Refusal,
 }
 
 /// Steps after which the first module has given up a disconnected true peer.
@@ -36,14 +43,14 @@ const GIVEN_UP_AFTER: u64 = 1200;
 pub struct LyingPeer {
     lie: Lie,
     replies: Arc<AtomicU64>,
-    queryable: Option<(Session, Queryable<()>)>,
+    declared: Option<(Session, Queryable<()>, Option<LivelinessToken>)>,
 }
 
 impl LyingPeer {
     /// No reply yet.
     #[must_use]
     pub fn new(lie: Lie) -> Self {
-        Self { lie, replies: Arc::default(), queryable: None }
+        Self { lie, replies: Arc::default(), declared: None }
     }
 
     async fn declare(&mut self, stage: &mut Stage) {
@@ -55,11 +62,19 @@ impl LyingPeer {
             if let Ok(question) = StateQuestion::from_parameters(query.parameters().as_str()) {
                 replies.fetch_add(1, Ordering::Relaxed);
                 // Fails if the asker is no longer there.
-                let _ = query.reply(KEY, lie.words(question)).wait();
+                let _ = match lie {
+                    Lie::Refusal => query.reply_err(refusal()).wait(),
+                    _ => query.reply(KEY, lie.words(question)).wait(),
+                };
             }
         };
         let queryable = queryable.callback(answer).await.unwrap();
-        self.queryable = Some((session, queryable));
+        let token = if self.lie.is_plausible() {
+            Some(session.liveliness().declare_token(TOKEN).await.unwrap())
+        } else {
+            None
+        };
+        self.declared = Some((session, queryable, token));
         if self.lie == Lie::Contradiction {
             stage.pass(GIVEN_UP_AFTER).await;
             stage.lab.heal();
@@ -75,7 +90,10 @@ impl Disturbance for LyingPeer {
     fn end<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a> {
         Box::pin(async {
             stage.lab.heal();
-            if let Some((session, queryable)) = self.queryable.take() {
+            if let Some((session, queryable, token)) = self.declared.take() {
+                if let Some(token) = token {
+                    token.undeclare().await.unwrap();
+                }
                 queryable.undeclare().await.unwrap();
                 session::close(&session).await;
             }
@@ -91,6 +109,11 @@ impl Disturbance for LyingPeer {
 }
 
 impl Lie {
+    /// Does the impostor behave as the module would, and show its token?
+    fn is_plausible(self) -> bool {
+        matches!(self, Lie::Cause | Lie::Refusal)
+    }
+
     fn words(self, question: StateQuestion) -> Vec<u8> {
         let mut answer = nothing_changed(question);
         match self {
@@ -100,10 +123,21 @@ impl Lie {
                 let late = question.step.0 + 1;
                 answer["changes"] = json!([{"component": "sensor/g1", "step": late, "ratio": 9.0}]);
             }
-            Lie::Contradiction => {}
+            Lie::Cause => {
+                let first = question.from.0;
+                answer["changes"] =
+                    json!([{"component": "sensor/g1", "step": first, "ratio": 1e300}]);
+                let alarm = json!({"component": "sensor/g1", "step": first, "faulty": true});
+                answer["alarms"] = json!([alarm]);
+            }
+            Lie::Contradiction | Lie::Refusal => {}
         }
         serde_json::to_vec(&answer).unwrap()
     }
+}
+
+fn refusal() -> Vec<u8> {
+    wire::encode(&Refused { reason: "no sample has come yet".to_owned() }).unwrap()
 }
 
 fn nothing_changed(question: StateQuestion) -> Value {
@@ -135,6 +169,7 @@ mod tests {
         assert!(answer(Lie::Malformed).is_err());
         assert_eq!(answer(Lie::AnotherQuestion).unwrap().as_of_step, Step(1200));
         assert_eq!(answer(Lie::ChangeOutside).unwrap().changes[0].step, Step(201));
+        assert_eq!(answer(Lie::Cause).unwrap().changes[0].step, Step(100));
         let contradiction = answer(Lie::Contradiction).unwrap();
         assert_eq!((contradiction.run, contradiction.changes.len()), (RunId(7), 0));
     }
