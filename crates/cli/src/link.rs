@@ -99,7 +99,7 @@ impl Link {
         let Context { mode, listen, connect, tls, zenoh, structure } = merged;
         let usual = if listen.is_empty() { Mode::Client } else { Mode::Peer };
         let mode = zenoh.is_none().then_some(mode.unwrap_or(usual));
-        let network = Network { mode, listen, connect, zenoh, tls };
+        let network = Network { mode, listen, connect, zenoh, tls, lease_ms: None };
         Ok(Target { network, structure, timeout: self.timeout })
     }
 }

@@ -40,7 +40,8 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: Arguments) -> ExitCode {
     logging::start();
     let NetworkFlags { listen, connect, tls } = arguments.network;
-    conclude(forward(&Network { mode: None, listen, connect, zenoh: Some(arguments.zenoh), tls }))
+    let zenoh = Some(arguments.zenoh);
+    conclude(forward(&Network { listen, connect, zenoh, tls, ..Network::default() }))
 }
 
 fn forward(network: &Network) -> Result<(), Failure> {

@@ -1,5 +1,6 @@
 //! Where a process listens and connects.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -38,7 +39,15 @@ pub struct Network {
     /// `trusswatch pki issue` makes it; `--tls` goes before it. Every link is then mutually
     /// authenticated TLS, and no other is accepted.
     pub tls: Option<PathBuf>,
+    /// A link whose other side is silent for this long is dead \[ms\]; a message that cannot be sent for a fifth of it
+    /// ends the link. Without it a second, [`DEFAULT_LEASE_MS`]: on a network of long or lossy links that is too short.
+    pub lease_ms: Option<u32>,
 }
+
+/// What notices a loss soon, on a network of one site \[ms\].
+pub const DEFAULT_LEASE_MS: u32 = 1000;
+/// Sensible leases \[ms\].
+const LEASES_MS: RangeInclusive<u32> = 200..=60_000;
 
 impl Network {
     /// A peer that listens nowhere.
@@ -51,6 +60,12 @@ impl Network {
     #[must_use]
     pub fn client_of(endpoints: &[String]) -> Self {
         Self { mode: Some(Mode::Client), connect: endpoints.to_vec(), ..Self::default() }
+    }
+
+    /// The lease of its links \[ms\].
+    #[must_use]
+    pub fn lease_ms(&self) -> u32 {
+        self.lease_ms.unwrap_or(DEFAULT_LEASE_MS)
     }
 
     /// Adds what a command line says.
@@ -68,14 +83,22 @@ impl Network {
                 errors.add(&document.file, line(key), error);
             }
         }
+        if let Some(lease_ms) = self.lease_ms.filter(|lease_ms| !LEASES_MS.contains(lease_ms)) {
+            let (least, most) = (LEASES_MS.start(), LEASES_MS.end());
+            let problem = format!("a lease of {lease_ms} ms; use {least} to {most} ms");
+            errors.add(&document.file, line("lease_ms"), problem);
+        }
         if let Some(directory) = &mut self.tls {
             *directory = document.beside(directory);
         }
         let Some(file) = &mut self.zenoh else { return };
         *file = document.beside(file);
-        if self.mode.is_some() {
-            let problem = "`mode` has no effect beside `zenoh`; set it in that file";
-            errors.add(&document.file, line("mode"), problem);
+        for (key, is_set) in [("mode", self.mode.is_some()), ("lease_ms", self.lease_ms.is_some())]
+        {
+            if is_set {
+                let problem = format!("`{key}` has no effect beside `zenoh`; set it in that file");
+                errors.add(&document.file, line(key), problem);
+            }
         }
         if let Err(error) = zenoh_file::from_file(file) {
             errors.add(&document.file, line("zenoh"), error);

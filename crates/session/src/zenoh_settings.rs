@@ -11,10 +11,11 @@ use crate::zenoh_file::{
     set,
 };
 
-/// A peer that is silent for this long is gone \[ms\].
-pub const LEASE_MS: u64 = 1000;
-/// A blocking message that cannot be sent for this long closes the link \[µs\].
-pub const WAIT_BEFORE_CLOSE_US: u64 = 200_000;
+/// A blocking message that cannot be sent for this long closes the link, if it has this lease \[µs\].
+#[must_use]
+pub fn wait_before_close_us(lease_ms: u32) -> u64 {
+    u64::from(lease_ms) * 1000 / 5
+}
 /// Longest time that opening a link may take \[ms\]. A handshake takes milliseconds, on a machine that starts fifty
 /// processes at once seconds. One that is given up at its very end leaves a link that one side never reads and that
 /// nobody closes: with 1 s a tenth of the pairs stayed apart, with 2 s a few on slower cores.
@@ -29,7 +30,7 @@ pub const ACCEPTING_MS: u64 = 10_000;
 pub fn settings(network: &Network) -> Result<Config, NetworkError> {
     let mut config = match &network.zenoh {
         Some(file) => from_file(file)?,
-        None => ours(network.mode.unwrap_or_default())?,
+        None => ours(network.mode.unwrap_or_default(), network.lease_ms())?,
     };
     longest_message::limit(&mut config)?;
     for (key, endpoints) in
@@ -69,7 +70,7 @@ fn show(config: &mut Config, identity: &Identity) -> Result<(), NetworkError> {
 }
 
 /// Explicit endpoints only, quick to notice a loss and quick to come back.
-fn ours(mode: Mode) -> Result<Config, NetworkError> {
+fn ours(mode: Mode, lease_ms: u32) -> Result<Config, NetworkError> {
     let mode = match mode {
         Mode::Peer => "\"peer\"",
         Mode::Client => "\"client\"",
@@ -87,10 +88,10 @@ fn ours(mode: Mode) -> Result<Config, NetworkError> {
         ("connect/retry", "{period_init_ms: 100, period_max_ms: 500, period_increase_factor: 1.5}"),
         ("transport/unicast/open_timeout", &OPENING_MS.to_string()),
         ("transport/unicast/accept_timeout", &ACCEPTING_MS.to_string()),
-        ("transport/link/tx/lease", &LEASE_MS.to_string()),
+        ("transport/link/tx/lease", &lease_ms.to_string()),
         (
             "transport/link/tx/queue/congestion_control/block/wait_before_close",
-            &WAIT_BEFORE_CLOSE_US.to_string(),
+            &wait_before_close_us(lease_ms).to_string(),
         ),
     ] {
         set(&mut config, key, value)?;
@@ -117,6 +118,10 @@ mod tests {
             assert_eq!(get("scouting/multicast/enabled"), "false");
             assert_eq!(get("transport/link/tx/lease"), "1000");
         }
+        let slow = settings(&Network { lease_ms: Some(5000), ..network }).unwrap();
+        assert_eq!(slow.get_json("transport/link/tx/lease").unwrap(), "5000");
+        let wait = "transport/link/tx/queue/congestion_control/block/wait_before_close";
+        assert_eq!(slow.get_json(wait).unwrap(), "1000000");
     }
 
     #[test]

@@ -214,6 +214,8 @@ async fn serve(
     let (intake, samples, fetched) =
         open_intake(session, &speaker, &config).await.map_err(refused)?;
     let subscriber = intake.receiver.subscribe(session, &speaker).await.map_err(refused)?;
+    // This task runs the loop from now on, and whoever sees the token may ask.
+    supervisor.progress();
     // Last of all: the token shows that everything above is in place.
     let token = session.liveliness().declare_token(speaker.key(wire::Topic::Alive));
     let token = token.await.map_err(refused)?;

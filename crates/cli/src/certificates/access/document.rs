@@ -1,7 +1,7 @@
 //! Zenoh's settings as a document: mutual TLS, explicit endpoints, quick to notice a loss.
 
 use serde::Serialize;
-use session::{ACCEPTING_MS, LEASE_MS, LONGEST_MESSAGE_BYTES, OPENING_MS, WAIT_BEFORE_CLOSE_US};
+use session::{ACCEPTING_MS, LONGEST_MESSAGE_BYTES, OPENING_MS, wait_before_close_us};
 
 use super::rules::AccessControl;
 
@@ -79,7 +79,7 @@ struct Receiving {
 
 #[derive(Debug, Serialize)]
 struct Sending {
-    lease: u64,
+    lease: u32,
     queue: Queue,
 }
 
@@ -107,19 +107,19 @@ struct Tls {
 
 impl Document {
     /// A router, to which all others connect.
-    pub(super) fn of_router(access_control: AccessControl, endpoints: &[String]) -> Self {
+    pub(super) fn of_router(access: AccessControl, endpoints: &[String], lease_ms: u32) -> Self {
         Self {
             mode: "router",
             listen: listen(endpoints, "tls/127.0.0.1:7447"),
             connect: None,
             scouting: scouting(),
-            transport: transport(Some(2000)),
-            access_control,
+            transport: transport(Some(2000), lease_ms),
+            access_control: access,
         }
     }
 
     /// A peer, which connects to every other one.
-    pub(super) fn of_peer(access_control: AccessControl, endpoints: &[String]) -> Self {
+    pub(super) fn of_peer(access: AccessControl, endpoints: &[String], lease_ms: u32) -> Self {
         let connect = Connect {
             endpoints: ["tls/127.0.0.1:7447"],
             timeout_ms: -1,
@@ -131,8 +131,8 @@ impl Document {
             listen: listen(endpoints, "tls/127.0.0.1:7448"),
             connect: Some(connect),
             scouting: scouting(),
-            transport: transport(None),
-            access_control,
+            transport: transport(None, lease_ms),
+            access_control: access,
         }
     }
 }
@@ -149,15 +149,15 @@ fn scouting() -> Scouting {
 }
 
 /// The figures are those of every other session.
-fn transport(max_sessions: Option<u32>) -> Transport {
-    let block = Block { wait_before_close: WAIT_BEFORE_CLOSE_US };
+fn transport(max_sessions: Option<u32>, lease_ms: u32) -> Transport {
+    let block = Block { wait_before_close: wait_before_close_us(lease_ms) };
     Transport {
         unicast: Unicast { max_sessions, open_timeout: OPENING_MS, accept_timeout: ACCEPTING_MS },
         link: Link {
             protocols: ["tls"],
             rx: Receiving { max_message_size: LONGEST_MESSAGE_BYTES },
             tx: Sending {
-                lease: LEASE_MS,
+                lease: lease_ms,
                 queue: Queue { congestion_control: CongestionControl { block } },
             },
             tls: Tls {

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use pki::{Holder, Library};
-use session::endpoint;
+use session::{DEFAULT_LEASE_MS, endpoint};
 use truss::Structure;
 
 use crate::failure::Failure;
@@ -39,6 +39,9 @@ pub(super) struct Arguments {
     /// An observer, who may only read; may be repeated
     #[arg(long = "observer", value_name = "NAME")]
     observers: Vec<pki::holder::BearerName>,
+    /// A link whose other side is silent for this long is dead [ms]; more than the default for long or lossy links
+    #[arg(long, value_name = "MS", default_value_t = DEFAULT_LEASE_MS, value_parser = clap::value_parser!(u32).range(200..=60_000))]
+    lease_ms: u32,
     /// A router that this one is linked to, with those on its side, behind further routers too, e.g.
     /// `top=module3,module4,operator.ada`; without `=` it may pass on what anybody of the structure may say. May be
     /// repeated
@@ -64,9 +67,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let people = people(arguments)?;
     check_sides(&structure, &people)?;
     let access = AccessControl::of(&structure, &people);
+    let lease_ms = arguments.lease_ms;
     let document = match arguments.mode {
-        Mode::Router => Document::of_router(access, &arguments.listen),
-        Mode::Peer => Document::of_peer(access, &arguments.listen),
+        Mode::Router => Document::of_router(access, &arguments.listen, lease_ms),
+        Mode::Peer => Document::of_peer(access, &arguments.listen, lease_ms),
     };
     let mut out = io::stdout().lock();
     writeln!(out, "{}", comment(&structure, arguments.mode, &people))?;
