@@ -3,7 +3,7 @@
 use diagnosis::state::{self, CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use diagnosis::{Answer, Counters, Doubt, Phase, Question, Symptom, Transition, Verdict};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
-use wire::{Agreement, FaultState, FaultTransition, ModulePhase};
+use wire::{Agreement, FaultState, FaultTransition, GivenOrderKind, ModulePhase};
 
 /// The publishing module.
 #[derive(Debug, Clone)]
@@ -152,9 +152,9 @@ fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
 
 fn to_wire_order(given: diagnosis::GivenOrder) -> wire::GivenOrder {
     let (order, force, re_tare) = match given.kind {
-        diagnosis::OrderKind::Acknowledge => (wire::OrderKind::Acknowledge, false, false),
-        diagnosis::OrderKind::Reset { force } => (wire::OrderKind::Reset, force, false),
-        diagnosis::OrderKind::ReTare => (wire::OrderKind::Reset, false, true),
+        diagnosis::OrderKind::Acknowledge => (GivenOrderKind::Acknowledge, false, false),
+        diagnosis::OrderKind::Reset { force } => (GivenOrderKind::Reset, force, false),
+        diagnosis::OrderKind::ReTare => (GivenOrderKind::Reset, false, true),
     };
     wire::GivenOrder { order, by: given.by, note: given.note, force, re_tare }
 }
@@ -170,10 +170,12 @@ pub(crate) fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diag
     diagnosis::Order { component, given: diagnosis::GivenOrder { kind, by, note } }
 }
 
-/// A transition as it was before it was sent; `None` for a component that never had one.
+/// A transition as it was before it was sent; `None` for a component that never had one, and for a state of a later
+/// version, which is no verdict of this one.
 pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
     let verdict = match message.state {
-        FaultState::Normal | FaultState::Unknown => Verdict::Normal,
+        FaultState::Unknown => return None,
+        FaultState::Normal => Verdict::Normal,
         FaultState::Tentative => Verdict::Tentative,
         FaultState::Unconfirmed => Verdict::Unconfirmed {
             doubt: match message.doubt? {
@@ -182,6 +184,8 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
                 wire::Doubt::Assumed => Doubt::Assumed(message.assumed?),
                 wire::Doubt::OneOf => Doubt::OneOf(message.one_of),
                 wire::Doubt::RunEnded => Doubt::RunEnded,
+                // Whatever would settle it, this version does not know it.
+                wire::Doubt::Other => Doubt::Unknowing(vec![message.module]),
             },
         },
         FaultState::Explained => {
@@ -209,9 +213,14 @@ pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
 
 fn from_given_order(given: wire::GivenOrder) -> diagnosis::GivenOrder {
     let kind = match given.order {
-        wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
-        wire::OrderKind::Reset if given.re_tare => diagnosis::OrderKind::ReTare,
-        wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force: given.force },
+        GivenOrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
+        GivenOrderKind::Reset | GivenOrderKind::Other if given.re_tare => {
+            diagnosis::OrderKind::ReTare
+        }
+        // What counts of one of a later version is that a person gave it; what it led to stands in the state.
+        GivenOrderKind::Reset | GivenOrderKind::Other => {
+            diagnosis::OrderKind::Reset { force: given.force }
+        }
     };
     diagnosis::GivenOrder { kind, by: given.by, note: given.note }
 }
@@ -327,7 +336,8 @@ fn to_symptom(symptom: Symptom) -> wire::Symptom {
 
 fn from_symptom(symptom: wire::Symptom) -> Symptom {
     match symptom {
-        wire::Symptom::Change => Symptom::Change,
+        // One of a later version: no reset is to be easier for it than for any change.
+        wire::Symptom::Change | wire::Symptom::Other => Symptom::Change,
         wire::Symptom::NoSignal => Symptom::NoSignal,
         wire::Symptom::Departure => Symptom::Departure,
         wire::Symptom::OilContent => Symptom::OilContent,

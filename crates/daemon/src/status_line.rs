@@ -30,6 +30,7 @@ fn phase(phase: ModulePhase) -> &'static str {
         ModulePhase::Initialising => "degraded: initialising",
         ModulePhase::InService => "in service",
         ModulePhase::Stale => "degraded: samples have stopped coming",
+        ModulePhase::Other => "degraded: in a phase that only a later version knows",
     }
 }
 
@@ -58,6 +59,7 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
         }
         PlantPhase::Running => "running".to_owned(),
         PlantPhase::Done => "done".to_owned(),
+        PlantPhase::Other => "in a phase that only a later version knows".to_owned(),
     };
     let present = match status.faults.len() {
         0 => "no fault injected".to_owned(),
@@ -163,7 +165,7 @@ mod tests {
         (status.next_step, status.late_steps) = (Step(12), 3);
         status.faults = vec![PresentFault {
             component: "module1/sensor/g2".parse().unwrap(),
-            fault: names::fault::Fault::ZeroOutput {},
+            fault: names::fault::Fault::ZeroOutput {}.into(),
         }];
         assert_eq!(of_plant(&status), "running, step 12, 1 fault injected, 3 steps late");
     }

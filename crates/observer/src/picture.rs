@@ -51,19 +51,40 @@ impl ModulePicture {
         let status = self.member.status.as_ref().map_or(0, |status| status.time_unix_ns);
         Some(Unknown {
             since_unix_ns: change.map_or(status, |change| change.time_unix_ns),
-            reason: change.map_or_else(|| phase.as_str().into(), |change| change.reason.clone()),
+            reason: change.map_or_else(|| in_words(phase), |change| change.reason.clone()),
         })
     }
 
-    /// A former version calls normal what it does not monitor.
+    /// A former version calls normal what it does not monitor, and a later one may call normal what stands to its
+    /// reference in a way that this one does not know.
     fn doubt(&mut self) {
-        let Some(lack) = self.lack() else { return };
+        let lack = self.lack();
         for component in &mut self.components {
-            if component.state == FaultState::Normal {
-                *component = component.clone().while_unknown(lack.clone());
+            if component.state == FaultState::Normal
+                && let Some(unknown) = lack.clone().or_else(|| unverifiable(component))
+            {
+                *component = component.clone().while_unknown(unknown);
             }
         }
     }
+}
+
+fn in_words(phase: ModulePhase) -> String {
+    match phase {
+        ModulePhase::Other => "it is in a phase that only a later version knows".to_owned(),
+        _ => phase.as_str().to_owned(),
+    }
+}
+
+/// Why a component may not be called normal, by how it is said to stand to its reference.
+fn unverifiable(component: &FaultTransition) -> Option<Unknown> {
+    let condition = component.condition.as_ref()?;
+    let reason = || {
+        let reason = "how it stands to its reference, only a later version can tell".to_owned();
+        condition.reason.clone().unwrap_or(reason)
+    };
+    (!condition.agreement.allows_normal())
+        .then(|| Unknown { since_unix_ns: component.time_unix_ns, reason: reason() })
 }
 
 /// What is known at present.

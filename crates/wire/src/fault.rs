@@ -1,6 +1,6 @@
 //! One transition of the verdict on a component.
 
-use names::{ComponentKind, ComponentPath, ModuleName, RunId, Step, StructureName};
+use names::{ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,12 +8,15 @@ use crate::condition::{Agreement, Condition};
 use crate::encoding::Message;
 use crate::evidence::Evidence;
 use crate::fault_state::FaultState;
+use crate::given_order::GivenOrder;
 use crate::identification::Identification;
-use crate::order::GivenOrder;
+use crate::later_words;
+use crate::stated_kind::StatedKind;
 
 /// Why a verdict is unconfirmed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(transform = later_words::open)]
 pub enum Doubt {
     /// Peers do not answer. They are asked again; the verdict follows.
     Silent,
@@ -25,11 +28,15 @@ pub enum Doubt {
     OneOf,
     /// The run ended before there was a verdict.
     RunEnded,
+    /// A word of a later version.
+    #[serde(other)]
+    Other,
 }
 
 /// What a state rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(transform = later_words::open)]
 pub enum Symptom {
     /// The residual changed.
     #[default]
@@ -42,6 +49,9 @@ pub enum Symptom {
     OilContent,
     /// The white noise of a gage departs from its reference.
     Scatter,
+    /// A word of a later version.
+    #[serde(other)]
+    Other,
 }
 
 /// Why nothing is known of a component at present.
@@ -68,7 +78,7 @@ pub struct FaultTransition {
     /// The component.
     pub component: ComponentPath,
     /// Actuator or sensor.
-    pub kind: ComponentKind,
+    pub kind: StatedKind,
     /// The new state.
     pub state: FaultState,
     /// What the state rests on.
@@ -154,7 +164,7 @@ impl FaultTransition {
         FaultTransition {
             structure,
             module: component.module.clone(),
-            kind: component.component.kind(),
+            kind: component.component.kind().into(),
             component,
             state: FaultState::Normal,
             symptom: Symptom::Change,

@@ -5,17 +5,17 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a module holds of one of its components.
+use crate::later_words;
+
+/// What a module holds of one of its components. A word of a later version is read as `unknown`.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
+#[schemars(transform = later_words::open)]
 pub enum FaultState {
     /// No change, or the explained one is over.
     Normal,
-    /// Nothing is known of it at present, since its module does not watch it. Only in answer to a question:
-    /// no transition leads here, as the verdict is what it was.
-    Unknown,
     /// A change, not yet judged.
     Tentative,
     /// A change that cannot be judged because peers do not answer.
@@ -26,6 +26,10 @@ pub enum FaultState {
     Latched,
     /// A fault of this component that a person has acknowledged; stays until reset.
     Acknowledged,
+    /// Nothing is known of it at present, since its module does not watch it. Only in answer to a question:
+    /// no transition leads here, as the verdict is what it was. A state of a later version may be anything, a fault too.
+    #[serde(other)]
+    Unknown,
 }
 
 impl FaultState {
@@ -40,12 +44,12 @@ impl FaultState {
     pub fn as_str(self) -> &'static str {
         match self {
             FaultState::Normal => "normal",
-            FaultState::Unknown => "unknown",
             FaultState::Tentative => "tentative",
             FaultState::Unconfirmed => "unconfirmed",
             FaultState::Explained => "explained",
             FaultState::Latched => "latched",
             FaultState::Acknowledged => "acknowledged",
+            FaultState::Unknown => "unknown",
         }
     }
 }

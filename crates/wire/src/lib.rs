@@ -19,8 +19,9 @@
 //! | `plant/status` | [`PlantStatus`] |
 //!
 //! Every message is one JSON object with the format's version in its field `v`; [`encode`] and
-//! [`decode`] document what becomes of anything else. Keys are made and read by [`Key`] alone. [`catalogue`] describes
-//! all this for other programs: a schema and an example of each message.
+//! [`decode`] document what becomes of anything else, and the enumerations how a word of a later version is read. Keys
+//! are made and read by [`Key`] alone. [`catalogue`] describes all this for other programs: a schema and an example of
+//! each message.
 //!
 //! This crate names neither network nor runtime, and of the other crates only `names`.
 
@@ -32,10 +33,12 @@ mod encoding;
 mod evidence;
 mod fault;
 mod fault_state;
+mod given_order;
 mod history;
 mod identification;
 mod injection;
 pub mod keys;
+mod later_words;
 mod order;
 mod phase;
 mod plant_status;
@@ -47,6 +50,8 @@ mod refusal;
 mod sample;
 mod schema;
 mod state;
+mod stated_fault;
+mod stated_kind;
 mod status;
 mod stroke;
 
@@ -57,13 +62,14 @@ pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION
 pub use evidence::Evidence;
 pub use fault::{Doubt, FaultTransition, Symptom, Unknown};
 pub use fault_state::FaultState;
+pub use given_order::{GivenOrder, GivenOrderKind};
 pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE, MAX_IDENTIFICATIONS_OF_FAULT};
 pub use identification::{
     Candidate, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature, SignaturePoint,
 };
 pub use injection::{Injected, Injection};
 pub use keys::{Key, KeyError, PlantTopic, Topic};
-pub use order::{GivenOrder, MAX_ORDER_TEXT, Obeyed, Order, OrderKind};
+pub use order::{MAX_ORDER_TEXT, Obeyed, Order, OrderKind};
 pub use phase::{ModulePhase, PhaseChange};
 pub use plant_status::{PlantPhase, PlantStatus, PresentFault};
 pub use progress::Progress;
@@ -76,6 +82,8 @@ pub use state::{
     ActuatorFault, Alarm, CylinderWindow, GageWindow, StateAnswer, StateChange, StateQuestion,
     Window, WindowLength,
 };
+pub use stated_fault::{LaterFault, StatedFault};
+pub use stated_kind::StatedKind;
 pub use status::{
     DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
     PeerStatus, PublisherCounters,

@@ -14,9 +14,7 @@ use crate::fault_state::FaultState;
 pub const MAX_ORDER_TEXT: usize = 500;
 
 /// What is ordered; the key says it.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderKind {
     /// A person has seen the fault.
@@ -75,22 +73,6 @@ impl Order {
         }
         Ok(())
     }
-}
-
-/// An order as it stands in the transition that it led to.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct GivenOrder {
-    /// What was ordered.
-    pub order: OrderKind,
-    /// By whom.
-    pub by: String,
-    /// Why.
-    pub note: Option<String>,
-    /// Whether it was forced.
-    pub force: bool,
-    /// Whether the reference of the component was shifted to what it measured.
-    #[serde(default)]
-    pub re_tare: bool,
 }
 
 /// The order was obeyed.

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
+use crate::later_words;
 use crate::phase::ModulePhase;
 
 /// A diagnoser's status, once a second and at each change of phase.
@@ -147,6 +148,7 @@ pub struct JournalStatus {
 /// How a question to a peer ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(transform = later_words::open)]
 pub enum PeerOutcome {
     /// With an answer.
     Answered,
@@ -158,6 +160,9 @@ pub enum PeerOutcome {
     Absent,
     /// With an answer that did not fit, or with several that contradict each other.
     Malformed,
+    /// A word of a later version.
+    #[serde(other)]
+    Other,
 }
 
 /// A peer as this module sees it.

@@ -4,17 +4,17 @@
 mod support;
 
 use names::fault::{Fault, FaultKind};
-use names::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
+use names::{Component, ModuleName, RunId, Step, StructureName};
 use proptest::prelude::*;
 use support::{plain_topics, plant_topics};
 use wire::keys::PLANT;
 use wire::{
     ActuatorFault, Agreement, Alarm, Candidate, Change, Channel, Condition, CylinderWindow,
     Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageWindow, GivenOrder,
-    HistoryPage, Identification, Injected, Injection, JournalStatus, Key, Message, ModulePhase,
-    ModuleStatus, Obeyed, Order, OrderKind, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
+    GivenOrderKind, HistoryPage, Identification, Injected, Injection, JournalStatus, Key, Message,
+    ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
     PlantStatus, PresentFault, Progress, Refused, Sample, Signature, SignaturePoint, StateAnswer,
-    StateChange, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window, decode, encode,
+    StateChange, StatedKind, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -156,7 +156,7 @@ fn events_are_read_back() {
         structure: structure(),
         module: module(),
         component: "module1/sensor/g1".parse().unwrap(),
-        kind: ComponentKind::Sensor,
+        kind: StatedKind::Sensor,
         state: FaultState::Explained,
         symptom: Symptom::NoSignal,
         sequence: 3,
@@ -184,7 +184,7 @@ fn events_are_read_back() {
         }),
         identification: Some(Box::new(identification().without_signature())),
         order: Some(GivenOrder {
-            order: OrderKind::Reset,
+            order: GivenOrderKind::Reset,
             by: "ada".into(),
             note: Some("valve changed".into()),
             force: true,
@@ -388,7 +388,7 @@ fn statuses_are_read_back() {
         samples_unsent: 0,
         faults: vec![PresentFault {
             component: "module1/actuator/a1".parse().unwrap(),
-            fault: Fault::HardOver {},
+            fault: Fault::HardOver {}.into(),
         }],
         time_unix_ns: 10,
     };

@@ -90,7 +90,7 @@ fn check_numbers(history: &ModuleHistory, problems: &mut Vec<String>) {
 fn tells_of(transition: &FaultTransition, done: &Done) -> bool {
     let Done { kind, order, obeyed, .. } = done;
     let given = GivenOrder {
-        order: *kind,
+        order: (*kind).into(),
         by: order.by.clone(),
         note: order.note.clone(),
         force: order.force,

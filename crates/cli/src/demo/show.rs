@@ -229,7 +229,8 @@ impl Show {
         let evidence = transition.evidence.as_ref()?;
         let changed = self.changed.contains(&transition.component);
         match transition.symptom {
-            Symptom::Change | Symptom::NoSignal => None,
+            // In which unit a later version measures is not known.
+            Symptom::Change | Symptom::NoSignal | Symptom::Other => None,
             Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
                 Some(Departure { measured: evidence.residual, expected: evidence.level, changed })
             }

@@ -44,7 +44,10 @@ fn row(transition: &FaultTransition) -> [String; 9] {
         step(transition.onset_step),
         step(transition.decided_step),
         published(transition),
-        or_nothing(evidence.map(|evidence| residual(transition.kind, evidence.residual))),
+        or_nothing(
+            evidence
+                .map(|evidence| residual(transition.component.component.kind(), evidence.residual)),
+        ),
         or_nothing(evidence.map(|evidence| ratio(evidence.ratio))),
         if why.is_empty() { NOTHING.to_owned() } else { why },
     ]

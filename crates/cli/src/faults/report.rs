@@ -9,7 +9,7 @@ use wire::{FaultState, FaultTransition};
 use super::component_table::components;
 use super::module_table::modules;
 use crate::paint::{Colour, Paint};
-use crate::wording::{plain, utc};
+use crate::wording::{later_state, plain, utc};
 
 /// The text: each structure with its modules, its components, and what is not known.
 pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Paint) -> String {
@@ -83,9 +83,13 @@ fn unknown(module: &ModulePicture) -> Option<String> {
     let count = module.count(FaultState::Unknown);
     let first =
         module.components.iter().find(|component| component.state == FaultState::Unknown)?;
+    let module = &module.member.module;
+    if let Some(why) = later_state(first) {
+        return Some(format!("{module}: {count} unknown: {}, {why}", first.component));
+    }
     let unknown = first.unknown.as_ref()?;
     let (since, reason) = (utc(unknown.since_unix_ns), plain(&unknown.reason));
-    Some(format!("{}: {count} unknown since {since}: {reason}", module.member.module))
+    Some(format!("{module}: {count} unknown since {since}: {reason}"))
 }
 
 #[cfg(test)]

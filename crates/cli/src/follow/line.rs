@@ -69,7 +69,7 @@ fn fault(transition: &FaultTransition) -> Parts {
         Symptom::Change => transition.detection_step.map(|step| format!("changed at step {step}")),
         Symptom::NoSignal => transition.onset_step.map(|step| format!("since step {step}")),
         // Their reason tells since when.
-        Symptom::Departure | Symptom::OilContent | Symptom::Scatter => None,
+        Symptom::Departure | Symptom::OilContent | Symptom::Scatter | Symptom::Other => None,
     };
     let mut why: Vec<String> = began.into_iter().collect();
     why.extend(Some(reason(transition)).filter(|reason| !reason.is_empty()));

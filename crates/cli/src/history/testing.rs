@@ -2,7 +2,7 @@
 
 use names::Step;
 use observer::ModuleHistory;
-use wire::{FaultState, FaultTransition, GivenOrder, OrderKind};
+use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind};
 
 /// A journal that holds everything up to its last transition.
 pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> ModuleHistory {
@@ -30,7 +30,7 @@ pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> Faul
 /// An acknowledged fault, a second later.
 pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
     let order = GivenOrder {
-        order: OrderKind::Acknowledge,
+        order: GivenOrderKind::Acknowledge,
         by: "ada@station".to_owned(),
         note: Some("looks loose".to_owned()),
         force: false,

@@ -18,7 +18,7 @@ pub(crate) use phase::{phase_colour, phase_in_words};
 pub(crate) use plain::plain;
 pub(crate) use quantity::{force, ratio, residual, span};
 pub(crate) use reason::reason;
-pub(crate) use state::{state_colour, state_in_words};
+pub(crate) use state::{later_state, state_colour, state_in_words};
 pub(crate) use time::{now_unix_ns, utc};
 
 /// What stands where there is no value.

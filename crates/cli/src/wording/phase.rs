@@ -11,13 +11,16 @@ pub(crate) fn phase_in_words(phase: ModulePhase) -> &'static str {
         ModulePhase::Initialising => "initialising",
         ModulePhase::InService => "in service",
         ModulePhase::Stale => "STALE",
+        ModulePhase::Other => "unknown phase",
     }
 }
 
 /// In colour; none while verdicts can be relied on.
 pub(crate) fn phase_colour(phase: ModulePhase) -> Option<Colour> {
     match phase {
-        ModulePhase::Waiting | ModulePhase::Initialising => Some(Colour::Yellow),
+        ModulePhase::Waiting | ModulePhase::Initialising | ModulePhase::Other => {
+            Some(Colour::Yellow)
+        }
         ModulePhase::InService => None,
         ModulePhase::Stale => Some(Colour::Red),
     }

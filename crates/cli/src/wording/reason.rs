@@ -1,8 +1,8 @@
 //! Why a component is in the state that it is in.
 
-use wire::{FaultState, FaultTransition, GivenOrder, OrderKind, Symptom};
+use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
 
-use super::{plain, residual, utc, why_unconfirmed};
+use super::{later_state, plain, residual, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
 pub(crate) fn reason(transition: &FaultTransition) -> String {
@@ -30,6 +30,7 @@ pub(crate) fn reason(transition: &FaultTransition) -> String {
         let because = silent.iter().zip(&transition.silent_because);
         reasons.extend(because.map(|(module, why)| format!("{module}: {}", plain(why))));
     }
+    reasons.extend(later_state(transition).map(str::to_owned));
     if let Some(unknown) = &transition.unknown {
         let since = utc(unknown.since_unix_ns);
         reasons.push(format!("not monitored since {since}: {}", plain(&unknown.reason)));
@@ -54,20 +55,23 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
         Symptom::NoSignal => Some("no signal".to_owned()),
         Symptom::Departure => {
             let evidence = transition.evidence.as_ref();
-            let size = evidence.map(|e| residual(transition.kind, e.residual - e.level));
+            let size = evidence
+                .map(|e| residual(transition.component.component.kind(), e.residual - e.level));
             departs(&size.map_or("its mean".to_owned(), |size| format!("its mean, off by {size},")))
         }
         Symptom::OilContent => departs("its oil content"),
         Symptom::Scatter => departs("its noise"),
+        Symptom::Other => Some("it shows by something that only a later version knows".to_owned()),
     }
 }
 
 fn ordered(given: &GivenOrder) -> String {
     let what = match (given.order, given.force) {
-        (OrderKind::Reset, _) if given.re_tare => "replaced, and its reference re-tared,",
-        (OrderKind::Acknowledge, _) => "acknowledged",
-        (OrderKind::Reset, false) => "reset",
-        (OrderKind::Reset, true) => "reset by force",
+        (GivenOrderKind::Reset, _) if given.re_tare => "replaced, and its reference re-tared,",
+        (GivenOrderKind::Acknowledge, _) => "acknowledged",
+        (GivenOrderKind::Reset, false) => "reset",
+        (GivenOrderKind::Reset, true) => "reset by force",
+        (GivenOrderKind::Other, _) => "given an order that only a later version knows",
     };
     let note = given.note.as_ref().map_or_else(String::new, |note| format!(": {}", plain(note)));
     format!("{what} by {}{note}", plain(&given.by))

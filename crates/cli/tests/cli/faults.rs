@@ -2,7 +2,7 @@
 
 use names::Step;
 use serde_json::Value;
-use wire::{Doubt, FaultState, FaultTransition, GivenOrder, ModulePhase, OrderKind, Topic};
+use wire::{Doubt, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModulePhase, Topic};
 
 use crate::binary::{Outcome, outcome, run, trusswatch};
 use crate::stand_in::{StandIn, bias, identification, nowhere};
@@ -28,7 +28,7 @@ async fn troubled() -> StandIn {
     let state = |component: &str, state, sequence| tower.transition(component, state, sequence);
     let acknowledged = FaultTransition {
         order: Some(GivenOrder {
-            order: OrderKind::Acknowledge,
+            order: GivenOrderKind::Acknowledge,
             by: "ada@station".to_owned(),
             note: Some("looks loose".to_owned()),
             force: false,

@@ -20,6 +20,7 @@ mod health;
 mod history;
 mod inject;
 mod join;
+mod later_words;
 mod model;
 mod orders;
 mod pki;

@@ -216,6 +216,15 @@ impl StandIn {
         self.session.put(key, wire::encode(transition).unwrap()).await.unwrap();
     }
 
+    /// Answers queries on a topic with this text.
+    pub(crate) async fn text(&self, module: &str, topic: Topic, text: String) {
+        let key = self.key(module, topic);
+        self.serve(key.clone(), move |query| {
+            zenoh::Wait::wait(query.reply(&key, text.as_str())).unwrap();
+        })
+        .await;
+    }
+
     /// Takes questions on a topic and never answers them.
     pub(crate) async fn silence(&self, module: &str, topic: Topic) {
         let key = self.key(module, topic);

@@ -120,7 +120,7 @@ pub(crate) fn plant_status(phase: PlantPhase) -> PlantStatus {
         samples_unsent: 0,
         faults: vec![PresentFault {
             component: "module1/sensor/g2".parse().unwrap(),
-            fault: names::fault::Fault::ZeroOutput {},
+            fault: names::fault::Fault::ZeroOutput {}.into(),
         }],
         time_unix_ns: 0,
     })

@@ -64,10 +64,10 @@ impl Board {
     }
 
     pub(crate) fn faults(&self, plant: &::plant::Plant) {
-        let present = plant
-            .faults()
-            .iter()
-            .map(|(component, fault)| PresentFault { component: component.clone(), fault: *fault });
+        let present = plant.faults().iter().map(|(component, fault)| PresentFault {
+            component: component.clone(),
+            fault: (*fault).into(),
+        });
         self.status().faults = present.collect();
     }
 

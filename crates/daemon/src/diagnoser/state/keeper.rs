@@ -73,6 +73,12 @@ impl Keeper {
         };
         let recollection = Recollection::of(&records, module);
         keeper.snapshot.note_texts(records);
+        let later = keeper.snapshot.count_later();
+        if later > 0 {
+            tracing::warn!(
+                "journal: {later} records of a later version are not understood; they are kept as they are"
+            );
+        }
         Ok((keeper, recollection))
     }
 

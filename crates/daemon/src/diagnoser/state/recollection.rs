@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use diagnosis::{Change, MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
 use names::{Component, ModuleName, RunId, Step};
-use wire::{FaultTransition, Identification};
+use wire::{Doubt, FaultState, FaultTransition, Identification};
 
+use super::later_record::LaterRecord;
 use super::record::Record;
 use super::watch_file::Watch;
 use crate::convert::{from_change, from_transition};
@@ -14,7 +15,8 @@ use crate::diagnoser::identification::PresentFault;
 /// What the journal and the watch file say together.
 #[derive(Debug, Default)]
 pub(crate) struct Recollection {
-    /// The latest transition of each component that had one.
+    /// The latest transition of each component that had one, of those that are understood. Where there are none but
+    /// such as are not, the component is in doubt.
     pub(crate) latest: Vec<FaultTransition>,
     /// The present fault of each component with what was published of it.
     pub(crate) faults: BTreeMap<Component, PresentFault>,
@@ -27,33 +29,58 @@ impl Recollection {
     /// Reads records, oldest first; those of other modules are passed over.
     pub(crate) fn of(records: &[String], module: &ModuleName) -> Self {
         let mut recollection = Self::default();
-        for record in records.iter().filter_map(|text| Record::from_text(text)) {
-            match record {
-                Record::Transition(transition) if transition.module == *module => {
-                    recollection.enter(*transition);
+        let mut not_understood = Vec::new();
+        for text in records {
+            match Record::from_text(text) {
+                Some(Record::Transition(transition)) if transition.module == *module => {
+                    recollection.count(transition.sequence);
+                    match transition.state {
+                        FaultState::Unknown => put_latest(&mut not_understood, *transition),
+                        _ => recollection.enter(*transition),
+                    }
                 }
-                Record::Identification(found) if found.module == *module => {
-                    let component = found.component.component.clone();
-                    recollection.faults.entry(component).or_default().recall(*found);
-                }
-                Record::Transition(_) | Record::Identification(_) | Record::Start { .. } => {}
-                Record::Change { run, change } => {
-                    recollection.changes.push((run, from_change(change)));
+                Some(record) => recollection.take(record, module),
+                None => {
+                    let later = LaterRecord::from_text(text);
+                    let number = later.and_then(|later| later.number_of(module));
+                    recollection.count(number.unwrap_or_default());
                 }
             }
         }
+        not_understood.into_iter().for_each(|transition| recollection.doubt(transition));
         recollection
     }
 
+    /// Takes a record that is no transition of the module.
+    fn take(&mut self, record: Record, module: &ModuleName) {
+        match record {
+            Record::Identification(found) if found.module == *module => {
+                let component = found.component.component.clone();
+                self.faults.entry(component).or_default().recall(*found);
+            }
+            Record::Transition(_) | Record::Identification(_) | Record::Start { .. } => {}
+            Record::Change { run, change } => self.changes.push((run, from_change(change))),
+        }
+    }
+
+    /// Also the number of a transition that is not understood must not be given again.
+    fn count(&mut self, sequence: u64) {
+        self.sequence = self.sequence.max(sequence);
+    }
+
     fn enter(&mut self, transition: FaultTransition) {
-        self.sequence = self.sequence.max(transition.sequence);
         let component = transition.component.component.clone();
         self.faults.entry(component).or_default().enter(&transition);
-        let known = self.latest.iter_mut().find(|t| t.component == transition.component);
-        match known {
-            Some(known) if known.sequence > transition.sequence => {}
-            Some(known) => *known = transition,
-            None => self.latest.push(transition),
+        put_latest(&mut self.latest, transition);
+    }
+
+    /// A component of which nothing is left but a state of a later version is in doubt for good: what became of it, this
+    /// version cannot tell. Otherwise the latest verdict that is understood stands.
+    fn doubt(&mut self, transition: FaultTransition) {
+        if self.latest.iter().all(|known| known.component != transition.component) {
+            let unknowing = vec![transition.module.clone()];
+            let (state, doubt) = (FaultState::Unconfirmed, Some(Doubt::Unknowing));
+            self.latest.push(FaultTransition { state, doubt, unknowing, ..transition });
         }
     }
 
@@ -72,6 +99,15 @@ impl Recollection {
             PastWatch { run, watched, changes }
         });
         Memory { sequence: self.sequence, latest, watch }
+    }
+}
+
+/// The number decides which transition of a component is the latest.
+fn put_latest(all: &mut Vec<FaultTransition>, transition: FaultTransition) {
+    match all.iter_mut().find(|known| known.component == transition.component) {
+        Some(known) if known.sequence > transition.sequence => {}
+        Some(known) => *known = transition,
+        None => all.push(transition),
     }
 }
 
@@ -145,7 +181,6 @@ mod tests {
     use crate::convert::Speaker;
     use diagnosis::Verdict;
     use names::Step;
-    use wire::FaultState;
 
     fn transition(component: &str, sequence: u64, state: FaultState) -> String {
         let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
@@ -284,5 +319,17 @@ mod tests {
         let foreign = records[4].replace(r#""module":"m1""#, r#""module":"m2""#);
         records.push(foreign.replace("m1/sensor", "m2/sensor").replace("20", "30"));
         assert_eq!(recalled(&records), [("sensor/g1".to_owned(), 20)]);
+    }
+
+    #[test]
+    fn what_a_fault_is_outlives_a_state_of_a_later_version() {
+        let records = [
+            transition("sensor/g1", 1, FaultState::Latched),
+            identification("sensor/g1", 1, 10),
+            transition("sensor/g1", 2, FaultState::Unknown),
+        ];
+        assert_eq!(recalled(&records), [("sensor/g1".to_owned(), 10)]);
+        let reset = transition("sensor/g1", 3, FaultState::Normal);
+        assert_eq!(recalled(&[&records[..], &[reset]].concat()), []);
     }
 }

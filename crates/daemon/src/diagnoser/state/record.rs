@@ -37,7 +37,7 @@ impl Record {
         serde_json::to_string(self)
     }
 
-    /// From a line; `None` for a record of another, later version of this program, and for one that
+    /// From a line; `None` for a record that only a later version of this program can read, and for one that
     /// contradicts itself.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let record = serde_json::from_str(text).ok()?;

@@ -1,0 +1,46 @@
+//! The order that led to a transition.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::later_words;
+use crate::order::OrderKind;
+
+/// What was ordered, as it is reported afterwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "OrderKind", transform = later_words::open)]
+pub enum GivenOrderKind {
+    /// A person has seen the fault.
+    Acknowledge,
+    /// The component is repaired.
+    Reset,
+    /// A word of a later version.
+    #[serde(other)]
+    Other,
+}
+
+impl From<OrderKind> for GivenOrderKind {
+    fn from(kind: OrderKind) -> Self {
+        match kind {
+            OrderKind::Acknowledge => GivenOrderKind::Acknowledge,
+            OrderKind::Reset => GivenOrderKind::Reset,
+        }
+    }
+}
+
+/// An order as it stands in the transition that it led to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct GivenOrder {
+    /// What was ordered.
+    pub order: GivenOrderKind,
+    /// By whom.
+    pub by: String,
+    /// Why.
+    pub note: Option<String>,
+    /// Whether it was forced.
+    pub force: bool,
+    /// Whether the reference of the component was shifted to what it measured.
+    #[serde(default)]
+    pub re_tare: bool,
+}
