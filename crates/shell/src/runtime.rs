@@ -3,6 +3,7 @@
 use std::future::Future;
 use std::time::Duration;
 
+use crate::descriptors;
 use crate::environment;
 use crate::exit::Failure;
 use crate::shutdown::{self, Shutdown, ShutdownFlags};
@@ -23,6 +24,7 @@ pub fn until_done<F>(
 where
     F: Future<Output = Result<(), Failure>>,
 {
+    descriptors::ask_for_more();
     scheduling::log();
     environment::log();
     // Zenoh needs more than one worker thread.

@@ -3,5 +3,6 @@
 
 pub mod intruder;
 pub mod letters;
+pub mod silence;
 pub mod stand;
 pub mod table;

@@ -2,6 +2,7 @@
 //! around a router, along a row of routers, or as peers.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
@@ -134,6 +135,17 @@ async fn pki(library: &Path, words: &[&str]) -> String {
     ended.out
 }
 
+/// The same with as few descriptors as systems give at first.
+fn with_usual_limits(command: &Command) -> Command {
+    let mut limited = Command::new("sh");
+    limited.args(["-c", "ulimit -Sn 1024; exec \"$0\" \"$@\""]);
+    limited.arg(command.get_program()).args(command.get_args());
+    for (name, value) in command.get_envs() {
+        limited.env(name, value.unwrap_or_default());
+    }
+    limited
+}
+
 fn secure(endpoint: &str) -> String {
     endpoint.replace("tcp/", "tls/")
 }
@@ -177,7 +189,7 @@ impl Stand {
             if let Some(below) = place.checked_sub(1) {
                 command.args(["--connect", &doors[below]]);
             }
-            deployment.start_other(command, ROUTERS[place])
+            deployment.start_other(with_usual_limits(&command), ROUTERS[place])
         });
         let guards = guards.collect();
         let mut processes = deployment.start_diagnosers();

@@ -13,6 +13,7 @@ use system_tests::observer::{Observer, unix_ns};
 use system_tests::scenarios;
 use system_tests::security::intruder::Papers;
 use system_tests::security::letters::{Letters, answers, hold};
+use system_tests::security::silence::Silence;
 use system_tests::security::stand::Stand;
 use system_tests::security::table::Table;
 use system_tests::turn;
@@ -161,6 +162,10 @@ async fn judge(stand: Stand, table: &Table) {
 }
 
 async fn at_the_door(stand: &Stand, table: &mut Table) {
+    // They last until the time of their handshakes is over.
+    let silence = Silence::at(stand);
+    let got_in = Papers::Right.knock(stand).await;
+    table.allowed("module 1 behind 1500 connections that say nothing", got_in);
     table.allowed("module 1 with its certificate", Papers::Right.knock(stand).await);
     for (what, papers, word) in [
         ("a certificate of the wrong authority", Papers::WrongAuthority, "BadSignature"),
@@ -172,6 +177,8 @@ async fn at_the_door(stand: &Stand, table: &mut Table) {
         let trace = stand.trace(&["WARN", "connection was refused", word]).await;
         table.forbidden(what, got_in, trace);
     }
+    table.allowed("module 1 when they have been given up", Papers::Right.knock(stand).await);
+    drop(silence);
 }
 
 /// A certificate of the right authority alone grants nothing.
