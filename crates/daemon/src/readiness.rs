@@ -15,14 +15,16 @@ pub(crate) fn module_ready(live: Condition, report: Option<&ModuleReport>) -> Co
     let Some(ModuleReport { status, reason, .. }) = report else {
         return Condition::unwell(OPENING);
     };
-    let phase = status.phase.as_str();
+    let mut words = format!("{}: {reason}", status.phase.as_str());
+    // Verdicts are right all the same; an order reaches only one of the two.
+    if status.another_process {
+        words.push_str("; ");
+        words.push_str(status_line::ANOTHER_PROCESS);
+    }
     match &status.journal.problem {
-        None => Condition {
-            well: status.phase == ModulePhase::InService,
-            words: format!("{phase}: {reason}"),
-        },
+        None => Condition { well: status.phase == ModulePhase::InService, words },
         // Faults are published, and a restart forgets them.
-        Some(problem) => Condition::unwell(format!("{phase}: {reason}; journal: {problem}")),
+        Some(problem) => Condition::unwell(format!("{words}; journal: {problem}")),
     }
 }
 

@@ -3,6 +3,9 @@
 
 use wire::{ModulePhase, ModuleStatus, PlantPhase, PlantStatus};
 
+/// Two diagnosers of one module.
+pub(crate) const ANOTHER_PROCESS: &str = "another process runs as this module";
+
 /// The status of a diagnoser.
 pub(crate) fn of_module(status: &ModuleStatus) -> String {
     let mut words = vec![phase(status.phase).to_owned()];
@@ -17,6 +20,9 @@ pub(crate) fn of_module(status: &ModuleStatus) -> String {
         status.peers.iter().filter(|p| !p.present).map(|p| p.module.as_str()).collect();
     if !absent.is_empty() {
         words.push(format!("peers not there: {}", absent.join(" ")));
+    }
+    if status.another_process {
+        words.push(ANOTHER_PROCESS.to_owned());
     }
     if let Some(problem) = &status.journal.problem {
         words.push(format!("journal: {problem}"));
@@ -96,6 +102,7 @@ mod tests {
             next_sequence: 1,
             journal: JournalStatus::default(),
             peers: Vec::new(),
+            another_process: false,
             intake: IntakeCounters::default(),
             inquiries: InquiryCounters::default(),
             diagnosis: DiagnosisCounters::default(),
@@ -138,6 +145,14 @@ mod tests {
             of_module(&status),
             "degraded: samples have stopped coming, step 9, 1 fault and 11 unknown, journal: no space left"
         );
+    }
+
+    #[test]
+    fn another_process_of_the_same_module_is_reported() {
+        let mut status = module(ModulePhase::InService);
+        status.another_process = true;
+        let line = of_module(&status);
+        assert_eq!(line, "in service, no fault, another process runs as this module");
     }
 
     #[test]

@@ -28,6 +28,8 @@ struct Module<'a> {
     module: &'a ModuleName,
     answers: bool,
     present: bool,
+    /// Whether several processes run as this module.
+    several_processes: bool,
     expected: bool,
     peer_of: &'a BTreeSet<ModuleName>,
     phase: Option<ModulePhase>,
@@ -84,6 +86,7 @@ fn module(picture: &ModulePicture) -> Module<'_> {
         module: &member.module,
         answers: picture.answers(),
         present: member.present,
+        several_processes: picture.has_several_processes(),
         expected: member.expected,
         peer_of: &member.peer_of,
         phase: member.phase(),

@@ -50,6 +50,13 @@ fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint
         let line = format!("nothing is known of the components of {}", module.member.module);
         lines.push(paint.in_colour(Colour::Red, &line));
     }
+    for module in modules.iter().filter(|module| module.has_several_processes()) {
+        let line = format!(
+            "warning: several processes run as {}; an order may reach only one of them: end the others",
+            module.member.module
+        );
+        lines.push(paint.in_colour(Colour::Yellow, &line));
+    }
     lines.join("\n")
 }
 
@@ -126,6 +133,18 @@ m2: 1 unknown since 1970-01-01T00:00:02.000Z: no sample for 500 ms
 nothing is known of the components of m3";
         let text = lines(false).join("\n");
         assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn several_processes_of_one_module_are_warned_of() {
+        let mut one =
+            module("m1", ModulePhase::InService, vec![state("m1/sensor/g1", FaultState::Normal)]);
+        let paint = Paint::for_terminal(false);
+        let text = |one: &ModulePicture| report(&picture(vec![one.clone()]), false, None, paint);
+        assert!(!text(&one).contains("warning"), "{}", text(&one));
+        one.processes.extend(["a1", "b2"].map(|id| id.parse::<zenoh::session::ZenohId>().unwrap()));
+        let warning = "warning: several processes run as m1; an order may reach only one of them: end the others";
+        assert!(text(&one).contains(warning), "{}", text(&one));
     }
 
     #[test]

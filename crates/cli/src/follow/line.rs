@@ -1,6 +1,6 @@
 //! An event as one line.
 
-use names::StructureName;
+use names::{ModuleName, StructureName};
 use observer::News;
 use serde::Serialize;
 use wire::{FaultTransition, Identification, PhaseChange, Symptom};
@@ -18,6 +18,7 @@ pub(super) enum Document<'a> {
     Identification(&'a Identification),
     Phase(&'a PhaseChange),
     Presence { structure: &'a StructureName, who: &'a str, there: bool, time_unix_ns: u64 },
+    SeveralProcesses { structure: &'a StructureName, module: &'a ModuleName, time_unix_ns: u64 },
     Unreadable { problem: &'a str, time_unix_ns: u64 },
     Lost { count: u64, time_unix_ns: u64 },
 }
@@ -31,6 +32,9 @@ impl Document<'_> {
             News::Phase(change) => Document::Phase(change),
             News::Presence { structure, who, there } => {
                 Document::Presence { structure, who, there: *there, time_unix_ns }
+            }
+            News::SeveralProcesses { structure, module } => {
+                Document::SeveralProcesses { structure, module, time_unix_ns }
             }
             News::Unreadable(problem) => Document::Unreadable { problem, time_unix_ns },
             News::Lost(count) => Document::Lost { count: *count, time_unix_ns },
@@ -47,6 +51,11 @@ pub(super) fn line(event: &News, paint: Paint) -> String {
         News::Presence { who, there, .. } => {
             let (what, colour) = if *there { ("there", None) } else { ("GONE", Some(Colour::Red)) };
             (now_unix_ns(), who.clone(), what.to_owned(), String::new(), colour)
+        }
+        News::SeveralProcesses { module, .. } => {
+            let (what, why) = ("SEVERAL", "several processes run as this module: end all but one");
+            let colour = Some(Colour::Yellow);
+            (now_unix_ns(), module.to_string(), what.to_owned(), why.to_owned(), colour)
         }
         News::Unreadable(problem) => {
             let what = format!("not understood: {}", plain(problem));
@@ -122,6 +131,12 @@ mod tests {
             there: false,
         };
         assert!(text(&gone).ends_with("  module2               GONE"), "{}", text(&gone));
+        let several = News::SeveralProcesses {
+            structure: "tower".parse().unwrap(),
+            module: "m1".parse().unwrap(),
+        };
+        let expected = "SEVERAL         several processes run as this module: end all but one";
+        assert!(text(&several).ends_with(expected), "{}", text(&several));
         assert!(text(&News::Lost(3)).contains("3 messages lost"));
         assert!(!text(&News::Unreadable("k: \x1b[2J".to_owned())).contains('\x1b'));
     }
