@@ -13,7 +13,9 @@ pub(crate) fn of_module(status: &ModuleStatus) -> String {
         words.push(format!("step {step}"));
     }
     words.push(faults(status));
-    if let Some(lag_ms) = status.lag_ms.filter(|_| status.phase != ModulePhase::Stale) {
+    if let Some(difference) = status.clock_difference() {
+        words.push(difference.to_string());
+    } else if let Some(lag_ms) = status.lag_ms.filter(|_| status.phase != ModulePhase::Stale) {
         words.push(format!("lag {lag_ms:.1} ms"));
     }
     let absent: Vec<&str> =
@@ -153,6 +155,28 @@ mod tests {
         status.another_process = true;
         let line = of_module(&status);
         assert_eq!(line, "in service, no fault, another process runs as this module");
+    }
+
+    #[test]
+    fn clocks_that_are_apart_are_reported_instead_of_a_lag() {
+        let line = |phase, lag_ms| {
+            let mut status = module(phase);
+            status.lag_ms = Some(lag_ms);
+            of_module(&status)
+        };
+        let behind = "in service, no fault, its clock is 3600 s behind the publisher's; check time synchronisation";
+        assert_eq!(line(ModulePhase::InService, -3_600_000.0), behind);
+        let ahead = "in service, no fault, its clock is 61 s ahead of the publisher's; check time synchronisation";
+        assert_eq!(line(ModulePhase::InService, 61_000.0), ahead);
+        assert!(line(ModulePhase::Waiting, -1200.0).contains("1.2 s behind"));
+        // It may be so far back, or have been when samples stopped.
+        for (phase, lag_ms) in [
+            (ModulePhase::InService, 59_000.0),
+            (ModulePhase::InService, -900.0),
+            (ModulePhase::Stale, 61_000.0),
+        ] {
+            assert!(!line(phase, lag_ms).contains("clock"), "{phase:?}, {lag_ms}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use names::ModuleName;
 use observer::{Member, ModulePicture};
-use wire::JournalStatus;
+use wire::{JournalStatus, ModuleStatus};
 
 use crate::paint::Colour;
 use crate::table::{TextTable, table};
@@ -21,12 +21,14 @@ pub(super) fn modules(modules: &[&ModulePicture]) -> (TextTable, Vec<Option<Colo
 fn row(module: &ModulePicture) -> [String; 7] {
     let member = &module.member;
     let status = member.status.as_ref();
+    // Between clocks that differ, no time is measured.
+    let timed = status.filter(|status| status.clock_difference().is_none());
     [
         member.module.to_string(),
         phase(module),
         or_nothing(status.and_then(|status| status.step)),
-        or_nothing(status.and_then(|status| status.lag_ms).map(span)),
-        or_nothing(status.and_then(|status| status.sample_age_ms).map(span)),
+        or_nothing(timed.and_then(|status| status.lag_ms).map(span)),
+        or_nothing(timed.and_then(|status| status.sample_age_ms).map(span)),
         or_nothing(status.map(|status| journal(&status.journal))),
         remarks(module),
     ]
@@ -75,6 +77,8 @@ fn remarks(module: &ModulePicture) -> String {
         if !member.present {
             remarks.push("no liveliness token".to_owned());
         }
+        let difference = member.status.as_ref().and_then(ModuleStatus::clock_difference);
+        remarks.extend(difference.map(|difference| difference.to_string()));
     } else {
         remarks.extend(why_missed(member));
     }

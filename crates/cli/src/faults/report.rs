@@ -148,6 +148,17 @@ nothing is known of the components of m3";
     }
 
     #[test]
+    fn a_clock_that_is_wrong_is_remarked_on_and_no_time_is_given_by_it() {
+        let mut one =
+            module("m1", ModulePhase::InService, vec![state("m1/sensor/g1", FaultState::Normal)]);
+        let status = one.member.status.as_mut().unwrap();
+        (status.lag_ms, status.sample_age_ms) = (Some(-3_600_000.0), Some(-3_599_000.0));
+        let text = report(&picture(vec![one]), false, None, Paint::for_terminal(false));
+        let remark = "its clock is 3600 s behind the publisher's; check time synchronisation";
+        assert!(text.contains(remark) && !text.contains("-3600"), "{text}");
+    }
+
+    #[test]
     fn what_agrees_with_its_reference_is_normal_and_the_rest_is_not_verified() {
         let verified = agreeing(state("m1/sensor/g1", FaultState::Normal));
         let returned = agreeing(latched("m1/sensor/g2"));

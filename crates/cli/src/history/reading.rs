@@ -7,6 +7,8 @@ use observer::{Gap, ModuleHistory, attendance};
 use tokio::task::JoinSet;
 use zenoh::Session;
 
+use super::clocks::contradictions;
+use super::merge::Order;
 use crate::failure::Failure;
 use crate::link::{self, Target};
 use crate::wording::plain;
@@ -51,6 +53,11 @@ impl Reading {
             ModuleHistory::gaps(history, self.since).into_iter().map(|gap| (history, gap)).collect()
         };
         self.histories.iter().flat_map(gaps).collect()
+    }
+
+    /// In which order the entries of different modules are.
+    pub(super) fn order(&self) -> Order {
+        if contradictions(&self.histories).is_empty() { Order::Time } else { Order::Steps }
     }
 
     fn take(&mut self, history: ModuleHistory) {
