@@ -6,7 +6,7 @@ use wire::{JournalStatus, ModuleStatus};
 
 use crate::paint::Colour;
 use crate::table::{TextTable, table};
-use crate::wording::{NOTHING, or_nothing, phase_colour, phase_in_words, plain, span};
+use crate::wording::{NOTHING, or_nothing, phase_colour, phase_in_words, printable, span};
 
 /// The table, and the colour of each row.
 pub(super) fn modules(modules: &[&ModulePicture]) -> (TextTable, Vec<Option<Colour>>) {
@@ -52,7 +52,7 @@ fn colour(module: &ModulePicture) -> Option<Colour> {
 
 fn journal(journal: &JournalStatus) -> String {
     let mut problems = Vec::new();
-    problems.extend(journal.problem.as_ref().map(|problem| plain(problem)));
+    problems.extend(journal.problem.as_ref().map(|problem| printable(problem)));
     for (count, what) in
         [(journal.unsaved, "not saved"), (journal.lost, "lost"), (journal.damaged, "damaged")]
     {

@@ -9,7 +9,7 @@ use wire::{FaultState, FaultTransition};
 use super::component_table::components;
 use super::module_table::modules;
 use crate::paint::{Colour, Paint};
-use crate::wording::{plain, utc};
+use crate::wording::{printable, utc};
 
 /// The text: each structure with its modules, its components, and what is not known.
 pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Paint) -> String {
@@ -26,7 +26,7 @@ pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Pa
         let _ = write!(text, "{}\n{table}\n\n{states}\n", paint.bold(name));
     }
     for problem in &picture.problems {
-        let line = format!("not understood: {}", plain(problem));
+        let line = format!("not understood: {}", printable(problem));
         let _ = writeln!(text, "{}", paint.in_colour(Colour::Yellow, &line));
     }
     text
@@ -91,7 +91,7 @@ fn unknown(module: &ModulePicture) -> Option<String> {
     let first =
         module.components.iter().find(|component| component.state == FaultState::Unknown)?;
     let unknown = first.unknown.as_ref()?;
-    let (since, reason) = (utc(unknown.since_unix_ns), plain(&unknown.reason));
+    let (since, reason) = (utc(unknown.since_unix_ns), printable(&unknown.reason));
     Some(format!("{}: {count} unknown since {since}: {reason}", module.member.module))
 }
 

@@ -7,7 +7,7 @@ use wire::{FaultTransition, Identification, PhaseChange, Symptom};
 
 use crate::paint::{Colour, Paint};
 use crate::wording::{
-    identified, now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc,
+    identified, now_unix_ns, phase_colour, phase_in_words, printable, reason, state_colour, utc,
 };
 
 /// For machines.
@@ -58,7 +58,7 @@ pub(super) fn line(event: &News, paint: Paint) -> String {
             (now_unix_ns(), module.to_string(), what.to_owned(), why.to_owned(), colour)
         }
         News::Unreadable(problem) => {
-            let what = format!("not understood: {}", plain(problem));
+            let what = format!("not understood: {}", printable(problem));
             (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Yellow))
         }
         News::Lost(count) => {
@@ -101,7 +101,7 @@ fn phase(change: &PhaseChange) -> Parts {
         change.time_unix_ns,
         change.module.to_string(),
         phase_in_words(change.phase).to_owned(),
-        plain(&change.reason),
+        printable(&change.reason),
         phase_colour(change.phase),
     )
 }
@@ -138,6 +138,7 @@ mod tests {
         let expected = "SEVERAL         several processes run as this module: end all but one";
         assert!(text(&several).ends_with(expected), "{}", text(&several));
         assert!(text(&News::Lost(3)).contains("3 messages lost"));
-        assert!(!text(&News::Unreadable("k: \x1b[2J".to_owned())).contains('\x1b'));
+        let hostile = text(&News::Unreadable("k: \x1b[2J\u{202e}".to_owned()));
+        assert!(hostile.ends_with(r"k: \u{1b}[2J\u{202e}"), "{hostile}");
     }
 }

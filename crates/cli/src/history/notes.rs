@@ -4,7 +4,7 @@ use observer::ModuleHistory;
 
 use super::clocks::{Contradiction, contradictions};
 use super::reading::Reading;
-use crate::wording::plain;
+use crate::wording::printable;
 
 /// One note for each thing that is missing, and for each pair of modules whose clocks cannot both be right.
 pub(super) fn notes(reading: &Reading) -> Vec<String> {
@@ -57,7 +57,7 @@ fn cut_off(history: &ModuleHistory, since: u64) -> Option<String> {
 }
 
 fn broken_off(history: &ModuleHistory) -> Option<String> {
-    let error = plain(&history.broken_off.as_ref()?.to_string());
+    let error = printable(&history.broken_off.as_ref()?.to_string());
     let after = history.transitions.last().map_or(0, |transition| transition.sequence);
     Some(format!("{}: nothing was read after transition {after}: {error}", history.module))
 }

@@ -11,7 +11,7 @@ use super::clocks::contradictions;
 use super::merge::Order;
 use crate::failure::Failure;
 use crate::link::{self, Target};
-use crate::wording::plain;
+use crate::wording::printable;
 
 /// What was read.
 #[derive(Debug, Clone, Default)]
@@ -67,7 +67,7 @@ impl Reading {
         }
         let reason = history.broken_off.as_ref().map_or_else(String::new, ToString::to_string);
         let structure = Some(history.structure);
-        self.silent.push(Silent { structure, module: history.module, reason: plain(&reason) });
+        self.silent.push(Silent { structure, module: history.module, reason: printable(&reason) });
     }
 }
 
