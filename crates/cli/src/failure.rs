@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use names::printable_lines;
+
 /// The exit codes, for `--help`.
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
@@ -115,7 +117,7 @@ impl Failure {
         let mut stderr = io::stderr().lock();
         for message in &self.messages {
             // Standard error may be closed too.
-            let _ = writeln!(stderr, "error: {message}");
+            let _ = writeln!(stderr, "error: {}", printable_lines(message));
         }
         ExitCode::from(self.kind.exit_code())
     }

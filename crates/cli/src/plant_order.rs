@@ -8,7 +8,7 @@ use zenoh::Session;
 
 use crate::failure::Failure;
 use crate::link::{self, Link, Target};
-use crate::wording::plain;
+use crate::wording::printable;
 
 /// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` gets the
 /// structure and how long to wait.
@@ -56,10 +56,10 @@ fn no_plant(link: &Target) -> Failure {
 fn not_obeyed(component: &Mention, error: OrderError) -> Failure {
     match error {
         OrderError::Refused(reason) => {
-            Failure::runtime(format!("{component}: refused: {}", plain(&reason)))
+            Failure::runtime(format!("{component}: refused: {}", printable(&reason)))
         }
         error => {
-            let error = plain(&error.to_string());
+            let error = printable(&error.to_string());
             Failure::network(format!(
                 "{component}: {error}; the command may or may not have been carried out"
             ))

@@ -15,14 +15,16 @@ pub(crate) fn module_ready(live: Condition, report: Option<&ModuleReport>) -> Co
     let Some(ModuleReport { status, reason, .. }) = report else {
         return Condition::unwell(OPENING);
     };
-    let phase = status.phase.as_str();
+    let mut words = vec![format!("{}: {reason}", status.phase.as_str())];
+    // Verdicts are right all the same; an order reaches only one of the two.
+    words.extend(status.another_process.then(|| status_line::ANOTHER_PROCESS.to_owned()));
+    // No verdict depends on a clock.
+    words.extend(status.clock_difference().map(|difference| difference.to_string()));
+    let words = words.join("; ");
     match &status.journal.problem {
-        None => Condition {
-            well: status.phase == ModulePhase::InService,
-            words: format!("{phase}: {reason}"),
-        },
+        None => Condition { well: status.phase == ModulePhase::InService, words },
         // Faults are published, and a restart forgets them.
-        Some(problem) => Condition::unwell(format!("{phase}: {reason}; journal: {problem}")),
+        Some(problem) => Condition::unwell(format!("{words}; journal: {problem}")),
     }
 }
 
@@ -46,6 +48,16 @@ mod tests {
 
     fn alive() -> Condition {
         live(Sign::Ago(Duration::from_millis(50)))
+    }
+
+    #[test]
+    fn remarks_are_added_to_the_reason() {
+        let mut report = module_report(ModulePhase::InService);
+        report.status.journal.problem = None;
+        (report.status.another_process, report.status.lag_ms) = (true, Some(-3_600_000.0));
+        let words = "in_service: as it is; another process runs as this module; \
+                     its clock is 3600 s behind the publisher's; check time synchronisation";
+        assert_eq!(module_ready(alive(), Some(&report)), Condition::well(words));
     }
 
     #[test]

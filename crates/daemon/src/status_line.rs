@@ -3,6 +3,9 @@
 
 use wire::{ModulePhase, ModuleStatus, PlantPhase, PlantStatus};
 
+/// Two diagnosers of one module.
+pub(crate) const ANOTHER_PROCESS: &str = "another process runs as this module";
+
 /// The status of a diagnoser.
 pub(crate) fn of_module(status: &ModuleStatus) -> String {
     let mut words = vec![phase(status.phase).to_owned()];
@@ -10,13 +13,18 @@ pub(crate) fn of_module(status: &ModuleStatus) -> String {
         words.push(format!("step {step}"));
     }
     words.push(faults(status));
-    if let Some(lag_ms) = status.lag_ms.filter(|_| status.phase != ModulePhase::Stale) {
+    if let Some(difference) = status.clock_difference() {
+        words.push(difference.to_string());
+    } else if let Some(lag_ms) = status.lag_ms.filter(|_| status.phase != ModulePhase::Stale) {
         words.push(format!("lag {lag_ms:.1} ms"));
     }
     let absent: Vec<&str> =
         status.peers.iter().filter(|p| !p.present).map(|p| p.module.as_str()).collect();
     if !absent.is_empty() {
         words.push(format!("peers not there: {}", absent.join(" ")));
+    }
+    if status.another_process {
+        words.push(ANOTHER_PROCESS.to_owned());
     }
     if let Some(problem) = &status.journal.problem {
         words.push(format!("journal: {problem}"));
@@ -98,6 +106,7 @@ mod tests {
             next_sequence: 1,
             journal: JournalStatus::default(),
             peers: Vec::new(),
+            another_process: false,
             intake: IntakeCounters::default(),
             inquiries: InquiryCounters::default(),
             diagnosis: DiagnosisCounters::default(),
@@ -140,6 +149,36 @@ mod tests {
             of_module(&status),
             "degraded: samples have stopped coming, step 9, 1 fault and 11 unknown, journal: no space left"
         );
+    }
+
+    #[test]
+    fn another_process_of_the_same_module_is_reported() {
+        let mut status = module(ModulePhase::InService);
+        status.another_process = true;
+        let line = of_module(&status);
+        assert_eq!(line, "in service, no fault, another process runs as this module");
+    }
+
+    #[test]
+    fn clocks_that_are_apart_are_reported_instead_of_a_lag() {
+        let line = |phase, lag_ms| {
+            let mut status = module(phase);
+            status.lag_ms = Some(lag_ms);
+            of_module(&status)
+        };
+        let behind = "in service, no fault, its clock is 3600 s behind the publisher's; check time synchronisation";
+        assert_eq!(line(ModulePhase::InService, -3_600_000.0), behind);
+        let ahead = "in service, no fault, its clock is 61 s ahead of the publisher's; check time synchronisation";
+        assert_eq!(line(ModulePhase::InService, 61_000.0), ahead);
+        assert!(line(ModulePhase::Waiting, -1200.0).contains("1.2 s behind"));
+        // It may be so far back, or have been when samples stopped.
+        for (phase, lag_ms) in [
+            (ModulePhase::InService, 59_000.0),
+            (ModulePhase::InService, -900.0),
+            (ModulePhase::Stale, 61_000.0),
+        ] {
+            assert!(!line(phase, lag_ms).contains("clock"), "{phase:?}, {lag_ms}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ pub mod fault;
 
 mod component;
 mod name;
+mod printable;
 mod quotation;
 mod step;
 
@@ -14,5 +15,6 @@ pub use name::{
     ActuatorName, GageName, MAX_NAME_LENGTH, MaterialName, MemberName, ModuleName, NameError,
     NodeName, OperatorName, SectionName, StructureName,
 };
+pub use printable::{is_printable, printable, printable_lines};
 pub use quotation::quotation;
 pub use step::{RunId, Step};

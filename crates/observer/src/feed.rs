@@ -1,13 +1,16 @@
 //! Verdicts, phases and presence, as they are published.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use names::StructureName;
+use names::{ModuleName, StructureName};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use wire::keys::{PLANT, Watched};
 use wire::{
-    DecodeError, FaultTransition, Identification, Key, Message, PhaseChange, PlantTopic, Topic,
+    DecodeError, FaultTransition, Identification, Key, Message, ModuleStatus, PhaseChange,
+    PlantTopic, Topic,
 };
 use zenoh::Session;
 use zenoh::sample::{Sample, SampleKind};
@@ -17,6 +20,10 @@ use super::presence::AttendanceError;
 
 /// Events that may wait to be taken.
 const QUEUE: usize = 4096;
+/// That several processes run as one module is reported again only if it was over for this long.
+const OVER: Duration = Duration::from_secs(60);
+/// Modules of which that is remembered.
+const REMEMBERED: usize = 1024;
 
 /// An event of the feed.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +42,13 @@ pub enum News {
         who: String,
         /// Came, or went.
         there: bool,
+    },
+    /// A diagnoser knows of another process that runs as the same module.
+    SeveralProcesses {
+        /// The structure.
+        structure: StructureName,
+        /// The module.
+        module: ModuleName,
     },
     /// What is wrong with a message that could not be read, with its key.
     Unreadable(String),
@@ -89,6 +103,13 @@ impl Feed {
                 .await
                 .map_err(refused)?;
         }
+        let latest = Mutex::new(BTreeMap::new());
+        session
+            .declare_subscriber(watched.statuses())
+            .callback(hand_to(outbox.clone(), move |status| several(&latest, status)))
+            .background()
+            .await
+            .map_err(refused)?;
         session
             .liveliness()
             .declare_subscriber(watched.tokens())
@@ -142,6 +163,25 @@ fn decode<M: Message>(bytes: &[u8], event: impl FnOnce(M) -> News) -> Result<New
     wire::decode(bytes).map(event).map_err(|error: DecodeError| error.to_string())
 }
 
+/// When each module was last said to be several processes.
+type Latest = BTreeMap<(StructureName, ModuleName), Instant>;
+
+/// Whether a status is the first to say that several processes run as its module.
+fn several(latest: &Mutex<Latest>, sample: &Sample) -> Option<News> {
+    let status: ModuleStatus = wire::decode(&sample.payload().to_bytes()).ok()?;
+    let ModuleStatus { structure, module, another_process: true, .. } = status else { return None };
+    let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);
+    is_first(&mut latest, (structure.clone(), module.clone()), Instant::now())
+        .then_some(News::SeveralProcesses { structure, module })
+}
+
+fn is_first(latest: &mut Latest, module: (StructureName, ModuleName), now: Instant) -> bool {
+    if latest.len() >= REMEMBERED {
+        latest.clear();
+    }
+    latest.insert(module, now).is_none_or(|before| now.duration_since(before) >= OVER)
+}
+
 /// Whose token it is that came or went.
 fn presence(sample: &Sample) -> Option<News> {
     let (structure, who) = match sample.key_expr().as_str().parse::<Key>().ok()? {
@@ -151,4 +191,23 @@ fn presence(sample: &Sample) -> Option<News> {
     };
     let there = sample.kind() == SampleKind::Put;
     Some(News::Presence { structure, who, there })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn several_processes_are_reported_once_for_as_long_as_there_are_several() {
+        let (mut latest, start) = (Latest::new(), Instant::now());
+        let mut at = |module: &str, second| {
+            let module = ("tower".parse().unwrap(), module.parse().unwrap());
+            is_first(&mut latest, module, start + Duration::from_secs(second))
+        };
+        let reported: Vec<u64> = (0..100).filter(|second| at("m1", *second)).collect();
+        assert_eq!(reported, [0]);
+        assert!(at("m2", 100), "another module");
+        assert!(!at("m1", 158));
+        assert!(at("m1", 218), "it was over meanwhile");
+    }
 }

@@ -1,6 +1,7 @@
 //! The present picture of a whole structure: every module there is or should be, and the state of every
 //! component of those that answer.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use names::{ComponentPath, ModuleName, StructureName};
@@ -8,6 +9,7 @@ use wire::keys::Watched;
 use wire::{FaultState, FaultTransition, Key, ModulePhase, Topic, Unknown};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
+use zenoh::session::ZenohId;
 
 use super::attendance::{Attendance, Member, attendance};
 use super::presence::AttendanceError;
@@ -20,13 +22,28 @@ pub struct ModulePicture {
     pub member: Member,
     /// The latest transition of each of its components; empty if it does not answer.
     pub components: Vec<FaultTransition>,
+    /// The processes that answered: one, unless several run as this module.
+    pub processes: BTreeSet<ZenohId>,
 }
 
 impl ModulePicture {
+    /// Of a module none of whose components is known.
+    #[must_use]
+    pub fn of(member: Member) -> Self {
+        Self { member, components: Vec::new(), processes: BTreeSet::new() }
+    }
+
     /// Whether it reported the state of its components. If not, nothing is known of them.
     #[must_use]
     pub fn answers(&self) -> bool {
         !self.components.is_empty()
+    }
+
+    /// Whether several processes run as this module: several answered, or one of them knows of another.
+    #[must_use]
+    pub fn has_several_processes(&self) -> bool {
+        let knows_another = |status: &wire::ModuleStatus| status.another_process;
+        self.processes.len() > 1 || self.member.status.as_ref().is_some_and(knows_another)
     }
 
     /// How many of its components are in this state.
@@ -110,15 +127,15 @@ impl Picture {
     }
 
     fn of(list: Attendance) -> Self {
-        let picture = |member| ModulePicture { member, components: Vec::new() };
-        let modules = list.members.into_iter().map(picture).collect();
+        let modules = list.members.into_iter().map(ModulePicture::of).collect();
         Self { modules, problems: list.unreadable }
     }
 
     /// Takes the state of a component. If two processes claim to be the same module, the one that is
     /// further counts.
-    fn enter(&mut self, transition: FaultTransition) {
+    fn enter(&mut self, transition: FaultTransition, process: Option<ZenohId>) {
         let module = self.module(&transition.structure, &transition.module);
+        module.processes.extend(process);
         match module.components.iter_mut().find(|known| known.component == transition.component) {
             Some(known) if known.sequence >= transition.sequence => {}
             Some(known) => *known = transition,
@@ -132,7 +149,7 @@ impl Picture {
         });
         let place = known.unwrap_or_else(|| {
             let member = Member::new(Some(structure.clone()), module.clone());
-            self.modules.push(ModulePicture { member, components: Vec::new() });
+            self.modules.push(ModulePicture::of(member));
             self.modules.len() - 1
         });
         &mut self.modules[place]
@@ -172,7 +189,9 @@ pub async fn present(
         .map_err(|error| AttendanceError::Network(error.to_string()))?;
     while let Ok(reply) = replies.recv_async().await {
         match state_in(&reply, timeout) {
-            Ok(transition) => picture.enter(transition),
+            Ok(transition) => {
+                picture.enter(transition, reply.replier_id().map(|replier| replier.zid()));
+            }
             // Who did not answer shows in the picture.
             Err(QueryError::Unanswered(_)) => {}
             Err(error) => picture.problems.push(error.to_string()),

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
+use names::printable_lines;
 use session::NetworkError;
 use settings::ConfigErrors;
 
@@ -56,6 +57,7 @@ impl Failure {
 pub fn conclude(result: Result<(), Failure>) -> ExitCode {
     let Err(failure) = result else { return ExitCode::SUCCESS };
     // If even standard error is gone, the exit code is all that is left.
-    let _ = writeln!(std::io::stderr(), "error: {failure}");
+    let text = printable_lines(&failure.to_string());
+    let _ = writeln!(std::io::stderr(), "error: {text}");
     ExitCode::from(failure.exit_code())
 }

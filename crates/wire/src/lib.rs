@@ -27,6 +27,7 @@
 
 pub mod catalogue;
 mod change;
+mod clock_difference;
 mod condition;
 mod divergence;
 mod encoding;
@@ -56,6 +57,7 @@ mod status;
 mod stroke;
 
 pub use change::Change;
+pub use clock_difference::ClockDifference;
 pub use condition::{Agreement, Condition};
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};

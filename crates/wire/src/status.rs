@@ -58,6 +58,9 @@ pub struct ModuleStatus {
     /// Each peer.
     #[serde(default)]
     pub peers: Vec<PeerStatus>,
+    /// Whether another process runs as this module: it keeps publishing a status of its own.
+    #[serde(default)]
+    pub another_process: bool,
     /// What came in.
     pub intake: IntakeCounters,
     /// What others asked.

@@ -368,6 +368,7 @@ fn statuses_are_read_back() {
             malformed: 5,
             disputed: 6,
         }],
+        another_process: true,
         inquiries: wire::InquiryCounters { received: 3, ..Default::default() },
         intake: wire::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },
         diagnosis: wire::DiagnosisCounters { samples: 3001, ..Default::default() },

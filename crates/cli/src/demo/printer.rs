@@ -8,7 +8,7 @@ use super::finding;
 use crate::paint::{Colour, Paint};
 use crate::table::{table, terminal_width};
 use crate::versioned;
-use crate::wording::{brief, candidate, state_colour};
+use crate::wording::{brief, candidate, printable, state_colour};
 use names::ModuleName;
 use serde::Serialize;
 
@@ -109,7 +109,7 @@ impl Printer {
                 format!("identified {component}, {}", candidate(found))
             }
             Entry::Trouble { text } => {
-                paint.in_colour(Colour::Yellow, &format!("trouble    {text}"))
+                paint.in_colour(Colour::Yellow, &format!("trouble    {}", printable(text)))
             }
             Entry::Summary(summary) => self.summary(summary),
         }

@@ -15,7 +15,7 @@ use crate::link::{self, Link, Target};
 use crate::paint::Paint;
 use crate::table::terminal_width;
 use crate::versioned;
-use crate::wording::{plain, utc};
+use crate::wording::{printable, utc};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -75,7 +75,7 @@ async fn look(
         let (structure, component) = (&found.structure, &found.component);
         let latest = observer::identification(session, structure, component, target.timeout).await;
         let latest = latest.map_err(|error| {
-            Failure::runtime(format!("{component}: {}", plain(&error.to_string())))
+            Failure::runtime(format!("{component}: {}", printable(&error.to_string())))
         })?;
         found.identification = latest.map(Box::new).or(found.identification);
     }

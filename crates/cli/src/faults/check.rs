@@ -3,7 +3,7 @@
 use observer::{ModulePicture, Picture};
 use wire::{FaultState, ModulePhase};
 
-/// Every module answers and is in service, and no component is faulty or possibly so. False
+/// Every module is one process that answers and is in service, and no component is faulty or possibly so. False
 /// without any module.
 pub(super) fn all_is_well(picture: &Picture) -> bool {
     !picture.modules.is_empty() && picture.modules.iter().all(is_well)
@@ -14,6 +14,7 @@ fn is_well(module: &ModulePicture) -> bool {
         state.is_fault() || matches!(state, FaultState::Unconfirmed | FaultState::Unknown)
     };
     module.answers()
+        && !module.has_several_processes()
         && module.member.phase() == Some(ModulePhase::InService)
         && !module.components.iter().any(|component| troubled(component.state))
 }
@@ -53,5 +54,20 @@ mod tests {
             vec![module("m1", ModulePhase::InService, normal()), silent("m2", Some("m1"))];
         assert!(!all_is_well(&picture(one_silent)));
         assert!(!all_is_well(&Picture::default()));
+    }
+
+    #[test]
+    fn two_processes_of_one_module_are_not_well() {
+        let normal = vec![state("m1/sensor/g1", FaultState::Normal)];
+        let one = module("m1", ModulePhase::InService, normal);
+        let ids = ["a1", "b2"].map(|id| id.parse().unwrap());
+        let mut seen = one.clone();
+        seen.processes.extend(&ids[..1]);
+        assert!(all_is_well(&picture(vec![seen.clone()])));
+        seen.processes.extend(ids);
+        assert!(!all_is_well(&picture(vec![seen])));
+        let mut reported = one;
+        reported.member.status.as_mut().unwrap().another_process = true;
+        assert!(!all_is_well(&picture(vec![reported])));
     }
 }

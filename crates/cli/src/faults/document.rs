@@ -28,6 +28,8 @@ struct Module<'a> {
     module: &'a ModuleName,
     answers: bool,
     present: bool,
+    /// Whether several processes run as this module.
+    several_processes: bool,
     expected: bool,
     peer_of: &'a BTreeSet<ModuleName>,
     phase: Option<ModulePhase>,
@@ -37,6 +39,8 @@ struct Module<'a> {
     run: Option<RunId>,
     step: Option<Step>,
     lag_ms: Option<f64>,
+    /// By how much its clock is ahead of the publisher's, if that is why the lag is what it is \[s\].
+    clock_ahead_s: Option<f64>,
     sample_age_ms: Option<f64>,
     journal: Option<&'a JournalStatus>,
     /// When its latest status was published.
@@ -84,6 +88,7 @@ fn module(picture: &ModulePicture) -> Module<'_> {
         module: &member.module,
         answers: picture.answers(),
         present: member.present,
+        several_processes: picture.has_several_processes(),
         expected: member.expected,
         peer_of: &member.peer_of,
         phase: member.phase(),
@@ -93,6 +98,7 @@ fn module(picture: &ModulePicture) -> Module<'_> {
         run: status.and_then(|status| status.run),
         step: status.and_then(|status| status.step),
         lag_ms: status.and_then(|status| status.lag_ms),
+        clock_ahead_s: status.and_then(wire::ModuleStatus::clock_difference).map(|d| d.ahead_s),
         sample_age_ms: status.and_then(|status| status.sample_age_ms),
         journal: status.map(|status| &status.journal),
         status_time: status.map(|status| utc(status.time_unix_ns)),

@@ -33,8 +33,8 @@ pub(crate) struct Arguments {
     /// Modules that should be there
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
-    /// End with exit code 1 unless all is well: every module answers and is in service, and no component
-    /// is latched, acknowledged, unconfirmed or unknown
+    /// End with exit code 1 unless all is well: every module is one process that answers and is in service, and
+    /// no component is latched, acknowledged, unconfirmed or unknown
     #[arg(long)]
     exit_code: bool,
     /// Print one JSON object

@@ -2,11 +2,11 @@
 
 use names::ModuleName;
 use observer::{Member, ModulePicture};
-use wire::JournalStatus;
+use wire::{JournalStatus, ModuleStatus};
 
 use crate::paint::Colour;
 use crate::table::{TextTable, table};
-use crate::wording::{NOTHING, or_nothing, phase_colour, phase_in_words, plain, span};
+use crate::wording::{NOTHING, or_nothing, phase_colour, phase_in_words, printable, span};
 
 /// The table, and the colour of each row.
 pub(super) fn modules(modules: &[&ModulePicture]) -> (TextTable, Vec<Option<Colour>>) {
@@ -21,12 +21,14 @@ pub(super) fn modules(modules: &[&ModulePicture]) -> (TextTable, Vec<Option<Colo
 fn row(module: &ModulePicture) -> [String; 7] {
     let member = &module.member;
     let status = member.status.as_ref();
+    // Between clocks that differ, no time is measured.
+    let timed = status.filter(|status| status.clock_difference().is_none());
     [
         member.module.to_string(),
         phase(module),
         or_nothing(status.and_then(|status| status.step)),
-        or_nothing(status.and_then(|status| status.lag_ms).map(span)),
-        or_nothing(status.and_then(|status| status.sample_age_ms).map(span)),
+        or_nothing(timed.and_then(|status| status.lag_ms).map(span)),
+        or_nothing(timed.and_then(|status| status.sample_age_ms).map(span)),
         or_nothing(status.map(|status| journal(&status.journal))),
         remarks(module),
     ]
@@ -50,7 +52,7 @@ fn colour(module: &ModulePicture) -> Option<Colour> {
 
 fn journal(journal: &JournalStatus) -> String {
     let mut problems = Vec::new();
-    problems.extend(journal.problem.as_ref().map(|problem| plain(problem)));
+    problems.extend(journal.problem.as_ref().map(|problem| printable(problem)));
     for (count, what) in
         [(journal.unsaved, "not saved"), (journal.lost, "lost"), (journal.damaged, "damaged")]
     {
@@ -75,6 +77,8 @@ fn remarks(module: &ModulePicture) -> String {
         if !member.present {
             remarks.push("no liveliness token".to_owned());
         }
+        let difference = member.status.as_ref().and_then(ModuleStatus::clock_difference);
+        remarks.extend(difference.map(|difference| difference.to_string()));
     } else {
         remarks.extend(why_missed(member));
     }

@@ -9,7 +9,7 @@ use wire::{FaultState, FaultTransition};
 use super::component_table::components;
 use super::module_table::modules;
 use crate::paint::{Colour, Paint};
-use crate::wording::{later_state, plain, utc};
+use crate::wording::{later_state, printable, utc};
 
 /// The text: each structure with its modules, its components, and what is not known.
 pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Paint) -> String {
@@ -26,7 +26,7 @@ pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Pa
         let _ = write!(text, "{}\n{table}\n\n{states}\n", paint.bold(name));
     }
     for problem in &picture.problems {
-        let line = format!("not understood: {}", plain(problem));
+        let line = format!("not understood: {}", printable(problem));
         let _ = writeln!(text, "{}", paint.in_colour(Colour::Yellow, &line));
     }
     text
@@ -49,6 +49,13 @@ fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint
     for module in modules.iter().filter(|module| !module.answers()) {
         let line = format!("nothing is known of the components of {}", module.member.module);
         lines.push(paint.in_colour(Colour::Red, &line));
+    }
+    for module in modules.iter().filter(|module| module.has_several_processes()) {
+        let line = format!(
+            "warning: several processes run as {}; an order may reach only one of them: end the others",
+            module.member.module
+        );
+        lines.push(paint.in_colour(Colour::Yellow, &line));
     }
     lines.join("\n")
 }
@@ -88,7 +95,7 @@ fn unknown(module: &ModulePicture) -> Option<String> {
         return Some(format!("{module}: {count} unknown: {}, {why}", first.component));
     }
     let unknown = first.unknown.as_ref()?;
-    let (since, reason) = (utc(unknown.since_unix_ns), plain(&unknown.reason));
+    let (since, reason) = (utc(unknown.since_unix_ns), printable(&unknown.reason));
     Some(format!("{module}: {count} unknown since {since}: {reason}"))
 }
 
@@ -130,6 +137,29 @@ m2: 1 unknown since 1970-01-01T00:00:02.000Z: no sample for 500 ms
 nothing is known of the components of m3";
         let text = lines(false).join("\n");
         assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn several_processes_of_one_module_are_warned_of() {
+        let mut one =
+            module("m1", ModulePhase::InService, vec![state("m1/sensor/g1", FaultState::Normal)]);
+        let paint = Paint::for_terminal(false);
+        let text = |one: &ModulePicture| report(&picture(vec![one.clone()]), false, None, paint);
+        assert!(!text(&one).contains("warning"), "{}", text(&one));
+        one.processes.extend(["a1", "b2"].map(|id| id.parse::<zenoh::session::ZenohId>().unwrap()));
+        let warning = "warning: several processes run as m1; an order may reach only one of them: end the others";
+        assert!(text(&one).contains(warning), "{}", text(&one));
+    }
+
+    #[test]
+    fn a_clock_that_is_wrong_is_remarked_on_and_no_time_is_given_by_it() {
+        let mut one =
+            module("m1", ModulePhase::InService, vec![state("m1/sensor/g1", FaultState::Normal)]);
+        let status = one.member.status.as_mut().unwrap();
+        (status.lag_ms, status.sample_age_ms) = (Some(-3_600_000.0), Some(-3_599_000.0));
+        let text = report(&picture(vec![one]), false, None, Paint::for_terminal(false));
+        let remark = "its clock is 3600 s behind the publisher's; check time synchronisation";
+        assert!(text.contains(remark) && !text.contains("-3600"), "{text}");
     }
 
     #[test]

@@ -20,7 +20,8 @@ pub(crate) fn module(
 ) -> ModulePicture {
     let ModulePicture { member, .. } = silent(name, None);
     let status = Some(status(name, phase));
-    ModulePicture { member: Member { present: true, status, ..member }, components }
+    let member = Member { present: true, status, ..member };
+    ModulePicture { components, ..ModulePicture::of(member) }
 }
 
 /// A module that does not answer.
@@ -34,7 +35,7 @@ pub(crate) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
         expected: false,
         peer_of: peer_of.iter().map(|name| name.parse().unwrap()).collect::<BTreeSet<_>>(),
     };
-    ModulePicture { member, components: Vec::new() }
+    ModulePicture::of(member)
 }
 
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
@@ -120,6 +121,7 @@ pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         next_sequence: 1,
         journal: wire::JournalStatus::default(),
         peers: Vec::new(),
+        another_process: false,
         intake: wire::IntakeCounters::default(),
         inquiries: wire::InquiryCounters::default(),
         diagnosis: wire::DiagnosisCounters::default(),

@@ -1,13 +1,13 @@
 //! An event as one line.
 
-use names::StructureName;
+use names::{ModuleName, StructureName};
 use observer::News;
 use serde::Serialize;
 use wire::{FaultTransition, Identification, PhaseChange, Symptom};
 
 use crate::paint::{Colour, Paint};
 use crate::wording::{
-    identified, now_unix_ns, phase_colour, phase_in_words, plain, reason, state_colour, utc,
+    identified, now_unix_ns, phase_colour, phase_in_words, printable, reason, state_colour, utc,
 };
 
 /// For machines.
@@ -18,6 +18,7 @@ pub(super) enum Document<'a> {
     Identification(&'a Identification),
     Phase(&'a PhaseChange),
     Presence { structure: &'a StructureName, who: &'a str, there: bool, time_unix_ns: u64 },
+    SeveralProcesses { structure: &'a StructureName, module: &'a ModuleName, time_unix_ns: u64 },
     Unreadable { problem: &'a str, time_unix_ns: u64 },
     Lost { count: u64, time_unix_ns: u64 },
 }
@@ -31,6 +32,9 @@ impl Document<'_> {
             News::Phase(change) => Document::Phase(change),
             News::Presence { structure, who, there } => {
                 Document::Presence { structure, who, there: *there, time_unix_ns }
+            }
+            News::SeveralProcesses { structure, module } => {
+                Document::SeveralProcesses { structure, module, time_unix_ns }
             }
             News::Unreadable(problem) => Document::Unreadable { problem, time_unix_ns },
             News::Lost(count) => Document::Lost { count: *count, time_unix_ns },
@@ -48,8 +52,13 @@ pub(super) fn line(event: &News, paint: Paint) -> String {
             let (what, colour) = if *there { ("there", None) } else { ("GONE", Some(Colour::Red)) };
             (now_unix_ns(), who.clone(), what.to_owned(), String::new(), colour)
         }
+        News::SeveralProcesses { module, .. } => {
+            let (what, why) = ("SEVERAL", "several processes run as this module: end all but one");
+            let colour = Some(Colour::Yellow);
+            (now_unix_ns(), module.to_string(), what.to_owned(), why.to_owned(), colour)
+        }
         News::Unreadable(problem) => {
-            let what = format!("not understood: {}", plain(problem));
+            let what = format!("not understood: {}", printable(problem));
             (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Yellow))
         }
         News::Lost(count) => {
@@ -92,7 +101,7 @@ fn phase(change: &PhaseChange) -> Parts {
         change.time_unix_ns,
         change.module.to_string(),
         phase_in_words(change.phase).to_owned(),
-        plain(&change.reason),
+        printable(&change.reason),
         phase_colour(change.phase),
     )
 }
@@ -122,7 +131,14 @@ mod tests {
             there: false,
         };
         assert!(text(&gone).ends_with("  module2               GONE"), "{}", text(&gone));
+        let several = News::SeveralProcesses {
+            structure: "tower".parse().unwrap(),
+            module: "m1".parse().unwrap(),
+        };
+        let expected = "SEVERAL         several processes run as this module: end all but one";
+        assert!(text(&several).ends_with(expected), "{}", text(&several));
         assert!(text(&News::Lost(3)).contains("3 messages lost"));
-        assert!(!text(&News::Unreadable("k: \x1b[2J".to_owned())).contains('\x1b'));
+        let hostile = text(&News::Unreadable("k: \x1b[2J\u{202e}".to_owned()));
+        assert!(hostile.ends_with(r"k: \u{1b}[2J\u{202e}"), "{hostile}");
     }
 }

@@ -17,8 +17,8 @@ use crate::versioned;
 
 /// Print events as they happen, one line each, until interrupted
 ///
-/// Every change of a verdict, every material change of what is known of a fault, every change of a module's phase, and every diagnoser that comes or goes; at
-/// the start the latest of each. Diagnosers that are absent or disappear are waited for.
+/// Every change of a verdict, every material change of what is known of a fault, every change of a module's phase, every diagnoser
+/// that comes or goes, and every module as which several processes run; at the start the latest of each. Diagnosers that are absent or disappear are waited for.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Print one JSON object a line

@@ -5,6 +5,7 @@ use observer::{Gap, ModuleHistory};
 use serde::Serialize;
 use wire::{FaultTransition, Identification};
 
+use super::clocks::{Contradiction, contradictions};
 use super::merge::Entry;
 use super::reading::{Reading, Silent};
 use crate::wording::utc;
@@ -17,6 +18,8 @@ pub(super) struct Document<'a> {
     identifications: Vec<IdentificationEntry<'a>>,
     silent: Vec<SilentModule<'a>>,
     gaps: Vec<ModuleGap<'a>>,
+    /// Modules whose times contradict the order of their steps.
+    clocks: Vec<Clocks<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -61,6 +64,14 @@ struct ModuleGap<'a> {
     to_sequence: u64,
 }
 
+#[derive(Debug, Serialize)]
+struct Clocks<'a> {
+    structure: &'a StructureName,
+    ahead: &'a ModuleName,
+    behind: &'a ModuleName,
+    at_least_s: u64,
+}
+
 pub(super) fn document<'a>(reading: &'a Reading, entries: &[Entry<'a>]) -> Document<'a> {
     let (mut transitions, mut identifications) = (Vec::new(), Vec::new());
     for entry in entries {
@@ -80,6 +91,7 @@ pub(super) fn document<'a>(reading: &'a Reading, entries: &[Entry<'a>]) -> Docum
         identifications,
         silent: reading.silent.iter().map(silent).collect(),
         gaps: reading.gaps().into_iter().map(gap).collect(),
+        clocks: contradictions(&reading.histories).iter().map(clocks).collect(),
     }
 }
 
@@ -97,6 +109,11 @@ fn module(history: &ModuleHistory) -> Module<'_> {
 fn silent(silent: &Silent) -> SilentModule<'_> {
     let Silent { structure, module, reason } = silent;
     SilentModule { structure: structure.as_ref(), module, reason }
+}
+
+fn clocks<'a>(found: &Contradiction<'a>) -> Clocks<'a> {
+    let Contradiction { structure, ahead, behind, by } = *found;
+    Clocks { structure, ahead, behind, at_least_s: by.as_secs() }
 }
 
 fn gap((history, gap): (&ModuleHistory, Gap)) -> ModuleGap<'_> {

@@ -1,5 +1,6 @@
 //! `trusswatch history`: what the modules' journals hold.
 
+mod clocks;
 mod document;
 mod merge;
 mod notes;
@@ -21,7 +22,8 @@ use reading::Reading;
 
 /// Show what the modules' journals hold: every transition of every component, and what kinds of faults they are
 ///
-/// Reads the journals over the network and merges them by time. Notes modules that do not answer,
+/// Reads the journals over the network and merges them by time, or by the steps that the modules count together
+/// if their clocks contradict these. Notes such clocks, modules that do not answer,
 /// journals that no longer reach back to their beginning, and transitions that are missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -83,8 +85,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn print(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
-    let entries =
-        merge::merged(&reading.histories, |component| arguments.wants(component), arguments.limit);
+    let wanted = |component: &ComponentPath| arguments.wants(component);
+    let entries = merge::merged(&reading.histories, reading.order(), wanted, arguments.limit);
     let mut out = io::stdout().lock();
     if arguments.json {
         write!(out, "{}", versioned::text(&document::document(reading, &entries))?)?;

@@ -1,11 +1,12 @@
-//! What is missing from the journals.
+//! What is missing from the journals, and what contradicts itself in them.
 
 use observer::ModuleHistory;
 
+use super::clocks::{Contradiction, contradictions};
 use super::reading::Reading;
-use crate::wording::plain;
+use crate::wording::printable;
 
-/// One note for each thing that is missing.
+/// One note for each thing that is missing, and for each pair of modules whose clocks cannot both be right.
 pub(super) fn notes(reading: &Reading) -> Vec<String> {
     let mut notes: Vec<String> = reading
         .silent
@@ -27,7 +28,17 @@ pub(super) fn notes(reading: &Reading) -> Vec<String> {
             format!("{module}: transitions {} to {} are missing from the journal", gap.from, gap.to)
         });
     }
+    notes.extend(contradictions(&reading.histories).iter().map(clocks));
     notes
+}
+
+fn clocks(found: &Contradiction<'_>) -> String {
+    let Contradiction { ahead, behind, by, .. } = found;
+    format!(
+        "by the order of steps, which is that of this table, the clock of {ahead} is at least {} s \
+         ahead of that of {behind}; check time synchronisation",
+        by.as_secs()
+    )
 }
 
 /// A journal that no longer holds everything asked for.
@@ -46,7 +57,7 @@ fn cut_off(history: &ModuleHistory, since: u64) -> Option<String> {
 }
 
 fn broken_off(history: &ModuleHistory) -> Option<String> {
-    let error = plain(&history.broken_off.as_ref()?.to_string());
+    let error = printable(&history.broken_off.as_ref()?.to_string());
     let after = history.transitions.last().map_or(0, |transition| transition.sequence);
     Some(format!("{}: nothing was read after transition {after}: {error}", history.module))
 }
@@ -54,10 +65,13 @@ fn broken_off(history: &ModuleHistory) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::history::merge::Order;
     use crate::history::reading::Silent;
     use crate::history::testing::{history, transition};
+    use names::{RunId, Step};
     use observer::QueryError;
     use std::time::Duration;
+    use wire::FaultTransition;
 
     #[test]
     fn everything_that_is_missing_is_noted() {
@@ -86,6 +100,22 @@ mod tests {
                 "m1: transitions 8 to 9 are missing from the journal",
             ]
         );
+    }
+
+    #[test]
+    fn clocks_that_contradict_the_order_of_steps_are_noted() {
+        let at = |module: &str, step, second: u64| FaultTransition {
+            run: Some(RunId(1)),
+            decided_step: Some(Step(step)),
+            ..transition(module, 1, second * 1_000_000_000)
+        };
+        let histories =
+            vec![history("m1", vec![at("m1", 7, 3607)]), history("m2", vec![at("m2", 8, 8)])];
+        let reading = Reading { since: 1, histories, silent: Vec::new() };
+        assert_eq!(reading.order(), Order::Steps);
+        let expected = "by the order of steps, which is that of this table, the clock of m1 is at least \
+                        3599 s ahead of that of m2; check time synchronisation";
+        assert_eq!(notes(&reading), [expected]);
     }
 
     #[test]

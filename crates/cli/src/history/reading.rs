@@ -7,9 +7,11 @@ use observer::{Gap, ModuleHistory, attendance};
 use tokio::task::JoinSet;
 use zenoh::Session;
 
+use super::clocks::contradictions;
+use super::merge::Order;
 use crate::failure::Failure;
 use crate::link::{self, Target};
-use crate::wording::plain;
+use crate::wording::printable;
 
 /// What was read.
 #[derive(Debug, Clone, Default)]
@@ -53,6 +55,11 @@ impl Reading {
         self.histories.iter().flat_map(gaps).collect()
     }
 
+    /// In which order the entries of different modules are.
+    pub(super) fn order(&self) -> Order {
+        if contradictions(&self.histories).is_empty() { Order::Time } else { Order::Steps }
+    }
+
     fn take(&mut self, history: ModuleHistory) {
         if history.answered() {
             self.histories.push(history);
@@ -60,7 +67,7 @@ impl Reading {
         }
         let reason = history.broken_off.as_ref().map_or_else(String::new, ToString::to_string);
         let structure = Some(history.structure);
-        self.silent.push(Silent { structure, module: history.module, reason: plain(&reason) });
+        self.silent.push(Silent { structure, module: history.module, reason: printable(&reason) });
     }
 }
 

@@ -84,7 +84,7 @@ fn colour(entry: &Entry<'_>) -> Option<Colour> {
 mod tests {
     use super::*;
     use crate::faults::testing::identification;
-    use crate::history::merge::merged;
+    use crate::history::merge::{Order, merged};
     use crate::history::testing::{acknowledged, history, transition};
     use observer::ModuleHistory;
 
@@ -98,7 +98,8 @@ mod tests {
         let histories = vec![ModuleHistory { identifications, ..journal }];
         let reading = Reading { since: 1, histories, silent: Vec::new() };
         let paint = Paint::for_terminal(false);
-        let text = report(&reading, &merged(&reading.histories, |_| true, None), None, paint);
+        let text =
+            report(&reading, &merged(&reading.histories, Order::Time, |_| true, None), None, paint);
         let text: Vec<&str> = text.lines().map(str::trim_end).collect();
         let expected = "
   time                       module   sequence   component   state            step   why
@@ -121,7 +122,7 @@ mod tests {
     fn on_a_terminal_cells_take_several_lines_and_words_stay_whole() {
         let histories = vec![history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)])];
         let reading = Reading { since: 1, histories, silent: Vec::new() };
-        let entries = merged(&reading.histories, |_| true, None);
+        let entries = merged(&reading.histories, Order::Time, |_| true, None);
         let text = report(&reading, &entries, Some(80), Paint::for_terminal(false));
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         for word in ["1970-01-01", "00:00:01.000Z", "sensor/g1", "acknowledged", "ada@station:"] {

@@ -8,7 +8,7 @@ use serde::Serialize;
 use wire::{FaultState, Obeyed, OrderKind};
 
 use crate::failure::Failure;
-use crate::wording::plain;
+use crate::wording::printable;
 
 /// Outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -41,8 +41,8 @@ impl Outcome {
             Ok(Obeyed { state, sequence, durable, .. }) => {
                 Outcome::Obeyed { state, sequence, durable }
             }
-            Err(OrderError::Refused(reason)) => Outcome::Refused { reason: plain(&reason) },
-            Err(error) => Outcome::Unanswered { reason: plain(&error.to_string()) },
+            Err(OrderError::Refused(reason)) => Outcome::Refused { reason: printable(&reason) },
+            Err(error) => Outcome::Unanswered { reason: printable(&error.to_string()) },
         }
     }
 

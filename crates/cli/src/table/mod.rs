@@ -7,6 +7,7 @@ mod layout;
 mod width;
 
 use comfy_table::CellAlignment;
+use names::printable;
 
 pub(crate) use width::{WidthArguments, terminal_width};
 
@@ -46,9 +47,9 @@ pub(crate) fn table(heading: &[&str]) -> TextTable {
 }
 
 impl TextTable {
-    /// Adds a row with a cell for each column.
+    /// Adds a row with a cell for each column. A cell is one line, whoever its text is from.
     pub(crate) fn add_row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
-        self.rows.push(cells.into_iter().map(Into::into).collect());
+        self.rows.push(cells.into_iter().map(|cell| printable(&cell.into())).collect());
     }
 
     /// The cells of these columns end at the same place.

@@ -2,7 +2,7 @@
 
 use wire::{Candidate, FaultSize, Identification};
 
-use super::plain;
+use super::printable;
 
 /// Contenders that are named where there is little room.
 const NAMED: usize = 3;
@@ -40,7 +40,7 @@ fn of_size(candidate: &Candidate, in_words: fn(&FaultSize) -> String) -> String 
 pub(crate) fn kind(candidate: &Candidate) -> String {
     match candidate.known_kind() {
         Some(kind) => kind.words().to_owned(),
-        None => plain(&candidate.kind).replace('_', " "),
+        None => printable(&candidate.kind).replace('_', " "),
     }
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn in_small_units(unit: &str) -> (f64, String) {
         "m²" => "mm²",
         "m³" => "cm³",
         "1" => return (1.0, String::new()),
-        other => return (1.0, plain(other)),
+        other => return (1.0, printable(other)),
     };
     (1e6, small.to_owned())
 }
@@ -131,7 +131,7 @@ mod tests {
                 "of_a_\u{1b}later_version",
                 "K",
                 [1.0, 2.0, 3.0],
-                "of a  later version of 2 K (1 to 3)",
+                r"of a \u{1b}later version of 2 K (1 to 3)",
             ),
         ] {
             assert_eq!(candidate(&sized(kind, unit, size)), expected);

@@ -4,18 +4,18 @@
 mod doubt;
 mod identification;
 mod phase;
-mod plain;
 mod quantity;
 mod reason;
 mod state;
 mod time;
+
+pub(crate) use names::printable;
 
 pub(crate) use doubt::why_unconfirmed;
 pub(crate) use identification::{
     brief, candidate, decimals, fault_size, identified, in_small_units, kind, percent,
 };
 pub(crate) use phase::{phase_colour, phase_in_words};
-pub(crate) use plain::plain;
 pub(crate) use quantity::{force, ratio, residual, span};
 pub(crate) use reason::reason;
 pub(crate) use state::{later_state, state_colour, state_in_words};

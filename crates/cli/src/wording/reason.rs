@@ -2,7 +2,7 @@
 
 use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
 
-use super::{later_state, plain, residual, utc, why_unconfirmed};
+use super::{later_state, printable, residual, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
 pub(crate) fn reason(transition: &FaultTransition) -> String {
@@ -28,12 +28,12 @@ pub(crate) fn reason(transition: &FaultTransition) -> String {
         reasons.push(why_unconfirmed(*doubt, silent, unknowing, one_of));
         reasons.extend(transition.assumed.as_ref().map(ToString::to_string));
         let because = silent.iter().zip(&transition.silent_because);
-        reasons.extend(because.map(|(module, why)| format!("{module}: {}", plain(why))));
+        reasons.extend(because.map(|(module, why)| format!("{module}: {}", printable(why))));
     }
     reasons.extend(later_state(transition).map(str::to_owned));
     if let Some(unknown) = &transition.unknown {
         let since = utc(unknown.since_unix_ns);
-        reasons.push(format!("not monitored since {since}: {}", plain(&unknown.reason)));
+        reasons.push(format!("not monitored since {since}: {}", printable(&unknown.reason)));
     }
     reasons.extend(transition.order.as_ref().map(ordered));
     if !transition.durable {
@@ -73,6 +73,7 @@ fn ordered(given: &GivenOrder) -> String {
         (GivenOrderKind::Reset, true) => "reset by force",
         (GivenOrderKind::Other, _) => "given an order that only a later version knows",
     };
-    let note = given.note.as_ref().map_or_else(String::new, |note| format!(": {}", plain(note)));
-    format!("{what} by {}{note}", plain(&given.by))
+    let note =
+        given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));
+    format!("{what} by {}{note}", printable(&given.by))
 }

@@ -297,6 +297,7 @@ impl StandIn {
                 ..wire::JournalStatus::default()
             },
             peers: peers.iter().map(peer).collect(),
+            another_process: false,
             intake: wire::IntakeCounters::default(),
             inquiries: wire::InquiryCounters::default(),
             diagnosis: wire::DiagnosisCounters::default(),

@@ -26,6 +26,7 @@ use super::health::ModuleBoard;
 use super::identification::IdentificationTally;
 use super::inquiry::{InquiryQueues, OrderInquiry, StateInquiry};
 use super::intake::{Arrival, Fetched, Flow, IntakeTally, Receiver, Sequencer, Store};
+use super::namesakes::Namesakes;
 use super::outgoing::{Outgoing, Routine};
 use super::peers::{Backoff, PeerBook};
 use super::performer::Performer;
@@ -70,6 +71,7 @@ pub(crate) struct Boards {
     /// How far the module had watched before the restart.
     pub(crate) watch: Option<Watch>,
     pub(crate) peers: PeerBook,
+    pub(crate) namesakes: Namesakes,
     /// For the HTTP endpoints.
     pub(crate) health: Arc<ModuleBoard>,
     /// For whoever asks for the present states.
@@ -435,6 +437,7 @@ impl DiagnosisLoop {
             queued_samples: queued_samples + self.intake.sequencer.len(),
             journal: self.boards.journal.read(),
             peers: self.boards.peers.read(),
+            another_process: self.boards.namesakes.are_there(std::time::Instant::now()),
             intake: self.intake.counters.read(),
             inquiries: self.performer.inquiries.read(),
             publisher: self.performer.outbox.counters(),

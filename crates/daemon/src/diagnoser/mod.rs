@@ -9,6 +9,7 @@
 //! | `identification` | what kind of fault it is, on a thread of its own |
 //! | `peers` | whether they are there, what they answer, how long that is waited for, when they are queried again |
 //! | `pending_replies` | queries and commands that have not been replied to yet |
+//! | `namesakes` | whether another process runs as the same module |
 //! | `staleness` | whether samples arrive |
 //! | `service` | whether components are monitored, for the thread that answers queries |
 //! | `state` | what outlives the process |
@@ -22,6 +23,7 @@ mod health;
 mod identification;
 mod inquiry;
 mod intake;
+mod namesakes;
 mod outgoing;
 mod peers;
 mod pending_replies;
@@ -49,6 +51,7 @@ use health::{ModuleBoard, ModuleHealth};
 use identification::{IdentificationTally, Identifier};
 use inquiry::Queryables;
 use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
+use namesakes::Namesakes;
 use outgoing::{
     Books, Drained, EventLane, IdentifiedFaults, Lanes, Outbox, ReplyLane, RoutineLane,
     SharedBooks, States,
@@ -178,6 +181,7 @@ async fn serve(
         journal: journal.clone(),
         watch,
         peers: PeerBook::new(config.peers()),
+        namesakes: Namesakes::new(Duration::from_millis(config.publish.status_every_ms)),
         health,
         service,
         conditions,
@@ -198,6 +202,7 @@ async fn serve(
     let (answers, answers_out) = mpsc::channel(ANSWER_QUEUE);
     let presence = peers::watch(session, &speaker, config.peers(), &boards.peers, &answers).await;
     let presence = presence.map_err(refused)?;
+    let namesakes = boards.namesakes.watch(session, &speaker).await.map_err(refused)?;
     let looking = Presence::new(session, &speaker, boards.peers.clone()).keep_looking(
         config.peers().to_vec(),
         answers.clone(),
@@ -219,7 +224,7 @@ async fn serve(
     // Last of all: the token shows that everything above is in place.
     let token = session.liveliness().declare_token(speaker.key(wire::Topic::Alive));
     let token = token.await.map_err(refused)?;
-    let declared = Declared { token, subscriber, presence, queryables };
+    let declared = Declared { token, subscriber, presence, namesakes, queryables };
     let (actuators, gages) = config.size();
     tracing::info!(
         structure = %speaker.structure,
@@ -288,6 +293,7 @@ struct Declared {
     token: LivelinessToken,
     subscriber: Subscriber<()>,
     presence: Vec<Subscriber<()>>,
+    namesakes: Subscriber<()>,
     queryables: Queryables,
 }
 
@@ -298,6 +304,7 @@ impl Declared {
         for subscriber in self.presence {
             subscriber.undeclare().await?;
         }
+        self.namesakes.undeclare().await?;
         self.queryables.undeclare().await
     }
 }

@@ -66,6 +66,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
             ..JournalStatus::default()
         },
         peers: vec![peer("module2", true), peer("module3", false)],
+        another_process: false,
         intake: IntakeCounters::default(),
         inquiries: InquiryCounters::default(),
         diagnosis: DiagnosisCounters::default(),

@@ -8,6 +8,7 @@ use hyper::client::conn::http1;
 use hyper::header::HOST;
 use hyper::{Request, StatusCode};
 use hyper_util::rt::TokioIo;
+use names::printable;
 use tokio::net::TcpStream;
 
 /// Longest answer that is read.
@@ -92,7 +93,7 @@ impl Probe {
                 return Err(ProbeError::Foreign { address, path, status });
             }
         };
-        Ok(Self { well, words: words.trim_end().to_owned() })
+        Ok(Self { well, words: printable(words.trim_end()) })
     }
 }
 

@@ -186,7 +186,7 @@ fn of_condition(condition: &Condition) -> Response<Full<Bytes>> {
 }
 
 fn text(status: StatusCode, words: &str) -> Response<Full<Bytes>> {
-    respond(status, TEXT, format!("{words}\n"))
+    respond(status, TEXT, format!("{}\n", names::printable(words)))
 }
 
 fn respond(status: StatusCode, kind: HeaderValue, body: String) -> Response<Full<Bytes>> {

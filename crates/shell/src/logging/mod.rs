@@ -2,11 +2,13 @@
 //! it, with every field as a field of its own; else as text to standard error.
 
 mod journal;
+mod printable;
 mod refusals;
 mod wording;
 
 use std::io::IsTerminal;
 
+use printable::Printable;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry, fmt};
@@ -45,12 +47,12 @@ fn sink() -> (Sink, Option<std::io::Error>) {
         return (standard_error(), None);
     }
     match journal::layer() {
-        Ok(layer) => (Box::new(layer), None),
+        Ok(layer) => (Box::new(Printable(layer)), None),
         Err(error) => (standard_error(), Some(error)),
     }
 }
 
 fn standard_error() -> Sink {
     let ansi = std::io::stderr().is_terminal();
-    Box::new(fmt::layer().with_ansi(ansi).with_writer(std::io::stderr))
+    Box::new(Printable(fmt::layer().with_ansi(ansi).with_writer(std::io::stderr)))
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use names::printable;
 use sd_notify::NotifyState;
 
 use super::STOPPING;
@@ -52,14 +53,14 @@ impl Supervisor {
         Arc::clone(&self.pulse)
     }
 
-    /// Everything is there that others rely on.
+    /// Everything is there that others rely on. The status is one line: the next one would be another state.
     pub fn ready(&self, status: &str) {
-        self.tell(&[NotifyState::Ready, NotifyState::Status(status)]);
+        self.tell(&[NotifyState::Ready, NotifyState::Status(&printable(status))]);
     }
 
     /// How it is at present.
     pub fn status(&self, status: &str) {
-        self.tell(&[NotifyState::Status(status)]);
+        self.tell(&[NotifyState::Status(&printable(status))]);
     }
 
     /// The working loop made progress. To be called by that loop only. It does not speak for a thread beside it that
@@ -147,6 +148,14 @@ mod tests {
         assert_eq!(manager.heard().as_deref(), Some("READY=1\nSTATUS=waiting\n"));
         assert_eq!(manager.heard().as_deref(), Some("STOPPING=1\nSTATUS=stopping\n"));
         assert_eq!(manager.heard(), None);
+    }
+
+    #[test]
+    fn a_status_is_one_line_whatever_it_quotes() {
+        let (manager, notification) = Manager::new();
+        let supervisor = Supervisor::new(Some(notification), None);
+        supervisor.status("journal: disk\nSTOPPING=1");
+        assert_eq!(manager.heard().as_deref(), Some("STATUS=journal: disk\\nSTOPPING=1\n"));
     }
 
     #[test]

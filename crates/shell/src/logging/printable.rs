@@ -1,0 +1,132 @@
+//! Texts of others in a log.
+//!
+//! An error quotes what came over the network, a warning names a certificate. Whatever it is, it forges no further
+//! line, obeys no terminal and does not turn the order of the letters around.
+
+use std::fmt::Debug;
+
+use names::{is_printable, printable};
+use tracing::field::{Field, Value, Visit, display};
+use tracing::{Event, Subscriber};
+use tracing_subscriber::Layer;
+use tracing_subscriber::layer::Context;
+use tracing_subscriber::registry::LookupSpan;
+
+/// Passes each event on to another layer, with nothing but printable characters in its text and fields.
+pub(super) struct Printable<L>(pub(super) L);
+
+impl<S, L> Layer<S> for Printable<L>
+where
+    S: Subscriber + for<'span> LookupSpan<'span>,
+    L: Layer<S>,
+{
+    fn on_new_span(
+        &self,
+        attributes: &tracing::span::Attributes<'_>,
+        id: &tracing::span::Id,
+        context: Context<'_, S>,
+    ) {
+        self.0.on_new_span(attributes, id, context);
+    }
+
+    fn on_record(
+        &self,
+        id: &tracing::span::Id,
+        values: &tracing::span::Record<'_>,
+        context: Context<'_, S>,
+    ) {
+        self.0.on_record(id, values, context);
+    }
+
+    fn on_event(&self, event: &Event<'_>, context: Context<'_, S>) {
+        let fields = event.metadata().fields();
+        let mut values = Values { each: (0..fields.len()).map(|_| None).collect(), odd: false };
+        event.record(&mut values);
+        if !values.odd {
+            return self.0.on_event(event, context);
+        }
+        let values: Vec<Option<&dyn Value>> = values.each.iter().map(Option::as_deref).collect();
+        let values = fields.value_set_all(&values);
+        self.0.on_event(&Event::new(event.metadata(), &values), context);
+    }
+}
+
+/// Each field's value at the field's place, printable; and whether any was not.
+struct Values {
+    each: Vec<Option<Box<dyn Value>>>,
+    odd: bool,
+}
+
+impl Values {
+    fn put(&mut self, field: &Field, text: &str, value: impl FnOnce(String) -> Box<dyn Value>) {
+        self.odd |= !text.chars().all(is_printable);
+        if let Some(place) = self.each.get_mut(field.index()) {
+            *place = Some(value(printable(text)));
+        }
+    }
+}
+
+impl Visit for Values {
+    fn record_str(&mut self, field: &Field, value: &str) {
+        self.put(field, value, |text| Box::new(text));
+    }
+
+    fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
+        self.put(field, &format!("{value:?}"), |text| Box::new(display(text)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::sync::{Arc, Mutex};
+
+    use tracing_subscriber::fmt;
+    use tracing_subscriber::layer::SubscriberExt;
+
+    use super::*;
+
+    /// What was written.
+    #[derive(Clone, Default)]
+    struct Written(Arc<Mutex<Vec<u8>>>);
+
+    impl io::Write for Written {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().extend(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn logged(log: impl FnOnce()) -> String {
+        let written = Written::default();
+        let writer = written.clone();
+        let layer =
+            fmt::layer().without_time().with_ansi(false).with_writer(move || writer.clone());
+        let subscriber = tracing_subscriber::registry().with(Printable(layer));
+        tracing::subscriber::with_default(subscriber, log);
+        let bytes = written.0.lock().unwrap().clone();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    #[test]
+    fn foreign_texts_stay_on_their_line_and_in_their_order() {
+        let text = logged(|| {
+            let foreign = "x\nERROR \u{202e}y\u{1b}[2K";
+            tracing::warn!(%foreign, quoted = foreign, times = 3, "refused: {foreign}");
+        });
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert!(text.trim_end_matches('\n').chars().all(is_printable), "{text}");
+        let expected = r"refused: x\nERROR \u{202e}y\u{1b}[2K foreign=x\nERROR \u{202e}y\u{1b}[2K";
+        assert!(text.contains(expected) && text.contains("times=3"), "{text}");
+    }
+
+    #[test]
+    fn other_events_are_not_changed() {
+        let text = logged(|| tracing::info!(state = "latched", step = 4, "größer"));
+        assert!(text.ends_with("größer state=\"latched\" step=4\n"), "{text}");
+    }
+}
