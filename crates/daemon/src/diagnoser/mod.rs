@@ -311,7 +311,7 @@ impl Declared {
 async fn drain(drained: Drained) {
     let all = async {
         for drained in drained {
-            // An error means that the thread has failed, which was told.
+            // An error means that the thread has failed, which was logged.
             let _ = drained.await;
         }
     };
