@@ -148,6 +148,18 @@ async fn who_keeps_samples_and_is_out_of_reach_is_waited_for() {
     session::close(&observer).await;
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_publisher_whose_clock_is_an_hour_ahead_is_diagnosed_and_the_difference_reported() {
+    let (diagnoser, observer) = diagnoser_alone().await;
+    let time_unix_ns = shell::clock::unix_ns() + 3_600_000_000_000;
+    put_sample(&observer, &Sample { time_unix_ns, ..sample(0) }).await;
+    let status = status(&observer, |status| status.step == Some(Step(0))).await;
+    let ahead_s = status.clock_difference().unwrap().ahead_s;
+    assert!((-3600.0..-3590.0).contains(&ahead_s), "{ahead_s} s");
+    diagnoser.stop().await;
+    session::close(&observer).await;
+}
+
 /// Publishes a sample as one that has an identity.
 async fn publish(publisher: &Publisher<'_>, step: u64) {
     let source = SourceInfo::new(publisher.id(), step as u32);

@@ -1,19 +1,51 @@
-//! What happens often is logged seldom: the 1st, 2nd, 4th, 8th … time.
+//! What happens often is logged seldom: at once, and from then on once a minute, with how often it happened meanwhile.
 
-/// Counts occurrences and picks those worth a line in the log.
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The time between two lines on the same.
+const AGAIN: Duration = Duration::from_secs(60);
+
+/// Counts occurrences of one kind and picks those worth a line in the log.
 #[derive(Debug, Default)]
-pub struct Occurrences(u64);
+pub struct Occurrences(Mutex<Lines>);
+
+#[derive(Debug, Default)]
+struct Lines {
+    latest: Option<Instant>,
+    /// How often it happened since.
+    since: u64,
+}
 
 impl Occurrences {
-    /// Counts one more; how many there were, if that is worth a line.
-    pub fn note(&mut self) -> Option<u64> {
-        self.0 += 1;
-        worth_a_line(self.0).then_some(self.0)
+    /// Counts one more. If that is worth a line, how many there were since the line before, this one included.
+    pub fn note(&self, now: Instant) -> Option<u64> {
+        // Every change is complete in itself, so a thread that failed has left it in order.
+        let mut lines = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        lines.since += 1;
+        if lines.latest.is_some_and(|latest| now.saturating_duration_since(latest) < AGAIN) {
+            return None;
+        }
+        lines.latest = Some(now);
+        Some(std::mem::take(&mut lines.since))
     }
 }
 
-/// Is the n-th occurrence worth a line?
-#[must_use]
-pub fn worth_a_line(n: u64) -> bool {
-    n.is_power_of_two()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_has_a_line_at_once_and_the_others_once_a_minute() {
+        let (occurrences, start) = (Occurrences::default(), Instant::now());
+        let mut lines = Vec::new();
+        for second in 0..150 {
+            let times = occurrences.note(start + Duration::from_secs(second));
+            lines.extend(times.map(|times| (second, times)));
+        }
+        assert_eq!(lines, [(0, 1), (60, 60), (120, 60)]);
+        // After months it has a line at once, however often it happened before.
+        let months = Duration::from_secs(10_000_000);
+        assert_eq!(occurrences.note(start + months), Some(30));
+    }
 }

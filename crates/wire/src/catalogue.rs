@@ -166,12 +166,22 @@ pub fn catalogue() -> [Entry; 18] {
         ),
         Entry::of::<Order>(
             "order",
-            &[("{module}/command/acknowledge", Querying), ("{module}/command/reset", Querying)],
+            &[
+                ("{module}/command/acknowledge", Querying),
+                ("{module}/command/acknowledge/{operator}", Querying),
+                ("{module}/command/reset", Querying),
+                ("{module}/command/reset/{operator}", Querying),
+            ],
             example!("order"),
         ),
         Entry::of::<Obeyed>(
             "obeyed",
-            &[("{module}/command/acknowledge", Replying), ("{module}/command/reset", Replying)],
+            &[
+                ("{module}/command/acknowledge", Replying),
+                ("{module}/command/acknowledge/{operator}", Replying),
+                ("{module}/command/reset", Replying),
+                ("{module}/command/reset/{operator}", Replying),
+            ],
             example!("obeyed"),
         ),
         Entry::of::<Injection>(
@@ -201,7 +211,9 @@ pub fn catalogue() -> [Entry; 18] {
                 ("{module}/state", Refusing),
                 ("{module}/history", Refusing),
                 ("{module}/command/acknowledge", Refusing),
+                ("{module}/command/acknowledge/{operator}", Refusing),
                 ("{module}/command/reset", Refusing),
+                ("{module}/command/reset/{operator}", Refusing),
                 ("plant/command/inject", Refusing),
                 ("plant/command/stroke", Refusing),
             ],

@@ -85,7 +85,10 @@ fn topics() -> BTreeSet<String> {
     let module = plain_topics().into_iter().chain(of_components);
     let of_module = module.map(|topic| format!("{{module}}/{topic}"));
     let of_plant = plant_topics().into_iter().map(|topic| format!("plant/{topic}"));
-    of_module.chain(of_plant).map(|key| key.replace("/name", "/{name}")).collect()
+    of_module
+        .chain(of_plant)
+        .map(|key| key.replace("/name", "/{name}").replace("/ada", "/{operator}"))
+        .collect()
 }
 
 /// Liveliness tokens are no messages.
@@ -103,7 +106,8 @@ fn messages_travel_on_the_keys_that_there_are_and_on_each_of_them() {
     let expected = topics().into_iter().filter(|key| !is_token(key)).collect();
     assert_eq!(documented, expected);
     for key in documented {
-        let key = key.replace("{module}", "module1").replace("{name}", "x1");
+        let key =
+            key.replace("{module}", "module1").replace("{name}", "x1").replace("{operator}", "ada");
         let key = format!("trusswatch/tower/{key}");
         assert!(key.parse::<Key>().is_ok(), "{key}");
     }

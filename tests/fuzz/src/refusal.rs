@@ -7,12 +7,12 @@ use settings::ConfigErrors;
 /// Longer ones fill a log.
 const LONGEST: usize = 6000;
 
-/// A refusal is one line of bearable length: what it quotes must neither forge further lines of a log nor
-/// fill it.
+/// A refusal is one line of bearable length: what it quotes must neither forge further lines of a log, nor turn
+/// its letters around, nor fill it.
 pub(crate) fn is_bearable(refusal: &str) {
     assert!(!refusal.trim().is_empty(), "a refusal without words");
     assert!(refusal.len() <= LONGEST, "{} bytes: {refusal}", refusal.len());
-    assert!(!refusal.contains(char::is_control), "more than a line: {refusal:?}");
+    assert!(refusal.chars().all(names::is_printable), "not to be printed: {refusal:?}");
 }
 
 /// Every mistake in a configuration names its line or its key.

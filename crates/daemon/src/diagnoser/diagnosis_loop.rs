@@ -14,7 +14,7 @@ use diagnosis::state::WindowLength;
 use diagnosis::{Action, Diagnoser, Event, Question};
 use names::Step;
 use shell::clock;
-use shell::occurrences::worth_a_line;
+use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
@@ -99,6 +99,7 @@ pub(crate) struct DiagnosisLoop {
     lag_ms: Option<f64>,
     latest_sample_unix_ns: Option<u64>,
     behind_since: Option<Instant>,
+    resynchronised: Occurrences,
     last_watch: Option<Watch>,
     last_status: Option<Instant>,
     last_progress: Option<(Progress, Instant)>,
@@ -131,6 +132,7 @@ impl DiagnosisLoop {
             lag_ms: None,
             latest_sample_unix_ns: None,
             behind_since: None,
+            resynchronised: Occurrences::default(),
             last_watch,
             last_status: None,
             last_progress: None,
@@ -230,8 +232,8 @@ impl DiagnosisLoop {
             thrown += 1;
         }
         self.behind_since = None;
-        let times = self.intake.counters.resynchronise(thrown);
-        if worth_a_line(times) {
+        self.intake.counters.resynchronise(thrown);
+        if let Some(times) = self.resynchronised.note(now.into_std()) {
             let problem = "samples arrive faster than they are diagnosed: back to the present";
             tracing::warn!(thrown, times, "{problem}");
         }

@@ -5,6 +5,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use shell::occurrences::Occurrences;
 use wire::{ModuleStatus, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
@@ -16,8 +17,6 @@ use crate::convert::Speaker;
 const NOT_ENDING: Duration = Duration::from_secs(3);
 /// After this time without a status, or after three of the usual intervals, nobody is there any more.
 const GONE: Duration = Duration::from_secs(10);
-/// How often it is logged.
-const AGAIN: Duration = Duration::from_secs(60);
 
 /// The statuses that others publish under this module's name.
 #[derive(Debug, Clone)]
@@ -77,24 +76,19 @@ struct Sightings {
     gone_after: Duration,
     /// When the first and the latest of the series came.
     series: Option<(Instant, Instant)>,
-    logged: Option<Instant>,
+    lines: Occurrences,
 }
 
 impl Sightings {
     fn new(gone_after: Duration) -> Self {
-        Self { gone_after, series: None, logged: None }
+        Self { gone_after, series: None, lines: Occurrences::default() }
     }
 
     /// Notes one more; whether that is worth a line in the log.
     fn note(&mut self, now: Instant) -> bool {
         let first = self.ongoing(now).map_or(now, |(first, _)| first);
         self.series = Some((first, now));
-        let due = self.logged.is_none_or(|logged| now.duration_since(logged) >= AGAIN);
-        let worth_a_line = due && self.are_there(now);
-        if worth_a_line {
-            self.logged = Some(now);
-        }
-        worth_a_line
+        self.are_there(now) && self.lines.note(now).is_some()
     }
 
     fn are_there(&self, now: Instant) -> bool {

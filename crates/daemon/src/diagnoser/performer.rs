@@ -97,7 +97,7 @@ impl Performer {
                 tracing::warn!(%component, %signal, %since, "no usable signal");
             }
             Action::Gap { from, missing } => {
-                if let Some(times) = self.gaps.note() {
+                if let Some(times) = self.gaps.note(std::time::Instant::now()) {
                     tracing::warn!(%from, missing, times, "samples missing");
                 }
             }
@@ -167,14 +167,15 @@ impl Performer {
     }
 
     fn note_rejection(&mut self, step: Step, rejection: SampleRejection) {
-        let [lengths, steps] = &mut self.rejections;
+        let [lengths, steps] = &self.rejections;
         let occurrences = match rejection {
             SampleRejection::WrongLength => lengths,
             SampleRejection::Repeated | SampleRejection::Late | SampleRejection::FarAhead => steps,
         };
-        if let Some(times) = occurrences.note() {
+        let now = std::time::Instant::now();
+        if let Some(times) = occurrences.note(now) {
             tracing::warn!(%step, times, "sample not used: {rejection}");
         }
-        self.refusals.note(rejection.to_string(), std::time::Instant::now());
+        self.refusals.note(rejection.to_string(), now);
     }
 }

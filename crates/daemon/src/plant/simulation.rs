@@ -51,14 +51,14 @@ impl Simulation {
         }
         self.wait_for_diagnosers();
         self.board.phase(PlantPhase::Running);
-        let mut unsent = Occurrences::default();
+        let unsent = Occurrences::default();
         let mut unsent_count = 0;
         while !self.is_to_end() && !self.is_done() {
             while let Ok(order) = self.orders.try_recv() {
                 self.obey(order);
             }
             self.do_what_is_due();
-            unsent_count += self.step(&mut unsent);
+            unsent_count += self.step(&unsent);
             let next_step = self.plant.next_step();
             self.attendance.advance_to(next_step);
             self.board.step(next_step, self.pacing.lateness(), unsent_count);
@@ -121,7 +121,7 @@ impl Simulation {
     }
 
     /// Computes and publishes one step; how many samples could not be sent.
-    fn step(&mut self, unsent: &mut Occurrences) -> u64 {
+    fn step(&mut self, unsent: &Occurrences) -> u64 {
         let (supervisor, shutdown) = (&self.supervisor, &self.shutdown);
         let signals = self.plant.advance();
         self.pacing.wait(signals.step, || comes_round(supervisor, shutdown));
@@ -129,7 +129,7 @@ impl Simulation {
         for (publisher, module) in self.publishers.iter_mut().zip(&signals.modules) {
             if let Err(error) = publisher.publish(signals.step, module) {
                 failed += 1;
-                if let Some(times) = unsent.note() {
+                if let Some(times) = unsent.note(std::time::Instant::now()) {
                     tracing::warn!(module = %module.module, times, "sample not sent: {error}");
                 }
             }

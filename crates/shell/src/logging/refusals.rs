@@ -13,7 +13,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::{Debug, Write};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use tracing::callsite::Identifier;
 use tracing::field::{Field, Visit};
@@ -24,6 +24,8 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::Context;
 use tracing_subscriber::registry::LookupSpan;
 
+use crate::occurrences::Occurrences;
+
 /// Where Zenoh judges messages.
 const ACCESS_CONTROL: &str = "zenoh::net::routing::interceptor::access_control";
 /// Where Zenoh accepts TLS connections.
@@ -31,8 +33,6 @@ const TLS: &str = "zenoh_link_tls";
 /// Where Zenoh connects to others.
 const CONNECTING: &str = "zenoh::net::runtime::orchestrator";
 
-/// The same refusal is logged again after this time, with how often it happened meanwhile.
-const AGAIN: Duration = Duration::from_secs(60);
 /// Different refusals that are remembered; a flood of ever new ones forgets the older ones.
 const REMEMBERED: usize = 256;
 /// Refusals that may wait to be logged. More are dropped.
@@ -191,21 +191,13 @@ fn failed_connection(words: &str) -> Option<String> {
 
 /// Logs each refusal once a minute.
 fn log(refusals: &Receiver<String>) {
-    let mut logged: HashMap<String, (Instant, u64)> = HashMap::new();
+    let mut logged: HashMap<String, Occurrences> = HashMap::new();
     while let Ok(refusal) = refusals.recv() {
-        if logged.len() >= REMEMBERED {
+        if logged.len() >= REMEMBERED && !logged.contains_key(&refusal) {
             logged.clear();
         }
-        match logged.get_mut(&refusal) {
-            Some((when, more)) if when.elapsed() < AGAIN => *more += 1,
-            Some((when, more)) => {
-                tracing::warn!("{refusal} ({more} more times in the last {:?})", when.elapsed());
-                (*when, *more) = (Instant::now(), 0);
-            }
-            None => {
-                tracing::warn!("{refusal}");
-                logged.insert(refusal, (Instant::now(), 0));
-            }
+        if let Some(times) = logged.entry(refusal.clone()).or_default().note(Instant::now()) {
+            tracing::warn!(times, "{refusal}");
         }
     }
 }

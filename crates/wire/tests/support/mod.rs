@@ -16,7 +16,7 @@ pub fn plain_topics() -> Vec<Topic> {
         Topic::Command(OrderKind::Acknowledge),
         Topic::Command(OrderKind::Reset),
         Topic::CommandOf(OrderKind::Acknowledge, "ada".parse().unwrap()),
-        Topic::CommandOf(OrderKind::Reset, "reset".parse().unwrap()),
+        Topic::CommandOf(OrderKind::Reset, "ada".parse().unwrap()),
         Topic::Alive,
     ];
     for topic in &topics {

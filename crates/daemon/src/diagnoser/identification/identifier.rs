@@ -48,7 +48,7 @@ impl Identifier {
             Ok(()) => {}
             Err(TrySendError::Full(excerpt)) => {
                 self.tally.turned_away();
-                if let Some(times) = self.turned_away.note() {
+                if let Some(times) = self.turned_away.note(std::time::Instant::now()) {
                     let component = &excerpt.component;
                     tracing::warn!(%component, times, "fault not identified: too many at once");
                 }

@@ -9,7 +9,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use names::ModuleName;
-use shell::occurrences::worth_a_line;
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
 use wire::Topic;
@@ -19,7 +18,7 @@ use zenoh::session::EntityGlobalId;
 
 use super::incumbent::{Admission, Incumbent, Source};
 use super::refusals::Refusals;
-use super::tally::{IntakeTally, add, count};
+use super::tally::{IntakeTally, Refused, add, count};
 use super::{Arrival, Size};
 use crate::convert::Speaker;
 
@@ -99,16 +98,16 @@ impl Receiver {
             }
             Ok(sample) => {
                 let problem = format!("a sample of module `{}`", sample.module);
-                self.refuse(count(&self.counters.other_module), problem, now);
+                self.refuse(&self.counters.other_module, problem, now);
             }
             Err(error) => {
-                self.refuse(count(self.counters.of_error(&error)), error.to_string(), now);
+                self.refuse(self.counters.of_error(&error), error.to_string(), now);
             }
         }
     }
 
-    fn refuse(&self, times: u64, problem: String, now: Instant) {
-        warn_sometimes(times, &problem);
+    fn refuse(&self, kind: &Refused, problem: String, now: Instant) {
+        kind.note(&problem, now);
         self.refusals.note(problem, now);
     }
 
@@ -154,13 +153,7 @@ impl Receiver {
 /// Counts a sample of somebody else than the publisher whose samples are used.
 pub(super) fn refuse_other_source(counters: &IntakeTally) {
     let problem = "it is another publisher's or another run's, and the present one goes on";
-    warn_sometimes(count(&counters.other_source), problem);
-}
-
-fn warn_sometimes(n: u64, problem: &str) {
-    if worth_a_line(n) {
-        tracing::warn!(times = n, "sample not used: {problem}");
-    }
+    counters.other_source.note(problem, Instant::now());
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
+use shell::occurrences::Occurrences;
 use wire::{DecodeError, IntakeCounters};
 
 use super::incumbent::Source;
@@ -12,11 +14,11 @@ use super::incumbent::Source;
 pub(crate) struct IntakeTally {
     pub(super) received: AtomicU64,
     pub(super) dropped: AtomicU64,
-    malformed: AtomicU64,
-    unknown_version: AtomicU64,
-    wrong_message: AtomicU64,
-    pub(super) other_module: AtomicU64,
-    pub(super) other_source: AtomicU64,
+    malformed: Refused,
+    unknown_version: Refused,
+    wrong_message: Refused,
+    pub(super) other_module: Refused,
+    pub(super) other_source: Refused,
     clock_standing: AtomicU64,
     pub(super) recovered: AtomicU64,
     pub(super) recoveries_failed: AtomicU64,
@@ -32,11 +34,11 @@ impl IntakeTally {
         IntakeCounters {
             received: read(&self.received),
             dropped: read(&self.dropped),
-            malformed: read(&self.malformed),
-            unknown_version: read(&self.unknown_version),
-            wrong_message: read(&self.wrong_message),
-            other_module: read(&self.other_module),
-            other_source: read(&self.other_source),
+            malformed: read(&self.malformed.times),
+            unknown_version: read(&self.unknown_version.times),
+            wrong_message: read(&self.wrong_message.times),
+            other_module: read(&self.other_module.times),
+            other_source: read(&self.other_source.times),
             clock_standing: read(&self.clock_standing),
             recovered: read(&self.recovered),
             recoveries_failed: read(&self.recoveries_failed),
@@ -55,10 +57,10 @@ impl IntakeTally {
         count(&self.silences);
     }
 
-    /// A backlog was thrown away; how often that has happened.
-    pub(crate) fn resynchronise(&self, thrown: usize) -> u64 {
+    /// A backlog was thrown away.
+    pub(crate) fn resynchronise(&self, thrown: usize) {
         add(&self.dropped, thrown);
-        count(&self.resynchronised)
+        count(&self.resynchronised);
     }
 
     pub(super) fn note_source(&self, source: Option<Source>) {
@@ -75,7 +77,7 @@ impl IntakeTally {
         self.source.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn of_error(&self, error: &DecodeError) -> &AtomicU64 {
+    pub(super) fn of_error(&self, error: &DecodeError) -> &Refused {
         match error {
             DecodeError::TooLong { .. } | DecodeError::NotText | DecodeError::Malformed(_) => {
                 &self.malformed
@@ -86,9 +88,26 @@ impl IntakeTally {
     }
 }
 
-/// Counts one more; how many there are now.
-pub(super) fn count(counter: &AtomicU64) -> u64 {
-    counter.fetch_add(1, Ordering::Relaxed) + 1
+/// Samples that were refused for reasons of one kind.
+#[derive(Debug, Default)]
+pub(super) struct Refused {
+    times: AtomicU64,
+    lines: Occurrences,
+}
+
+impl Refused {
+    /// Counts one more, and logs it unless that was done a moment ago.
+    pub(super) fn note(&self, problem: &str, now: Instant) {
+        count(&self.times);
+        if let Some(times) = self.lines.note(now) {
+            tracing::warn!(times, "sample not used: {problem}");
+        }
+    }
+}
+
+/// Counts one more.
+pub(super) fn count(counter: &AtomicU64) {
+    counter.fetch_add(1, Ordering::Relaxed);
 }
 
 pub(super) fn add(counter: &AtomicU64, more: usize) {

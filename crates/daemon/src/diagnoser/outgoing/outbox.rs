@@ -4,8 +4,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
+use std::time::Instant;
 
-use shell::occurrences::worth_a_line;
+use shell::occurrences::Occurrences;
 use shell::supervision::{Crew, Ended};
 use tokio::sync::mpsc;
 use wire::PublisherCounters;
@@ -23,6 +24,8 @@ struct OutboxTally {
     events: AtomicU64,
     events_lost: AtomicU64,
     replies_lost: AtomicU64,
+    /// Lines on the events that were lost.
+    losses: Occurrences,
 }
 
 /// The way out.
@@ -71,9 +74,9 @@ impl Outbox {
         self.tally.events.fetch_add(u64::from(counted), Ordering::Relaxed);
         let taken = self.events.try_send(event).is_ok();
         if !taken && counted {
-            let lost = self.tally.events_lost.fetch_add(1, Ordering::Relaxed) + 1;
-            if worth_a_line(lost) {
-                tracing::error!(times = lost, "event lost: the network takes nothing");
+            self.tally.events_lost.fetch_add(1, Ordering::Relaxed);
+            if let Some(times) = self.tally.losses.note(Instant::now()) {
+                tracing::error!(times, "event lost: the network takes nothing");
             }
         }
     }
