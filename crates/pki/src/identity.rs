@@ -26,9 +26,6 @@ pub const CERTIFICATE: &str = "certificate.pem";
 /// The holder's key in an identity's directory.
 pub const KEY: &str = "key.pem";
 
-/// A certificate that ends within this is worth a warning.
-const SOON: Duration = Duration::days(30);
-
 /// Where the files of a holder are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Identity {
@@ -153,8 +150,8 @@ impl Identity {
     /// How many days the certificate is still good for, if that is not many.
     #[must_use]
     pub fn ends_soon(&self) -> Option<i64> {
-        let left = Certificate::read(&self.certificate).ok()?.lifetime.until - now();
-        (left.is_positive() && left < SOON).then_some(left.whole_days())
+        let left = Certificate::read(&self.certificate).ok()?.lifetime.last_part_left(now());
+        left.map(Duration::whole_days)
     }
 
     fn wrong_with_key(&self, certificate: Option<&Certificate>) -> Vec<Wrong> {

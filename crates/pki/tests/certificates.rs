@@ -75,9 +75,9 @@ fn an_identity_says_who_its_holder_is_and_nothing_is_wrong_with_it() {
     assert_eq!(certificate.common_name.as_deref(), Some("module1.tower"));
     assert_eq!(certificate.addresses.len(), 2);
     assert_eq!(identity.ends_soon(), None);
-    let observer = bench.issue("observer.wall", &[], Lifetime::of_days(20));
+    let observer = bench.issue("observer.wall", &[], lifetime(-50, 10));
     assert_eq!(observer.problems(Some(&name("observer.wall.tower")), &[]), []);
-    assert_eq!(observer.ends_soon(), Some(19));
+    assert_eq!(observer.ends_soon(), Some(0));
     let holders: Vec<String> =
         bench.library().holders().unwrap().iter().map(ToString::to_string).collect();
     assert_eq!(holders, ["module1", "observer.wall"]);

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 /// Give certificates a new lifetime; names, addresses and keys stay as they are
 ///
 /// Only `certificate.pem` is replaced, and only that has to be brought to the holder; its key need not
-/// even be here.
+/// even be here. The holder reads it at start; nobody else has to be restarted.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Holders of the certificates

@@ -181,6 +181,14 @@ fn the_people_of_a_library_are_named_in_its_access_control() {
     assert!(!printed.stdout.contains("operator.ada"), "no other holder is");
 }
 
+#[test]
+fn certificates_last_a_season_unless_specified_otherwise() {
+    let folder = library(&["module1"]);
+    let listed = pki(folder.path(), &["list", "--json"]).stdout;
+    let listed: serde_json::Value = serde_json::from_str(&listed).unwrap();
+    assert_eq!(listed["certificates"][0]["days_left"], 89, "{listed:#}");
+}
+
 /// A copy of module 1's configuration that shows itself by the certificates in this directory.
 fn module1_with(identity: &Path, listen: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
