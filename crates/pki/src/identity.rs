@@ -110,7 +110,7 @@ impl Identity {
     }
 
     /// Everything that is wrong with the files: with themselves, with one another, and with the name
-    /// that they should be for. `listening` is where the holder listens, if anywhere.
+    /// that they should be for, in whichever generation. `listening` is where the holder listens, if anywhere.
     #[must_use]
     pub fn problems(&self, expected: Option<&CommonName>, listening: &[Address]) -> Vec<Problem> {
         self.problems_at(now(), expected, listening)
@@ -211,7 +211,9 @@ fn wrong_for(
     listening: &[Address],
 ) -> Vec<Wrong> {
     let found = own.common_name.clone().unwrap_or_else(|| "unnamed".to_owned());
-    let expected = expected.map(ToString::to_string).filter(|expected| *expected != found);
+    let name = found.parse::<CommonName>().ok();
+    let is_other = |expected: &&CommonName| !name.is_some_and(|own| own.is_of_holder_of(expected));
+    let expected = expected.filter(is_other).map(ToString::to_string);
     let name = expected.map(|expected| Wrong::OtherName { found, expected });
     let is_named = |address: &&Address| !own.addresses.contains(address);
     let addresses = listening.iter().filter(is_named).cloned().map(Wrong::OtherAddress);

@@ -3,11 +3,13 @@
 //! A *holder* is a module, the plant, a router, an operator or an observer. Its *identity* is a
 //! directory of three files: its certificate, its key, and the authority's certificate. The
 //! certificate's common name is the holder's and the structure's, e.g. `module1.tower` or
-//! `operator.ada.tower`; access control matches it.
+//! `operator.ada.tower`; access control matches it. After a revocation it has another *generation*, e.g.
+//! `module1~2.tower`.
 //!
 //! | file | what |
 //! |---|---|
 //! | `holder` | who a certificate is for, and how that is written |
+//! | `generation` | by which of a holder's certificates, and how that is written |
 //! | `address` | where a holder can be reached |
 //! | `lifetime` | from when until when |
 //! | `certificate` | what stands in a certificate |
@@ -23,6 +25,7 @@ pub mod address;
 pub mod authority;
 pub mod certificate;
 pub mod credentials;
+pub mod generation;
 pub mod holder;
 pub mod identity;
 pub mod library;
@@ -33,6 +36,7 @@ mod private_files;
 pub use address::Address;
 pub use authority::{Authority, IssueError};
 pub use certificate::Certificate;
+pub use generation::Issued;
 pub use holder::{CommonName, Holder};
 pub use identity::{Identity, Problem};
 pub use library::Library;

@@ -38,8 +38,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn issue(holder: &Holder, authority: &Authority, arguments: &Arguments) -> Result<(), Failure> {
     let directory = arguments.place.library().place_of(holder);
     let lifetime = Lifetime::of_days(arguments.days);
-    let identity =
-        authority.issue(&directory, holder, &arguments.addresses, lifetime).map_err(refused)?;
+    let identity = authority
+        .issue(&directory, holder.clone(), &arguments.addresses, lifetime)
+        .map_err(refused)?;
     let issued = Certificate::read(&identity.certificate).map_err(|error| {
         Failure::runtime(format!("{}: {error}", identity.certificate.display()))
     })?;

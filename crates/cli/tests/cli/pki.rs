@@ -243,13 +243,14 @@ fn a_configuration_is_checked_together_with_its_certificates() {
 fn a_certificate_out_of_its_time_is_a_mistake() {
     let folder = library(&[]);
     let authority = ::pki::Authority::open(folder.path()).unwrap();
-    let (holder, now) = ("module1".parse().unwrap(), ::pki::lifetime::now());
+    let holder: ::pki::Holder = "module1".parse().unwrap();
+    let now = ::pki::lifetime::now();
     let minutes = time::Duration::minutes;
     for (from, until, word) in [(-9, -1, "expired on"), (1, 9, "is not valid before")] {
         let place = folder.path().join(format!("until{until}"));
         let lifetime = ::pki::Lifetime { from: now + minutes(from), until: now + minutes(until) };
         let here = ["127.0.0.1".parse().unwrap()];
-        authority.issue(&place, &holder, &here, lifetime).unwrap();
+        authority.issue(&place, holder.clone(), &here, lifetime).unwrap();
         let (_copy, file) = module1_with(&place, HERE);
         check(&file).fails(3, &["certificate.pem", word]);
     }
