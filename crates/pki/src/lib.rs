@@ -10,12 +10,14 @@
 //! |---|---|
 //! | `holder` | who a certificate is for, and how that is written |
 //! | `generation` | by which of a holder's certificates, and how that is written |
+//! | `generations` | which one is present |
 //! | `address` | where a holder can be reached |
 //! | `lifetime` | from when until when |
 //! | `certificate` | what stands in a certificate |
 //! | `identity` | the files of a holder, and what is wrong with them |
 //! | `authority` | makes the authority, issues and renews |
 //! | `library` | the directory with the authority and every identity that it has issued |
+//! | `revocation` | a certificate whose key is lost gives way to another one |
 //! | `credentials` | how services come by their identities, from systemd's credential store |
 //! | `private_files` | writing files readable by the owner only, and never over something that is there |
 //!
@@ -26,10 +28,12 @@ pub mod authority;
 pub mod certificate;
 pub mod credentials;
 pub mod generation;
+pub mod generations;
 pub mod holder;
 pub mod identity;
 pub mod library;
 pub mod lifetime;
+pub mod revocation;
 
 mod private_files;
 
@@ -37,6 +41,7 @@ pub use address::Address;
 pub use authority::{Authority, IssueError};
 pub use certificate::Certificate;
 pub use generation::Issued;
+pub use generations::Generations;
 pub use holder::{CommonName, Holder};
 pub use identity::{Identity, Problem};
 pub use library::Library;
