@@ -14,7 +14,8 @@ use rcgen::{
 
 use crate::address::Address;
 use crate::certificate::{Certificate, PublicKey, ReadError};
-use crate::holder::{AUTHORITY, CommonName, Holder, HolderError};
+use crate::generation::Issued;
+use crate::holder::{AUTHORITY, CommonName, HolderError};
 use crate::identity::{self, Identity};
 use crate::lifetime::Lifetime;
 use crate::private_files::{New, make_directory, replace_public};
@@ -65,6 +66,12 @@ pub enum IssueError {
     /// No randomness.
     #[error("this computer gives no random numbers")]
     NoRandomness,
+}
+
+/// A key and its certificate, in PEM form.
+pub(crate) struct Made {
+    pub(crate) key: String,
+    pub(crate) certificate: String,
 }
 
 /// A structure's authority with its key.
@@ -140,7 +147,7 @@ impl Authority {
         &self.certificate
     }
 
-    /// Makes a key and a certificate for a holder in a directory of their own, with the authority's
+    /// Makes a key and a certificate for a holder, in the first generation or a later one, in a directory of their own, with the authority's
     /// certificate beside them. The certificate ends with the authority's at the latest.
     ///
     /// # Errors
@@ -148,22 +155,33 @@ impl Authority {
     pub fn issue(
         &self,
         directory: &Path,
-        holder: &Holder,
+        issued: impl Into<Issued>,
         addresses: &[Address],
         lifetime: Lifetime,
     ) -> Result<Identity, IssueError> {
-        let name = CommonName::new(holder.clone(), self.structure.clone())?;
-        let key = KeyPair::generate()?;
-        let certificate = self.certify(&name.to_string(), addresses, lifetime, &key)?;
+        let made = self.make(issued.into(), addresses, lifetime)?;
         make(
             directory,
             &[
-                New { name: identity::KEY, text: &key.serialize_pem(), private: true },
-                New { name: identity::CERTIFICATE, text: &certificate, private: false },
+                New { name: identity::KEY, text: &made.key, private: true },
+                New { name: identity::CERTIFICATE, text: &made.certificate, private: false },
                 New { name: identity::AUTHORITY, text: &self.pem, private: false },
             ],
         )?;
         Ok(Identity::in_directory(directory))
+    }
+
+    /// Makes a key and a certificate, not yet on the disk.
+    pub(crate) fn make(
+        &self,
+        issued: Issued,
+        addresses: &[Address],
+        lifetime: Lifetime,
+    ) -> Result<Made, IssueError> {
+        let name = CommonName::new(issued, self.structure.clone())?;
+        let key = KeyPair::generate()?;
+        let certificate = self.certify(&name.to_string(), addresses, lifetime, &key)?;
+        Ok(Made { key: key.serialize_pem(), certificate })
     }
 
     /// Puts a certificate with the same name, addresses and key and another lifetime in the place of a

@@ -158,7 +158,7 @@ pub fn install(identity: &Identity, store: &Path) -> Result<Service, InstallErro
         return Err(InstallError::Problems(problems));
     }
     let name = common_name(&identity.certificate)?;
-    let service = Service::of(&name.holder).ok_or(InstallError::NoService(name))?;
+    let service = Service::of(&name.issued.holder).ok_or(InstallError::NoService(name))?;
     let stored = service.stored(store);
     if stored.authority.exists()
         && certificate(&stored.authority)? != certificate(&identity.authority)?

@@ -13,8 +13,12 @@ use std::str::FromStr;
 
 use names::{ModuleName, StructureName};
 
+use crate::generation::Issued;
+
 /// What an authority's own directory is called; no module may be called so.
 pub const AUTHORITY: &str = "authority";
+/// What the directory of revoked certificates is called; nor so.
+pub const REVOKED: &str = "revoked";
 /// The plant.
 const PLANT: &str = "plant";
 /// Longest common name that X.509 allows (RFC 5280, `ub-common-name`).
@@ -42,8 +46,8 @@ pub struct BearerName(ModuleName);
 /// A holder in a structure, as a certificate names it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CommonName {
-    /// Who.
-    pub holder: Holder,
+    /// Who, by which certificate.
+    pub issued: Issued,
     /// Of which structure.
     pub structure: StructureName,
 }
@@ -56,6 +60,11 @@ pub enum HolderError {
         "`{0}` names no holder of a certificate; write MODULE, plant, router.NAME, operator.NAME or observer.NAME"
     )]
     Form(String),
+    /// A generation that is not written so.
+    #[error(
+        "`{0}` names no generation of a certificate; `module1~2` does, and `module1` the first"
+    )]
+    Generation(String),
     /// A common name without a structure.
     #[error("`{0}` names no holder and structure; e.g. `module1.tower` does")]
     NoStructure(String),
@@ -97,7 +106,7 @@ impl FromStr for Holder {
         let wrong = || HolderError::Form(text.chars().take(80).collect());
         match text.split_once('.') {
             None if text == PLANT => Ok(Holder::Plant),
-            None if text == AUTHORITY => Err(wrong()),
+            None if text == AUTHORITY || text == REVOKED => Err(wrong()),
             None => text.parse().map(Holder::Module).map_err(|_| wrong()),
             Some((role, name)) => {
                 let name: BearerName = name.parse().map_err(|_| wrong())?;
@@ -117,16 +126,23 @@ impl CommonName {
     ///
     /// # Errors
     /// Too long for a certificate.
-    pub fn new(holder: Holder, structure: StructureName) -> Result<Self, HolderError> {
-        let name = Self { holder, structure };
+    pub fn new(issued: impl Into<Issued>, structure: StructureName) -> Result<Self, HolderError> {
+        let name = Self { issued: issued.into(), structure };
         let text = name.to_string();
         if text.len() > MAX_COMMON_NAME { Err(HolderError::TooLong(text)) } else { Ok(name) }
+    }
+
+    /// Whether it is of the same holder in the same structure, by whichever certificate. Which one is
+    /// the present one, only access control knows.
+    #[must_use]
+    pub fn is_of_holder_of(&self, other: &Self) -> bool {
+        self.issued.holder == other.issued.holder && self.structure == other.structure
     }
 }
 
 impl fmt::Display for CommonName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}.{}", self.holder, self.structure)
+        write!(f, "{}.{}", self.issued, self.structure)
     }
 }
 
@@ -135,8 +151,8 @@ impl FromStr for CommonName {
 
     fn from_str(text: &str) -> Result<Self, HolderError> {
         let wrong = || HolderError::NoStructure(text.chars().take(80).collect());
-        let (holder, structure) = text.rsplit_once('.').ok_or_else(wrong)?;
-        CommonName::new(holder.parse()?, structure.parse().map_err(|_| wrong())?)
+        let (issued, structure) = text.rsplit_once('.').ok_or_else(wrong)?;
+        CommonName::new(issued.parse::<Issued>()?, structure.parse().map_err(|_| wrong())?)
     }
 }
 
@@ -157,14 +173,48 @@ mod tests {
 
     #[test]
     fn nothing_else_is_a_holder() {
-        for text in ["", "authority", "king.ada", "operator.", "operator.a.b", "../x", "a/b", "-x"]
-        {
+        for text in [
+            "",
+            "authority",
+            "revoked",
+            "a~2",
+            "king.ada",
+            "operator.",
+            "operator.a.b",
+            "../x",
+            "a/b",
+            "-x",
+        ] {
             assert!(text.parse::<Holder>().is_err(), "{text}");
         }
-        for text in ["tower", "module1.", ".tower", "king.ada.tower", "operator.ada.to wer"] {
+        for text in
+            ["tower", "module1.", ".tower", "king.ada.tower", "operator.ada.to wer", "a.b~2"]
+        {
             assert!(text.parse::<CommonName>().is_err(), "{text}");
         }
         let long = format!("operator.{}.tower", "a".repeat(60));
         assert!(matches!(long.parse::<CommonName>(), Err(HolderError::TooLong(_))));
+    }
+
+    #[test]
+    fn a_common_name_of_a_later_generation_is_of_the_same_holder() {
+        let name = |text: &str| text.parse::<CommonName>().unwrap();
+        let second = name("operator.ada~2.tower");
+        assert_eq!(second.to_string(), "operator.ada~2.tower");
+        assert_eq!(second.issued.generation.number(), 2);
+        assert!(second.is_of_holder_of(&name("operator.ada.tower")));
+        assert!(second.is_of_holder_of(&name("operator.ada~10.tower")));
+        for other in ["operator.ada.mast", "operator.ada2.tower", "observer.ada~2.tower"] {
+            assert!(!second.is_of_holder_of(&name(other)), "{other}");
+        }
+    }
+
+    #[test]
+    fn the_generation_counts_among_the_characters_of_a_common_name() {
+        let longest = "a".repeat(MAX_COMMON_NAME - ".tower".len());
+        assert!(format!("{longest}.tower").parse::<CommonName>().is_ok());
+        let later = format!("{longest}~2.tower").parse::<CommonName>();
+        assert!(matches!(later, Err(HolderError::TooLong(_))), "{later:?}");
+        assert!(format!("{}~2.tower", &longest[2..]).parse::<CommonName>().is_ok());
     }
 }

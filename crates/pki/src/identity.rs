@@ -26,9 +26,6 @@ pub const CERTIFICATE: &str = "certificate.pem";
 /// The holder's key in an identity's directory.
 pub const KEY: &str = "key.pem";
 
-/// A certificate that ends within this is worth a warning.
-const SOON: Duration = Duration::days(30);
-
 /// Where the files of a holder are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Identity {
@@ -113,7 +110,7 @@ impl Identity {
     }
 
     /// Everything that is wrong with the files: with themselves, with one another, and with the name
-    /// that they should be for. `listening` is where the holder listens, if anywhere.
+    /// that they should be for, in whichever generation. `listening` is where the holder listens, if anywhere.
     #[must_use]
     pub fn problems(&self, expected: Option<&CommonName>, listening: &[Address]) -> Vec<Problem> {
         self.problems_at(now(), expected, listening)
@@ -153,8 +150,8 @@ impl Identity {
     /// How many days the certificate is still good for, if that is not many.
     #[must_use]
     pub fn ends_soon(&self) -> Option<i64> {
-        let left = Certificate::read(&self.certificate).ok()?.lifetime.until - now();
-        (left.is_positive() && left < SOON).then_some(left.whole_days())
+        let left = Certificate::read(&self.certificate).ok()?.lifetime.last_part_left(now());
+        left.map(Duration::whole_days)
     }
 
     fn wrong_with_key(&self, certificate: Option<&Certificate>) -> Vec<Wrong> {
@@ -214,7 +211,9 @@ fn wrong_for(
     listening: &[Address],
 ) -> Vec<Wrong> {
     let found = own.common_name.clone().unwrap_or_else(|| "unnamed".to_owned());
-    let expected = expected.map(ToString::to_string).filter(|expected| *expected != found);
+    let name = found.parse::<CommonName>().ok();
+    let is_other = |expected: &&CommonName| !name.is_some_and(|own| own.is_of_holder_of(expected));
+    let expected = expected.filter(is_other).map(ToString::to_string);
     let name = expected.map(|expected| Wrong::OtherName { found, expected });
     let is_named = |address: &&Address| !own.addresses.contains(address);
     let addresses = listening.iter().filter(is_named).cloned().map(Wrong::OtherAddress);

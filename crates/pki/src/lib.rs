@@ -3,17 +3,21 @@
 //! A *holder* is a module, the plant, a router, an operator or an observer. Its *identity* is a
 //! directory of three files: its certificate, its key, and the authority's certificate. The
 //! certificate's common name is the holder's and the structure's, e.g. `module1.tower` or
-//! `operator.ada.tower`; access control matches it.
+//! `operator.ada.tower`; access control matches it. After a revocation it has another *generation*, e.g.
+//! `module1~2.tower`.
 //!
 //! | file | what |
 //! |---|---|
 //! | `holder` | who a certificate is for, and how that is written |
+//! | `generation` | by which of a holder's certificates, and how that is written |
+//! | `generations` | which one is present |
 //! | `address` | where a holder can be reached |
 //! | `lifetime` | from when until when |
 //! | `certificate` | what stands in a certificate |
 //! | `identity` | the files of a holder, and what is wrong with them |
 //! | `authority` | makes the authority, issues and renews |
 //! | `library` | the directory with the authority and every identity that it has issued |
+//! | `revocation` | a certificate whose key is lost gives way to another one |
 //! | `credentials` | how services come by their identities, from systemd's credential store |
 //! | `private_files` | writing files readable by the owner only, and never over something that is there |
 //!
@@ -23,16 +27,21 @@ pub mod address;
 pub mod authority;
 pub mod certificate;
 pub mod credentials;
+pub mod generation;
+pub mod generations;
 pub mod holder;
 pub mod identity;
 pub mod library;
 pub mod lifetime;
+pub mod revocation;
 
 mod private_files;
 
 pub use address::Address;
 pub use authority::{Authority, IssueError};
 pub use certificate::Certificate;
+pub use generation::Issued;
+pub use generations::Generations;
 pub use holder::{CommonName, Holder};
 pub use identity::{Identity, Problem};
 pub use library::Library;

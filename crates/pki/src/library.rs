@@ -1,9 +1,16 @@
-//! The directory with the authority and every identity that it has issued.
+//! The directory with the authority, every identity that it has issued, and the certificates that are revoked.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::holder::Holder;
+use crate::certificate::Certificate;
+use crate::generation::Issued;
+use crate::generations::Generations;
+use crate::holder::{CommonName, Holder, REVOKED};
 use crate::identity::Identity;
+
+/// Behind the name of a revoked certificate in the name of its file.
+const PEM: &str = ".pem";
 
 /// A directory of identities, each in a directory that is called like its holder.
 #[derive(Debug, Clone)]
@@ -40,7 +47,7 @@ impl Library {
     ///
     /// # Errors
     /// The directory cannot be read.
-    pub fn holders(&self) -> std::io::Result<Vec<Holder>> {
+    pub fn holders(&self) -> io::Result<Vec<Holder>> {
         let mut holders = Vec::new();
         for entry in std::fs::read_dir(&self.directory)? {
             let name = entry?.file_name();
@@ -49,5 +56,53 @@ impl Library {
         }
         holders.sort();
         Ok(holders)
+    }
+
+    /// Every certificate that is revoked.
+    ///
+    /// # Errors
+    /// There are some, but their directory cannot be read.
+    pub fn revoked(&self) -> io::Result<Vec<Issued>> {
+        let entries = match std::fs::read_dir(self.revoked_directory()) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            entries => entries?,
+        };
+        let mut revoked = Vec::new();
+        for entry in entries {
+            let name = entry?.file_name();
+            let name = name.to_str().and_then(|name| name.strip_suffix(PEM));
+            revoked.extend(name.and_then(|name| name.parse::<Issued>().ok()));
+        }
+        revoked.sort();
+        Ok(revoked)
+    }
+
+    /// Where a revoked certificate is or would be.
+    #[must_use]
+    pub fn place_of_revoked(&self, issued: &Issued) -> PathBuf {
+        self.revoked_directory().join(format!("{issued}{PEM}"))
+    }
+
+    pub(crate) fn revoked_directory(&self) -> PathBuf {
+        self.directory.join(REVOKED)
+    }
+
+    /// The generation of every holder's certificate: of the present one, which comes after those that are
+    /// revoked, or of the one that would be issued.
+    ///
+    /// # Errors
+    /// The directory cannot be read.
+    pub fn generations(&self) -> io::Result<Generations> {
+        let holders = self.holders()?;
+        let present = holders.iter().filter_map(|holder| self.present(holder)).collect();
+        Ok(Generations::of_all(self.revoked()?, present))
+    }
+
+    /// A holder by the certificate that is here.
+    #[must_use]
+    pub fn present(&self, holder: &Holder) -> Option<Issued> {
+        let read = Certificate::read(&self.identity(holder).certificate).ok()?;
+        let name: CommonName = read.common_name?.parse().ok()?;
+        (name.issued.holder == *holder).then_some(name.issued)
     }
 }

@@ -25,7 +25,7 @@ impl Network {
         let file = settings.get_json(zenoh_file::CONNECT_CERTIFICATE).ok()?;
         let file: Option<PathBuf> = serde_json::from_str(&file).ok()?;
         let name = Certificate::read(&file?).ok()?.common_name?;
-        match name.parse::<CommonName>().ok()?.holder {
+        match name.parse::<CommonName>().ok()?.issued.holder {
             Holder::Operator(name) => name.to_string().parse().ok(),
             _ => None,
         }

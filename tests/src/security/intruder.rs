@@ -80,7 +80,7 @@ impl Papers {
 
 fn issue(authority: &Authority, library: &Path, lifetime: Lifetime) -> Identity {
     let holder: Holder = "module1".parse().unwrap();
-    authority.issue(&library.join("module1"), &holder, &[], lifetime).unwrap()
+    authority.issue(&library.join("module1"), holder, &[], lifetime).unwrap()
 }
 
 /// Presents these credentials; the router's certificate is still trusted.

@@ -33,6 +33,8 @@ pub struct Stand {
     doors: Vec<String>,
     /// The processes that enforce the rules there.
     guards: Vec<Process>,
+    /// The rules of each.
+    access: Vec<PathBuf>,
     deployment: Deployment,
     processes: Vec<Process>,
     _folder: TempDir,
@@ -135,6 +137,13 @@ async fn pki(library: &Path, words: &[&str]) -> String {
     ended.out
 }
 
+/// A router with these rules and this certificate.
+fn router(door: &str, rules: &Path, tls: &Path) -> Command {
+    let mut command = program("trusswatch");
+    command.args(["router", "--listen", door, "--zenoh"]).arg(rules).arg("--tls").arg(tls);
+    command
+}
+
 /// The same with as few descriptors as systems give at first.
 fn with_usual_limits(command: &Command) -> Command {
     let mut limited = Command::new("sh");
@@ -183,9 +192,7 @@ impl Stand {
             deployment.set(place, "network", "tls", papers.of(holder));
         }
         let guards = papers.access.iter().enumerate().map(|(place, rules)| {
-            let mut command = program("trusswatch");
-            command.args(["router", "--listen", &doors[place], "--zenoh"]).arg(rules);
-            command.arg("--tls").arg(papers.of(ROUTERS[place]));
+            let mut command = router(&doors[place], rules, &papers.library.join(ROUTERS[place]));
             if let Some(below) = place.checked_sub(1) {
                 command.args(["--connect", &doors[below]]);
             }
@@ -194,8 +201,22 @@ impl Stand {
         let guards = guards.collect();
         let mut processes = deployment.start_diagnosers();
         processes.push(deployment.start_plant("real", FOR_LONG, 11, RunId(1)));
-        let Papers { library, folder, .. } = papers;
-        Self { library, doors, guards, deployment, processes, _folder: folder }
+        let Papers { library, access, folder } = papers;
+        Self { library, doors, guards, access, deployment, processes, _folder: folder }
+    }
+
+    /// Revokes a holder's certificate and does in a star what is then to be done: new rules, and the router
+    /// restarted with them. What was logged before is in the log still.
+    pub async fn revoke(&mut self, holders: &[&str]) {
+        for holder in holders {
+            pki(&self.library, &["revoke", holder]).await;
+        }
+        let tower = configs().join("tower.toml").display().to_string();
+        let rules = pki(&self.library, &["access", &tower]).await;
+        std::fs::write(&self.access[0], rules).unwrap();
+        self.guards.remove(0).stop().await;
+        let command = router(&self.doors[0], &self.access[0], &self.library.join(ROUTERS[0]));
+        self.guards.insert(0, self.deployment.start_other(with_usual_limits(&command), ROUTERS[0]));
     }
 
     /// Peers: each connects to those before it, and monitoring clients connect to module 1.
@@ -219,6 +240,7 @@ impl Stand {
             library: papers.library,
             doors: vec![endpoints[1].clone()],
             guards: vec![guard],
+            access: papers.access,
             deployment,
             processes: vec![second, plant],
             _folder: papers.folder,

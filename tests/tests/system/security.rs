@@ -101,6 +101,73 @@ async fn other_side(stand: &Stand, observer: &Session, letters: &Letters, table:
     table.forbidden("a router speaking for the plant on this side", forged, trace);
 }
 
+/// A thief has copies of a module's and an operator's keys: they are of use until they are revoked, and not
+/// after; those that were made instead are.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_revoked_key_may_do_nothing() {
+    let _turn = turn::side_by_side().await;
+    let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
+    let mut stand = Stand::star(&schedule).await;
+    let [module, operator] = ["module2", "operator.ada"].map(|holder| lost_copy(&stand, holder));
+    let observer = stand.session("observer.wall").await;
+    let letters = Letters::to(&observer).await;
+    letters.wait(TRUE_FAULT, "\"latched\"").await;
+    let mut table = Table::default();
+    write_until_heard(&stand.session(&module).await, &letters, "by the lost key").await;
+    table.allowed("a lost key of module 2 writing its fault key", true);
+    let obeyed = orders(&stand, &operator, &["ack", GAGE]).await;
+    table.allowed("a lost key of an operator commanding", obeyed);
+
+    stand.revoke(&["module2", "operator.ada"]).await;
+    let observer = stand.session("observer.wall").await;
+    let letters = Letters::to(&observer).await;
+    letters.wait(TRUE_FAULT, "\"acknowledged\"").await;
+    let lost = stand.session(&module).await;
+    lost.put(OWN, "by the revoked key").await.unwrap();
+    let trace = stand.trace(&["has no rule for", &lost.zid().to_string()]).await;
+    write_until_heard(&stand.session("module2").await, &letters, "by the next key").await;
+    let heard = letters.have_anywhere("by the revoked key");
+    table.forbidden("a revoked key of module 2 writing its fault key", heard, trace);
+    table.allowed("the next key of module 2 writing its fault key", true);
+
+    let lost = stand.session(&operator).await;
+    let heard = !answers(&lost, TRUE_FAULT).await.is_empty();
+    let trace = stand.trace(&["has no rule for", &lost.zid().to_string()]).await;
+    let obeyed = heard || orders(&stand, &operator, &["reset", GAGE, "--force"]).await;
+    table.forbidden("a revoked key of an operator querying and commanding", obeyed, trace);
+    let obeyed = orders(&stand, "operator.ada", &["reset", GAGE, "--force"]).await;
+    table.allowed("the next key of an operator commanding", obeyed);
+    judge(stand, &table).await;
+}
+
+/// Copies a holder's certificate and key; returns where they are, seen from the library.
+fn lost_copy(stand: &Stand, holder: &str) -> String {
+    let copy = format!("../lost/{holder}");
+    std::fs::create_dir_all(stand.library.join(&copy)).unwrap();
+    for file in ["authority.pem", "certificate.pem", "key.pem"] {
+        let from = stand.library.join(holder).join(file);
+        std::fs::copy(from, stand.library.join(&copy).join(file)).unwrap();
+    }
+    copy
+}
+
+/// Until a subscriber has it: a link may break on a busy machine, and what is on it is gone.
+async fn write_until_heard(session: &Session, letters: &Letters, text: &str) {
+    let written = async {
+        while !letters.have(OWN, text) {
+            session.put(OWN, text).await.unwrap();
+            tokio::time::sleep(GLANCE).await;
+        }
+    };
+    in_time(text, written).await;
+}
+
+/// Whether an order is obeyed.
+async fn orders(stand: &Stand, holder: &str, order: &[&str]) -> bool {
+    let words = [order, &["--by", "ada", "--timeout", "5"]].concat();
+    stand.trusswatch(holder, &words).await.code == Some(0)
+}
+
 /// Without a router each peer enforces the same on its own links.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn peers_enforce_it_themselves() {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use pki::{Authority, Lifetime};
+use pki::{Authority, Holder, Lifetime};
 use session::Network;
 use system_tests::deployment::free_endpoint;
 use system_tests::in_time;
@@ -106,7 +106,7 @@ fn issue(library: &Path, holders: &[&str]) {
     let here = ["127.0.0.1".parse().unwrap()];
     for holder in holders {
         let directory = library.join(holder);
-        authority.issue(&directory, &holder.parse().unwrap(), &here, days).unwrap();
+        authority.issue(&directory, holder.parse::<Holder>().unwrap(), &here, days).unwrap();
     }
 }
 

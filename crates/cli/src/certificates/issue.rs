@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use pki::lifetime::HOLDER_DAYS;
-use pki::{Address, Authority, Certificate, Holder, Lifetime};
+use pki::{Address, Authority, Holder, Lifetime};
 
-use super::{Place, day, refused};
+use super::{Place, refused, summary, unreadable};
 use crate::failure::Failure;
 
 /// Make keys and certificates; never over one that is there
@@ -36,14 +36,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn issue(holder: &Holder, authority: &Authority, arguments: &Arguments) -> Result<(), Failure> {
-    let directory = arguments.place.library().place_of(holder);
+    let (place, library) = (&arguments.place, arguments.place.library());
+    let generations =
+        library.generations().map_err(|error| unreadable(&place.directory, &error))?;
+    let directory = library.place_of(holder);
     let lifetime = Lifetime::of_days(arguments.days);
-    let identity =
-        authority.issue(&directory, holder, &arguments.addresses, lifetime).map_err(refused)?;
-    let issued = Certificate::read(&identity.certificate).map_err(|error| {
-        Failure::runtime(format!("{}: {error}", identity.certificate.display()))
-    })?;
-    let (structure, until) = (authority.structure(), day(issued.lifetime));
-    writeln!(io::stdout(), "{}: {holder}.{structure}, until {until}", directory.display())?;
+    authority
+        .issue(&directory, generations.of(holder.clone()), &arguments.addresses, lifetime)
+        .map_err(refused)?;
+    writeln!(io::stdout(), "{}", summary(&directory)?)?;
     Ok(())
 }

@@ -6,11 +6,12 @@ mod install;
 mod issue;
 mod list;
 mod renew;
+mod revoke;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use pki::{IssueError, Library};
+use pki::{Certificate, Identity, IssueError, Library};
 
 use crate::failure::Failure;
 
@@ -32,6 +33,7 @@ enum Command {
     Issue(issue::Arguments),
     Install(install::Arguments),
     Renew(renew::Arguments),
+    Revoke(revoke::Arguments),
     List(list::Arguments),
     Access(access::Arguments),
 }
@@ -56,6 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Issue(arguments) => issue::run(arguments),
         Command::Install(arguments) => install::run(arguments),
         Command::Renew(arguments) => renew::run(arguments),
+        Command::Revoke(arguments) => revoke::run(arguments),
         Command::List(arguments) => list::run(arguments),
         Command::Access(arguments) => access::run(arguments),
     }
@@ -69,6 +72,20 @@ fn refused(error: IssueError) -> Failure {
         }
         _ => Failure::input(error.to_string()),
     }
+}
+
+/// A directory with whose certificate is in it.
+fn summary(directory: &Path) -> Result<String, Failure> {
+    let file = Identity::in_directory(directory).certificate;
+    let issued = Certificate::read(&file)
+        .map_err(|error| Failure::runtime(format!("{}: {error}", file.display())))?;
+    let name = issued.common_name.unwrap_or_default();
+    Ok(format!("{}: {name}, until {}", directory.display(), day(issued.lifetime)))
+}
+
+/// A directory of certificates that cannot be read.
+fn unreadable(directory: &Path, error: &std::io::Error) -> Failure {
+    Failure::input(format!("{}: cannot be read: {error}", directory.display()))
 }
 
 /// The day that a certificate ends on, as people write it.

@@ -5,13 +5,13 @@ use std::io::{self, Write};
 use pki::lifetime::HOLDER_DAYS;
 use pki::{Authority, Certificate, Holder, Lifetime};
 
-use super::{Place, day, refused};
+use super::{Place, day, refused, unreadable};
 use crate::failure::Failure;
 
 /// Give certificates a new lifetime; names, addresses and keys stay as they are
 ///
 /// Only `certificate.pem` is replaced, and only that has to be brought to the holder; its key need not
-/// even be here.
+/// even be here. The holder reads it at start; nobody else has to be restarted.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Holders of the certificates
@@ -30,9 +30,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (place, library) = (&arguments.place, arguments.place.library());
     let authority = Authority::open(&place.directory).map_err(refused)?;
-    let all = library.holders().map_err(|error| {
-        Failure::input(format!("{}: cannot be read: {error}", place.directory.display()))
-    })?;
+    let all = library.holders().map_err(|error| unreadable(&place.directory, &error))?;
     let holders = if arguments.all { &all } else { &arguments.holders };
     let mut out = io::stdout().lock();
     let mut mistakes = Vec::new();

@@ -181,6 +181,131 @@ fn the_people_of_a_library_are_named_in_its_access_control() {
     assert!(!printed.stdout.contains("operator.ada"), "no other holder is");
 }
 
+/// The common names that the rules of the tower admit.
+fn admitted(library: &Path, more: &[&str]) -> Vec<String> {
+    let structure = repository("configs/tower.toml").display().to_string();
+    let printed = pki(library, &[&["access", &structure], more].concat());
+    printed.succeeds();
+    let (_, rules) = printed.stdout.split_once("\n{").unwrap();
+    let rules: serde_json::Value = serde_json::from_str(&format!("{{{rules}")).unwrap();
+    let subjects = rules["access_control"]["subjects"].as_array().unwrap().iter();
+    let names = subjects.flat_map(|subject| subject["cert_common_names"].as_array().unwrap());
+    names.map(|name| name.as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn a_revoked_certificate_is_named_by_no_rule() {
+    let folder = library(&["module1", "operator.ada", "router.top"]);
+    let names = || admitted(folder.path(), &["--router", "top"]);
+    let [second, plant] = ["module2.tower", "plant.tower"];
+    let first = ["module1.tower", second, plant, "operator.ada.tower", "router.top.tower"];
+    assert_eq!(names(), first);
+
+    let revoked = pki(folder.path(), &["revoke", "module1"]);
+    revoked.succeeds();
+    for text in [
+        "revoked/module1.pem: module1.tower, revoked",
+        "/module1: module1~2.tower, until ",
+        "trusswatch pki access STRUCTURE.toml --dir ",
+        "systemctl restart trusswatch-router",
+        "trusswatch pki install module1 && rm -r module1",
+        "systemctl restart trusswatch-diagnoser@module1\n",
+        "somebody at 127.0.0.1 can still pass for it",
+    ] {
+        assert!(revoked.stdout.contains(text), "`{text}` is not in: {}", revoked.stdout);
+    }
+    for holder in ["operator.ada", "operator.ada", "router.top", "plant"] {
+        let outcome = pki(folder.path(), &["revoke", holder]);
+        assert_eq!(outcome.code == Some(0), holder != "plant", "{}", outcome.stderr);
+    }
+    let next = ["module1~2.tower", second, plant, "operator.ada~3.tower", "router.top~2.tower"];
+    assert_eq!(names(), next);
+    pki(folder.path(), &["renew", "--all"]).succeeds();
+    assert_eq!(names(), next);
+
+    let listed = pki(folder.path(), &["list"]);
+    listed.succeeds();
+    for text in ["operator.ada~3.tower", "revoked: operator.ada~2.tower, until 20"] {
+        assert!(listed.stdout.contains(text), "{}", listed.stdout);
+    }
+    let listed: serde_json::Value =
+        serde_json::from_str(&pki(folder.path(), &["list", "--json"]).stdout).unwrap();
+    assert_eq!(listed["certificates"][0]["common_name"], "module1~2.tower");
+    assert_eq!(listed["revoked"].as_array().unwrap().len(), 4, "{listed:#}");
+}
+
+#[test]
+fn who_leaves_and_comes_back_does_not_bring_the_old_certificate_back() {
+    let folder = library(&["operator.ada", "module1"]);
+    let ada = |name: &String| name.contains("ada");
+    let left = pki(folder.path(), &["revoke", "operator.ada", "--remove"]);
+    left.succeeds();
+    assert!(!left.stdout.contains("operator.ada~2"), "{}", left.stdout);
+    assert!(!folder.path().join("operator.ada").exists());
+    assert!(!admitted(folder.path(), &[]).iter().any(ada));
+    let again = pki(folder.path(), &["revoke", "operator.ada"]);
+    again.fails(3, &["`operator.ada.tower` is revoked already", "issue `operator.ada` again"]);
+
+    let back = pki(folder.path(), &["issue", "operator.ada"]);
+    back.succeeds();
+    assert!(back.stdout.contains("operator.ada~2.tower, until"), "{}", back.stdout);
+    let names = admitted(folder.path(), &["--operator", "ada"]);
+    assert_eq!(names.into_iter().filter(ada).collect::<Vec<_>>(), ["operator.ada~2.tower"]);
+
+    // A module is one of the structure: it is admitted again as soon as it has another certificate.
+    pki(folder.path(), &["revoke", "module1", "--remove"]).succeeds();
+    assert!(admitted(folder.path(), &[]).contains(&"module1~2.tower".to_owned()));
+}
+
+#[test]
+fn a_certificate_that_is_not_there_is_not_revoked() {
+    let folder = library(&["module1"]);
+    let unknown = pki(folder.path(), &["revoke", "modul1"]);
+    unknown.fails(3, &["no certificate of `modul1`, only of `module1`"]);
+    let outcome = pki(folder.path(), &["revoke", "module1~2"]);
+    assert_eq!(outcome.code, Some(2));
+    assert!(outcome.stderr.contains("write MODULE, plant"), "{}", outcome.stderr);
+    assert!(!folder.path().join("revoked").exists());
+}
+
+/// A revoked directory from a backup.
+#[test]
+fn a_revoked_certificate_that_is_put_back_is_found() {
+    let folder = library(&["module1"]);
+    let own = folder.path().join("module1/certificate.pem");
+    let certificate = fs::read(&own).unwrap();
+    pki(folder.path(), &["revoke", "module1"]).succeeds();
+    fs::write(&own, certificate).unwrap();
+    let listed = pki(folder.path(), &["list"]);
+    assert_eq!(listed.code, Some(1));
+    assert!(listed.stdout.contains("is revoked; remove"), "{}", listed.stdout);
+    assert!(admitted(folder.path(), &[]).contains(&"module1~2.tower".to_owned()));
+}
+
+#[test]
+fn a_later_certificate_is_as_good_as_the_first_one() {
+    let folder = library(&["module1"]);
+    pki(folder.path(), &["revoke", "module1", "--days", "20"]).succeeds();
+    let own = folder.path().join("module1");
+    let (_copy, file) = module1_with(&own, HERE);
+    check(&file).succeeds();
+    let identity = check(&own);
+    assert!(identity.stdout.contains("certificate of `module1~2.tower`"), "{}", identity.stdout);
+    let store = folder.path().join("credstore").display().to_string();
+    let installed = run(&["pki", "install", &own.display().to_string(), "--store", &store]);
+    installed.succeeds();
+    let line = "module1~2.tower for trusswatch-diagnoser@module1.service, until ";
+    assert!(installed.stdout.contains(line), "{}", installed.stdout);
+}
+
+#[test]
+fn certificates_last_a_season_unless_specified_otherwise() {
+    let folder = library(&["module1"]);
+    let listed = pki(folder.path(), &["list", "--json"]).stdout;
+    let listed: serde_json::Value = serde_json::from_str(&listed).unwrap();
+    assert_eq!(listed["certificates"][0]["days_left"], 89, "{listed:#}");
+}
+
 /// A copy of module 1's configuration that shows itself by the certificates in this directory.
 fn module1_with(identity: &Path, listen: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
@@ -235,13 +360,14 @@ fn a_configuration_is_checked_together_with_its_certificates() {
 fn a_certificate_out_of_its_time_is_a_mistake() {
     let folder = library(&[]);
     let authority = ::pki::Authority::open(folder.path()).unwrap();
-    let (holder, now) = ("module1".parse().unwrap(), ::pki::lifetime::now());
+    let holder: ::pki::Holder = "module1".parse().unwrap();
+    let now = ::pki::lifetime::now();
     let minutes = time::Duration::minutes;
     for (from, until, word) in [(-9, -1, "expired on"), (1, 9, "is not valid before")] {
         let place = folder.path().join(format!("until{until}"));
         let lifetime = ::pki::Lifetime { from: now + minutes(from), until: now + minutes(until) };
         let here = ["127.0.0.1".parse().unwrap()];
-        authority.issue(&place, &holder, &here, lifetime).unwrap();
+        authority.issue(&place, holder.clone(), &here, lifetime).unwrap();
         let (_copy, file) = module1_with(&place, HERE);
         check(&file).fails(3, &["certificate.pem", word]);
     }

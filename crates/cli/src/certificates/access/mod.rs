@@ -7,10 +7,11 @@ mod side;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use pki::{Holder, Library};
+use pki::{Generations, Holder, Library};
 use session::{DEFAULT_LEASE_MS, endpoint};
 use truss::Structure;
 
+use super::unreadable;
 use crate::failure::Failure;
 use document::Document;
 use rules::{AccessControl, People};
@@ -47,7 +48,8 @@ pub(super) struct Arguments {
     /// repeated
     #[arg(long = "router", value_name = "NAME[=HOLDER,...]")]
     routers: Vec<Linked>,
-    /// Directory of certificates, whose operators and observers are added
+    /// Directory of certificates, whose operators and observers are added. Who has had a certificate
+    /// revoked is admitted by the next one only; without it, everybody by the first one
     #[arg(long = "dir", value_name = "DIRECTORY")]
     directory: Option<PathBuf>,
 }
@@ -125,11 +127,13 @@ fn people(arguments: &Arguments) -> Result<People, Failure> {
         operators: arguments.operators.iter().cloned().collect(),
         observers: arguments.observers.iter().cloned().collect(),
         routers: arguments.routers.iter().cloned().collect(),
+        generations: Generations::default(),
     };
     if let Some(directory) = &arguments.directory {
-        let holders = Library::at(directory).holders().map_err(|error| {
-            Failure::input(format!("{}: cannot be read: {error}", directory.display()))
-        })?;
+        let library = Library::at(directory);
+        let read = || Ok((library.holders()?, library.generations()?));
+        let (holders, generations) = read().map_err(|error| unreadable(directory, &error))?;
+        people.generations = generations;
         for holder in holders {
             match holder {
                 Holder::Operator(name) => drop(people.operators.insert(name)),

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use names::{ModuleName, StructureName};
 use pki::holder::BearerName;
-use pki::{CommonName, Holder};
+use pki::{CommonName, Generations, Holder};
 use serde::Serialize;
 use truss::Structure;
 use wire::realm;
@@ -21,6 +21,8 @@ pub(super) struct People {
     pub(super) observers: BTreeSet<BearerName>,
     /// Routers linked to the one that the rules are for.
     pub(super) routers: BTreeSet<Linked>,
+    /// By which certificates these and the modules and the plant are admitted.
+    pub(super) generations: Generations,
 }
 
 /// The table `access_control`.
@@ -31,6 +33,8 @@ pub(super) struct AccessControl {
     rules: Vec<Rule>,
     subjects: Vec<Subject>,
     policies: Vec<Policy>,
+    #[serde(skip)]
+    generations: Generations,
 }
 
 #[derive(Debug, Serialize)]
@@ -91,6 +95,7 @@ impl AccessControl {
             rules: general_rules(structure),
             subjects: Vec::new(),
             policies: Vec::new(),
+            generations: people.generations.clone(),
         };
         for module in structure.equipped() {
             let rule = speaks(&module.name);
@@ -139,7 +144,9 @@ impl AccessControl {
     /// Allows a holder these rules and those of every known client.
     fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
         // A name that is too long for a certificate has none.
-        let Ok(name) = CommonName::new(holder, structure.clone()) else { return };
+        let Ok(name) = CommonName::new(self.generations.of(holder), structure.clone()) else {
+            return;
+        };
         let id = name.to_string();
         self.subjects.push(Subject { id: id.clone(), cert_common_names: vec![id.clone()] });
         let rules = rules.iter().chain(&[HEAR, READ, GET]).map(ToString::to_string).collect();
@@ -195,6 +202,7 @@ mod tests {
             ]
             .map(|linked| linked.parse().unwrap())
             .into(),
+            generations: Generations::default(),
         };
         serde_json::to_value(AccessControl::of(&structure, &people)).unwrap()
     }

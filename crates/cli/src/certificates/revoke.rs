@@ -1,0 +1,102 @@
+//! `trusswatch pki revoke`: a lost key loses its rights.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use pki::credentials::Service;
+use pki::lifetime::HOLDER_DAYS;
+use pki::revocation::{self, RevokeError, Revoked};
+use pki::{Authority, Holder, Lifetime};
+
+use super::{Place, refused, summary};
+use crate::failure::Failure;
+
+/// Take the rights of a lost key: make another one, with a certificate of another name
+///
+/// Access control identifies a certificate by its name. The one that is made instead has the next generation in
+/// its name, e.g. `module1~2.tower`; the addresses stay as they are. The revoked certificate is kept in the
+/// directory `revoked`, without its key, and its name is never issued again. It has its rights until the new
+/// rules are in force: what is to be done for that is printed.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Holder of the lost key
+    holder: Holder,
+    /// Make no other certificate: the holder does not come back
+    #[arg(long, conflicts_with = "days")]
+    remove: bool,
+    #[command(flatten)]
+    place: Place,
+    /// Days until the new certificate has to be renewed; never beyond the authority's
+    #[arg(long, default_value_t = HOLDER_DAYS, value_parser = clap::value_parser!(u16).range(1..=825))]
+    days: u16,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { holder, remove, place, days } = arguments;
+    let (authority, library) =
+        (Authority::open(&place.directory).map_err(refused)?, place.library());
+    let revoked = if *remove {
+        revocation::remove(&authority, &library, holder)
+    } else {
+        revocation::replace(&authority, &library, holder, Lifetime::of_days(*days))
+    };
+    let revoked = revoked.map_err(failure)?;
+    let mut out = io::stdout().lock();
+    writeln!(out, "{}: {}, revoked", revoked.kept.display(), revoked.name)?;
+    if !remove {
+        writeln!(out, "{}", summary(&library.place_of(holder))?)?;
+    }
+    writeln!(out, "{}", next(arguments, &revoked))?;
+    Ok(out.flush()?)
+}
+
+/// What remains to be done, and what revoking cannot do.
+fn next(arguments: &Arguments, revoked: &Revoked) -> String {
+    let Arguments { holder, remove, place, .. } = arguments;
+    let directory = place.directory.display();
+    let name = &revoked.name;
+    let mut text = format!(
+        "The lost key has its rights until these three steps are done:\n\
+         1. make the rules anew, for each router with the options that it had:\n\
+         \x20    trusswatch pki access STRUCTURE.toml --dir {directory} > router.json5\n\
+         2. bring them to the routers, or without a router to every peer\n\
+         3. restart these; a router by\n\
+         \x20    systemctl restart trusswatch-router"
+    );
+    if !remove {
+        text += &format!("\n{}", installation(holder, &place.library().place_of(holder)));
+    }
+    if !revoked.addresses.is_empty() {
+        let addresses: Vec<String> = revoked.addresses.iter().map(ToString::to_string).collect();
+        text += &format!(
+            "\nClients of a router do not look at names: with the lost key somebody at {} can still pass for it \
+             until the certificate `{name}` ends. If that may be, give it another address, or make a new authority.",
+            addresses.join(" or ")
+        );
+    }
+    text
+}
+
+/// How the holder comes by the new key.
+fn installation(holder: &Holder, directory: &Path) -> String {
+    let place = directory.display();
+    match Service::of(holder) {
+        Some(service) => format!(
+            "Then bring {place} to the computer of {holder}, and there\n     \
+             trusswatch pki install {holder} && rm -r {holder}\n     \
+             systemctl restart {}",
+            service.unit().trim_end_matches(".service")
+        ),
+        None => format!("Then bring {place} to {holder}, in the place of the old directory."),
+    }
+}
+
+fn failure(error: RevokeError) -> Failure {
+    match error {
+        RevokeError::Issue(error) => refused(error),
+        RevokeError::Removing { .. } => Failure::runtime(error.to_string()),
+        RevokeError::Unknown { .. } | RevokeError::Already { .. } => {
+            Failure::input(error.to_string())
+        }
+    }
+}
