@@ -175,7 +175,7 @@ impl Stand {
         Self::along(schedule, papers)
     }
 
-    /// Up to three routers, each linked to the one below it. Who is where: see [`Side::place_of`].
+    /// Up to three routers, each linked to the one below it. Who is where: see `Side::place_of`.
     pub async fn row(schedule: &Schedule, routers: usize) -> Self {
         Self::along(schedule, Papers::for_routers(routers).await)
     }
