@@ -197,7 +197,10 @@ fn log(refusals: &Receiver<String>) {
             logged.clear();
         }
         if let Some(times) = logged.entry(refusal.clone()).or_default().note(Instant::now()) {
-            tracing::warn!(times, "{refusal}");
+            match times {
+                1 => tracing::warn!("{refusal}"),
+                _ => tracing::warn!(times, "{refusal}"),
+            }
         }
     }
 }
