@@ -8,7 +8,7 @@ use diagnosis::{
     Action, ActuatorFault, Answer, Change, Doubt, Event, PeerFailure, Phase, Question,
     QuestionToken, Refusal, Rule, SampleRejection, Verdict,
 };
-use fixture::{Bench, EFFECTS, HOLD, INTERVAL, WARM_UP, name, setup};
+use fixture::{Bench, EFFECTS, HOLD, INTERVAL, WARM_UP, name, setup, unchanged_since};
 use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
@@ -17,14 +17,7 @@ const SMALL_BIAS_M: f64 = 14e-6;
 const ROOT_M: f64 = 500e-6;
 
 fn answer(question: Question, changes: Vec<Change>) -> Event {
-    let answer = Answer {
-        question,
-        watching_since: Some(Step(WARM_UP)),
-        changes,
-        actuator_faults: Vec::new(),
-        alarms: None,
-        window: None,
-    };
+    let answer = Answer { changes, ..unchanged_since(Step(WARM_UP), question) };
     Event::Answered { peer: name("upper"), answer }
 }
 
@@ -182,15 +175,7 @@ fn too_many_open_changes_are_counted_and_the_first_is_kept() {
 #[test]
 fn a_jump_is_latched_though_a_peer_is_silent_or_was_not_watching() {
     let ignorant = |question: Question| {
-        let watching_since = Some(question.as_of);
-        let answer = Answer {
-            question,
-            watching_since,
-            changes: Vec::new(),
-            actuator_faults: Vec::new(),
-            alarms: None,
-            window: None,
-        };
+        let answer = unchanged_since(question.as_of, question);
         Event::Answered { peer: name("upper"), answer }
     };
     let refusing = |question| {
@@ -213,15 +198,7 @@ fn a_jump_is_latched_though_a_peer_is_silent_or_was_not_watching() {
 #[test]
 fn a_peer_that_was_not_watching_cannot_clear_anybody() {
     let (mut bench, question) = biased();
-    let watching_since = Some(question.as_of);
-    let ignorant = Answer {
-        question,
-        watching_since,
-        changes: Vec::new(),
-        actuator_faults: Vec::new(),
-        alarms: None,
-        window: None,
-    };
+    let ignorant = unchanged_since(question.as_of, question);
     bench.give(Event::Answered { peer: name("upper"), answer: ignorant });
     assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
     assert_eq!(bench.latched(), [""; 0]);
@@ -283,12 +260,9 @@ fn by_the_paper_a_peers_actuator_fault_explains_a_sensor_and_a_peers_sensor_does
         let question = bench.questions()[0].1;
         let fault = ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(350) };
         let answer = Answer {
-            question,
-            watching_since: Some(Step(WARM_UP)),
             changes: vec![change("sensor/g1", question.as_of.minus(10), 9.0)],
             actuator_faults: if faulty { vec![fault] } else { Vec::new() },
-            alarms: None,
-            window: None,
+            ..unchanged_since(Step(WARM_UP), question)
         };
         bench.give(Event::Answered { peer: name("upper"), answer });
         assert_eq!(bench.latched(), latched);
@@ -513,14 +487,7 @@ fn late_samples_among_those_of_the_run_begin_nothing() {
 #[test]
 fn answers_that_do_not_fit_are_counted_and_ignored() {
     let lies = |question: Question| {
-        let honest = Answer {
-            question,
-            watching_since: Some(Step(WARM_UP)),
-            changes: Vec::new(),
-            actuator_faults: Vec::new(),
-            alarms: None,
-            window: None,
-        };
+        let honest = unchanged_since(Step(WARM_UP), question);
         let with = |changes| Answer { changes, ..honest.clone() };
         let fault = |step| ActuatorFault { actuator: "a1".parse().unwrap(), step };
         vec![
@@ -540,17 +507,8 @@ fn answers_that_do_not_fit_are_counted_and_ignored() {
         assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
     }
     let (mut bench, question) = biased();
-    let impostor = Event::Answered {
-        peer: name("impostor"),
-        answer: Answer {
-            question,
-            watching_since: Some(Step(0)),
-            changes: Vec::new(),
-            actuator_faults: Vec::new(),
-            alarms: None,
-            window: None,
-        },
-    };
+    let answer = unchanged_since(Step(0), question);
+    let impostor = Event::Answered { peer: name("impostor"), answer };
     bench.give(impostor);
     assert_eq!(bench.diagnoser.counters().answers_malformed, 1);
     assert_eq!(bench.story("sensor/g1"), ["tentative"]);
