@@ -7,7 +7,8 @@ use std::os::unix::fs::MetadataExt;
 
 use tracing_journald::{Priority, PriorityMappings};
 
-use super::wording::WithFieldsInText;
+use super::rewriting::Rewriting;
+use super::wording::with_fields_in_text;
 
 /// Device and inode of the stream that leads to the journal, set by the service manager.
 const VARIABLE: &str = "JOURNAL_STREAM";
@@ -31,11 +32,11 @@ fn standard_error_stream() -> io::Result<String> {
 ///
 /// # Errors
 /// No journal listens there.
-pub(super) fn layer() -> io::Result<WithFieldsInText<tracing_journald::Layer>> {
+pub(super) fn layer() -> io::Result<Rewriting<tracing_journald::Layer>> {
     let layer = tracing_journald::layer()?
         .with_field_prefix(Some(PREFIX.to_owned()))
         .with_priority_mappings(priorities());
-    Ok(WithFieldsInText(layer))
+    Ok(Rewriting(layer, with_fields_in_text))
 }
 
 /// Every level is the priority of that name.

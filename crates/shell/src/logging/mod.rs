@@ -4,11 +4,13 @@
 mod journal;
 mod printable;
 mod refusals;
+mod rewriting;
 mod wording;
 
 use std::io::IsTerminal;
 
-use printable::Printable;
+use printable::with_printable_texts;
+use rewriting::Rewriting;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry, fmt};
@@ -47,12 +49,13 @@ fn sink() -> (Sink, Option<std::io::Error>) {
         return (standard_error(), None);
     }
     match journal::layer() {
-        Ok(layer) => (Box::new(Printable(layer)), None),
+        Ok(layer) => (Box::new(Rewriting(layer, with_printable_texts)), None),
         Err(error) => (standard_error(), Some(error)),
     }
 }
 
 fn standard_error() -> Sink {
     let ansi = std::io::stderr().is_terminal();
-    Box::new(Printable(fmt::layer().with_ansi(ansi).with_writer(std::io::stderr)))
+    let layer = fmt::layer().with_ansi(ansi).with_writer(std::io::stderr);
+    Box::new(Rewriting(layer, with_printable_texts))
 }

@@ -6,58 +6,26 @@
 use std::fmt::Debug;
 
 use names::{is_printable, printable};
+use tracing::Event;
 use tracing::field::{Field, Value, Visit, display};
-use tracing::{Event, Subscriber};
-use tracing_subscriber::Layer;
-use tracing_subscriber::layer::Context;
-use tracing_subscriber::registry::LookupSpan;
 
-/// Passes each event on to another layer, with nothing but printable characters in its text and fields.
-pub(super) struct Printable<L>(pub(super) L);
+use super::rewriting::Values;
 
-impl<S, L> Layer<S> for Printable<L>
-where
-    S: Subscriber + for<'span> LookupSpan<'span>,
-    L: Layer<S>,
-{
-    fn on_new_span(
-        &self,
-        attributes: &tracing::span::Attributes<'_>,
-        id: &tracing::span::Id,
-        context: Context<'_, S>,
-    ) {
-        self.0.on_new_span(attributes, id, context);
-    }
-
-    fn on_record(
-        &self,
-        id: &tracing::span::Id,
-        values: &tracing::span::Record<'_>,
-        context: Context<'_, S>,
-    ) {
-        self.0.on_record(id, values, context);
-    }
-
-    fn on_event(&self, event: &Event<'_>, context: Context<'_, S>) {
-        let fields = event.metadata().fields();
-        let mut values = Values { each: (0..fields.len()).map(|_| None).collect(), odd: false };
-        event.record(&mut values);
-        if !values.odd {
-            return self.0.on_event(event, context);
-        }
-        let values: Vec<Option<&dyn Value>> = values.each.iter().map(Option::as_deref).collect();
-        let values = fields.value_set_all(&values);
-        self.0.on_event(&Event::new(event.metadata(), &values), context);
-    }
+/// Nothing but printable characters in the text and the fields; an event that has no others stays as it is.
+pub(super) fn with_printable_texts(event: &Event<'_>) -> Option<Values> {
+    let each = event.metadata().fields().iter().map(|_| None).collect();
+    let mut texts = Texts { each, odd: false };
+    event.record(&mut texts);
+    texts.odd.then_some(texts.each)
 }
 
 /// Each field's value at the field's place, printable; and whether any was not.
-struct Values {
-    each: Vec<Option<Box<dyn Value>>>,
+struct Texts {
+    each: Values,
     odd: bool,
 }
 
-impl Values {
+impl Texts {
     fn put(&mut self, field: &Field, text: &str, value: impl FnOnce(String) -> Box<dyn Value>) {
         self.odd |= !text.chars().all(is_printable);
         if let Some(place) = self.each.get_mut(field.index()) {
@@ -66,7 +34,7 @@ impl Values {
     }
 }
 
-impl Visit for Values {
+impl Visit for Texts {
     fn record_str(&mut self, field: &Field, value: &str) {
         self.put(field, value, |text| Box::new(text));
     }
@@ -85,6 +53,7 @@ mod tests {
     use tracing_subscriber::layer::SubscriberExt;
 
     use super::*;
+    use crate::logging::rewriting::Rewriting;
 
     /// What was written.
     #[derive(Clone, Default)]
@@ -106,7 +75,8 @@ mod tests {
         let writer = written.clone();
         let layer =
             fmt::layer().without_time().with_ansi(false).with_writer(move || writer.clone());
-        let subscriber = tracing_subscriber::registry().with(Printable(layer));
+        let subscriber =
+            tracing_subscriber::registry().with(Rewriting(layer, with_printable_texts));
         tracing::subscriber::with_default(subscriber, log);
         let bytes = written.0.lock().unwrap().clone();
         String::from_utf8(bytes).unwrap()

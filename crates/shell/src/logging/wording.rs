@@ -5,56 +5,26 @@
 
 use std::fmt::Debug;
 
-use tracing::field::{Field, Value, Visit};
-use tracing::{Event, Subscriber};
-use tracing_subscriber::Layer;
+use tracing::Event;
+use tracing::field::{Field, Visit};
 use tracing_subscriber::fmt::FormatFields;
 use tracing_subscriber::fmt::format::{DefaultFields, Writer};
-use tracing_subscriber::layer::Context;
-use tracing_subscriber::registry::LookupSpan;
+
+use super::rewriting::Values;
 
 /// The field that holds the text.
 const TEXT: &str = "message";
 
-/// Passes each event on to another layer, with all its fields in its text.
-pub(super) struct WithFieldsInText<L>(pub(super) L);
-
-impl<S, L> Layer<S> for WithFieldsInText<L>
-where
-    S: Subscriber + for<'span> LookupSpan<'span>,
-    L: Layer<S>,
-{
-    fn on_new_span(
-        &self,
-        attributes: &tracing::span::Attributes<'_>,
-        id: &tracing::span::Id,
-        context: Context<'_, S>,
-    ) {
-        self.0.on_new_span(attributes, id, context);
+/// All fields in the text.
+pub(super) fn with_fields_in_text(event: &Event<'_>) -> Option<Values> {
+    let fields = event.metadata().fields();
+    let mut texts = Texts(fields.iter().map(|_| None).collect());
+    event.record(&mut texts);
+    let place = fields.field(TEXT).map(|field| field.index());
+    if let (Some(place), Some(sentence)) = (place, sentence(event)) {
+        texts.0[place] = Some(Box::new(sentence));
     }
-
-    fn on_record(
-        &self,
-        id: &tracing::span::Id,
-        values: &tracing::span::Record<'_>,
-        context: Context<'_, S>,
-    ) {
-        self.0.on_record(id, values, context);
-    }
-
-    fn on_event(&self, event: &Event<'_>, context: Context<'_, S>) {
-        let fields = event.metadata().fields();
-        let mut texts = Texts(vec![None; fields.len()]);
-        event.record(&mut texts);
-        let place = fields.field(TEXT).map(|field| field.index());
-        if let (Some(place), Some(sentence)) = (place, sentence(event)) {
-            texts.0[place] = Some(sentence);
-        }
-        let values: Vec<Option<&dyn Value>> =
-            texts.0.iter().map(|text| text.as_ref().map(|text| text as &dyn Value)).collect();
-        let values = fields.value_set_all(&values);
-        self.0.on_event(&Event::new(event.metadata(), &values), context);
-    }
+    Some(texts.0)
 }
 
 /// The text and every other field behind it.
@@ -65,12 +35,12 @@ fn sentence(event: &Event<'_>) -> Option<String> {
 }
 
 /// Each field's value as text, at the field's place.
-struct Texts(Vec<Option<String>>);
+struct Texts(Values);
 
 impl Texts {
     fn put(&mut self, field: &Field, text: String) {
         if let Some(place) = self.0.get_mut(field.index()) {
-            *place = Some(text);
+            *place = Some(Box::new(text));
         }
     }
 }
@@ -89,9 +59,12 @@ impl Visit for Texts {
 mod tests {
     use std::sync::{Arc, Mutex};
 
-    use tracing_subscriber::layer::SubscriberExt;
+    use tracing::Subscriber;
+    use tracing_subscriber::Layer;
+    use tracing_subscriber::layer::{Context, SubscriberExt};
 
     use super::*;
+    use crate::logging::rewriting::Rewriting;
 
     /// Keeps what it is handed.
     #[derive(Clone, Default)]
@@ -115,7 +88,8 @@ mod tests {
 
     fn handed_on(log: impl FnOnce()) -> Vec<(String, String)> {
         let keep = Keep::default();
-        let subscriber = tracing_subscriber::registry().with(WithFieldsInText(keep.clone()));
+        let subscriber = Rewriting(keep.clone(), with_fields_in_text);
+        let subscriber = tracing_subscriber::registry().with(subscriber);
         tracing::subscriber::with_default(subscriber, log);
         let kept = keep.0.lock().unwrap();
         kept.clone()
