@@ -25,7 +25,7 @@ pub use error::NetworkError;
 pub use flags::NetworkFlags;
 pub use identity::mistake;
 pub use longest_message::LONGEST_MESSAGE_BYTES;
-pub use network::{DEFAULT_LEASE_MS, Mode, Network};
+pub use network::{DEFAULT_LEASE_MS, LEASES_MS, Mode, Network};
 pub use session::{close, open};
 pub use zenoh_file::{from_file, identities};
 pub use zenoh_settings::{ACCEPTING_MS, OPENING_MS, settings, wait_before_close_us};

@@ -47,7 +47,7 @@ pub struct Network {
 /// What notices a loss soon, on a network of one site \[ms\].
 pub const DEFAULT_LEASE_MS: u32 = 1000;
 /// Sensible leases \[ms\].
-const LEASES_MS: RangeInclusive<u32> = 200..=60_000;
+pub const LEASES_MS: RangeInclusive<u32> = 200..=60_000;
 
 impl Network {
     /// A peer that listens nowhere.

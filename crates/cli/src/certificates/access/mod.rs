@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use pki::{Generations, Holder, Library};
-use session::{DEFAULT_LEASE_MS, endpoint};
+use session::{DEFAULT_LEASE_MS, LEASES_MS, endpoint};
 use truss::Structure;
 
 use super::unreadable;
@@ -41,7 +41,7 @@ pub(super) struct Arguments {
     #[arg(long = "observer", value_name = "NAME")]
     observers: Vec<pki::holder::BearerName>,
     /// A link whose other side is silent for this long is dead [ms]; more than the default for long or lossy links
-    #[arg(long, value_name = "MS", default_value_t = DEFAULT_LEASE_MS, value_parser = clap::value_parser!(u32).range(200..=60_000))]
+    #[arg(long, value_name = "MS", default_value_t = DEFAULT_LEASE_MS, value_parser = lease_ms)]
     lease_ms: u32,
     /// A router that this one is linked to, with those on its side, behind further routers too, e.g.
     /// `top=module3,module4,operator.ada`; without `=` it may pass on what anybody of the structure may say. May be
@@ -61,6 +61,12 @@ enum Mode {
     Router,
     /// Each peer
     Peer,
+}
+
+/// Reads a lease \[ms\].
+fn lease_ms(text: &str) -> Result<u32, String> {
+    let lease_ms = text.parse().ok().filter(|lease_ms| LEASES_MS.contains(lease_ms));
+    lease_ms.ok_or_else(|| format!("use {} to {} ms", LEASES_MS.start(), LEASES_MS.end()))
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
