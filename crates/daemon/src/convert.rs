@@ -10,9 +10,18 @@ use wire::{Agreement, FaultState, FaultTransition, GivenOrderKind, ModulePhase};
 pub(crate) struct Speaker {
     pub(crate) structure: StructureName,
     pub(crate) module: ModuleName,
+    /// What its sequence numbers count in, as it stands in [`FaultTransition::incarnation`].
+    pub(crate) incarnation: Option<u64>,
 }
 
 impl Speaker {
+    /// One without a journal.
+    #[cfg(test)]
+    pub(crate) fn of(structure: &str, module: &str) -> Self {
+        let (structure, module) = (structure.parse().unwrap(), module.parse().unwrap());
+        Self { structure, module, incarnation: None }
+    }
+
     pub(crate) fn key(&self, topic: wire::Topic) -> String {
         wire::Key::of_module(&self.structure, &self.module, topic).to_string()
     }
@@ -23,7 +32,12 @@ impl Speaker {
 
     /// The message on a component that never had a transition.
     pub(crate) fn untouched(&self, component: &Component, time_unix_ns: u64) -> FaultTransition {
-        FaultTransition::untouched(self.structure.clone(), self.path(component), time_unix_ns)
+        let (structure, component) = (self.structure.clone(), self.path(component));
+        let incarnation = self.incarnation;
+        FaultTransition {
+            incarnation,
+            ..FaultTransition::untouched(structure, component, time_unix_ns)
+        }
     }
 
     pub(crate) fn transition(&self, transition: Transition, time_unix_ns: u64) -> FaultTransition {

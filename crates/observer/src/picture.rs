@@ -132,12 +132,12 @@ impl Picture {
     }
 
     /// Takes the state of a component. If two processes claim to be the same module, the one that is
-    /// further counts.
+    /// further counts, or whose journal began later.
     fn enter(&mut self, transition: FaultTransition, process: Option<ZenohId>) {
         let module = self.module(&transition.structure, &transition.module);
         module.processes.extend(process);
         match module.components.iter_mut().find(|known| known.component == transition.component) {
-            Some(known) if known.sequence >= transition.sequence => {}
+            Some(known) if known.place() >= transition.place() => {}
             Some(known) => *known = transition,
             None => module.components.push(transition),
         }
@@ -214,4 +214,29 @@ fn state_in(reply: &Reply, timeout: Duration) -> Result<FaultTransition, QueryEr
         return Err(QueryError::Senseless(format!("a state of `{component}` came on `{key}`")));
     }
     Ok(transition)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn transition(incarnation: Option<u64>, sequence: u64) -> FaultTransition {
+        let component = "m1/sensor/g1".parse().unwrap();
+        let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 5);
+        FaultTransition { incarnation, sequence, ..untouched }
+    }
+
+    #[test]
+    fn the_later_of_two_transitions_counts_and_a_wiped_state_is_later_than_any_before() {
+        let mut picture = Picture::default();
+        let mut present = |incarnation, sequence| {
+            picture.enter(transition(incarnation, sequence), None);
+            picture.modules[0].components[0].place()
+        };
+        assert_eq!(present(None, 7), (None, 7));
+        assert_eq!(present(None, 6), (None, 7));
+        assert_eq!(present(Some(100), 2), (Some(100), 2));
+        assert_eq!(present(None, 8), (Some(100), 2));
+        assert_eq!(present(Some(200), 0), (Some(200), 0));
+    }
 }

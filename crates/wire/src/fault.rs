@@ -86,6 +86,10 @@ pub struct FaultTransition {
     pub symptom: Symptom,
     /// Counts the module's transitions from 1, without a gap.
     pub sequence: u64,
+    /// What `sequence` counts in: when the journal began \[ms since 1970\]. A wiped state directory begins a later one, and
+    /// counts from 1 again. A journal that a former version began has none.
+    #[serde(default)]
+    pub incarnation: Option<u64>,
     /// The run that the steps are counted in.
     pub run: Option<RunId>,
     /// Since when the residual has been changing; of a departure, the first step at which it may have begun.
@@ -169,6 +173,7 @@ impl FaultTransition {
             state: FaultState::Normal,
             symptom: Symptom::Change,
             sequence: 0,
+            incarnation: None,
             run: None,
             onset_step: None,
             detection_step: None,
@@ -192,6 +197,12 @@ impl FaultTransition {
             durable: true,
             time_unix_ns,
         }
+    }
+
+    /// Its place among the transitions of its module: the higher one is the later one.
+    #[must_use]
+    pub fn place(&self) -> (Option<u64>, u64) {
+        (self.incarnation, self.sequence)
     }
 
     /// Did it agree with its reference in the latest window?

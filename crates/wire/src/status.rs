@@ -146,6 +146,9 @@ pub struct JournalStatus {
     pub lost: u64,
     /// Damaged records found at the start and passed over.
     pub damaged: u64,
+    /// When it began \[ms since 1970\]: what sequence numbers count in. Absent if a former version began it.
+    #[serde(default)]
+    pub incarnation: Option<u64>,
 }
 
 /// How a question to a peer ended.

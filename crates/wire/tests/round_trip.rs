@@ -160,6 +160,7 @@ fn events_are_read_back() {
         state: FaultState::Explained,
         symptom: Symptom::NoSignal,
         sequence: 3,
+        incarnation: Some(1_795_290_000_000),
         run: Some(RunId(5)),
         onset_step: Some(Step(40)),
         detection_step: Some(Step(41)),

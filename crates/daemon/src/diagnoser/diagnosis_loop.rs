@@ -353,7 +353,7 @@ impl DiagnosisLoop {
         self.boards.service.enter(phase, reason.clone());
         let step = self.diagnoser.last_step();
         tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
-        let Speaker { structure, module } = self.performer.speaker.clone();
+        let Speaker { structure, module, .. } = self.performer.speaker.clone();
         let time_unix_ns = clock::unix_ns();
         let run = self.diagnoser.run();
         let change =

@@ -94,9 +94,16 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
     let listening = Listening::on(config.health)?;
     let supervisor = Supervisor::from_environment();
     let board = Arc::new(ModuleBoard::default());
-    let speaker =
-        Speaker { structure: config.structure_name.clone(), module: config.module().clone() };
-    let subject = ModuleHealth { speaker, pulse: supervisor.pulse(), board: Arc::clone(&board) };
+    let speaker = Speaker {
+        structure: config.structure_name.clone(),
+        module: config.module().clone(),
+        incarnation: memory.keeper.status().incarnation,
+    };
+    let subject = ModuleHealth {
+        speaker: speaker.clone(),
+        pulse: supervisor.pulse(),
+        board: Arc::clone(&board),
+    };
     let serving = listening
         .serve(subject)
         .map_err(|error| Failure::running("health cannot be served", error))?;
@@ -104,7 +111,8 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
     let Some(session) = open_unless(&config.network, &mut shutdown).await? else {
         return Ok(());
     };
-    let result = serve(&session, config, diagnoser, memory, (supervisor, board), shutdown).await;
+    let result =
+        serve(&session, (config, speaker), diagnoser, memory, (supervisor, board), shutdown).await;
     session::close(&session).await;
     drop(serving);
     result
@@ -155,7 +163,7 @@ impl Remembered {
 
 async fn serve(
     session: &Session,
-    config: DiagnoserConfig,
+    (config, speaker): (DiagnoserConfig, Speaker),
     mut diagnoser: Diagnoser,
     memory: Remembered,
     (supervisor, health): (Supervisor, Arc<ModuleBoard>),
@@ -163,8 +171,6 @@ async fn serve(
 ) -> Result<(), Failure> {
     let refused =
         |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
-    let speaker =
-        Speaker { structure: config.structure_name.clone(), module: config.module().clone() };
     let Remembered { keeper, recollection, watch_file, watch } = memory;
     diagnoser.recall(recollection.memory(watch));
     let components = diagnoser.components().to_vec();

@@ -27,7 +27,7 @@ pub(crate) fn of_module(
     report: Option<&ModuleReport>,
     process: &ProcessReport,
 ) -> Result<String, fmt::Error> {
-    let Speaker { structure, module } = speaker;
+    let Speaker { structure, module, .. } = speaker;
     let labels = vec![("structure", structure.to_string()), ("module", module.to_string())];
     let (report, process) = (report.cloned(), *process);
     render(labels, move |sheet| {

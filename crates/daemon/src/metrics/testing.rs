@@ -17,7 +17,7 @@ use crate::convert::Speaker;
 
 /// Who reports.
 pub(crate) fn speaker() -> Speaker {
-    Speaker { structure: "tower".parse().unwrap(), module: "module1".parse().unwrap() }
+    Speaker::of("tower", "module1")
 }
 
 /// What its process uses.
@@ -28,7 +28,7 @@ pub(crate) fn process() -> ProcessReport {
 
 /// A report with three components and two peers.
 pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
-    let Speaker { structure, module } = speaker();
+    let Speaker { structure, module, .. } = speaker();
     let peer = |name: &str, present| PeerStatus {
         module: name.parse().unwrap(),
         present,

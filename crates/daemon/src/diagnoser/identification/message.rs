@@ -88,7 +88,7 @@ mod tests {
     use names::{RunId, Step};
 
     fn speaker() -> Speaker {
-        Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() }
+        Speaker::of("t", "m1")
     }
 
     fn found(component: &str, candidates: Vec<Candidate>, points: u64) -> wire::Identification {

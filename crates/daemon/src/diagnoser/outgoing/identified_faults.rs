@@ -118,7 +118,7 @@ mod tests {
     use wire::FaultState;
 
     fn speaker() -> Speaker {
-        Speaker { structure: "tower".parse().unwrap(), module: "module1".parse().unwrap() }
+        Speaker::of("tower", "module1")
     }
 
     fn faults() -> (IdentifiedFaults, Arc<IdentificationTally>) {

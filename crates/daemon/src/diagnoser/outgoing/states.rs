@@ -87,8 +87,7 @@ mod tests {
     }
 
     fn book_of(service: Service) -> States {
-        let speaker =
-            Speaker { structure: "tower".parse().unwrap(), module: "module1".parse().unwrap() };
+        let speaker = Speaker::of("tower", "module1");
         let names = ["actuator/a1", "sensor/a1", "sensor/g2"];
         let components: Vec<Component> = names.iter().map(|name| name.parse().unwrap()).collect();
         let conditions = [Condition::NotVerified, Condition::NotVerified, Condition::NotVerified];

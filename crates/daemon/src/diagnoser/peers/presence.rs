@@ -138,7 +138,7 @@ mod tests {
     #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
     async fn a_peer_that_is_there_after_all_is_found_and_missed_again() {
         let session = session::open(&session::Network::default()).await.unwrap();
-        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let speaker = Speaker::of("t", "m1");
         let peer: ModuleName = MODULE.parse().unwrap();
         let key = wire::Key::of_module(&speaker.structure, &peer, Topic::Alive).to_string();
         let token = session.liveliness().declare_token(key).await.unwrap();

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use journal::{Journal, OpenError, Opened};
 use names::ModuleName;
+use shell::clock;
 use wire::JournalStatus;
 
 use super::recollection::Recollection;
@@ -72,6 +73,7 @@ impl Keeper {
             }
         };
         let recollection = Recollection::of(&records, module);
+        keeper.status.incarnation = incarnation(&records, module);
         keeper.snapshot.note_texts(records);
         let later = keeper.snapshot.count_later();
         if later > 0 {
@@ -226,6 +228,18 @@ impl Keeper {
     }
 }
 
+/// What sequence numbers count in. A journal that a former version began goes on without, so that one count never
+/// has two.
+fn incarnation(records: &[String], module: &ModuleName) -> Option<u64> {
+    let stated = records.iter().filter_map(|text| match Record::from_text(text)? {
+        Record::Start { incarnation, .. } => incarnation,
+        Record::Transition(transition) if transition.module == *module => transition.incarnation,
+        _ => None,
+    });
+    let begins_now = records.is_empty().then(|| clock::unix_ns() / 1_000_000);
+    stated.max().or(begins_now)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -259,7 +273,7 @@ mod tests {
     }
 
     fn transition(sequence: u64) -> String {
-        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let speaker = Speaker::of("t", "m1");
         let mut message = speaker.untouched(&"sensor/g1".parse().unwrap(), 5);
         message.sequence = sequence;
         Record::Transition(Box::new(message)).to_text().unwrap()
@@ -309,7 +323,7 @@ mod tests {
     }
 
     fn identification(sequence: u64) -> String {
-        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let speaker = Speaker::of("t", "m1");
         let found = diagnosis::identification::Identification {
             run: RunId(1),
             sequence,
@@ -343,6 +357,40 @@ mod tests {
         let (_, recollection) = open(&state);
         let latest = recollection.latest.iter().map(|latest| latest.sequence);
         assert_eq!(latest.collect::<Vec<_>>(), [3, 7]);
+    }
+
+    #[test]
+    fn a_count_has_one_incarnation_and_a_wiped_directory_begins_a_later_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let first = open(directory.path()).0.status().incarnation;
+        assert!(first.is_some());
+        // A process that ended before it wrote anything has numbered nothing that was kept.
+        while Some(clock::unix_ns() / 1_000_000) <= first {}
+        let (mut keeper, _) = open(directory.path());
+        let begun = keeper.status().incarnation;
+        assert!(begun > first);
+        assert!(keeper.save(vec![start(begun)]));
+        for step in 0..100 {
+            assert!(keeper.save(vec![change(step)]));
+        }
+        drop(keeper);
+        assert_eq!(open(directory.path()).0.status().incarnation, begun, "after new files too");
+        while Some(clock::unix_ns() / 1_000_000) <= begun {}
+        let wiped = tempfile::tempdir().unwrap();
+        assert!(open(wiped.path()).0.status().incarnation > begun);
+    }
+
+    #[test]
+    fn the_journal_of_a_former_version_goes_on_without_an_incarnation() {
+        let directory = tempfile::tempdir().unwrap();
+        let (mut keeper, _) = open(directory.path());
+        assert!(keeper.save(vec![start(None), Record::from_text(&transition(3)).unwrap()]));
+        drop(keeper);
+        assert_eq!(open(directory.path()).0.status().incarnation, None);
+    }
+
+    fn start(incarnation: Option<u64>) -> Record {
+        Record::Start { software: "0.1.0".to_owned(), time_unix_ns: 5, incarnation }
     }
 
     #[test]

@@ -183,7 +183,7 @@ mod tests {
     use names::Step;
 
     fn transition(component: &str, sequence: u64, state: FaultState) -> String {
-        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let speaker = Speaker::of("t", "m1");
         let mut message = speaker.untouched(&component.parse().unwrap(), 5);
         message.sequence = sequence;
         message.state = state;
@@ -252,7 +252,7 @@ mod tests {
     }
 
     fn identification(component: &str, sequence: u64, as_of: u64) -> String {
-        let speaker = Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() };
+        let speaker = Speaker::of("t", "m1");
         let found = diagnosis::identification::Identification {
             run: RunId(1),
             sequence,

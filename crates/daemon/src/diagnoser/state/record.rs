@@ -25,6 +25,9 @@ pub(crate) enum Record {
         software: String,
         /// When \[ns since 1970\].
         time_unix_ns: u64,
+        /// When the first one began \[ms since 1970\]; of a journal that a former version began, none.
+        #[serde(default)]
+        incarnation: Option<u64>,
     },
 }
 

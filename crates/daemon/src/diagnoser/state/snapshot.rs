@@ -17,6 +17,8 @@ const LATER: usize = 512;
 /// The present state, as it stands in the journal's records.
 #[derive(Debug, Default)]
 pub(crate) struct Snapshot {
+    /// The latest start, for what sequence numbers count in.
+    start: Option<String>,
     /// Of each component the latest transition that is understood, and a later one that is not.
     present: Vec<Latest>,
     /// Of each component that is faulty, the latest word on what its fault is.
@@ -50,7 +52,7 @@ impl Snapshot {
                 }
                 self.changes.push_back(text);
             }
-            Record::Start { .. } => {}
+            Record::Start { .. } => self.start = Some(text),
         }
     }
 
@@ -69,7 +71,8 @@ impl Snapshot {
     pub(crate) fn texts(&self) -> impl Iterator<Item = &str> {
         let states = self.present.iter().chain(&self.identified);
         let states = states.map(|latest| latest.text.as_str());
-        self.later.iter().chain(&self.changes).map(String::as_str).chain(states)
+        let first = self.start.iter().chain(&self.later).chain(&self.changes);
+        first.map(String::as_str).chain(states)
     }
 
     /// How many records and states in it only a later version understands.

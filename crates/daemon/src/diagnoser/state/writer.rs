@@ -31,6 +31,7 @@ impl Writer {
         let start = Record::Start {
             software: env!("CARGO_PKG_VERSION").to_owned(),
             time_unix_ns: clock::unix_ns(),
+            incarnation: keeper.status().incarnation,
         };
         let (submission, outlet, board) = queue(vec![start], keeper.status().clone());
         (Self { keeper, watch_file, outlet }, submission, board)

@@ -118,7 +118,7 @@ mod tests {
     use crate::diagnoser::state::Entry;
 
     fn speaker() -> Speaker {
-        Speaker { structure: "t".parse().unwrap(), module: "m1".parse().unwrap() }
+        Speaker::of("t", "m1")
     }
 
     /// Entries by their number in the order of a journal, and how many were read.

@@ -126,7 +126,7 @@ mod tests {
         ["sensor/g1", "sensor/g2", "sensor/g3", "actuator/a1", "actuator/a2"];
 
     fn speaker(module: &str) -> Speaker {
-        Speaker { structure: "t".parse().unwrap(), module: module.parse().unwrap() }
+        Speaker::of("t", module)
     }
 
     fn transition(of: &Speaker, component: &str, sequence: u64) -> Record {
