@@ -6,7 +6,12 @@ use wire::{FaultState, ModulePhase};
 /// Every module is one process that answers and is in service, and no component is faulty or possibly so. False
 /// without any module.
 pub(super) fn all_is_well(picture: &Picture) -> bool {
-    !picture.modules.is_empty() && picture.modules.iter().all(is_well)
+    !picture.modules.is_empty() && are_well(&picture.modules)
+}
+
+/// The same of these modules.
+pub(super) fn are_well(modules: &[ModulePicture]) -> bool {
+    modules.iter().all(is_well)
 }
 
 fn is_well(module: &ModulePicture) -> bool {

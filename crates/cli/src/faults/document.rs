@@ -8,6 +8,7 @@ use serde::Serialize;
 use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase};
 
 use super::check::all_is_well;
+use super::roll_up::{RollUp, by_urgency};
 use crate::wording::{now_unix_ns, utc};
 
 /// The whole of it.
@@ -15,8 +16,10 @@ use crate::wording::{now_unix_ns, utc};
 pub(super) struct Document<'a> {
     /// When this was seen.
     time: String,
-    /// The result of `--check`.
+    /// What `--exit-code` tells.
     all_is_well: bool,
+    /// The most urgent first.
+    structures: Vec<RollUp<'a>>,
     modules: Vec<Module<'a>>,
     components: Vec<ComponentEntry<'a>>,
     problems: &'a [String],
@@ -67,6 +70,7 @@ pub(super) fn document(picture: &Picture, all: bool) -> Document<'_> {
     Document {
         time: utc(now_unix_ns()),
         all_is_well: all_is_well(picture),
+        structures: by_urgency(picture),
         modules: picture.modules.iter().map(module).collect(),
         components: shown.map(component).collect(),
         problems: &picture.problems,

@@ -5,6 +5,8 @@ mod component_table;
 mod document;
 mod module_table;
 mod report;
+mod roll_up;
+mod structure_table;
 #[cfg(test)]
 pub(crate) mod testing;
 
@@ -24,10 +26,11 @@ use crate::versioned;
 /// Asks every diagnoser for the state of its components and shows those that are other than normal.
 /// Components of a module that does not monitor them, because no samples come or for another reason, are
 /// unknown. Modules that are expected, or that another module names as its peer, and do not answer are shown as
-/// not answering: nothing is known of their components.
+/// not answering: nothing is known of their components. Of several structures, each has a line in a table, the most
+/// urgent first, and those in which all is well have nothing else.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Show every component, normal ones too
+    /// Show every component, normal ones too, and every structure
     #[arg(long)]
     all: bool,
     /// Modules that should be there

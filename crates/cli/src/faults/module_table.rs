@@ -9,13 +9,13 @@ use crate::table::{TextTable, table};
 use crate::wording::{NOTHING, or_nothing, phase_colour, phase_in_words, printable, span};
 
 /// The table, and the colour of each row.
-pub(super) fn modules(modules: &[&ModulePicture]) -> (TextTable, Vec<Option<Colour>>) {
+pub(super) fn modules(modules: &[ModulePicture]) -> (TextTable, Vec<Option<Colour>>) {
     let mut table = table(&["module", "phase", "step", "lag", "sample age", "journal", "remarks"]);
     for module in modules {
         table.add_row(row(module));
     }
     table.align_right(2..5);
-    (table, modules.iter().map(|module| colour(module)).collect())
+    (table, modules.iter().map(colour).collect())
 }
 
 fn row(module: &ModulePicture) -> [String; 7] {

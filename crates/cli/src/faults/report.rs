@@ -8,21 +8,27 @@ use wire::{FaultState, FaultTransition};
 
 use super::component_table::components;
 use super::module_table::modules;
+use super::roll_up::by_urgency;
+use super::structure_table::{NO_STRUCTURE, structures};
 use crate::paint::{Colour, Paint};
 use crate::wording::{later_state, printable, utc};
 
-/// The text: each structure with its modules, its components, and what is not known.
+/// The text: of several structures a table, then each of them with its modules, its components, and what is not
+/// known. Unless all of it is asked for, of several only those in which not all is well.
 pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Paint) -> String {
     let mut text = String::new();
-    let same = |a: &ModulePicture, b: &ModulePicture| a.member.structure == b.member.structure;
-    for group in picture.modules.chunk_by(same) {
-        let name = group.first().and_then(|module| module.member.structure.as_ref());
-        let name = name.map_or("(no structure seen)", StructureName::as_str);
-        let members: Vec<&ModulePicture> = group.iter().collect();
-        let (table, colours) = modules(&members);
+    let of_all = by_urgency(picture);
+    let several = of_all.len() > 1;
+    // Writing to a string does not fail.
+    if several {
+        let (table, colours) = structures(&of_all);
+        let _ = writeln!(text, "{}\n", table.painted(width, &colours, paint));
+    }
+    for of in of_all.iter().filter(|of| all || !several || !of.all_is_well) {
+        let name = of.structure.map_or(NO_STRUCTURE, StructureName::as_str);
+        let (table, colours) = modules(of.members);
         let table = table.painted(width, &colours, paint);
-        let states = states(group, all, width, paint);
-        // Writing to a string does not fail.
+        let states = states(of.members, all, width, paint);
         let _ = write!(text, "{}\n{table}\n\n{states}\n", paint.bold(name));
     }
     for problem in &picture.problems {
@@ -103,7 +109,7 @@ fn unknown(module: &ModulePicture) -> Option<String> {
 mod tests {
     use super::*;
     use crate::faults::testing::{
-        agreeing, identification, latched, module, picture, silent, state, unknown_state,
+        agreeing, at, identification, latched, module, picture, silent, state, unknown_state,
     };
     use wire::ModulePhase;
 
@@ -137,6 +143,29 @@ m2: 1 unknown since 1970-01-01T00:00:02.000Z: no sample for 500 ms
 nothing is known of the components of m3";
         let text = lines(false).join("\n");
         assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn of_several_structures_each_has_a_line_and_those_that_are_not_well_have_more() {
+        let normal = || vec![agreeing(state("m1/sensor/g1", FaultState::Normal))];
+        let picture = picture(vec![
+            at("east", module("m1", ModulePhase::InService, normal())),
+            at("west", module("m1", ModulePhase::InService, vec![latched("m1/sensor/g1")])),
+            at("west", silent("m2", Some("m1"))),
+        ]);
+        let report = |all| report(&picture, all, None, Paint::for_terminal(false));
+        let text = report(false);
+        let table = "\
+  structure   modules in service   not answering   latched   acknowledged   unconfirmed   unknown   normal and verified
+─────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+  west                    1 of 2               1         1              0             0         0                0 of 1
+  east                    1 of 1               0         0              0             0         0                1 of 1
+
+west
+  module   phase";
+        assert!(text.trim_start().starts_with(table), "\n{text}");
+        assert!(!text.contains("\neast\n"), "{text}");
+        assert!(report(true).contains("\neast\n"));
     }
 
     #[test]

@@ -38,6 +38,12 @@ pub(crate) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
     ModulePicture::of(member)
 }
 
+/// The same in another structure.
+pub(super) fn at(structure: &str, mut module: ModulePicture) -> ModulePicture {
+    module.member.structure = Some(structure.parse().unwrap());
+    module
+}
+
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
@@ -104,7 +110,6 @@ pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         module: name.parse().unwrap(),
         software: String::new(),
         thresholds: String::new(),
-
         reference: None,
         phase,
         in_service_since_step: None,

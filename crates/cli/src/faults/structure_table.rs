@@ -1,0 +1,54 @@
+//! Several structures as a table.
+
+use names::StructureName;
+
+use super::roll_up::RollUp;
+use crate::paint::Colour;
+use crate::table::{TextTable, table};
+
+/// What stands in the place of the name of a structure that is not known.
+pub(super) const NO_STRUCTURE: &str = "(no structure seen)";
+
+const HEADING: [&str; 8] = [
+    "structure",
+    "modules in service",
+    "not answering",
+    "latched",
+    "acknowledged",
+    "unconfirmed",
+    "unknown",
+    "normal and verified",
+];
+
+/// The table, and the colour of each row.
+pub(super) fn structures(structures: &[RollUp<'_>]) -> (TextTable, Vec<Option<Colour>>) {
+    let mut table = table(&HEADING);
+    for structure in structures {
+        table.add_row(row(structure));
+    }
+    table.align_right(1..HEADING.len());
+    (table, structures.iter().map(colour).collect())
+}
+
+fn row(of: &RollUp<'_>) -> [String; 8] {
+    let components: usize = of.members.iter().map(|module| module.components.len()).sum();
+    [
+        of.structure.map_or(NO_STRUCTURE, StructureName::as_str).to_owned(),
+        format!("{} of {}", of.in_service, of.modules),
+        (of.modules - of.answering).to_string(),
+        of.latched.to_string(),
+        of.acknowledged.to_string(),
+        of.unconfirmed.to_string(),
+        of.unknown.to_string(),
+        format!("{} of {components}", of.verified),
+    ]
+}
+
+fn colour(of: &RollUp<'_>) -> Option<Colour> {
+    let urgent = of.latched > 0 || of.answering < of.modules;
+    match (of.all_is_well, urgent) {
+        (true, _) => None,
+        (false, true) => Some(Colour::Red),
+        (false, false) => Some(Colour::Yellow),
+    }
+}
