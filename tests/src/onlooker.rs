@@ -15,6 +15,8 @@ pub enum Stall {
     Callback,
     /// The whole process is stopped.
     Process,
+    /// Not yet: it goes on until it is cut off.
+    Later,
 }
 
 /// The process; killed at the end.
@@ -31,9 +33,14 @@ impl Onlooker {
         let listening = tokio::task::spawn_blocking(move || first_line(output));
         assert_eq!(in_time("the onlooker's first message", listening).await.unwrap(), "listening");
         if stall == Stall::Process {
-            onlooker.0.signal(Signal::SIGSTOP);
+            onlooker.cut_off();
         }
         onlooker
+    }
+
+    /// Stops the whole process.
+    pub fn cut_off(&self) {
+        self.0.signal(Signal::SIGSTOP);
     }
 }
 

@@ -11,6 +11,9 @@ use crate::zenoh_settings::settings;
 
 /// Longest time that closing may take.
 const CLOSING: Duration = Duration::from_secs(2);
+/// For this long the last messages may be on their way: closing a link discards what the other side has not
+/// acknowledged, for it must not wait (`.cargo/config.toml`).
+const LAST_MESSAGES: Duration = Duration::from_millis(50);
 
 /// Opens a session. A peer does not wait for those it connects to; a client waits for its router.
 ///
@@ -31,6 +34,7 @@ pub async fn open(network: &Network) -> Result<Session, NetworkError> {
 
 /// Closes a session, but not at any price.
 pub async fn close(session: &Session) {
+    tokio::time::sleep(LAST_MESSAGES).await;
     match tokio::time::timeout(CLOSING, session.close()).await {
         Ok(Ok(())) => {}
         Ok(Err(error)) => tracing::warn!("the session did not close properly: {error}"),

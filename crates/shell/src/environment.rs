@@ -2,10 +2,8 @@
 //! the tests set it; started by hand without it, a process works, and logs what is missing.
 //!
 //! - Eight threads for the network's reception, which wait for sockets and read them. Left to itself, the
-//!   network's library waits on one thread and reads on two others, so that each message switches to two threads.
-//!   And when a link ends with something unsent, it closes the socket in a call that may wait for a
-//!   second on one of the threads that read all other links: with two of them, the loss of two links makes
-//!   a process deaf. Only an environment variable sets this.
+//!   network's library waits on one thread and reads on two others, so that each message switches to two threads,
+//!   and two callbacks that wait make a process deaf. Only an environment variable sets this.
 //! - Memory that goes back where it came from. The C library keeps a pool of memory for every few threads
 //!   and gives little of it back, so that a flood of messages leaves a process twice as large. With one pool,
 //!   and everything that is not in use given back, it grows by an eighth. With two, it grew now and then by

@@ -1,6 +1,6 @@
 //! A client subscribes to everything, connected to the plant and to every diagnoser, and receives nothing
 //! for a minute, while faults come and go: no diagnoser's samples get old, none is lost, and other
-//! subscribers receive every fault message.
+//! subscribers receive every fault message. And of twenty such clients sixteen are cut off in the same instant.
 
 use std::collections::BTreeSet;
 
@@ -123,4 +123,61 @@ async fn a_callback_that_does_not_return_delays_no_other_client() {
 async fn a_stopped_process_delays_no_other_client() {
     let _turn = turn::alone().await;
     endure(Stall::Process).await;
+}
+
+/// Clients, and those of them that are cut off: twice as many as there are threads that read links.
+const CLIENTS: usize = 20;
+const CUT_OFF: usize = 16;
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes a machine of its own: run it with `--ignored`"]
+async fn sixteen_dead_links_do_not_deafen_the_others() {
+    let _turn = turn::alone().await;
+    let deployment = talkative();
+    let diagnosers = deployment.start_diagnosers();
+    let observer = Observer::of(&deployment).await;
+    observer.wait_for(&MODULES, false).await;
+    let publications = Publications::of(&observer).await;
+    let mut faults = observer.faults().await;
+    let plant = deployment.start_plant("real", PLANT_STEPS, 5, RunId(5));
+    let program = env!("CARGO_BIN_EXE_onlooker");
+    let mut clients = Vec::new();
+    for _ in 0..CLIENTS {
+        clients.push(Onlooker::stalled(program, &deployment.endpoints, Stall::Later).await);
+    }
+    let reaches = |module: &'static str, step| {
+        observer.status(move |status| status.module.as_str() == module && status.step >= Some(step))
+    };
+    let begin = reaches("module1", Step(0)).await.step.unwrap();
+    let worst = WorstStatus::of(&observer).await;
+    clients[..CUT_OFF].iter().for_each(Onlooker::cut_off);
+    // The leases end within seconds, and the closing of the links after them; faults go on meanwhile.
+    let end = Step(begin.0 + 20_000);
+    let mut messages = Vec::new();
+    while messages
+        .last()
+        .is_none_or(|(_, message): &(u64, FaultTransition)| message.decided_step < Some(end))
+    {
+        let (arrival, message) = faults.next().await;
+        if message.state == FaultState::Latched && message.decided_step > Some(begin) {
+            messages.push((arrival, message));
+        }
+    }
+    let delays = publications.delays_ms(&messages).await;
+    println!("sixteen of twenty cut off: delays of the fault messages [ms]: {delays:.1?}");
+    for module in MODULES {
+        let status = reaches(module, end).await;
+        let worst = worst.of_module(module);
+        println!("sixteen of twenty cut off: {module}: {worst:?}, {:?}", status.peers);
+        assert!(worst.sample_age_ms < OLDEST_MS, "{module}: {worst:?}");
+        assert_eq!(status.intake.dropped, 0, "{module}");
+        assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
+        assert_eq!(status.publisher.events_lost, 0, "{module}");
+    }
+    assert!(messages.len() >= 3, "{messages:?}");
+    drop(clients);
+    plant.stop().await;
+    for process in diagnosers {
+        process.stop().await;
+    }
 }
