@@ -6,7 +6,7 @@ use names::{ModuleName, OperatorName, StructureName};
 use wire::{Key, Obeyed, Order, OrderKind, Topic};
 use zenoh::Session;
 
-use super::request::{OrderError, Question, ask, senseless};
+use super::request::{OrderError, Question, command_to, senseless};
 
 /// What is ordered, and by whom.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,11 +25,11 @@ impl From<OrderKind> for Command {
 }
 
 impl Command {
-    fn topic(&self) -> Topic {
-        match &self.operator {
-            Some(operator) => Topic::CommandOf(self.kind, operator.clone()),
-            None => Topic::Command(self.kind),
-        }
+    /// Where it is sent, one after the other as long as nobody takes it: diagnosers of former versions and their access
+    /// control know no keys of operators. A command that was obeyed before its diagnoser ended is refused the second time.
+    fn topics(&self) -> impl Iterator<Item = Topic> {
+        let own = self.operator.clone().map(|operator| Topic::CommandOf(self.kind, operator));
+        own.into_iter().chain([Topic::Command(self.kind)])
     }
 }
 
@@ -45,8 +45,15 @@ pub async fn order(
     order: &Order,
     timeout: Duration,
 ) -> Result<Obeyed, OrderError> {
-    let key = Key::of_module(structure, module, command.topic());
-    let obeyed: Obeyed = ask(session, &key, Question::of_message(order)?, timeout).await?;
+    let mut outcome = Err(OrderError::Untaken);
+    for topic in command.topics() {
+        let key = Key::of_module(structure, module, topic);
+        outcome = command_to(session, &key, Question::of_message(order)?, timeout).await;
+        if !matches!(outcome, Err(OrderError::Untaken)) {
+            break;
+        }
+    }
+    let obeyed: Obeyed = outcome?;
     if obeyed.component != order.component.component {
         let (replied, meant) = (&obeyed.component, &order.component);
         return Err(senseless(format!("it is about `{replied}`, the order was about `{meant}`")));

@@ -17,6 +17,10 @@ pub enum QueryError {
     /// No answer in time; perhaps there is no such process, perhaps a command was carried out.
     #[error("no answer within {0:?}")]
     Unanswered(Duration),
+    /// The network ended a command at once, without an answer: nobody takes commands on its key, access control does not
+    /// admit it, or whoever took it has just ended.
+    #[error("nobody takes the command")]
+    Untaken,
     /// The answer makes no sense, or the question could not be put.
     #[error("the answer makes no sense: {0}")]
     Senseless(String),
@@ -54,6 +58,20 @@ pub(super) async fn ask<A: Message>(
     question: Question,
     timeout: Duration,
 ) -> Result<A, QueryError> {
+    let answer = command_to(session, key, question, timeout).await;
+    answer.map_err(|error| match error {
+        QueryError::Untaken => QueryError::Unanswered(timeout),
+        other => other,
+    })
+}
+
+/// The same, and tells [`QueryError::Untaken`] from an answer that does not come in time.
+pub(super) async fn command_to<A: Message>(
+    session: &Session,
+    key: &Key,
+    question: Question,
+    timeout: Duration,
+) -> Result<A, QueryError> {
     let key = key.to_string();
     let selector =
         if question.parameters.is_empty() { key } else { format!("{key}?{}", question.parameters) };
@@ -63,8 +81,11 @@ pub(super) async fn ask<A: Message>(
     }
     let replies = query.await.map_err(senseless)?;
     let reply = tokio::time::timeout(timeout, replies.recv_async()).await;
-    let Ok(Ok(reply)) = reply else { return Err(QueryError::Unanswered(timeout)) };
-    read(&reply, timeout)
+    match reply {
+        Ok(Ok(reply)) => read(&reply, timeout),
+        Ok(Err(_)) => Err(QueryError::Untaken),
+        Err(_) => Err(QueryError::Unanswered(timeout)),
+    }
 }
 
 /// Decodes a reply. A reply that is an error but no refusal comes from the network itself.

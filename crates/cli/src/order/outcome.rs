@@ -10,6 +10,10 @@ use wire::{FaultState, Obeyed, OrderKind};
 use crate::failure::Failure;
 use crate::wording::printable;
 
+/// Why nobody takes a command of a module that is there.
+const UNTAKEN: &str = "nobody takes the command: its diagnoser has just ended, access control does not admit the command, \
+                       or the diagnoser is of a former version and the access rules are not: upgrade it";
+
 /// Outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
@@ -42,6 +46,7 @@ impl Outcome {
                 Outcome::Obeyed { state, sequence, durable }
             }
             Err(OrderError::Refused(reason)) => Outcome::Refused { reason: printable(&reason) },
+            Err(OrderError::Untaken) => Outcome::Unanswered { reason: UNTAKEN.to_owned() },
             Err(error) => Outcome::Unanswered { reason: printable(&error.to_string()) },
         }
     }
