@@ -40,3 +40,49 @@ pub fn path(name: &str) -> PathBuf {
 pub fn configs() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../configs")
 }
+
+/// Which of two versions of the programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Version {
+    /// The one that `.ci/former` names.
+    Former,
+    /// The one under test.
+    Present,
+}
+
+impl Version {
+    /// A program of this version.
+    ///
+    /// # Panics
+    /// If it was not built.
+    #[must_use]
+    pub fn program(self, name: &str) -> Command {
+        match self {
+            Version::Present => program(name),
+            Version::Former => {
+                let mut command = Command::new(former().join("bin").join(name));
+                command.envs(shell::environment::missing());
+                command
+            }
+        }
+    }
+
+    /// The folder of this version's shipped configurations.
+    ///
+    /// # Panics
+    /// If there is no former version.
+    #[must_use]
+    pub fn configs(self) -> PathBuf {
+        match self {
+            Version::Present => configs(),
+            Version::Former => former().join("configs"),
+        }
+    }
+}
+
+/// The folder that the environment variable `TRUSSWATCH_FORMER` names: programs of a former version in `bin`, its shipped
+/// configurations in `configs`.
+fn former() -> PathBuf {
+    let folder = std::env::var_os("TRUSSWATCH_FORMER");
+    folder.expect("TRUSSWATCH_FORMER names no folder: `.ci/upgrade` makes one").into()
+}

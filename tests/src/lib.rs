@@ -10,6 +10,7 @@ pub mod binaries;
 pub mod chaos;
 pub mod deployment;
 pub mod folder;
+pub mod follower;
 pub mod footprint;
 mod grid;
 pub mod held;

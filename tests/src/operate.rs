@@ -4,7 +4,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::binaries::program;
+use crate::binaries::Version;
 use crate::deployment::Deployment;
 use crate::in_time;
 
@@ -32,12 +32,22 @@ impl Ended {
 
 /// Runs `trusswatch` with these words and the endpoints of the diagnosers.
 pub async fn trusswatch(deployment: &Deployment, words: &[&str]) -> Ended {
-    let mut command = program("trusswatch");
+    trusswatch_of(Version::Present, deployment, words).await
+}
+
+/// The same with the program of one version.
+pub async fn trusswatch_of(version: Version, deployment: &Deployment, words: &[&str]) -> Ended {
+    ended(command(version, deployment, words)).await
+}
+
+/// `trusswatch` with these words and the endpoints of the diagnosers.
+pub(crate) fn command(version: Version, deployment: &Deployment, words: &[&str]) -> Command {
+    let mut command = version.program("trusswatch");
     command.args(words).args(["--mode", "peer"]);
     for endpoint in &deployment.endpoints[1..] {
         command.args(["--connect", endpoint]);
     }
-    ended(command).await
+    command
 }
 
 /// What a command ends with.

@@ -22,3 +22,5 @@ mod silent_peer;
 mod soak;
 mod stalled_subscriber;
 mod tls_traffic;
+mod upgrade;
+mod upgrade_secured;
