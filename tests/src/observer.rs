@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use ::observer::{Feed, News};
 use names::{ModuleName, StructureName};
 use session::Network;
 use tokio::sync::mpsc::unbounded_channel;
+use tokio::task::JoinSet;
 use wire::keys::Watched;
 use wire::{FaultTransition, ModuleStatus};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
-use zenoh::sample::Sample;
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 use crate::arrivals::Arrivals;
 use crate::deployment::Deployment;
@@ -27,7 +27,10 @@ pub struct Observer {
 }
 
 /// Fault transitions as they arrive.
-pub type Faults = Arrivals<FaultTransition, AdvancedSubscriber<()>>;
+pub type Faults = Arrivals<FaultTransition, Hearing>;
+
+/// Hears as long as it lives.
+pub type Hearing = JoinSet<()>;
 
 /// The latest status of each module.
 pub type Statuses = BTreeMap<ModuleName, ModuleStatus>;
@@ -94,28 +97,28 @@ impl Observer {
         in_time("the end of a liveliness token", gone).await;
     }
 
-    /// Hands every fault transition to `take`, those before now included.
-    pub(crate) async fn hear_faults(
-        &self,
-        take: impl Fn(FaultTransition) + Send + Sync + 'static,
-    ) -> AdvancedSubscriber<()> {
-        let callback =
-            move |sample: Sample| take(wire::decode(&sample.payload().to_bytes()).unwrap());
-        let subscriber = self.session.declare_subscriber(Watched::default().faults());
-        let history = HistoryConfig::default().detect_late_publishers().max_samples(64);
-        let recovery = RecoveryConfig::default().heartbeat();
-        let subscriber = subscriber.callback(callback).advanced().history(history);
-        subscriber.recovery(recovery).await.unwrap()
+    /// Hands all news to `take`, the latest of every component before now included.
+    pub(crate) async fn hear(&self, take: impl Fn(News) + Send + 'static) -> Hearing {
+        let mut feed = Feed::open(&self.session, None).await.unwrap();
+        let mut hearing = JoinSet::new();
+        hearing.spawn(async move {
+            while let Some(news) = feed.next().await {
+                take(news);
+            }
+        });
+        hearing
     }
 
-    /// Listens to every fault transition, those before now included.
+    /// Listens to every fault transition, the latest of every component before now included.
     pub async fn faults(&self) -> Faults {
         let (sender, arrivals) = unbounded_channel();
-        let take = move |transition| {
-            // There is no receiver any more when a test is over.
-            let _ = sender.send((unix_ns(), transition));
+        let take = move |news| {
+            if let News::Fault(transition) = news {
+                // There is no receiver any more when a test is over.
+                let _ = sender.send((unix_ns(), *transition));
+            }
         };
-        Arrivals::by(arrivals, self.hear_faults(take).await)
+        Arrivals::by(arrivals, self.hear(take).await)
     }
 
     /// Collects the latest status of every module from now on.

@@ -1,14 +1,14 @@
 //! Liveness signals of one module, in the order of their arrival.
 
+use ::observer::News;
 use tokio::sync::mpsc::unbounded_channel;
 use wire::{ModuleStatus, PhaseChange, Progress};
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Sample, SampleKind};
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig};
 
 use crate::arrivals::Arrivals;
-use crate::noted::{listen, read};
-use crate::observer::{Observer, unix_ns};
+use crate::noted::listen;
+use crate::observer::{Hearing, Observer, unix_ns};
 
 /// A liveness signal of a module.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub enum Sign {
 }
 
 /// The signals of a module.
-pub type Signs = Arrivals<Sign, ([Subscriber<()>; 3], AdvancedSubscriber<()>)>;
+pub type Signs = Arrivals<Sign, ([Subscriber<()>; 3], Hearing)>;
 
 impl Signs {
     /// Listens from now on.
@@ -47,15 +47,13 @@ impl Signs {
         let progress = take.clone();
         let progress = move |_: &Sample, message: Progress| progress(Sign::Progress(message));
         let progresses = listen(session, &key("progress"), progress).await;
-        let phase = move |sample: Sample| {
-            if let Some(change) = read(&sample) {
-                take(Sign::Phase(change));
-            }
+        let module = module.to_owned();
+        let phase = move |news| match news {
+            News::Phase(change) if change.module.as_str() == module => take(Sign::Phase(change)),
+            _ => {}
         };
-        // A starting diagnoser may publish its first phase before it is discovered.
-        let history = HistoryConfig::default().detect_late_publishers().max_samples(16);
-        let phases = session.declare_subscriber(key("phase")).callback(phase).advanced();
-        let phases = phases.history(history).await.unwrap();
+        // A starting diagnoser may publish its first phase before it is discovered: that one is queried.
+        let phases = observer.hear(phase).await;
         Self::by(arrivals, ([tokens, statuses, progresses], phases))
     }
 }

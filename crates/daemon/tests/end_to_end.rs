@@ -11,12 +11,12 @@ use std::time::Duration;
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use names::fault::Fault;
 use names::{RunId, Step};
+use observer::{Feed, News};
 use support::{Process, Reference, Rig, Story, in_time, note, status, story_of_reference};
 use wire::FaultTransition;
 use wire::keys::Watched;
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 const RUN: RunId = RunId(42);
 const TOWER: [&str; 2] = ["module1.toml", "module2.toml"];
@@ -56,33 +56,27 @@ fn expected(rig: &Rig, steps: u64) -> Story {
 }
 
 /// Listens until every expected transition has arrived.
-async fn until_as_expected(faults: &Faults, expected: &Story) {
+async fn until_as_expected(faults: &mut Feed, expected: &Story) {
     let mut story = Story::new();
     let as_expected = async {
         while story != *expected {
-            let received = faults.recv_async().await.unwrap();
-            let transition: FaultTransition = wire::decode(&received.payload().to_bytes()).unwrap();
-            note(&mut story, &transition);
+            match faults.next().await.unwrap() {
+                News::Fault(transition) => note(&mut story, &transition),
+                news @ (News::Missed { .. } | News::Lost(_)) => unreachable!("{news:?}"),
+                _ => {}
+            }
         }
     };
     let in_time = tokio::time::timeout(support::LIMIT, as_expected).await;
     assert!(in_time.is_ok(), "expected {expected:#?}\nfound {story:#?}");
 }
 
-type Faults = AdvancedSubscriber<zenoh::handlers::FifoChannelHandler<zenoh::sample::Sample>>;
-
-/// Listens to every transition, those included that were published before a link was there.
-async fn subscribe(observer: &Session) -> Faults {
-    observer
-        .declare_subscriber(Watched::default().faults())
-        .advanced()
-        .history(HistoryConfig::default().detect_late_publishers().max_samples(64))
-        .recovery(RecoveryConfig::default().heartbeat())
-        .await
-        .unwrap()
+/// Listens to every transition, those included that are published before a link is there.
+async fn subscribe(observer: &Session) -> Feed {
+    Feed::open(observer, None).await.unwrap()
 }
 
-async fn listen(observer: &Session, rig: &Rig) -> Faults {
+async fn listen(observer: &Session, rig: &Rig) -> Feed {
     let (structure, modules) = (&rig.plant.structure.name, rig.modules());
     let everybody = observer::wait_for(observer, structure, &modules, false, support::LIMIT);
     everybody.await.unwrap();
@@ -124,9 +118,9 @@ async fn at_full_speed_with_the_plant_last_the_verdicts_are_those_of_one_process
     let expected = expected(&rig, 9000);
     let diagnosers = vec![rig.start_diagnoser(0), rig.start_diagnoser(1)];
     let observer = rig.observer().await;
-    let faults = listen(&observer, &rig).await;
+    let mut faults = listen(&observer, &rig).await;
     rig.start_plant().end().await;
-    until_as_expected(&faults, &expected).await;
+    until_as_expected(&mut faults, &expected).await;
     for module in rig.modules() {
         let status = status(&observer, |status| status.module == module).await;
         assert_eq!(status.diagnosis.samples, 9000);
@@ -155,10 +149,10 @@ async fn at_full_speed_with_the_plant_first_the_verdicts_are_those_of_one_proces
     let structure = &rig.plant.structure.name;
     let plant_is_there = observer::wait_for(&observer, structure, &[], true, support::LIMIT);
     plant_is_there.await.unwrap();
-    let faults = subscribe(&observer).await;
+    let mut faults = subscribe(&observer).await;
     let diagnosers = vec![rig.start_diagnoser(1), rig.start_diagnoser(0)];
     plant.end().await;
-    until_as_expected(&faults, &expected).await;
+    until_as_expected(&mut faults, &expected).await;
     for module in rig.modules() {
         let status = status(&observer, |status| status.module == module).await;
         assert_eq!((status.diagnosis.samples, status.diagnosis.samples_missing), (9000, 0));
@@ -173,8 +167,8 @@ async fn by_the_clock_the_verdicts_are_those_of_one_process() {
     let expected = expected(&rig, 8400);
     let diagnosers = vec![rig.start_diagnoser(0), rig.start_diagnoser(1)];
     let observer = rig.observer().await;
-    let faults = listen(&observer, &rig).await;
+    let mut faults = listen(&observer, &rig).await;
     rig.start_plant().end().await;
-    until_as_expected(&faults, &expected).await;
+    until_as_expected(&mut faults, &expected).await;
     stop(diagnosers, observer).await;
 }

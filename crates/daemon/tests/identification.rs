@@ -10,12 +10,12 @@ use std::time::Duration;
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use names::fault::Fault;
 use names::{ComponentPath, RunId, Step};
+use observer::{Feed, News};
 use support::{Rig, in_time};
 use wire::keys::Watched;
 use wire::{FaultState, FaultTransition, Identification, Message, Order, OrderKind};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 const TOWER: [&str; 2] = ["module1.toml", "module2.toml"];
 const RUN: RunId = RunId(42);
@@ -23,8 +23,6 @@ const OFFSET_M: f64 = 6e-5;
 /// The 95 % interval may miss the true offset now and then, but not by as much as this.
 const ROOM_M: f64 = 2e-6;
 const SECOND: Duration = Duration::from_secs(5);
-
-type Received = AdvancedSubscriber<zenoh::handlers::FifoChannelHandler<zenoh::sample::Sample>>;
 
 /// A gage of the tower that is off from step 3000 on, and diagnosers that keep a journal.
 fn rig(state: &std::path::Path) -> (Rig, ComponentPath) {
@@ -49,26 +47,19 @@ fn rig(state: &std::path::Path) -> (Rig, ComponentPath) {
     (rig, component)
 }
 
-async fn subscribe(observer: &Session) -> Received {
-    observer
-        .declare_subscriber(Watched::default().identifications())
-        .advanced()
-        .history(HistoryConfig::default().detect_late_publishers().max_samples(64))
-        .recovery(RecoveryConfig::default().heartbeat())
-        .await
-        .unwrap()
+async fn subscribe(observer: &Session) -> Feed {
+    Feed::open(observer, None).await.unwrap()
 }
 
 /// The next identification in which the kind is decided. Any other one must be of the same fault.
-async fn next_decided(received: &Received, component: &ComponentPath) -> Identification {
+async fn next_decided(received: &mut Feed, component: &ComponentPath) -> Identification {
     in_time("a decided identification", async {
         loop {
-            let sample = received.recv_async().await.unwrap();
-            let found: Identification = wire::decode(&sample.payload().to_bytes()).unwrap();
+            let News::Identification(found) = received.next().await.unwrap() else { continue };
             assert_eq!(found.component, *component);
             assert_eq!(found.signature, None, "only in answer to a question");
             if found.decided {
-                return found;
+                return *found;
             }
         }
     })
@@ -119,10 +110,10 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     let observer = rig.observer().await;
     let all = rig.modules();
     observer::wait_for(&observer, &structure, &all, false, support::LIMIT).await.unwrap();
-    let received = subscribe(&observer).await;
+    let mut received = subscribe(&observer).await;
     let plant = rig.start_plant();
 
-    is_the_bias(&next_decided(&received, &component).await);
+    is_the_bias(&next_decided(&mut received, &component).await);
     plant.end().await;
     let latest = present_state(&observer, &component).await;
     assert_eq!(latest.state, FaultState::Latched);
@@ -163,8 +154,8 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     // What the transition carried is later than what was published last, if they differ.
     is_the_bias(&recalled);
     assert!(recalled.as_of_step >= published.as_of_step);
-    let received = subscribe(&observer).await;
-    assert_eq!(next_decided(&received, &component).await, *recalled);
+    let mut received = subscribe(&observer).await;
+    assert_eq!(next_decided(&mut received, &component).await, *recalled);
     again.stop().await;
     session::close(&observer).await;
 }

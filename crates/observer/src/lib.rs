@@ -7,7 +7,7 @@
 //! | `attendance` | every module there is or should be, with its latest status and phase |
 //! | `picture` | the same with the present state of every component |
 //! | `history` | a module's journal |
-//! | `feed` | verdicts, kinds of faults, phases and presence, as they are published |
+//! | `feed` | verdicts, kinds of faults, phases and presence, as they are published, with what was missed |
 //! | `identification` | what kind of fault a component has, with what was measured of it |
 //! | `diagnoser_orders` | acknowledge and reset |
 //! | `plant_orders` | faults and stroke tests for the simulated plant |
@@ -21,6 +21,8 @@ mod picture;
 mod plant_orders;
 mod presence;
 mod request;
+#[cfg(test)]
+mod testing;
 
 pub use attendance::{Attendance, Member, attendance};
 pub use diagnoser_orders::{Command, order};

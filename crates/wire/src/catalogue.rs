@@ -146,7 +146,7 @@ pub fn catalogue() -> [Entry; 18] {
         ),
         Entry::of::<PhaseChange>(
             "phase-change",
-            &[("{module}/phase", Published)],
+            &[("{module}/phase", Published), ("{module}/phase", Replying)],
             example!("phase-change"),
         ),
         Entry::of::<PlantStatus>(

@@ -39,7 +39,8 @@ impl ModulePhase {
     }
 }
 
-/// A module entered another phase; published when it happens, and again for late listeners.
+/// A module entered another phase; published when it happens, and given to whoever asks for the
+/// present one.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PhaseChange {
     /// The structure.

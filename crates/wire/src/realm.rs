@@ -1,14 +1,8 @@
 //! Key expressions that access control uses: what belongs to whom.
-//!
-//! A key that begins with `@` is not matched by `**`; the caches, heartbeats and tokens of publishers
-//! with a history have such keys, below the key they publish on, and are named besides.
 
 use names::{ModuleName, OperatorName, StructureName};
 
 use crate::keys::{PLANT, ROOT, Topic};
-
-/// Below every key of a publisher with a history: its cache, its heartbeat, its token.
-const ADVANCED: &str = "**/@adv/**";
 
 /// Everything that is published.
 #[must_use]
@@ -34,19 +28,17 @@ pub fn samples(structure: &StructureName, module: &ModuleName) -> String {
     format!("{ROOT}/{structure}/{module}/{}", Topic::Sample)
 }
 
-/// Read-only queries: present states, kinds of faults, journals, past samples, caches.
+/// Read-only queries: present states, kinds of faults, phases, journals, past samples.
 #[must_use]
 pub fn readable() -> Vec<String> {
     let topics = [
         "fault/**".to_owned(),
         "identification/**".to_owned(),
+        Topic::Phase.to_string(),
         Topic::History.to_string(),
         Topic::Sample.to_string(),
     ];
-    let mut expressions: Vec<String> =
-        topics.iter().map(|topic| format!("{ROOT}/*/*/{topic}")).collect();
-    expressions.push(format!("{ROOT}/{ADVANCED}"));
-    expressions
+    topics.iter().map(|topic| format!("{ROOT}/*/*/{topic}")).collect()
 }
 
 /// The question that modules put to one another; it makes who is asked wait for its step.
@@ -65,5 +57,5 @@ pub fn commands_of(structure: &StructureName, operator: &OperatorName) -> Vec<St
 }
 
 fn below(prefix: &str) -> Vec<String> {
-    vec![format!("{prefix}/**"), format!("{prefix}/{ADVANCED}")]
+    vec![format!("{prefix}/**")]
 }

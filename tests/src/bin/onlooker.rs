@@ -8,7 +8,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use session::Network;
-use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 fn take(stall: bool) {
     static FIRST: AtomicBool = AtomicBool::new(true);
@@ -28,13 +27,11 @@ async fn main() {
     let stall = arguments.next().as_deref() == Some("stall");
     let network = Network::peer_of(&arguments.collect::<Vec<_>>());
     let session = session::open(&network).await.unwrap();
-    let mut advanced = Vec::new();
+    let mut events = Vec::new();
     for topic in ["fault/**", "identification/**", "change", "phase"] {
         let key = format!("trusswatch/*/*/{topic}");
-        let subscriber = session.declare_subscriber(key).callback(move |_| take(stall)).advanced();
-        let history = HistoryConfig::default().detect_late_publishers();
-        let recovery = RecoveryConfig::default().heartbeat();
-        advanced.push(subscriber.history(history).recovery(recovery).await.unwrap());
+        let subscriber = session.declare_subscriber(key).callback(move |_| take(stall));
+        events.push(subscriber.await.unwrap());
     }
     let everything = session.declare_subscriber("trusswatch/**").callback(move |_| take(stall));
     let _everything = everything.await.unwrap();

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
+use ::observer::News;
 use names::{ComponentPath, ModuleName, RunId, Step};
 use wire::{FaultTransition, ModulePhase, ModuleStatus, Progress};
 
@@ -120,6 +121,11 @@ impl Record {
         {
             self.wrong.insert(what);
         }
+    }
+
+    /// Transitions that a subscriber never got.
+    pub(super) fn note_missed(&mut self, news: &News) {
+        self.wrong.insert(format!("{news:?}"));
     }
 
     fn note_reached(&mut self, seen: &Seen) {

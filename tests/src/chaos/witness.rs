@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
+use ::observer::News;
 use names::{ModuleName, Step};
 use tokio::task::JoinSet;
 use wire::{FaultTransition, Key, ModuleStatus, Progress};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
-use zenoh_ext::AdvancedSubscriber;
 
 use super::record::Record;
 use crate::lock;
 use crate::noted::listen;
-use crate::observer::Observer;
+use crate::observer::{Hearing, Observer};
 
 /// Polling interval.
 const EVERY: Duration = Duration::from_millis(100);
@@ -25,7 +25,7 @@ pub(super) struct Witness {
     session: Session,
     record: Arc<Mutex<Record>>,
     inquiring: JoinSet<()>,
-    listening: Option<([Subscriber<()>; 2], AdvancedSubscriber<()>)>,
+    listening: Option<([Subscriber<()>; 2], Hearing)>,
 }
 
 /// A state, and the latest step that its module was known to have processed before it was asked.
@@ -38,8 +38,12 @@ impl Witness {
         let steady =
             [follow_progress(&session, &record).await, follow_statuses(&session, &record).await];
         let noted = Arc::clone(&record);
-        let note = move |message: FaultTransition| lock(&noted).note_transition(&message);
-        let listening = Some((steady, observer.hear_faults(note).await));
+        let note = move |news| match news {
+            News::Fault(transition) => lock(&noted).note_transition(&transition),
+            News::Missed { .. } | News::Lost(_) => lock(&noted).note_missed(&news),
+            _ => {}
+        };
+        let listening = Some((steady, observer.hear(note).await));
         let mut inquiring = JoinSet::new();
         inquiring.spawn(ask_again_and_again(session.clone(), Arc::clone(&record)));
         Self { session, record, inquiring, listening }

@@ -46,6 +46,7 @@ pub fn questions(base: &str, step: u64) -> Vec<Questions> {
         state(&format!("{base}/state"), step),
         of_components("fault/**", &format!("{base}/fault")),
         of_components("identification/**", &format!("{base}/identification")),
+        phase(&format!("{base}/phase")),
         history(&format!("{base}/history")),
         orders("command/acknowledge", &format!("{base}/command/acknowledge")),
         orders("command/reset", &format!("{base}/command/reset")),
@@ -109,6 +110,17 @@ fn of_components(topic: &'static str, key: &str) -> Questions {
         malformed: Vec::new(),
         sensible: asked.into_iter().map(|selector| (selector, None)).collect(),
         rare: Some((11, all, false)),
+    }
+}
+
+/// Whatever stands behind it, it is the question for the phase.
+fn phase(key: &str) -> Questions {
+    let sensible = [String::new(), "since=x&since=y".into(), format!("junk={}", "x".repeat(LONG))];
+    Questions {
+        topic: "phase",
+        malformed: Vec::new(),
+        sensible: with_parameters(key, &sensible),
+        rare: None,
     }
 }
 
@@ -177,7 +189,7 @@ mod tests {
         match topic {
             "state" => StateQuestion::from_parameters(parameters).is_err(),
             "history" => HistoryQuestion::from_parameters(parameters).is_err(),
-            "fault/**" | "identification/**" => false,
+            "fault/**" | "identification/**" | "phase" => false,
             _ => payload.as_ref().is_none_or(|payload| {
                 wire::decode::<Order>(payload).map_or(true, |order| order.check().is_err())
             }),

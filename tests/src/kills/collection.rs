@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use ::observer::{ModuleHistory, News};
 use names::ModuleName;
 use tokio::sync::watch::Sender;
 use wire::FaultTransition;
-use zenoh_ext::AdvancedSubscriber;
 
+use crate::in_time;
 use crate::noted::Noted;
-use crate::observer::Observer;
+use crate::observer::{Hearing, Observer};
 
 /// A transition by its module and its number there.
 pub type Numbered = BTreeMap<(ModuleName, u64), FaultTransition>;
@@ -20,20 +21,20 @@ pub struct Collected {
     pub transitions: Numbered,
     /// Number of messages.
     pub messages: usize,
-    /// Numbers that were given twice.
+    /// Numbers that were given twice, and what was reported as missed.
     pub contradictions: Vec<String>,
 }
 
 /// Collects as long as it lives.
-pub struct Collection(Noted<Collected, AdvancedSubscriber<()>>);
+pub struct Collection(Noted<Collected, Hearing>);
 
 impl Collection {
     /// Starts collecting.
     pub async fn of(observer: &Observer) -> Self {
         let collected = Sender::new(Collected::default());
         let into = collected.clone();
-        let take = move |transition| into.send_modify(|collected| collected.take(transition));
-        Self(Noted::by(collected, observer.hear_faults(take).await))
+        let take = move |news| into.send_modify(|collected| collected.hear(news));
+        Self(Noted::by(collected, observer.hear(take).await))
     }
 
     /// What has come so far.
@@ -41,9 +42,29 @@ impl Collection {
     pub fn so_far(&self) -> Collected {
         self.0.so_far().clone()
     }
+
+    /// Waits until every transition of this history has come.
+    pub async fn has_all(&self, history: &ModuleHistory) {
+        let is_there = |collected: &Collected| {
+            let place = |known: &FaultTransition| (history.module.clone(), known.sequence);
+            let mut known = history.transitions.iter().map(place);
+            known.all(|place| collected.transitions.contains_key(&place)).then_some(())
+        };
+        in_time(&format!("all transitions of {}", history.module), self.0.first(is_there)).await;
+    }
 }
 
 impl Collected {
+    fn hear(&mut self, news: News) {
+        match news {
+            News::Fault(transition) => self.take(*transition),
+            News::Missed { .. } | News::Lost(_) => {
+                self.contradictions.push(format!("{news:?}"));
+            }
+            _ => {}
+        }
+    }
+
     fn take(&mut self, transition: FaultTransition) {
         self.messages += 1;
         let place = (transition.module.clone(), transition.sequence);

@@ -5,50 +5,67 @@ use std::time::Duration;
 use tokio::sync::watch::Sender;
 use wire::keys::Watched;
 use zenoh::Session;
+use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::Sample;
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig};
 
 use crate::in_time;
-use crate::noted::Noted;
 
+/// From one query to the next.
+const GLANCE: Duration = Duration::from_millis(20);
 /// Timeout for replies.
 const ANSWERS: Duration = Duration::from_secs(3);
 
 /// Messages: key and text.
 type Texts = Vec<(String, String)>;
 
-/// Everything that arrives on fault keys, those before now included.
-pub struct Letters(Noted<Texts, AdvancedSubscriber<()>>);
+/// Everything that arrives on fault keys, and what was there before.
+pub struct Letters {
+    session: Session,
+    texts: Sender<Texts>,
+    _subscriber: Subscriber<()>,
+}
 
 impl Letters {
-    /// Listens as README and commands do.
+    /// Subscribes, then queries the present, as README and commands do.
     pub async fn to(session: &Session) -> Self {
         let texts = Sender::new(Texts::new());
         let arrived = texts.clone();
         let callback = move |sample: Sample| arrived.send_modify(|texts| texts.push(text(&sample)));
         let faults = Watched::default().faults();
-        let subscriber = session.declare_subscriber(faults).callback(callback);
-        let history = HistoryConfig::default().detect_late_publishers().max_samples(64);
-        Self(Noted::by(texts, subscriber.advanced().history(history).await.unwrap()))
+        let subscriber = session.declare_subscriber(&faults).callback(callback).await.unwrap();
+        let letters = Self { session: session.clone(), texts, _subscriber: subscriber };
+        letters.query(&faults).await;
+        letters
+    }
+
+    async fn query(&self, expression: &str) {
+        let present = answers(&self.session, expression).await;
+        self.texts.send_modify(|texts| texts.extend(present));
     }
 
     /// Has a text with these words arrived on this key?
     #[must_use]
     pub fn have(&self, key: &str, words: &str) -> bool {
-        hold(&self.0.so_far(), key, words)
+        hold(&self.texts.borrow(), key, words)
     }
 
     /// Has a text with these words arrived anywhere?
     #[must_use]
     pub fn have_anywhere(&self, words: &str) -> bool {
-        self.0.so_far().iter().any(|(_, text)| text.contains(words))
+        self.texts.borrow().iter().any(|(_, text)| text.contains(words))
     }
 
-    /// Waits until a text with these words arrives on this key.
+    /// Waits until a text with these words arrives on this key, or is the answer to a query there: who was not connected when
+    /// it was published is asked later.
     pub async fn wait(&self, key: &str, words: &str) {
-        let arrived = |texts: &Texts| hold(texts, key, words).then_some(());
-        in_time(&format!("`{words}` on {key}"), self.0.first(arrived)).await;
+        let arrived = async {
+            while !self.have(key, words) {
+                tokio::time::sleep(GLANCE).await;
+                self.query(key).await;
+            }
+        };
+        in_time(&format!("`{words}` on {key}"), arrived).await;
     }
 }
 

@@ -26,6 +26,8 @@ const GAGE: &str = "module1/sensor/g2";
 const TRUE_FAULT: &str = "trusswatch/tower/module1/fault/sensor/g2";
 /// A key of module 1 that others try to use.
 const VICTIM: &str = "trusswatch/tower/module1/fault/sensor/g7";
+/// The key that its journal is queried on.
+const HISTORY: &str = "trusswatch/tower/module1/history";
 /// Another one.
 const SAMPLE: &str = "trusswatch/tower/module1/sample";
 /// A key of the plant's own.
@@ -417,18 +419,19 @@ async fn commanding(stand: &Stand, table: &mut Table) {
 
 async fn history(stand: &Stand, table: &mut Table) {
     let second = stand.session("module2").await;
-    let cache = format!("{VICTIM}/@adv/pub/1/2/_");
-    let forger = second.declare_queryable(&cache).callback(|query| {
-        let _ = zenoh::Wait::wait(query.reply(VICTIM, "history by module 2"));
+    let forger = second.declare_queryable(HISTORY).callback(|query| {
+        let _ = zenoh::Wait::wait(query.reply(HISTORY, "history by module 2"));
     });
     forger.background().await.unwrap();
-    let trace = stand.trace(&["refused Declare Queryable", &cache, "module2.tower"]).await;
+    let trace = stand.trace(&["refused Declare Queryable", HISTORY, "module2.tower"]).await;
 
     let late = stand.session("observer.wall").await;
     let letters = Letters::to(&late).await;
     letters.wait(TRUE_FAULT, "\"acknowledged\"").await;
-    let complete = letters.have(TRUE_FAULT, "\"latched\"");
+    let pages = answers(&late, HISTORY).await;
+    let complete =
+        hold(&pages, HISTORY, "\"latched\"") && hold(&pages, HISTORY, "\"acknowledged\"");
     table.allowed("an observer who comes late getting the history", complete);
-    let forged = letters.have_anywhere("history by module 2");
+    let forged = pages.iter().any(|(_, text)| text.contains("history by module 2"));
     table.forbidden("module 2 forging module 1's history", forged, trace);
 }

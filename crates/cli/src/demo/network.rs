@@ -5,13 +5,9 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use wire::keys::Watched;
 use zenoh::Session;
 use zenoh::sample::{Sample, SampleKind};
-use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
 use super::news::{self, News};
 use crate::failure::Failure;
-
-/// Most fault transitions, changes and identifications of one source that are asked for again.
-const HISTORY: usize = 1000;
 
 /// The parent's place on the network.
 pub(super) struct Network {
@@ -39,10 +35,9 @@ impl Network {
         // Memory is bounded all the same: a demo ends after some tens of seconds.
         let (outbox, inbox) = unbounded_channel();
         let watched = Watched { structure: Some(structure), module: None };
-        for expression in [watched.faults(), watched.changes(), watched.identifications()] {
-            subscribe_to_history(&session, &expression, outbox.clone()).await?;
-        }
-        for expression in [watched.statuses(), watched.progress()] {
+        // Before any process runs: nothing is published earlier.
+        let events = [watched.faults(), watched.changes(), watched.identifications()];
+        for expression in events.into_iter().chain([watched.statuses(), watched.progress()]) {
             subscribe(&session, &expression, outbox.clone()).await?;
         }
         subscribe_to_tokens(&session, &watched.tokens(), outbox).await?;
@@ -76,22 +71,6 @@ async fn subscribe(
     session
         .declare_subscriber(expression)
         .callback(move |sample| forward(&outbox, &sample))
-        .background()
-        .await
-        .map_err(broken("subscribe"))
-}
-
-async fn subscribe_to_history(
-    session: &Session,
-    expression: &str,
-    outbox: UnboundedSender<News>,
-) -> Result<(), Failure> {
-    session
-        .declare_subscriber(expression)
-        .callback(move |sample| forward(&outbox, &sample))
-        .advanced()
-        .history(HistoryConfig::default().detect_late_publishers().max_samples(HISTORY))
-        .recovery(RecoveryConfig::default().heartbeat())
         .background()
         .await
         .map_err(broken("subscribe"))

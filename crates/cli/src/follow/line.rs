@@ -17,10 +17,33 @@ pub(super) enum Document<'a> {
     Fault(&'a FaultTransition),
     Identification(&'a Identification),
     Phase(&'a PhaseChange),
-    Presence { structure: &'a StructureName, who: &'a str, there: bool, time_unix_ns: u64 },
-    SeveralProcesses { structure: &'a StructureName, module: &'a ModuleName, time_unix_ns: u64 },
-    Unreadable { problem: &'a str, time_unix_ns: u64 },
-    Lost { count: u64, time_unix_ns: u64 },
+    Presence {
+        structure: &'a StructureName,
+        who: &'a str,
+        there: bool,
+        time_unix_ns: u64,
+    },
+    SeveralProcesses {
+        structure: &'a StructureName,
+        module: &'a ModuleName,
+        time_unix_ns: u64,
+    },
+    Missed {
+        structure: &'a StructureName,
+        module: &'a ModuleName,
+        from: u64,
+        to: u64,
+        reason: &'a str,
+        time_unix_ns: u64,
+    },
+    Unreadable {
+        problem: &'a str,
+        time_unix_ns: u64,
+    },
+    Lost {
+        count: u64,
+        time_unix_ns: u64,
+    },
 }
 
 impl Document<'_> {
@@ -35,6 +58,10 @@ impl Document<'_> {
             }
             News::SeveralProcesses { structure, module } => {
                 Document::SeveralProcesses { structure, module, time_unix_ns }
+            }
+            News::Missed { structure, module, from, to, reason } => {
+                let (from, to) = (*from, *to);
+                Document::Missed { structure, module, from, to, reason, time_unix_ns }
             }
             News::Unreadable(problem) => Document::Unreadable { problem, time_unix_ns },
             News::Lost(count) => Document::Lost { count: *count, time_unix_ns },
@@ -56,6 +83,10 @@ pub(super) fn line(event: &News, paint: Paint) -> String {
             let (what, why) = ("SEVERAL", "several processes run as this module: end all but one");
             let colour = Some(Colour::Yellow);
             (now_unix_ns(), module.to_string(), what.to_owned(), why.to_owned(), colour)
+        }
+        News::Missed { module, from, to, reason, .. } => {
+            let why = format!("transitions {from} to {to} could not be had: {}", printable(reason));
+            (now_unix_ns(), module.to_string(), "MISSED".to_owned(), why, Some(Colour::Red))
         }
         News::Unreadable(problem) => {
             let what = format!("not understood: {}", printable(problem));
@@ -137,6 +168,15 @@ mod tests {
         };
         let expected = "SEVERAL         several processes run as this module: end all but one";
         assert!(text(&several).ends_with(expected), "{}", text(&several));
+        let missed = News::Missed {
+            structure: "tower".parse().unwrap(),
+            module: "m1".parse().unwrap(),
+            from: 3,
+            to: 4,
+            reason: "refused".to_owned(),
+        };
+        let expected = "MISSED          transitions 3 to 4 could not be had: refused";
+        assert!(text(&missed).ends_with(expected), "{}", text(&missed));
         assert!(text(&News::Lost(3)).contains("3 messages lost"));
         let hostile = text(&News::Unreadable("k: \x1b[2J\u{202e}".to_owned()));
         assert!(hostile.ends_with(r"k: \u{1b}[2J\u{202e}"), "{hostile}");

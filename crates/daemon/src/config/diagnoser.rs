@@ -69,8 +69,9 @@ pub struct PublishSettings {
     pub progress_every_steps: u64,
     /// Time between two status messages \[ms\]: 1000.
     pub status_every_ms: u64,
-    /// Transitions of each component that late subscribers are given: 64.
-    pub history: usize,
+    /// Of former versions, whose publishers kept transitions for late subscribers. It has no effect: these query.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history: Option<u64>,
     /// Samples that may wait to be processed: 4096. More are dropped and counted.
     pub sample_queue: usize,
 }
@@ -81,7 +82,7 @@ impl Default for PublishSettings {
             divergence_every_steps: 100,
             progress_every_steps: 20,
             status_every_ms: 1000,
-            history: 64,
+            history: None,
             sample_queue: 4096,
         }
     }
@@ -475,7 +476,7 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         divergence_every_steps,
         progress_every_steps,
         status_every_ms,
-        history,
+        history: _,
         sample_queue,
     } = written.publish;
     let QuerySettings { timeout_ms, hold_ms, pause_ms } = written.queries;
@@ -485,7 +486,6 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         ("publish", "divergence_every_steps", divergence_every_steps, 1..=1_000_000),
         ("publish", "progress_every_steps", progress_every_steps, 1..=10_000),
         ("publish", "status_every_ms", status_every_ms, 100..=60_000),
-        ("publish", "history", history as u64, 1..=10_000),
         ("publish", "sample_queue", sample_queue as u64, 16..=1_000_000),
         ("queries", "timeout_ms", timeout_ms, 10..=10_000),
         ("queries", "hold_ms", hold_ms, 10..=60_000),

@@ -91,6 +91,12 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
     let Some(memory) = Remembered::open_unless(&config, &mut shutdown).await? else {
         return Ok(());
     };
+    if config.publish.history.is_some() {
+        tracing::warn!(
+            "`history` in the table `publish` has no effect any more: late subscribers query \
+             what they missed; remove it"
+        );
+    }
     let listening = Listening::on(config.health)?;
     let supervisor = Supervisor::from_environment();
     let board = Arc::new(ModuleBoard::default());
@@ -182,7 +188,7 @@ async fn serve(
     let identifications = Arc::new(IdentificationTally::default());
     let Recollection { latest, faults, .. } = recollection;
     let faults = IdentifiedFaults::new(&speaker, &components, faults, Arc::clone(&identifications));
-    let books = SharedBooks::new(Books { states, faults });
+    let books = SharedBooks::new(Books { states, faults, phase: None });
     let boards = Boards {
         journal: journal.clone(),
         watch,
@@ -196,8 +202,7 @@ async fn serve(
 
     let no_thread = |error| Failure::running("no thread can be started", error);
     let written = crew.thread("journal", move |_| writer.run()).map_err(no_thread)?;
-    let declaring =
-        EventLane::declare(session, &speaker, &config.publish, submission, books.clone());
+    let declaring = EventLane::declare(session, &speaker, submission, books.clone());
     let events = declaring.await.map_err(refused)?;
     events.repeat(latest);
     let routine = RoutineLane::declare(session, &speaker).await.map_err(refused)?;

@@ -4,7 +4,7 @@
 //! | file | key |
 //! |---|---|
 //! | `state` | `{module}/state`: peers' questions, into the diagnoser's queue |
-//! | `present` | `{module}/fault/**`, `{module}/identification/**`: what is known at present |
+//! | `present` | `{module}/fault/**`, `{module}/identification/**`, `{module}/phase`: what is known at present |
 //! | `history` | `{module}/history`: pages of the journal, read by a thread of its own |
 //! | `orders` | `{module}/command/…`: operators' orders, into the diagnoser's queue |
 
@@ -56,7 +56,7 @@ impl Queryables {
         let (orders_in, orders) = mpsc::channel(QUEUE);
         let mut queryables =
             vec![state::declare(session, speaker, state_in, outbox.clone(), counters).await?];
-        for wanted in [Wanted::States, Wanted::Identifications] {
+        for wanted in [Wanted::States, Wanted::Identifications, Wanted::Phase] {
             let outbox = outbox.clone();
             queryables.push(present::declare(session, speaker, wanted, outbox, counters).await?);
         }

@@ -1,4 +1,4 @@
-//! Queries for what is known at present: the states of components, and the identifications of their faults.
+//! Queries for what is known at present: the states of components, the identifications of their faults, and the phase.
 
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ fn expression(wanted: Wanted, speaker: &Speaker) -> String {
     match wanted {
         Wanted::States => watched.faults(),
         Wanted::Identifications => watched.identifications(),
+        Wanted::Phase => watched.phases(),
     }
 }
 

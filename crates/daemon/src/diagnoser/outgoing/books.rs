@@ -2,17 +2,19 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use wire::{FaultTransition, Identification};
+use wire::{FaultTransition, Identification, PhaseChange};
 use zenoh::key_expr::KeyExpr;
 
 use super::identified_faults::IdentifiedFaults;
 use super::states::States;
 
-/// States and identified faults.
+/// States, identified faults, and the phase.
 #[derive(Debug)]
 pub(crate) struct Books {
     pub(crate) states: States,
     pub(crate) faults: IdentifiedFaults,
+    /// The latest change of phase; none before the first.
+    pub(crate) phase: Option<PhaseChange>,
 }
 
 impl Books {

@@ -6,7 +6,6 @@
 //! diagnosis and replies are elsewhere.
 
 use std::sync::mpsc::Receiver;
-use std::time::Duration;
 
 use names::{Component, RunId};
 use shell::supervision::Lane;
@@ -14,21 +13,18 @@ use wire::{
     Candidate, FaultSize, FaultTransition, Identification, Obeyed, PhaseChange, StateChange, Topic,
 };
 use zenoh::bytes::Encoding;
+use zenoh::pubsub::Publisher;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::Query;
 use zenoh::{Session, Wait};
-use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
 
 use super::books::SharedBooks;
-use crate::config::PublishSettings;
 use crate::convert::Speaker;
 use crate::diagnoser::state::{Record, Submission, Watch};
 use crate::messages::{put, reply};
 
 /// Most events written in one go.
 const BATCH: usize = 256;
-/// A subscriber detects after at most this time that it missed the latest message.
-const HEARTBEAT: Duration = Duration::from_millis(500);
 
 /// Something that must not be lost.
 #[derive(Debug)]
@@ -77,8 +73,8 @@ impl Outgoing {
 
 /// The publishers of what concerns one component.
 struct ComponentPublishers {
-    faults: AdvancedPublisher<'static>,
-    identifications: AdvancedPublisher<'static>,
+    faults: Publisher<'static>,
+    identifications: Publisher<'static>,
 }
 
 /// What the thread owns.
@@ -86,8 +82,8 @@ pub(crate) struct EventLane {
     journal: Submission,
     books: SharedBooks,
     publishers: Vec<(Component, ComponentPublishers)>,
-    changes: AdvancedPublisher<'static>,
-    phases: AdvancedPublisher<'static>,
+    changes: Publisher<'static>,
+    phases: Publisher<'static>,
 }
 
 impl EventLane {
@@ -95,7 +91,6 @@ impl EventLane {
     pub(crate) async fn declare(
         session: &Session,
         speaker: &Speaker,
-        settings: &PublishSettings,
         journal: Submission,
         books: SharedBooks,
     ) -> zenoh::Result<Self> {
@@ -105,8 +100,8 @@ impl EventLane {
             let faults = speaker.key(Topic::Fault(component.clone()));
             let identifications = speaker.key(Topic::Identification(component.clone()));
             let of_component = ComponentPublishers {
-                faults: publisher(session, faults, settings.history).await?,
-                identifications: publisher(session, identifications, settings.history).await?,
+                faults: publisher(session, faults).await?,
+                identifications: publisher(session, identifications).await?,
             };
             publishers.push((component, of_component));
         }
@@ -114,13 +109,13 @@ impl EventLane {
             journal,
             books,
             publishers,
-            changes: publisher(session, speaker.key(Topic::Change), settings.history).await?,
-            phases: publisher(session, speaker.key(Topic::Phase), settings.history).await?,
+            changes: publisher(session, speaker.key(Topic::Change)).await?,
+            phases: publisher(session, speaker.key(Topic::Phase)).await?,
         })
     }
 
-    /// Publishes again what was published before the restart: subscribers may not have received
-    /// the last of it, and late subscribers get it from here.
+    /// Publishes again what was published before the restart: subscribers that are connected by now may not have
+    /// received the last of it. From now on it is the present, for whoever asks.
     pub(crate) fn repeat(&self, latest: Vec<FaultTransition>) {
         for transition in latest {
             self.fault(&transition);
@@ -175,7 +170,7 @@ impl EventLane {
             }
             Outgoing::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
             Outgoing::Settled { .. } | Outgoing::Watched(_) => {}
-            Outgoing::Phase(change) => put(&*change, |bytes| self.phases.put(bytes).wait()),
+            Outgoing::Phase(change) => self.phase(*change),
             Outgoing::Obeyed { query, obeyed } => reply(&query, &obeyed),
         }
     }
@@ -186,6 +181,12 @@ impl EventLane {
         if let Some(publishers) = self.publishers_of(&transition.component.component) {
             put(transition, |bytes| publishers.faults.put(bytes).wait());
         }
+    }
+
+    /// Whoever hears of it and asks gets the same.
+    fn phase(&self, change: PhaseChange) {
+        self.books.lock().phase = Some(change.clone());
+        put(&change, |bytes| self.phases.put(bytes).wait());
     }
 
     fn identification(&self, found: &Identification) {
@@ -228,19 +229,12 @@ fn in_words(candidate: &Candidate) -> String {
     }
 }
 
-/// A publisher of events: they may hold the sender up, go first, and late subscribers get them too.
-async fn publisher(
-    session: &Session,
-    key: String,
-    history: usize,
-) -> zenoh::Result<AdvancedPublisher<'static>> {
+/// A publisher of events: they may hold the sender up, and go first.
+async fn publisher(session: &Session, key: String) -> zenoh::Result<Publisher<'static>> {
     session
         .declare_publisher(key)
         .encoding(Encoding::APPLICATION_JSON)
         .congestion_control(CongestionControl::Block)
         .priority(Priority::RealTime)
-        .cache(CacheConfig::default().max_samples(history))
-        .sample_miss_detection(MissDetectionConfig::default().sporadic_heartbeat(HEARTBEAT))
-        .publisher_detection()
         .await
 }

@@ -6,7 +6,7 @@
 //! | `event_lane` | what must not be lost: into the journal, onto the network |
 //! | `routine_lane` | what is superseded soon, answers to peers |
 //! | `reply_lane` | replies to those who ask what is known at present |
-//! | `books` | what is known at present: `states` of components, `identified_faults` |
+//! | `books` | what is known at present: `states` of components, `identified_faults`, the phase |
 //! | `audience` | whether anybody subscribes |
 
 mod audience;

@@ -5,7 +5,7 @@ use std::sync::mpsc::Receiver;
 
 use shell::supervision::Lane;
 use tokio::sync::OwnedSemaphorePermit;
-use wire::Message;
+use wire::{Key, Message, Topic};
 use zenoh::Wait;
 use zenoh::bytes::Encoding;
 use zenoh::query::Query;
@@ -21,6 +21,8 @@ pub(crate) enum Wanted {
     States,
     /// Of each faulty component, what its fault is.
     Identifications,
+    /// The phase of the module.
+    Phase,
 }
 
 /// A question.
@@ -50,6 +52,7 @@ impl ReplyLane {
             match wanted {
                 Wanted::States => self.states(&query),
                 Wanted::Identifications => self.identifications(&query),
+                Wanted::Phase => self.phase(&query),
             }
             drop(place);
             lane.rest();
@@ -71,6 +74,15 @@ impl ReplyLane {
         let found = self.books.lock().identifications_at(query.key_expr());
         for (key, found) in found {
             reply(query, &key, &found);
+        }
+    }
+
+    /// On the module's own key, for queries to every module at once.
+    fn phase(&self, query: &Query) {
+        let phase = self.books.lock().phase.clone();
+        if let Some(change) = phase {
+            let key = Key::of_module(&change.structure, &change.module, Topic::Phase);
+            reply(query, &key.to_string(), &change);
         }
     }
 }
