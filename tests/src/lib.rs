@@ -8,6 +8,7 @@
 pub mod arrivals;
 pub mod binaries;
 pub mod chaos;
+pub mod cut_link;
 pub mod deployment;
 pub mod folder;
 pub mod follower;

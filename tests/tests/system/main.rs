@@ -13,6 +13,7 @@ mod lab;
 mod large_messages;
 mod latency;
 mod life_cycle;
+mod missed_events;
 mod overload;
 mod plain_clients;
 mod restart;
