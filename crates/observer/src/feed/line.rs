@@ -94,7 +94,7 @@ impl Line {
             Some(_) => match place(self.latest, &transition) {
                 Place::Before => return Vec::new(),
                 Place::After => {}
-                Place::NewBeginning => self.begin_again(),
+                Place::NewBeginning => self.begin_again(transition.incarnation),
             },
         }
         self.held.insert(transition.sequence, transition);
@@ -121,14 +121,14 @@ impl Line {
             return self.share();
         }
         if std::mem::take(&mut self.shared) {
-            self.begin_again();
+            self.begin_again(status.journal.incarnation);
         }
         let Some(next) = self.next else { return Vec::new() };
         let is_fallen =
             status.next_sequence < next && status.time_unix_ns > self.latest.time_unix_ns;
         self.fallen_since = is_fallen.then(|| self.fallen_since.unwrap_or(now));
         if self.fallen_since.is_some_and(|since| now - since >= SETTLING) {
-            self.begin_again();
+            self.begin_again(status.journal.incarnation);
         }
         self.know_of(status.next_sequence, now);
         Vec::new()
@@ -162,8 +162,10 @@ impl Line {
             return self.begin();
         }
         let latest = self.latest;
-        if self.present.values().any(|state| place(latest, state) == Place::NewBeginning) {
-            self.begin_again();
+        let mut states = self.present.values();
+        let new = states.find(|state| place(latest, state) == Place::NewBeginning);
+        if let Some(incarnation) = new.map(|state| state.incarnation) {
+            self.begin_again(incarnation);
         }
         let next = self.next.unwrap_or(1);
         self.present.retain(|sequence, _| *sequence >= next);
@@ -205,11 +207,11 @@ impl Line {
     }
 
     /// What the module counts from the beginning is not what it counted before.
-    fn begin_again(&mut self) {
+    fn begin_again(&mut self, incarnation: Option<u64>) {
         let old_until_unix_ns = self.latest.time_unix_ns;
         self.held.retain(|_, transition| transition.time_unix_ns > old_until_unix_ns);
         self.old_until_unix_ns = old_until_unix_ns;
-        self.latest.sequence = 0;
+        (self.latest.incarnation, self.latest.sequence) = (incarnation, 0);
         (self.next, self.end, self.reported) = (Some(1), 0, 0);
         (self.behind_since, self.fallen_since) = (None, None);
         self.retries.forgive();

@@ -5,6 +5,8 @@ use wire::FaultTransition;
 /// What is remembered of a transition that was handed out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Mark {
+    /// What its sequence number counts in.
+    pub(super) incarnation: Option<u64>,
     /// Its sequence number.
     pub(super) sequence: u64,
     /// When it was published \[ns since 1970\].
@@ -24,14 +26,19 @@ pub(super) enum Place {
 
 impl Mark {
     pub(super) fn of(transition: &FaultTransition) -> Self {
-        let FaultTransition { sequence, time_unix_ns, .. } = transition;
-        Self { sequence: *sequence, time_unix_ns: *time_unix_ns }
+        let FaultTransition { incarnation, sequence, time_unix_ns, .. } = transition;
+        let (sequence, time_unix_ns) = (*sequence, *time_unix_ns);
+        Self { incarnation: *incarnation, sequence, time_unix_ns }
     }
 }
 
-/// Where a transition belongs. A number that was given before, at a later time, is one of a new beginning; at the
-/// same time, it is the same transition again.
+/// Where a transition belongs. A later incarnation is a new beginning. In the same one, or of a module that names none, a
+/// number that was given before, at a later time, is one of a new beginning; at the same time, it is the same again.
 pub(super) fn place(latest: Mark, transition: &FaultTransition) -> Place {
+    if transition.incarnation != latest.incarnation && latest.incarnation.is_some() {
+        let is_later = transition.incarnation > latest.incarnation;
+        return if is_later { Place::NewBeginning } else { Place::Before };
+    }
     if transition.sequence > latest.sequence {
         Place::After
     } else if transition.time_unix_ns > latest.time_unix_ns {

@@ -319,6 +319,22 @@ fn a_wiped_module_is_known_by_its_status_if_nothing_was_heard_of_it() {
 }
 
 #[test]
+fn a_wiped_module_that_has_come_further_than_before_is_known_by_its_incarnation() {
+    let of = |incarnation, sequence, time| FaultTransition {
+        incarnation: Some(incarnation),
+        ..at(sequence, time)
+    };
+    let mut scene = Scene::of(vec![of(7, 1, 100)]);
+    scene.published(of(8, 3, 9000));
+    assert_eq!(scene.question(), Some(Wish::History(1)));
+    let new = [of(8, 1, 7000), of(8, 2, 8000), of(8, 3, 9000)].to_vec();
+    scene.page(1, Ok(page(new, 4, false)));
+    scene.published(of(7, 9, 9900));
+    assert_eq!(scene.handed, [(1, 100), (1, 7000), (2, 8000), (3, 9000)]);
+    assert_eq!(scene.missed, []);
+}
+
+#[test]
 fn a_number_given_again_after_a_crash_is_handed_out_and_those_before_it_are_not() {
     let mut scene = Scene::at(8);
     scene.published(at(8, 5000));
