@@ -253,7 +253,9 @@ impl Works {
                     lines
                         .iter()
                         .find(|line| {
-                            line["component"] == component.as_str() && line["sequence"] == *sequence
+                            line["news"] == "fault"
+                                && line["component"] == component.as_str()
+                                && line["sequence"] == *sequence
                         })
                         .cloned()
                 };

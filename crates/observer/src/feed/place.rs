@@ -32,12 +32,14 @@ impl Mark {
     }
 }
 
-/// Where a transition belongs. A later incarnation is a new beginning. In the same one, or of a module that names none, a
-/// number that was given before, at a later time, is one of a new beginning; at the same time, it is the same again.
+/// Where a transition belongs. A later incarnation is a new beginning. In the same one, or if a former version that names
+/// none is or was at work, a number that was given before, at a later time, is one of a new beginning; at the same time,
+/// it is the same again.
 pub(super) fn place(latest: Mark, transition: &FaultTransition) -> Place {
-    if transition.incarnation != latest.incarnation && latest.incarnation.is_some() {
-        let is_later = transition.incarnation > latest.incarnation;
-        return if is_later { Place::NewBeginning } else { Place::Before };
+    if let (Some(before), Some(incarnation)) = (latest.incarnation, transition.incarnation)
+        && before != incarnation
+    {
+        return if incarnation > before { Place::NewBeginning } else { Place::Before };
     }
     if transition.sequence > latest.sequence {
         Place::After

@@ -335,6 +335,15 @@ fn a_wiped_module_that_has_come_further_than_before_is_known_by_its_incarnation(
 }
 
 #[test]
+fn a_former_version_goes_on_with_the_count_of_a_present_one_and_back() {
+    let mut scene = Scene::of(vec![FaultTransition { incarnation: Some(7), ..transition(1) }]);
+    scene.published(transition(2));
+    scene.published(FaultTransition { incarnation: Some(7), ..transition(3) });
+    assert_eq!(scene.handed, [(1, 100), (2, 200), (3, 300)]);
+    assert_eq!(scene.question(), None);
+}
+
+#[test]
 fn a_number_given_again_after_a_crash_is_handed_out_and_those_before_it_are_not() {
     let mut scene = Scene::at(8);
     scene.published(at(8, 5000));
