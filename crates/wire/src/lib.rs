@@ -34,6 +34,7 @@ mod encoding;
 mod evidence;
 mod fault;
 mod fault_state;
+pub mod fleet;
 mod given_order;
 mod history;
 mod identification;

@@ -10,6 +10,12 @@ pub fn everything() -> Vec<String> {
     below(ROOT)
 }
 
+/// Everything that is published of a structure.
+#[must_use]
+pub fn of_structure(structure: &StructureName) -> Vec<String> {
+    below(&format!("{ROOT}/{structure}"))
+}
+
 /// What a module publishes, answers and is queried for.
 #[must_use]
 pub fn of_module(structure: &StructureName, module: &ModuleName) -> Vec<String> {

@@ -36,6 +36,7 @@ enum Command {
     Revoke(revoke::Arguments),
     List(list::Arguments),
     Access(access::Arguments),
+    Fleet(access::fleet_access::Arguments),
 }
 
 /// Where certificates are kept.
@@ -61,6 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Revoke(arguments) => revoke::run(arguments),
         Command::List(arguments) => list::run(arguments),
         Command::Access(arguments) => access::run(arguments),
+        Command::Fleet(arguments) => access::fleet_access::run(arguments),
     }
 }
 

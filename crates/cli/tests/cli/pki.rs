@@ -181,6 +181,55 @@ fn the_people_of_a_library_are_named_in_its_access_control() {
     assert!(!printed.stdout.contains("operator.ada"), "no other holder is");
 }
 
+/// The arguments that make a gateway of the tower.
+const TO_FLEET: [&str; 4] =
+    ["--fleet-endpoint", "tls/192.0.2.99:7447", "--fleet-tls", "/etc/trusswatch/fleet"];
+
+#[test]
+fn a_gateway_connects_to_the_router_of_another_name_with_the_certificate_of_the_fleet() {
+    let structure = repository("configs/tower.toml").display().to_string();
+    let access = |words: &[&str]| run(&[&["pki", "access", &structure], words].concat());
+    let gateway = ["--gateway", "hub.fleet=operator.ada"];
+    let printed = access(&[&gateway[..], &TO_FLEET].concat());
+    printed.succeeds();
+    for text in [
+        "\"router.hub.fleet\"",
+        "tls/192.0.2.99:7447#root_ca_certificate_file=/etc/trusswatch/fleet/authority.pem;",
+        "connect_private_key_file=/etc/trusswatch/fleet/key.pem\"",
+        "\"trusswatch/tower/*/command/*/ada\"",
+    ] {
+        assert!(printed.stdout.contains(text), "`{text}` is not in: {}", printed.stdout);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("gateway.json5");
+    fs::write(&file, &printed.stdout).unwrap();
+    check(&file).succeeds();
+
+    access(&gateway).fails(2, &["--fleet-endpoint", "--fleet-tls"]);
+    access(&TO_FLEET).fails(2, &["--gateway"]);
+    access(&[&["--gateway", "hub.tower"], &TO_FLEET[..]].concat())
+        .fails(2, &["`tower` is the structure itself"]);
+    access(&[&["--gateway", "hub"], &TO_FLEET[..]].concat())
+        .fails(2, &["`hub` is no router of a fleet; `hub.fleet` is"]);
+    access(&[&["--mode", "peer"], &gateway[..], &TO_FLEET].concat())
+        .fails(2, &["a gateway is a router"]);
+}
+
+#[test]
+fn the_router_of_a_fleet_admits_gateways_by_the_names_of_their_structures() {
+    let folder = library(&["operator.ben"]);
+    let printed = pki(folder.path(), &["fleet", "fleet", "tower", "mast", "--observer", "wall"]);
+    printed.succeeds();
+    let names = ["router.tower", "router.mast", "operator.ben", "observer.wall"];
+    for name in names.map(|name| format!("\"{name}.fleet\"")) {
+        assert!(printed.stdout.contains(&name), "`{name}` is not in: {}", printed.stdout);
+    }
+    let file = folder.path().join("hub.json5");
+    fs::write(&file, &printed.stdout).unwrap();
+    check(&file).succeeds();
+    pki(folder.path(), &["fleet", "tower", "tower"]).fails(2, &["a name of its own"]);
+}
+
 /// The common names that the rules of the tower admit.
 fn admitted(library: &Path, more: &[&str]) -> Vec<String> {
     let structure = repository("configs/tower.toml").display().to_string();

@@ -1,9 +1,12 @@
 //! Zenoh's settings as a document: mutual TLS, explicit endpoints, quick to notice a loss.
 
+use std::io::Write;
+
 use serde::Serialize;
 use session::{ACCEPTING_MS, LONGEST_MESSAGE_BYTES, OPENING_MS, wait_before_close_us};
 
 use super::rules::AccessControl;
+use crate::failure::Failure;
 
 /// Settings of a process. What is not named here is Zenoh's default.
 #[derive(Debug, Serialize)]
@@ -26,7 +29,7 @@ struct Listen {
 
 #[derive(Debug, Serialize)]
 struct Connect {
-    endpoints: [&'static str; 1],
+    endpoints: Vec<String>,
     timeout_ms: i32,
     exit_on_failure: bool,
     retry: Retry,
@@ -106,12 +109,17 @@ struct Tls {
 }
 
 impl Document {
-    /// A router, to which all others connect.
-    pub(super) fn of_router(access: AccessControl, endpoints: &[String], lease_ms: u32) -> Self {
+    /// A router, to which all others connect; it connects to that place, if there is one.
+    pub(super) fn of_router(
+        access: AccessControl,
+        endpoints: &[String],
+        connect: Option<String>,
+        lease_ms: u32,
+    ) -> Self {
         Self {
             mode: "router",
             listen: listen(endpoints, "tls/127.0.0.1:7447"),
-            connect: None,
+            connect: connect.map(always),
             scouting: scouting(),
             transport: transport(Some(2000), lease_ms),
             access_control: access,
@@ -120,20 +128,21 @@ impl Document {
 
     /// A peer, which connects to every other one.
     pub(super) fn of_peer(access: AccessControl, endpoints: &[String], lease_ms: u32) -> Self {
-        let connect = Connect {
-            endpoints: ["tls/127.0.0.1:7447"],
-            timeout_ms: -1,
-            exit_on_failure: false,
-            retry: Retry { period_init_ms: 100, period_max_ms: 500, period_increase_factor: 1.5 },
-        };
         Self {
             mode: "peer",
             listen: listen(endpoints, "tls/127.0.0.1:7448"),
-            connect: Some(connect),
+            connect: Some(always("tls/127.0.0.1:7447".to_owned())),
             scouting: scouting(),
             transport: transport(None, lease_ms),
             access_control: access,
         }
+    }
+
+    /// Writes it as JSON, which JSON5 is too.
+    pub(super) fn write(&self, out: &mut impl Write) -> Result<(), Failure> {
+        serde_json::to_writer_pretty(&mut *out, self)?;
+        writeln!(out)?;
+        Ok(out.flush()?)
     }
 }
 
@@ -142,6 +151,16 @@ fn listen(endpoints: &[String], otherwise: &str) -> Listen {
     let endpoints =
         if endpoints.is_empty() { vec![otherwise.to_owned()] } else { endpoints.to_vec() };
     Listen { endpoints, timeout_ms: 0, exit_on_failure: true }
+}
+
+/// Connects there, and again whenever the link is lost.
+fn always(endpoint: String) -> Connect {
+    Connect {
+        endpoints: vec![endpoint],
+        timeout_ms: -1,
+        exit_on_failure: false,
+        retry: Retry { period_init_ms: 100, period_max_ms: 500, period_increase_factor: 1.5 },
+    }
 }
 
 fn scouting() -> Scouting {

@@ -1,19 +1,28 @@
 //! `trusswatch pki access`: Zenoh settings for access control.
 
+mod common;
 mod document;
+mod fleet;
+pub(super) mod fleet_access;
+mod fleet_link;
+mod gateway;
 mod rules;
 mod side;
+#[cfg(test)]
+mod testing;
 
+use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use pki::{Generations, Holder, Library};
-use session::{DEFAULT_LEASE_MS, LEASES_MS, endpoint};
+use pki::Holder;
 use truss::Structure;
 
-use super::unreadable;
 use crate::failure::Failure;
+use common::{Common, check_endpoints};
 use document::Document;
+use gateway::Gateway;
 use rules::{AccessControl, People};
 use side::{Linked, Side};
 
@@ -30,28 +39,30 @@ pub(super) struct Arguments {
     /// Kind of process that the settings are for
     #[arg(long, value_enum, default_value = "router")]
     mode: Mode,
-    /// Endpoint to listen on, e.g. `tls/192.0.2.10:7447`; may be repeated. Without any it is one on the
-    /// loopback
-    #[arg(long, value_name = "ENDPOINT")]
-    listen: Vec<String>,
-    /// An operator, who may issue commands; may be repeated
-    #[arg(long = "operator", value_name = "NAME")]
-    operators: Vec<pki::holder::BearerName>,
-    /// An observer, who may only read; may be repeated
-    #[arg(long = "observer", value_name = "NAME")]
-    observers: Vec<pki::holder::BearerName>,
-    /// A link whose other side is silent for this long is dead [ms]; more than the default for long or lossy links
-    #[arg(long, value_name = "MS", default_value_t = DEFAULT_LEASE_MS, value_parser = lease_ms)]
-    lease_ms: u32,
+    #[command(flatten)]
+    common: Common,
     /// A router that this one is linked to, with those on its side, behind further routers too, e.g.
     /// `top=module3,module4,operator.ada`; without `=` it may pass on what anybody of the structure may say. May be
     /// repeated
     #[arg(long = "router", value_name = "NAME[=HOLDER,...]")]
     routers: Vec<Linked>,
-    /// Directory of certificates, whose operators and observers are added. Who has had a certificate
-    /// revoked is admitted by the next one only; without it, everybody by the first one
-    #[arg(long = "dir", value_name = "DIRECTORY")]
-    directory: Option<PathBuf>,
+    #[command(flatten)]
+    to_fleet: ToFleet,
+}
+
+/// What makes a router the gateway of its structure to a fleet.
+#[derive(Debug, clap::Args)]
+struct ToFleet {
+    /// The router of a fleet that this one is the structure's gateway to, with the fleet's operators whose commands to
+    /// modules it lets in, e.g. `hub.fleet=operator.ada`. Of the structure only faults, phases and presence leave
+    #[arg(long, value_name = "NAME.FLEET[=OPERATOR,...]", requires_all = ["fleet_endpoint", "fleet_tls"])]
+    gateway: Option<Gateway>,
+    /// Endpoint of the fleet's router, e.g. `tls/192.0.2.99:7447`
+    #[arg(long, value_name = "ENDPOINT", requires = "gateway")]
+    fleet_endpoint: Option<String>,
+    /// Directory with the certificate that the fleet's authority has issued to the gateway
+    #[arg(long, value_name = "DIRECTORY", requires = "gateway")]
+    fleet_tls: Option<PathBuf>,
 }
 
 /// The process that enforces it.
@@ -63,39 +74,52 @@ enum Mode {
     Peer,
 }
 
-/// Reads a lease \[ms\].
-fn lease_ms(text: &str) -> Result<u32, String> {
-    let lease_ms = text.parse().ok().filter(|lease_ms| LEASES_MS.contains(lease_ms));
-    lease_ms.ok_or_else(|| format!("use {} to {} ms", LEASES_MS.start(), LEASES_MS.end()))
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    check_endpoints(&arguments.listen)?;
+    let Arguments { mode, common, .. } = arguments;
+    check_endpoints(&common.listen)?;
     let structure = read(&arguments.structure)?;
     let people = people(arguments)?;
     check_sides(&structure, &people)?;
+    check_gateway(&structure, *mode, people.gateway.as_ref())?;
+    let connect = arguments.to_fleet.endpoint()?;
     let access = AccessControl::of(&structure, &people);
-    let lease_ms = arguments.lease_ms;
-    let document = match arguments.mode {
-        Mode::Router => Document::of_router(access, &arguments.listen, lease_ms),
-        Mode::Peer => Document::of_peer(access, &arguments.listen, lease_ms),
+    let document = match mode {
+        Mode::Router => Document::of_router(access, &common.listen, connect, common.lease_ms),
+        Mode::Peer => Document::of_peer(access, &common.listen, common.lease_ms),
     };
     let mut out = io::stdout().lock();
-    writeln!(out, "{}", comment(&structure, arguments.mode, &people))?;
-    serde_json::to_writer_pretty(&mut out, &document)?;
-    writeln!(out)?;
-    Ok(out.flush()?)
+    writeln!(out, "{}", comment(&structure, *mode, &people))?;
+    document.write(&mut out)
 }
 
-/// Certificates are seen on TLS only.
-fn check_endpoints(endpoints: &[String]) -> Result<(), Failure> {
-    let is_tls = |text: &str| endpoint(text).is_ok_and(|read| read.protocol().as_str() == "tls");
-    match endpoints.iter().find(|text| !is_tls(text)) {
-        Some(text) => Err(Failure::input(format!(
-            "`{text}` is no endpoint of TLS; write e.g. `tls/192.0.2.10:7447`"
-        ))),
-        None => Ok(()),
+impl ToFleet {
+    /// Where the gateway connects to, and by which certificate.
+    fn endpoint(&self) -> Result<Option<String>, Failure> {
+        match (&self.fleet_endpoint, &self.fleet_tls) {
+            (Some(place), Some(directory)) => fleet_link::endpoint(place, directory).map(Some),
+            _ => Ok(None),
+        }
     }
+}
+
+/// A gateway is a router, of a structure that is not the fleet.
+fn check_gateway(
+    structure: &Structure,
+    mode: Mode,
+    gateway: Option<&Gateway>,
+) -> Result<(), Failure> {
+    let Some(gateway) = gateway else { return Ok(()) };
+    if mode != Mode::Router {
+        return Err(Failure::usage("a gateway is a router; leave out `--mode peer`"));
+    }
+    let fleet = &gateway.router.structure;
+    if *fleet == structure.name {
+        return Err(Failure::usage(format!(
+            "--gateway {}: `{fleet}` is the structure itself; a fleet has a name of its own",
+            gateway.router
+        )));
+    }
+    Ok(())
 }
 
 /// A module that there is not is behind no router.
@@ -129,26 +153,9 @@ fn read(file: &Path) -> Result<Structure, Failure> {
 }
 
 fn people(arguments: &Arguments) -> Result<People, Failure> {
-    let mut people = People {
-        operators: arguments.operators.iter().cloned().collect(),
-        observers: arguments.observers.iter().cloned().collect(),
-        routers: arguments.routers.iter().cloned().collect(),
-        generations: Generations::default(),
-    };
-    if let Some(directory) = &arguments.directory {
-        let library = Library::at(directory);
-        let read = || Ok((library.holders()?, library.generations()?));
-        let (holders, generations) = read().map_err(|error| unreadable(directory, &error))?;
-        people.generations = generations;
-        for holder in holders {
-            match holder {
-                Holder::Operator(name) => drop(people.operators.insert(name)),
-                Holder::Observer(name) => drop(people.observers.insert(name)),
-                Holder::Module(_) | Holder::Plant | Holder::Router(_) => {}
-            }
-        }
-    }
-    Ok(people)
+    let routers = arguments.routers.iter().cloned().collect();
+    let gateway = arguments.to_fleet.gateway.clone();
+    Ok(People { routers, gateway, ..arguments.common.people()? })
 }
 
 /// The heading of the settings: what they are for and how they were made.
@@ -157,23 +164,31 @@ fn comment(structure: &Structure, mode: Mode, people: &People) -> String {
         Mode::Router => ("a router", "`client-tls.json5`"),
         Mode::Peer => ("a module computer", "the same settings"),
     };
-    let named = |role: &str, names: Vec<String>| match &names[..] {
-        [] => format!("no {role}s"),
-        names => format!("{role}s: {}", names.join(", ")),
-    };
-    let operators = named("operator", people.operators.iter().map(ToString::to_string).collect());
-    let observers = named("observer", people.observers.iter().map(ToString::to_string).collect());
+    let operators = named("operator", &people.operators);
+    let observers = named("observer", &people.observers);
     let routers: Vec<String> =
         people.routers.iter().map(|linked| linked.router.to_string()).collect();
     let routers = match &routers[..] {
         [] => String::new(),
         routers => format!("; linked routers: {}", routers.join(", ")),
     };
+    let gateway = people.gateway.as_ref();
+    let gateway =
+        gateway.map_or(String::new(), |gateway| format!("; gateway to {}", gateway.router));
     format!(
         "// Zenoh settings of {owner} in the structure `{}`, for others with {others}: mutual TLS and access\n\
          // control. Made by `trusswatch pki access`; run that again instead of changing the rules by hand.\n\
-         // {operators}; {observers}{routers}. Certificates and endpoints are given by `tls`, `listen` and\n\
+         // {operators}; {observers}{routers}{gateway}. Certificates and endpoints are given by `tls`, `listen` and\n\
          // `connect` of the configuration that names this file, or by `--tls`, `--listen` and `--connect`.",
         structure.name
     )
+}
+
+/// Names in a heading.
+fn named<N: Display>(role: &str, names: &BTreeSet<N>) -> String {
+    let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+    match &names[..] {
+        [] => format!("no {role}s"),
+        names => format!("{role}s: {}", names.join(", ")),
+    }
 }

@@ -12,6 +12,7 @@ use serde::Serialize;
 use truss::Structure;
 use wire::realm;
 
+use super::gateway::Gateway;
 use super::side::Linked;
 
 /// Clients that are no part of the structure.
@@ -21,6 +22,8 @@ pub(super) struct People {
     pub(super) observers: BTreeSet<BearerName>,
     /// Routers linked to the one that the rules are for.
     pub(super) routers: BTreeSet<Linked>,
+    /// The fleet's router, if the rules are for a gateway.
+    pub(super) gateway: Option<Gateway>,
     /// By which certificates these and the modules and the plant are admitted.
     pub(super) generations: Generations,
 }
@@ -38,7 +41,7 @@ pub(super) struct AccessControl {
 }
 
 #[derive(Debug, Serialize)]
-struct Rule {
+pub(super) struct Rule {
     id: String,
     permission: &'static str,
     flows: [&'static str; 1],
@@ -58,30 +61,31 @@ struct Policy {
     subjects: Vec<String>,
 }
 
-const INCOMING: [&str; 1] = ["ingress"];
-const OUTGOING: [&str; 1] = ["egress"];
+pub(super) const INCOMING: [&str; 1] = ["ingress"];
+pub(super) const OUTGOING: [&str; 1] = ["egress"];
 
 /// What the owner of a key does with it.
-const OWN: [&str; 5] = ["put", "delete", "declare_queryable", "reply", "liveliness_token"];
+pub(super) const OWN: [&str; 5] =
+    ["put", "delete", "declare_queryable", "reply", "liveliness_token"];
+/// The parts of that.
+pub(super) const PUBLISH: [&str; 2] = ["put", "delete"];
+pub(super) const ANSWER: [&str; 2] = ["declare_queryable", "reply"];
+pub(super) const SHOW: [&str; 1] = ["liveliness_token"];
 /// What a subscriber does that also reads liveliness tokens.
-const LISTEN: [&str; 3] =
+pub(super) const LISTEN: [&str; 3] =
     ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
-const ASK: [&str; 1] = ["query"];
-const EVERYTHING: [&str; 9] = [
-    "put",
-    "delete",
-    "declare_subscriber",
-    "query",
-    "declare_queryable",
-    "reply",
-    "liveliness_token",
-    "liveliness_query",
-    "declare_liveliness_subscriber",
-];
+/// The parts of that.
+pub(super) const SUBSCRIBE: [&str; 1] = ["declare_subscriber"];
+pub(super) const WATCH: [&str; 2] = ["liveliness_query", "declare_liveliness_subscriber"];
+pub(super) const ASK: [&str; 1] = ["query"];
+/// What others do with a key that they do not own.
+pub(super) const REQUEST: [&str; 4] =
+    ["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
 
-const GET: &str = "gets what it may know";
-const HEAR: &str = "listens";
-const READ: &str = "asks what only tells";
+pub(super) const GET: &str = "gets what it may know";
+pub(super) const ASKED: &str = "is asked and listened to";
+pub(super) const HEAR: &str = "listens";
+pub(super) const READ: &str = "asks what only tells";
 const PEER: &str = "asks as a peer";
 const PLANT: &str = "plant speaks";
 
@@ -89,14 +93,7 @@ impl AccessControl {
     /// What the modules of a structure, its plant and these people may do.
     pub(super) fn of(structure: &Structure, people: &People) -> Self {
         let name = &structure.name;
-        let mut access = Self {
-            enabled: true,
-            default_permission: "deny",
-            rules: general_rules(structure),
-            subjects: Vec::new(),
-            policies: Vec::new(),
-            generations: people.generations.clone(),
-        };
+        let mut access = Self::of_rules(general_rules(structure), &people.generations);
         for module in structure.equipped() {
             let rule = speaks(&module.name);
             let keys = realm::of_module(name, &module.name);
@@ -118,7 +115,29 @@ impl AccessControl {
         for linked in &people.routers {
             access.link(structure, &people.operators, linked);
         }
+        if let Some(gateway) = &people.gateway {
+            access.open(name, gateway);
+        }
         access
+    }
+
+    /// These rules, and nobody yet to whom they apply.
+    pub(super) fn of_rules(rules: Vec<Rule>, generations: &Generations) -> Self {
+        Self {
+            enabled: true,
+            default_permission: "deny",
+            rules,
+            subjects: Vec::new(),
+            policies: Vec::new(),
+            generations: generations.clone(),
+        }
+    }
+
+    /// Adds a rule; returns its name.
+    pub(super) fn add(&mut self, rule: Rule) -> String {
+        let id = rule.id.clone();
+        self.rules.push(rule);
+        id
     }
 
     /// Allows a router to pass on what those on its side may say, and nothing else.
@@ -142,19 +161,28 @@ impl AccessControl {
     }
 
     /// Allows a holder these rules and those of every known client.
-    fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
+    pub(super) fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
+        self.admit_to(structure, holder, &[rules, &[HEAR, READ, GET, ASKED]].concat());
+    }
+
+    /// Allows a holder these rules and nothing else.
+    pub(super) fn admit_to(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
         // A name that is too long for a certificate has none.
-        let Ok(name) = CommonName::new(self.generations.of(holder), structure.clone()) else {
-            return;
-        };
+        if let Ok(name) = CommonName::new(self.generations.of(holder), structure.clone()) {
+            self.permit(&name, rules);
+        }
+    }
+
+    /// Allows whoever shows a certificate of this name these rules.
+    pub(super) fn permit(&mut self, name: &CommonName, rules: &[&str]) {
         let id = name.to_string();
         self.subjects.push(Subject { id: id.clone(), cert_common_names: vec![id.clone()] });
-        let rules = rules.iter().chain(&[HEAR, READ, GET]).map(ToString::to_string).collect();
+        let rules = rules.iter().map(ToString::to_string).collect();
         self.policies.push(Policy { rules, subjects: vec![id] });
     }
 }
 
-fn orders(operator: &BearerName) -> String {
+pub(super) fn orders(operator: &BearerName) -> String {
     format!("{operator} orders")
 }
 
@@ -167,7 +195,8 @@ fn general_rules(structure: &Structure) -> Vec<Rule> {
     let mut plants = realm::of_plant(name);
     plants.extend(structure.equipped().map(|module| realm::samples(name, &module.name)));
     vec![
-        allow(GET, OUTGOING, &EVERYTHING, realm::everything()),
+        allow(GET, OUTGOING, &OWN, realm::of_structure(name)),
+        allow(ASKED, OUTGOING, &REQUEST, realm::everything()),
         allow(HEAR, INCOMING, &LISTEN, realm::everything()),
         allow(READ, INCOMING, &ASK, realm::readable()),
         allow(PEER, INCOMING, &ASK, vec![realm::questions_of_peers(name)]),
@@ -175,7 +204,7 @@ fn general_rules(structure: &Structure) -> Vec<Rule> {
     ]
 }
 
-fn allow(
+pub(super) fn allow(
     id: &str,
     flows: [&'static str; 1],
     messages: &[&'static str],
@@ -186,6 +215,7 @@ fn allow(
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{covers, rules_of};
     use super::*;
 
     fn access() -> serde_json::Value {
@@ -202,16 +232,9 @@ mod tests {
             ]
             .map(|linked| linked.parse().unwrap())
             .into(),
-            generations: Generations::default(),
+            ..People::default()
         };
         serde_json::to_value(AccessControl::of(&structure, &people)).unwrap()
-    }
-
-    fn rules_of(access: &serde_json::Value, subject: &str) -> Vec<String> {
-        let policies = access["policies"].as_array().unwrap();
-        let policy = policies.iter().find(|policy| policy["subjects"][0] == subject).unwrap();
-        let rules = policy["rules"].as_array().unwrap();
-        rules.iter().map(|rule| rule.as_str().unwrap().to_owned()).collect()
     }
 
     #[test]
@@ -251,21 +274,13 @@ mod tests {
         let access = access();
         let rules = |router: &str| rules_of(&access, &format!("router.{router}.tower"));
         let (first, second) = ("module1 speaks", "module2 speaks");
-        assert_eq!(rules("all"), [first, second, PEER, PLANT, "ada orders", HEAR, READ, GET]);
-        assert_eq!(rules("top"), [second, PEER, "ada orders", HEAR, READ, GET]);
-        assert_eq!(rules("bottom"), [first, PEER, PLANT, HEAR, READ, GET]);
-        assert_eq!(rules("wall"), [HEAR, READ, GET]);
-    }
-
-    /// Does a rule cover this key?
-    fn covers(access: &serde_json::Value, rule: &str, key: &str) -> bool {
-        let rules = access["rules"].as_array().unwrap();
-        let rule = rules.iter().find(|known| known["id"] == rule).unwrap();
-        let expressions = rule["key_exprs"].as_array().unwrap().iter();
-        let key = zenoh::key_expr::KeyExpr::try_from(key.to_owned()).unwrap();
-        expressions.map(|expression| expression.as_str().unwrap().to_owned()).any(|expression| {
-            zenoh::key_expr::KeyExpr::try_from(expression).unwrap().includes(&key)
-        })
+        assert_eq!(
+            rules("all"),
+            [first, second, PEER, PLANT, "ada orders", HEAR, READ, GET, ASKED]
+        );
+        assert_eq!(rules("top"), [second, PEER, "ada orders", HEAR, READ, GET, ASKED]);
+        assert_eq!(rules("bottom"), [first, PEER, PLANT, HEAR, READ, GET, ASKED]);
+        assert_eq!(rules("wall"), [HEAR, READ, GET, ASKED]);
     }
 
     #[test]
@@ -283,8 +298,8 @@ mod tests {
         let access = access();
         let observer = rules_of(&access, "observer.wall.tower");
         let operator = rules_of(&access, "operator.ada.tower");
-        assert_eq!(observer, [HEAR, READ, GET]);
-        assert_eq!(operator, ["ada orders", HEAR, READ, GET]);
+        assert_eq!(observer, [HEAR, READ, GET, ASKED]);
+        assert_eq!(operator, ["ada orders", HEAR, READ, GET, ASKED]);
         for rule in access["rules"].as_array().unwrap() {
             let id = rule["id"].as_str().unwrap().to_owned();
             let incoming = rule["flows"][0] == "ingress";

@@ -1,0 +1,64 @@
+//! `trusswatch pki fleet`: Zenoh settings for the router of a fleet.
+
+use std::io::{self, Write};
+
+use names::StructureName;
+
+use super::common::{Common, check_endpoints};
+use super::document::Document;
+use super::fleet::Fleet;
+use super::named;
+use super::rules::AccessControl;
+use crate::failure::Failure;
+
+/// Print Zenoh settings for the router of a fleet of structures
+///
+/// A fleet has a name and an authority of its own. Each structure's gateway connects to the fleet's router and shows
+/// the fleet's certificate of the router that has the structure's name, e.g. `router.tower`. It may pass on faults,
+/// phases and presence of its structure and answer for it; operators of the fleet may issue commands to the modules of all
+/// structures, as far as each gateway lets them in; observers may only read; all other access is denied.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Name of the fleet
+    fleet: StructureName,
+    /// Names of its structures
+    #[arg(required = true, value_name = "STRUCTURE")]
+    structures: Vec<StructureName>,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { fleet, structures, common } = arguments;
+    check_endpoints(&common.listen)?;
+    check_name(fleet, structures)?;
+    let (structures, people) = (structures.iter().cloned().collect(), common.people()?);
+    let fleet = Fleet { name: fleet.clone(), structures, people };
+    let access = AccessControl::of_fleet(&fleet);
+    let document = Document::of_router(access, &common.listen, None, common.lease_ms);
+    let mut out = io::stdout().lock();
+    writeln!(out, "{}", comment(&fleet))?;
+    document.write(&mut out)
+}
+
+/// Common names of a structure would be common names of the fleet.
+fn check_name(fleet: &StructureName, structures: &[StructureName]) -> Result<(), Failure> {
+    if structures.contains(fleet) {
+        return Err(Failure::usage(format!(
+            "`{fleet}` is a structure and cannot be the fleet too; use a name of its own"
+        )));
+    }
+    Ok(())
+}
+
+fn comment(fleet: &Fleet) -> String {
+    let Fleet { name, structures, people } = fleet;
+    let operators = named("operator", &people.operators);
+    let observers = named("observer", &people.observers);
+    let structures = named("structure", structures);
+    format!(
+        "// Zenoh settings of the router of the fleet `{name}`: mutual TLS and access control. Made by\n\
+         // `trusswatch pki fleet`; run that again instead of changing the rules by hand. {structures};\n\
+         // {operators}; {observers}. Certificates and endpoints are given by `--tls` and `--listen`."
+    )
+}
