@@ -4,14 +4,29 @@ use observer::{ModulePicture, Picture};
 use wire::{FaultState, ModulePhase};
 
 /// Every module is one process that answers and is in service, and no component is faulty or possibly so. False
-/// without any module.
+/// without any module, and where a module that is down might not be on the list.
 pub(super) fn all_is_well(picture: &Picture) -> bool {
-    !picture.modules.is_empty() && are_well(&picture.modules)
+    let structures: Vec<&[ModulePicture]> = picture.modules.chunk_by(of_one_structure).collect();
+    let only = structures.len() == 1;
+    !structures.is_empty() && structures.iter().all(|modules| are_well(modules, only))
 }
 
-/// The same of these modules.
-pub(super) fn are_well(modules: &[ModulePicture]) -> bool {
-    modules.iter().all(is_well)
+/// Whether two modules are of one structure.
+pub(super) fn of_one_structure(a: &ModulePicture, b: &ModulePicture) -> bool {
+    a.member.structure == b.member.structure
+}
+
+/// The same of the modules of one structure, which may be the only one.
+pub(super) fn are_well(modules: &[ModulePicture], only: bool) -> bool {
+    is_complete(modules, only) && modules.iter().all(is_well)
+}
+
+/// A module that is down is named by the statuses of its peers, which do not pass a gateway, or by whoever expects it:
+/// a name without a structure stands for a module of the only one.
+fn is_complete(modules: &[ModulePicture], only: bool) -> bool {
+    let reports = |module: &ModulePicture| module.member.status.is_some();
+    let is_expected = |module: &ModulePicture| module.member.expected;
+    modules.iter().any(reports) || only && modules.iter().any(is_expected)
 }
 
 fn is_well(module: &ModulePicture) -> bool {
@@ -28,6 +43,7 @@ fn is_well(module: &ModulePicture) -> bool {
 mod tests {
     use super::*;
     use crate::faults::testing::{module, picture, silent, state};
+    use wire::PhaseChange;
 
     #[test]
     fn faults_doubts_and_silences_are_not_well() {
@@ -59,6 +75,32 @@ mod tests {
             vec![module("m1", ModulePhase::InService, normal()), silent("m2", Some("m1"))];
         assert!(!all_is_well(&picture(one_silent)));
         assert!(!all_is_well(&Picture::default()));
+    }
+
+    #[test]
+    fn without_a_status_only_a_structure_whose_modules_are_expected_is_well() {
+        let normal = || vec![state("m1/sensor/g1", FaultState::Normal)];
+        let without_status = |expected| {
+            let mut one = module("m1", ModulePhase::InService, normal());
+            let status = one.member.status.take().unwrap();
+            one.member.phase_change = Some(PhaseChange {
+                structure: status.structure,
+                module: status.module,
+                phase: ModulePhase::InService,
+                before: None,
+                run: None,
+                step: None,
+                reason: String::new(),
+                time_unix_ns: 1,
+            });
+            one.member.expected = expected;
+            one
+        };
+        assert!(!all_is_well(&picture(vec![without_status(false)])));
+        assert!(all_is_well(&picture(vec![without_status(true)])));
+        let mut elsewhere = without_status(true);
+        elsewhere.member.structure = Some("mast".parse().unwrap());
+        assert!(!all_is_well(&picture(vec![without_status(true), elsewhere])));
     }
 
     #[test]

@@ -37,7 +37,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
     /// End with exit code 1 unless all is well: every module is one process that answers and is in service, and
-    /// no component is latched, acknowledged, unconfirmed or unknown
+    /// no component is latched, acknowledged, unconfirmed or unknown. Behind a gateway, which passes no statuses on, every
+    /// module has to be named by `--expect`, with its `--structure`: no peer names one that is down
     #[arg(long)]
     exit_code: bool,
     /// Print one JSON object

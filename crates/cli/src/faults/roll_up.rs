@@ -5,7 +5,7 @@ use observer::{ModulePicture, Picture};
 use serde::Serialize;
 use wire::{FaultState, ModulePhase};
 
-use super::check::are_well;
+use super::check::{are_well, of_one_structure};
 
 /// How a structure is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,15 +33,15 @@ pub(super) struct RollUp<'a> {
 }
 
 impl<'a> RollUp<'a> {
-    /// Of the modules of one structure.
-    fn of(members: &'a [ModulePicture]) -> Self {
+    /// Of the modules of one structure, which may be the only one.
+    fn of(members: &'a [ModulePicture], only: bool) -> Self {
         let count = |state| members.iter().map(|module| module.count(state)).sum();
         let answering = || members.iter().filter(|module| module.answers());
         let in_service =
             |module: &&ModulePicture| module.member.phase() == Some(ModulePhase::InService);
         Self {
             structure: members.first().and_then(|module| module.member.structure.as_ref()),
-            all_is_well: are_well(members),
+            all_is_well: are_well(members, only),
             modules: members.len(),
             answering: answering().count(),
             in_service: answering().filter(in_service).count(),
@@ -69,8 +69,10 @@ impl<'a> RollUp<'a> {
 
 /// Each structure, the most urgent first.
 pub(super) fn by_urgency(picture: &Picture) -> Vec<RollUp<'_>> {
-    let same = |a: &ModulePicture, b: &ModulePicture| a.member.structure == b.member.structure;
-    let mut structures: Vec<RollUp<'_>> = picture.modules.chunk_by(same).map(RollUp::of).collect();
+    let structures: Vec<&[ModulePicture]> = picture.modules.chunk_by(of_one_structure).collect();
+    let only = structures.len() == 1;
+    let mut structures: Vec<RollUp<'_>> =
+        structures.into_iter().map(|members| RollUp::of(members, only)).collect();
     structures.sort_by_key(|structure| std::cmp::Reverse(structure.urgency()));
     structures
 }
