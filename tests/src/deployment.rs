@@ -159,6 +159,22 @@ impl Deployment {
         });
     }
 
+    /// Gives the structure another name, before anything is started. Its modules have no references then: those that
+    /// are shipped are of the structure under its own name.
+    pub fn rename(&self, structure: &str) {
+        for place in 0..self.endpoints.len() {
+            let file = self.folder.path().join(format!("structure-{place}.toml"));
+            self.change(place, |document| {
+                let text = std::fs::read_to_string(document["structure"].as_str().unwrap());
+                let mut renamed: toml::Table = text.unwrap().parse().unwrap();
+                renamed.insert("name".into(), structure.into());
+                std::fs::write(&file, renamed.to_string()).unwrap();
+                document.insert("structure".into(), file.to_str().unwrap().into());
+                document.remove("reference");
+            });
+        }
+    }
+
     fn change(&self, place: usize, change: impl FnOnce(&mut toml::Table)) {
         let file = self.file(place);
         let mut table: toml::Table = std::fs::read_to_string(&file).unwrap().parse().unwrap();

@@ -18,9 +18,9 @@ use crate::operate::{Ended, ended};
 use crate::process::Process;
 
 /// The plant, then the modules, as a deployment counts them.
-const PARTS: [&str; 3] = ["plant", "module1", "module2"];
+pub(super) const PARTS: [&str; 3] = ["plant", "module1", "module2"];
 /// A trace in a log takes no longer than this.
-const TRACE: Duration = Duration::from_secs(30);
+pub(super) const TRACE: Duration = Duration::from_secs(30);
 /// More steps than any test takes.
 const FOR_LONG: u64 = 1_000_000;
 
@@ -134,7 +134,7 @@ impl Papers {
 }
 
 /// What `trusswatch pki` with these words prints.
-async fn pki(version: Version, library: &Path, words: &[&str]) -> String {
+pub(super) async fn pki(version: Version, library: &Path, words: &[&str]) -> String {
     let mut command = version.program("trusswatch");
     command.arg("pki").args(words).arg("--dir").arg(library);
     let ended = ended(command).await;
@@ -147,8 +147,16 @@ fn tower(version: Version) -> String {
     version.configs().join("tower.toml").display().to_string()
 }
 
+/// Access control, as `trusswatch pki` printed it into this file.
+pub(super) fn switch_off(file: &Path) {
+    let rules = std::fs::read_to_string(file).unwrap();
+    let (on, off) = ("\"enabled\": true", "\"enabled\": false");
+    assert_eq!(rules.matches(on).count(), 1, "the rules are switched on in one place");
+    std::fs::write(file, rules.replace(on, off)).unwrap();
+}
+
 /// A router with these rules and this certificate.
-fn router(version: Version, door: &str, rules: &Path, tls: &Path) -> Command {
+pub(super) fn router(version: Version, door: &str, rules: &Path, tls: &Path) -> Command {
     let mut command = version.program("trusswatch");
     command.args(["router", "--listen", door, "--zenoh"]).arg(rules).arg("--tls").arg(tls);
     command
@@ -165,7 +173,7 @@ fn with_usual_limits(command: &Command) -> Command {
     limited
 }
 
-fn secure(endpoint: &str) -> String {
+pub(super) fn secure(endpoint: &str) -> String {
     endpoint.replace("tcp/", "tls/")
 }
 
@@ -178,10 +186,7 @@ impl Stand {
     /// The same without access control in the router.
     pub async fn lawless_star(schedule: &Schedule) -> Self {
         let papers = Papers::for_routers(Version::Present, 1).await;
-        let rules = std::fs::read_to_string(&papers.access[0]).unwrap();
-        let (on, off) = ("\"enabled\": true", "\"enabled\": false");
-        assert_eq!(rules.matches(on).count(), 1, "the rules are switched on in one place");
-        std::fs::write(&papers.access[0], rules.replace(on, off)).unwrap();
+        switch_off(&papers.access[0]);
         Self::along(schedule, papers)
     }
 

@@ -6,6 +6,7 @@
 mod broken_machine;
 mod chaos;
 mod equality;
+mod fleet;
 mod flood;
 mod footprint;
 mod kills;
