@@ -7,7 +7,8 @@ use wire::{FaultTransition, Identification, PhaseChange, Symptom};
 
 use crate::paint::{Colour, Paint};
 use crate::wording::{
-    identified, now_unix_ns, phase_colour, phase_in_words, printable, reason, state_colour, utc,
+    NOTHING, identified, now_unix_ns, phase_colour, phase_in_words, printable, reason,
+    state_colour, utc,
 };
 
 /// For machines.
@@ -69,8 +70,9 @@ impl Document<'_> {
     }
 }
 
-/// For people: when, who, what, why. What has no time of its own is printed with the present one.
-pub(super) fn line(event: &News, paint: Paint) -> String {
+/// For people: when, where if several structures may be seen, who, what, why. What has no time of its own is printed with
+/// the present one.
+pub(super) fn line(event: &News, names_structure: bool, paint: Paint) -> String {
     let (time, who, what, why, colour) = match event {
         News::Fault(transition) => fault(transition),
         News::Identification(found) => kind(found),
@@ -97,9 +99,23 @@ pub(super) fn line(event: &News, paint: Paint) -> String {
             (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Red))
         }
     };
-    let text = format!("{}  {who:<20}  {what:<14}  {why}", utc(time));
+    let place = if names_structure { format!("{:<10}  ", place(event)) } else { String::new() };
+    let text = format!("{}  {place}{who:<20}  {what:<14}  {why}", utc(time));
     let text = text.trim_end();
     colour.map_or_else(|| text.to_owned(), |colour| paint.in_colour(colour, text))
+}
+
+/// The structure that it is about.
+fn place(event: &News) -> &str {
+    match event {
+        News::Fault(transition) => transition.structure.as_str(),
+        News::Identification(found) => found.structure.as_str(),
+        News::Phase(change) => change.structure.as_str(),
+        News::Presence { structure, .. }
+        | News::SeveralProcesses { structure, .. }
+        | News::Missed { structure, .. } => structure.as_str(),
+        News::Unreadable(_) | News::Lost(_) => NOTHING,
+    }
 }
 
 type Parts = (u64, String, String, String, Option<Colour>);
@@ -146,7 +162,7 @@ mod tests {
     #[test]
     fn each_kind_of_news_has_its_line() {
         let paint = Paint::for_terminal(false);
-        let text = |event: &News| line(event, paint);
+        let text = |event: &News| line(event, false, paint);
         let fault = text(&News::Fault(Box::new(transition("m1", 1, 0))));
         assert!(fault.starts_with("1970-01-01T00:00:00.000Z  m1/sensor/g1"), "{fault}");
         assert!(fault.ends_with("  latched"), "{fault}");
@@ -177,6 +193,8 @@ mod tests {
         };
         let expected = "MISSED          transitions 3 to 4 could not be had: refused";
         assert!(text(&missed).ends_with(expected), "{}", text(&missed));
+        let elsewhere = line(&missed, true, paint);
+        assert!(elsewhere.contains("Z  tower       m1                    MISSED"), "{elsewhere}");
         assert!(text(&News::Lost(3)).contains("3 messages lost"));
         let hostile = text(&News::Unreadable("k: \x1b[2J\u{202e}".to_owned()));
         assert!(hostile.ends_with(r"k: \u{1b}[2J\u{202e}"), "{hostile}");

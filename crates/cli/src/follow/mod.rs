@@ -11,7 +11,7 @@ use shell::shutdown::{self, ShutdownFlags};
 use wire::{FaultState, FaultTransition, Identification};
 
 use crate::failure::Failure;
-use crate::link::{self, Link};
+use crate::link::{self, Link, Target};
 use crate::paint::Paint;
 use crate::versioned;
 
@@ -48,7 +48,7 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
             break Err(Failure::network("the session was closed".to_owned()));
         };
         if last_reported.is_new(&event)
-            && let Err(failure) = print(arguments, &event)
+            && let Err(failure) = print(arguments, link, &event)
         {
             break Err(failure);
         }
@@ -57,13 +57,14 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
     outcome
 }
 
-fn print(arguments: &Arguments, event: &News) -> Result<(), Failure> {
+fn print(arguments: &Arguments, link: &Target, event: &News) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if arguments.json {
         write!(out, "{}", versioned::line(&line::Document::of(event))?)?;
     } else {
         let paint = Paint::for_terminal(io::stdout().is_terminal());
-        writeln!(out, "{}", line::line(event, paint))?;
+        let names_structure = link.structure.is_none();
+        writeln!(out, "{}", line::line(event, names_structure, paint))?;
     }
     Ok(out.flush()?)
 }
