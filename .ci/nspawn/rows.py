@@ -1,7 +1,7 @@
 """The package under a real systemd: installed, started, killed, hung, cut off from power, upgraded, removed
 and purged, on two machines, watched by a subscriber on the host. Prints what was expected and what was seen.
 
-    python3 rows.py PACKAGE.deb TREE      (needs deploy/compose in PYTHONPATH, root, systemd-nspawn, the tree that debian.py made, and eclipse-zenoh from PyPI)
+    python3 rows.py PACKAGE.deb TREE FORMER      (needs deploy/compose in PYTHONPATH, root, systemd-nspawn, the tree that debian.py made, what .ci/upgrade made of a former commit, and eclipse-zenoh from PyPI)
 """
 
 import json
@@ -179,6 +179,21 @@ def edit_network(machine, file, listen, connect):
     (machine.root / f"etc/trusswatch/{file}").write_text(text[:text.index("[network]")] + table)
 
 
+def former_version(package, former, work):
+    """The package of a former commit: with the programs, configurations and units of that commit."""
+    tree, made = work / "former", work / "trusswatch_former.deb"
+    run("dpkg-deb", "--raw-extract", package, tree)
+    control = tree / "DEBIAN/control"
+    control.write_text(re.sub(r"(?m)^Version: .*$", "Version: 0~former-1", control.read_text()))
+    for inside, outside in ("usr/bin", "bin"), ("etc/trusswatch", "configs"), ("lib/systemd/system", "deploy/systemd"):
+        for file in (tree / inside).rglob("*"):
+            there = former / outside / file.relative_to(tree / inside)
+            if there.is_file():
+                shutil.copyfile(there, file)
+    run("dpkg-deb", "--root-owner-group", "-Znone", "--build", tree, made)
+    return made
+
+
 def on_two_computers(table, first, second, package):
     first.do("systemctl", "disable", "--now", UNIT2)
     edit_network(first, "plant.toml", PLANT, [])
@@ -227,6 +242,19 @@ def comes_back(machine, unit, strike, meanwhile=lambda: None):
         new = now["MainPID"] not in ("0", before["MainPID"]) and int(now["NRestarts"]) > int(before["NRestarts"])
         return now["ActiveState"] == "active" and new and entered > start and entered - start
     return until(f"{unit} is active again", 15, back)
+
+
+def upgrade_of_one_computer(table, first, second, package, subscriber):
+    """The one with the former package, beside one with the present; their faults were found by both together."""
+    before = held(MODULE2, "module2/actuator/a4")
+    require(before and before[0] == "latched", f"{before}")
+    install(second, package)
+    text = until("module2 in service", 20, lambda: in_service(second, UNIT2))
+    after = until("module2 answers", 10, lambda: held(MODULE2, "module2/actuator/a4"))
+    require(after == before, f"{before} before, {after} after")
+    subscriber.step("module2", subscriber.steps["module1"] + APART, 20)
+    until("module1 in service", 20, lambda: in_service(first, UNIT1))
+    table.row("former package of module2 upgraded", "in service, same latched faults", f"“{without_step(text)}”, {after[0]}")
 
 
 def crash(table, first):
@@ -393,13 +421,16 @@ def purge(table, first):
     table.row("purge", "nothing left", "nothing")
 
 
-def story(table, first, second, package, work):
+def story(table, first, second, package, former, work):
     installed(table, first, package)
     as_shipped(table, first)
     journal(table, first)
-    on_two_computers(table, first, second, package)
+    there = former.exists()
+    on_two_computers(table, first, second, former_version(package, former, work) if there else package)
     with Subscriber() as subscriber:
         faults_are_seen(table, first, subscriber)
+        if there:
+            upgrade_of_one_computer(table, first, second, package, subscriber)
         crash(table, first)
         stopped(table, first, UNIT1, "a diagnoser")
         loop_hangs(table, first, UNIT1, "a diagnoser", "trusswatch-diag")
@@ -414,7 +445,7 @@ def story(table, first, second, package, work):
     purge(table, first)
 
 
-def main(package, tree):
+def main(package, tree, former):
     # SIGTERM leaves no machine behind.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended from outside"))
     work = Path(tempfile.mkdtemp(prefix="trusswatch-machines-", dir="/var/tmp"))
@@ -425,7 +456,7 @@ def main(package, tree):
             try:
                 first.boot()
                 second.boot()
-                story(table, first, second, package, work)
+                story(table, first, second, package, Path(former), work)
             except Exception as error:
                 failed = error
                 table.fail(error)
