@@ -159,6 +159,15 @@ impl Deployment {
         });
     }
 
+    /// Makes a process a client of a router, before it is started.
+    pub fn make_client(&self, place: usize, router: &str) {
+        self.change(place, |document| {
+            let network = [("mode", "client".into()), ("connect", vec![router.to_owned()].into())];
+            let network = network.map(|(key, value): (_, toml::Value)| (key.to_owned(), value));
+            document.insert("network".into(), toml::Table::from_iter(network).into());
+        });
+    }
+
     /// Gives the structure another name, before anything is started. Its modules have no references then: those that
     /// are shipped are of the structure under its own name.
     pub fn rename(&self, structure: &str) {

@@ -80,8 +80,8 @@ pub struct Outcome {
 impl Row {
     /// Sets everything up, runs the disturbance and returns the outcome.
     pub async fn perform(mut self, lab: Lab) -> Outcome {
-        let site = Site::new(lab, &self.schedule);
-        self.disturbance.set_up(&site).await;
+        let mut site = Site::new(lab, &self.schedule);
+        self.disturbance.set_up(&mut site).await;
         let mut stage = Stage::raise(site, self.steps).await;
         let mut outcome = Outcome { expected: self.expected(&stage), ..Outcome::default() };
         self.disturb(&mut stage, &mut outcome).await;

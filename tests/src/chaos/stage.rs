@@ -97,6 +97,13 @@ impl Stage {
         self.observer.wait_until_gone(node.name()).await;
     }
 
+    /// Waits until a process has ended by itself; its exit code.
+    pub(super) async fn ended(&mut self, node: Node) -> Option<i32> {
+        let code = self.processes.remove(&node).unwrap().exit_code().await;
+        self.observer.wait_until_gone(node.name()).await;
+        code
+    }
+
     /// Starts a process that was killed; the plant begins a new run. It is there when this returns.
     pub(super) async fn revive(&mut self, node: Node) {
         if node == Node::Plant {
@@ -118,6 +125,16 @@ impl Stage {
     /// A session of the test connected to this node only.
     pub(super) async fn session_with(&self, node: Node) -> Session {
         session_with(&self.deployment, node).await
+    }
+
+    /// Where this node listens.
+    pub(super) fn endpoint_of(&self, node: Node) -> String {
+        self.deployment.endpoints[node.index()].clone()
+    }
+
+    /// The configurations.
+    pub(super) fn deployment(&self) -> &Deployment {
+        &self.deployment
     }
 
     /// Waits until the plant is at a step, or beyond.

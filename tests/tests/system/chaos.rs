@@ -10,7 +10,8 @@ use std::time::Duration;
 
 use names::fault::Fault;
 use system_tests::chaos::disturbance::{
-    BadNetwork, BrokenDisk, ClockJump, Crash, Disturbance, Flood, Freeze, Lie, LyingPeer, Nothing,
+    BadNetwork, BrokenDisk, ClockJump, Crash, Disturbance, Flood, Freeze, LargeMessages, Lie,
+    LostRouter, LyingPeer, Nothing, Panic,
 };
 use system_tests::chaos::row::{Lasting, Outcome, Row};
 use system_tests::chaos::table::Table;
@@ -58,6 +59,10 @@ const fn steps(from: u64, until: u64) -> Lasting {
     Lasting::Steps { from, until }
 }
 
+const fn moment(at: u64) -> Lasting {
+    Lasting::Moment { at }
+}
+
 const BEFORE: Lasting = steps(ONSET - 400, ONSET - 200);
 const DURING: Lasting = steps(ONSET - 50, ONSET + 300);
 const AFTER: Lasting = steps(ONSET + 400, ONSET + 600);
@@ -80,8 +85,7 @@ fn crashes() -> Vec<Row> {
 
 fn restarts() -> Vec<Row> {
     use Node::{Module1, Module2, Plant};
-    let crash =
-        |fault: &str, at, nodes: &[Node]| row(fault, Lasting::Moment { at }, Crash(nodes.to_vec()));
+    let crash = |fault: &str, at, nodes: &[Node]| row(fault, moment(at), Crash(nodes.to_vec()));
     let mut rows = vec![
         crash("plant restart before the onset", 500, &[Plant]),
         crash("plant restart after the onset", ONSET + 400, &[Plant]),
@@ -108,6 +112,15 @@ fn freezes() -> Vec<Row> {
     ]
 }
 
+fn panics() -> Vec<Row> {
+    let panic = |fault, lasting, node, thread| row(fault, lasting, Panic::of(node, thread));
+    vec![
+        panic("panic of module1's events thread", DURING, Node::Module1, "events"),
+        panic("panic of module2's events thread", DURING, Node::Module2, "events"),
+        panic("panic of module2's journal thread", AFTER, Node::Module2, "journal"),
+    ]
+}
+
 fn disks() -> Vec<Row> {
     use Node::{Module1, Module2};
     // Longer than a module waits for its disk.
@@ -130,6 +143,8 @@ fn networks() -> Vec<Row> {
     let cut = Impairment::cut();
     let (one, two) = (Node::Module1, Node::Module2);
     let network = |fault, network| row(fault, AROUND, network);
+    let lost_router =
+        |fault, at| Row { steps: ONSET + 1950, ..row(fault, moment(at), LostRouter::default()) };
     // Longer than it takes to give a peer up.
     let long = steps(ONSET - 1500, ONSET + 1500);
     vec![
@@ -143,6 +158,8 @@ fn networks() -> Vec<Row> {
         network("partition module2 to module1", BadNetwork::one_way(two, one, cut)),
         network("partition both ways", BadNetwork::between_modules(cut)),
         row("partition both ways for 3 s", long, BadNetwork::between_modules(cut)),
+        lost_router("linked routers, one restarts before the onset", ONSET - 400),
+        lost_router("linked routers, one restarts after the onset", ONSET + 50),
     ]
 }
 
@@ -164,6 +181,10 @@ fn enemies() -> Vec<Row> {
         Row {
             floods: true,
             ..row("flood on the sample key", steps(ONSET - 500, ONSET + 2500), Flood::default())
+        },
+        Row {
+            floods: true,
+            ..row("messages of 64 MiB to module1", DURING, LargeMessages::default())
         },
         row("clock jumps an hour to and fro", AROUND, ClockJump::default()),
     ]
@@ -215,7 +236,7 @@ async fn every_disturbance_leaves_the_verdicts_of_an_undisturbed_run() {
         return;
     }
     let mut rows = vec![row("nothing", AROUND, Nothing)];
-    let groups = [crashes(), restarts(), freezes(), disks(), networks(), enemies()];
+    let groups = [crashes(), restarts(), freezes(), panics(), disks(), networks(), enemies()];
     rows.extend(groups.into_iter().flatten());
     let rows = (1..).zip(rows).chain((100..).zip(scenarios_in_bad_network()));
     let places = Arc::new(Semaphore::new(SIDE_BY_SIDE as usize));

@@ -36,7 +36,7 @@ impl BadNetwork {
 }
 
 impl Disturbance for BadNetwork {
-    fn set_up<'a>(&'a mut self, site: &'a Site) -> Deed<'a> {
+    fn set_up<'a>(&'a mut self, site: &'a mut Site) -> Deed<'a> {
         self.lab = Some(Arc::clone(&site.lab));
         Box::pin(async {})
     }

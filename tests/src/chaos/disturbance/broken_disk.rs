@@ -32,7 +32,7 @@ impl BrokenDisk {
 }
 
 impl Disturbance for BrokenDisk {
-    fn set_up<'a>(&'a mut self, site: &'a Site) -> Deed<'a> {
+    fn set_up<'a>(&'a mut self, site: &'a mut Site) -> Deed<'a> {
         Box::pin(async { self.interposer = Some(site.deployment.interpose(self.node.index() - 1)) })
     }
 

@@ -71,7 +71,7 @@ fn shift(time_unix_ns: u64, step: u64) -> u64 {
 }
 
 impl Disturbance for ClockJump {
-    fn set_up<'a>(&'a mut self, site: &'a Site) -> Deed<'a> {
+    fn set_up<'a>(&'a mut self, site: &'a mut Site) -> Deed<'a> {
         Box::pin(self.connect(site))
     }
 

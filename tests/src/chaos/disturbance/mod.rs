@@ -3,11 +3,14 @@
 //! | file | what |
 //! |---|---|
 //! | `crash` | processes are killed and restarted, in any order |
+//! | `panic` | a thread panics |
 //! | `broken_disk` | a disk hangs or is full |
 //! | `freeze` | a process is suspended |
 //! | `bad_network` | loss, delay, reordering, partitions |
 //! | `lying_peer` | an impostor replies in a module's name |
+//! | `lost_router` | one of two linked routers is killed and comes back |
 //! | `flood` | an unknown publisher sends samples |
+//! | `large_messages` | a stranger sends messages that are too long |
 //! | `clock_jump` | the publisher's clock jumps |
 
 mod bad_network;
@@ -16,7 +19,10 @@ mod clock_jump;
 mod crash;
 mod flood;
 mod freeze;
+mod large_messages;
+mod lost_router;
 mod lying_peer;
+mod panic;
 
 use std::future::Future;
 use std::pin::Pin;
@@ -27,7 +33,10 @@ pub use clock_jump::ClockJump;
 pub use crash::Crash;
 pub use flood::Flood;
 pub use freeze::Freeze;
+pub use large_messages::LargeMessages;
+pub use lost_router::LostRouter;
 pub use lying_peer::{Lie, LyingPeer};
+pub use panic::Panic;
 
 use super::stage::{Site, Stage};
 
@@ -37,7 +46,7 @@ pub type Deed<'a> = Pin<Box<dyn Future<Output = ()> + Send + 'a>>;
 /// Something that happens to a deployment, with a beginning and an end.
 pub trait Disturbance: Send {
     /// What must be there before the processes start.
-    fn set_up<'a>(&'a mut self, _site: &'a Site) -> Deed<'a> {
+    fn set_up<'a>(&'a mut self, _site: &'a mut Site) -> Deed<'a> {
         Box::pin(async {})
     }
 
