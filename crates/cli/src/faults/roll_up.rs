@@ -17,9 +17,9 @@ pub(super) struct RollUp<'a> {
     /// Modules that are there or should be.
     pub(super) modules: usize,
     /// Those that reported the state of their components.
-    pub(super) answering: usize,
+    pub(super) modules_answering: usize,
     /// Those of them that are in service.
-    pub(super) in_service: usize,
+    pub(super) modules_in_service: usize,
     /// Components, by state.
     pub(super) latched: usize,
     pub(super) acknowledged: usize,
@@ -43,8 +43,8 @@ impl<'a> RollUp<'a> {
             structure: members.first().and_then(|module| module.member.structure.as_ref()),
             all_is_well: are_well(members, only),
             modules: members.len(),
-            answering: answering().count(),
-            in_service: answering().filter(in_service).count(),
+            modules_answering: answering().count(),
+            modules_in_service: answering().filter(in_service).count(),
             latched: count(FaultState::Latched),
             acknowledged: count(FaultState::Acknowledged),
             unconfirmed: count(FaultState::Unconfirmed),
@@ -57,7 +57,7 @@ impl<'a> RollUp<'a> {
 
     /// How many modules there are that do not answer, or are not in service.
     fn without_service(&self) -> usize {
-        self.modules - self.in_service
+        self.modules - self.modules_in_service
     }
 
     /// The more urgent, the greater.
@@ -97,7 +97,12 @@ mod tests {
         let shown: Vec<_> = structures
             .iter()
             .map(|one| {
-                (one.structure.unwrap().as_str(), one.all_is_well, one.latched, one.in_service)
+                (
+                    one.structure.unwrap().as_str(),
+                    one.all_is_well,
+                    one.latched,
+                    one.modules_in_service,
+                )
             })
             .collect();
         let expected =

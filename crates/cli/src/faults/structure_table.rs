@@ -34,8 +34,8 @@ fn row(of: &RollUp<'_>) -> [String; 8] {
     let components: usize = of.members.iter().map(|module| module.components.len()).sum();
     [
         of.structure.map_or(NO_STRUCTURE, StructureName::as_str).to_owned(),
-        format!("{} of {}", of.in_service, of.modules),
-        (of.modules - of.answering).to_string(),
+        format!("{} of {}", of.modules_in_service, of.modules),
+        (of.modules - of.modules_answering).to_string(),
         of.latched.to_string(),
         of.acknowledged.to_string(),
         of.unconfirmed.to_string(),
@@ -45,7 +45,7 @@ fn row(of: &RollUp<'_>) -> [String; 8] {
 }
 
 fn colour(of: &RollUp<'_>) -> Option<Colour> {
-    let urgent = of.latched > 0 || of.answering < of.modules;
+    let urgent = of.latched > 0 || of.modules_answering < of.modules;
     match (of.all_is_well, urgent) {
         (true, _) => None,
         (false, true) => Some(Colour::Red),
