@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
 use session::{Mode, Network};
@@ -10,7 +9,8 @@ use tempfile::TempDir;
 use zenoh::Session;
 
 use super::member::{Above, Member};
-use super::stand::{TRACE, pki, router, secure, switch_off};
+use super::stand::{pki, router, secure, switch_off};
+use super::trace::line_of;
 use crate::binaries::{Version, program};
 use crate::deployment::free_endpoint;
 use crate::in_time;
@@ -101,16 +101,7 @@ impl Fleet {
 
     /// The line of a router's log with all of these words, as soon as there is one.
     pub async fn trace(&self, words: &[&str]) -> Option<String> {
-        let start = Instant::now();
-        while start.elapsed() < TRACE {
-            let log = self.routers_log();
-            let line = log.lines().find(|line| words.iter().all(|word| line.contains(word)));
-            if let Some(line) = line {
-                return Some(line.to_owned());
-            }
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
-        None
+        line_of(|| self.routers_log(), words).await
     }
 
     /// What all processes have logged.

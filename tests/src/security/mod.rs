@@ -9,3 +9,4 @@ pub mod member;
 pub mod silence;
 pub mod stand;
 pub mod table;
+mod trace;

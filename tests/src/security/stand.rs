@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
 use names::RunId;
@@ -11,6 +10,7 @@ use session::{Mode, Network};
 use tempfile::TempDir;
 use zenoh::{Config, Session};
 
+use super::trace::line_of;
 use crate::binaries::Version;
 use crate::deployment::{Deployment, free_endpoint};
 use crate::in_time;
@@ -19,8 +19,6 @@ use crate::process::Process;
 
 /// The plant, then the modules, as a deployment counts them.
 pub(super) const PARTS: [&str; 3] = ["plant", "module1", "module2"];
-/// A trace in a log takes no longer than this.
-pub(super) const TRACE: Duration = Duration::from_secs(30);
 /// More steps than any test takes.
 const FOR_LONG: u64 = 1_000_000;
 
@@ -354,16 +352,7 @@ impl Stand {
 
     /// The line of a guard's log with all of these words, as soon as there is one.
     pub async fn trace(&self, words: &[&str]) -> Option<String> {
-        let start = Instant::now();
-        while start.elapsed() < TRACE {
-            let log = self.guards_log();
-            let line = log.lines().find(|line| words.iter().all(|word| line.contains(word)));
-            if let Some(line) = line {
-                return Some(line.to_owned());
-            }
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
-        None
+        line_of(|| self.guards_log(), words).await
     }
 
     /// What all processes have logged.

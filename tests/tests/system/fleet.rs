@@ -12,7 +12,7 @@ use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::scenarios;
 use system_tests::security::ears::Ears;
 use system_tests::security::fleet::Fleet;
-use system_tests::security::letters::{answers, hold};
+use system_tests::security::letters::{answer, answers, hold};
 use system_tests::security::table::Table;
 use system_tests::turn;
 use wire::FaultState;
@@ -25,6 +25,8 @@ const GAGE: &str = "module1/sensor/g2";
 const TRUE_FAULT: &str = "trusswatch/tower/module1/fault/sensor/g2";
 /// A key of the tower that others try to use.
 const VICTIM: &str = "trusswatch/tower/module1/fault/sensor/g7";
+/// It and those beside it.
+const FAULTS: &str = "trusswatch/tower/module1/fault/**";
 /// Another one.
 const SAMPLE: &str = "trusswatch/tower/module1/sample";
 /// A key of the mast's own.
@@ -87,11 +89,7 @@ async fn a_lawless_router_of_the_fleet_can_neither_listen_to_samples_nor_speak_i
     let trace = fleet.trace(&["refused Declare Subscriber", "/sample", "router.hub.fleet"]).await;
     table.forbidden("the fleet's router listening to samples", hears_more(&above), trace);
 
-    let answer = intruder.declare_queryable("trusswatch/tower/module1/fault/**");
-    let answer = answer.callback(|query| {
-        let _ = zenoh::Wait::wait(query.reply(VICTIM, "answered by the fleet"));
-    });
-    answer.background().await.unwrap();
+    answer(&intruder, FAULTS, VICTIM, "answered by the fleet").await;
     let words = ["refused Declare Queryable", "module1/fault", "router.hub.fleet"];
     let trace = fleet.trace(&words).await;
     let answered = hold(&answers(&within, VICTIM).await, VICTIM, "answered by the fleet");
@@ -269,11 +267,7 @@ async fn speaking_for_another(fleet: &Fleet, observer: &Session, above: &Ears, t
     let forged = above.have(VICTIM, "forged");
     table.forbidden("a gateway speaking for another structure", forged, trace);
 
-    let answer = gateway.declare_queryable("trusswatch/tower/module1/fault/**");
-    let answer = answer.callback(|query| {
-        let _ = zenoh::Wait::wait(query.reply(VICTIM, "answered by the mast"));
-    });
-    answer.background().await.unwrap();
+    answer(&gateway, FAULTS, VICTIM, "answered by the mast").await;
     let words = ["refused Declare Queryable", "tower/module1/fault", "router.mast.fleet"];
     let trace = fleet.trace(&words).await;
     let answered = hold(&answers(observer, VICTIM).await, VICTIM, "answered by the mast");

@@ -12,7 +12,7 @@ use system_tests::in_time;
 use system_tests::observer::{Observer, unix_ns};
 use system_tests::scenarios;
 use system_tests::security::intruder::Papers;
-use system_tests::security::letters::{Letters, answers, hold};
+use system_tests::security::letters::{self, Letters, answers, hold};
 use system_tests::security::silence::Silence;
 use system_tests::security::stand::Stand;
 use system_tests::security::table::Table;
@@ -334,11 +334,7 @@ async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {
 /// Answers as an impostor, on a key of its own and on one of module 1.
 async fn answer(session: &Session, on: &'static str, text: &'static str) {
     let key = if on == VICTIM { "trusswatch/tower/module1/fault/**" } else { OWN };
-    let queryable = session.declare_queryable(key).callback(move |query| {
-        // Forbidden answers fail here already or at the router.
-        let _ = zenoh::Wait::wait(query.reply(on, text));
-    });
-    queryable.background().await.unwrap();
+    letters::answer(session, key, on, text).await;
 }
 
 async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
@@ -357,11 +353,8 @@ async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
     table.allowed("module 1 answering for itself", hold(&about_first, VICTIM, "\"module1\""));
 
     // A question to all: module 2 is asked too, and answers in the name of module 1.
-    let impostor = second.declare_queryable("trusswatch/tower/module2/fault/sensor/g8");
-    let impostor = impostor.callback(|query| {
-        let _ = zenoh::Wait::wait(query.reply(VICTIM, "slipped in by module 2"));
-    });
-    impostor.background().await.unwrap();
+    let asked = "trusswatch/tower/module2/fault/sensor/g8";
+    letters::answer(&second, asked, VICTIM, "slipped in by module 2").await;
     let trace = async {
         loop {
             let all = answers(observer, "trusswatch/tower/*/fault/**").await;
@@ -428,10 +421,7 @@ async fn commanding(stand: &Stand, table: &mut Table) {
 
 async fn history(stand: &Stand, table: &mut Table) {
     let second = stand.session("module2").await;
-    let forger = second.declare_queryable(HISTORY).callback(|query| {
-        let _ = zenoh::Wait::wait(query.reply(HISTORY, "history by module 2"));
-    });
-    forger.background().await.unwrap();
+    letters::answer(&second, HISTORY, HISTORY, "history by module 2").await;
     let trace = stand.trace(&["refused Declare Queryable", HISTORY, "module2.tower"]).await;
 
     let late = stand.session("observer.wall").await;

@@ -10,6 +10,7 @@ use names::{RunId, Step};
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer};
 use system_tests::onlooker::{Onlooker, Stall};
+use system_tests::process::Process;
 use system_tests::publications::Publications;
 use system_tests::quantiles::quantiles;
 use system_tests::turn;
@@ -68,47 +69,69 @@ async fn latched(faults: &mut Faults) -> Vec<(u64, FaultTransition)> {
     messages
 }
 
-async fn endure(stall: Stall) {
-    let deployment = talkative();
-    let diagnosers = deployment.start_diagnosers();
-    let observer = Observer::of(&deployment).await;
-    observer.wait_for(&MODULES, false).await;
-    let publications = Publications::of(&observer).await;
-    let mut faults = observer.faults().await;
-    let plant = deployment.start_plant("real", PLANT_STEPS, 5, RunId(5));
-    let in_service = |module: &'static str| {
-        observer.status(move |status| {
-            status.module.as_str() == module && status.in_service_since_step.is_some()
-        })
-    };
-    for module in MODULES {
-        in_service(module).await;
+/// The tower at work in real time, and what is noted of it.
+struct Works {
+    deployment: Deployment,
+    observer: Observer,
+    publications: Publications,
+    faults: Faults,
+    diagnosers: Vec<Process>,
+    plant: Process,
+}
+
+impl Works {
+    async fn start() -> Self {
+        let deployment = talkative();
+        let diagnosers = deployment.start_diagnosers();
+        let observer = Observer::of(&deployment).await;
+        observer.wait_for(&MODULES, false).await;
+        let publications = Publications::of(&observer).await;
+        let faults = observer.faults().await;
+        let plant = deployment.start_plant("real", PLANT_STEPS, 5, RunId(5));
+        Self { deployment, observer, publications, faults, diagnosers, plant }
     }
-    let worst = WorstStatus::of(&observer).await;
-    let program = env!("CARGO_BIN_EXE_onlooker");
-    let onlooker = Onlooker::stalled(program, &deployment.endpoints, stall).await;
-    let messages = latched(&mut faults).await;
-    let delays: Vec<f64> = publications.delays_ms(&messages).await;
+
+    async fn onlooker(&self, stall: Stall) -> Onlooker {
+        let program = env!("CARGO_BIN_EXE_onlooker");
+        Onlooker::stalled(program, &self.deployment.endpoints, stall).await
+    }
+
+    /// Until a step, no module's samples got old and none was lost, nor was an event.
+    async fn nobody_falls_behind(&self, until: Step, worst: &WorstStatus, what: &str) {
+        for module in MODULES {
+            let status = self.observer.status_of(module, |status| status.step >= Some(until)).await;
+            let worst = worst.of_module(module);
+            println!("{what}: {module}: {worst:?}, {:?}", status.peers);
+            assert!(worst.sample_age_ms < OLDEST_MS, "{module}: {worst:?}");
+            assert_eq!(status.intake.dropped, 0, "{module}");
+            assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
+            assert_eq!(status.publisher.events_lost, 0, "{module}");
+        }
+    }
+
+    async fn stop(self) {
+        self.plant.stop().await;
+        for process in self.diagnosers {
+            process.stop().await;
+        }
+    }
+}
+
+async fn endure(stall: Stall) {
+    let mut works = Works::start().await;
+    for module in MODULES {
+        works.observer.status_of(module, |status| status.in_service_since_step.is_some()).await;
+    }
+    let worst = WorstStatus::of(&works.observer).await;
+    let onlooker = works.onlooker(stall).await;
+    let messages = latched(&mut works.faults).await;
+    let delays: Vec<f64> = works.publications.delays_ms(&messages).await;
     println!("{stall:?}: delays of the fault messages, one by one [ms]: {delays:.1?}");
     let [p50, p99] = quantiles(delays, [0.5, 0.99]);
     println!("{stall:?}: fault messages after {p50:.2} ms (p50), {p99:.2} ms (p99)");
-    for module in MODULES {
-        let done = |status: &wire::ModuleStatus| {
-            status.module.as_str() == module && status.step >= Some(Step(STEPS))
-        };
-        let status = observer.status(done).await;
-        let worst = worst.of_module(module);
-        println!("{stall:?}: {module}: {worst:?}, {:?}", status.peers);
-        assert!(worst.sample_age_ms < OLDEST_MS, "{module}: {worst:?}");
-        assert_eq!(status.intake.dropped, 0, "{module}");
-        assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
-        assert_eq!(status.publisher.events_lost, 0, "{module}");
-    }
+    works.nobody_falls_behind(Step(STEPS), &worst, &format!("{stall:?}")).await;
     drop(onlooker);
-    plant.stop().await;
-    for process in diagnosers {
-        process.stop().await;
-    }
+    works.stop().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -133,23 +156,14 @@ const CUT_OFF: usize = 16;
 #[ignore = "takes a machine of its own: run it with `--ignored`"]
 async fn sixteen_dead_links_do_not_deafen_the_others() {
     let _turn = turn::alone().await;
-    let deployment = talkative();
-    let diagnosers = deployment.start_diagnosers();
-    let observer = Observer::of(&deployment).await;
-    observer.wait_for(&MODULES, false).await;
-    let publications = Publications::of(&observer).await;
-    let mut faults = observer.faults().await;
-    let plant = deployment.start_plant("real", PLANT_STEPS, 5, RunId(5));
-    let program = env!("CARGO_BIN_EXE_onlooker");
+    let mut works = Works::start().await;
     let mut clients = Vec::new();
     for _ in 0..CLIENTS {
-        clients.push(Onlooker::stalled(program, &deployment.endpoints, Stall::Later).await);
+        clients.push(works.onlooker(Stall::Later).await);
     }
-    let reaches = |module: &'static str, step| {
-        observer.status(move |status| status.module.as_str() == module && status.step >= Some(step))
-    };
-    let begin = reaches("module1", Step(0)).await.step.unwrap();
-    let worst = WorstStatus::of(&observer).await;
+    let begin = works.observer.status_of("module1", |status| status.step.is_some()).await;
+    let begin = begin.step.unwrap();
+    let worst = WorstStatus::of(&works.observer).await;
     clients[..CUT_OFF].iter().for_each(Onlooker::cut_off);
     // The leases end within seconds, and the closing of the links after them; faults go on meanwhile.
     let end = Step(begin.0 + 20_000);
@@ -158,26 +172,15 @@ async fn sixteen_dead_links_do_not_deafen_the_others() {
         .last()
         .is_none_or(|(_, message): &(u64, FaultTransition)| message.decided_step < Some(end))
     {
-        let (arrival, message) = faults.next().await;
+        let (arrival, message) = works.faults.next().await;
         if message.state == FaultState::Latched && message.decided_step > Some(begin) {
             messages.push((arrival, message));
         }
     }
-    let delays = publications.delays_ms(&messages).await;
+    let delays = works.publications.delays_ms(&messages).await;
     println!("sixteen of twenty cut off: delays of the fault messages [ms]: {delays:.1?}");
-    for module in MODULES {
-        let status = reaches(module, end).await;
-        let worst = worst.of_module(module);
-        println!("sixteen of twenty cut off: {module}: {worst:?}, {:?}", status.peers);
-        assert!(worst.sample_age_ms < OLDEST_MS, "{module}: {worst:?}");
-        assert_eq!(status.intake.dropped, 0, "{module}");
-        assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
-        assert_eq!(status.publisher.events_lost, 0, "{module}");
-    }
+    works.nobody_falls_behind(end, &worst, "sixteen of twenty cut off").await;
     assert!(messages.len() >= 3, "{messages:?}");
     drop(clients);
-    plant.stop().await;
-    for process in diagnosers {
-        process.stop().await;
-    }
+    works.stop().await;
 }
