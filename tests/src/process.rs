@@ -1,8 +1,9 @@
 //! A process under the eyes of a test: started, signalled, waited for, and what it has logged.
 
 use std::fs::File;
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use nix::sched::{CpuSet, sched_setaffinity};
@@ -80,12 +81,17 @@ impl Process {
         self.child.try_wait().unwrap().map(|status| status.code())
     }
 
-    /// Waits for its end and returns the exit code.
+    /// Waits for its end and returns the exit code; none if a signal ended it.
     pub async fn exit_code(&mut self) -> Option<i32> {
+        self.exit_status().await.code()
+    }
+
+    /// Waits for its end and says how it came about.
+    pub async fn exit_status(&mut self) -> ExitStatus {
         let end = async {
             loop {
-                if let Some(code) = self.ended() {
-                    return code;
+                if let Some(status) = self.child.try_wait().unwrap() {
+                    return status;
                 }
                 tokio::time::sleep(Duration::from_millis(5)).await;
             }
@@ -99,6 +105,14 @@ impl Process {
         let code = self.exit_code().await;
         assert_eq!(code, Some(0), "{}", self.log());
     }
+}
+
+/// Is this how a process ends of which a thread has panicked? With code 1, in order; or aborted, if it panicked
+/// while it held a lock of Zenoh's: whoever wants that lock next panics as well, and who does so while unwinding
+/// aborts the process.
+#[must_use]
+pub fn is_end_by_panic(status: ExitStatus) -> bool {
+    status.code() == Some(1) || status.signal() == Some(Signal::SIGABRT as i32)
 }
 
 impl Drop for Process {

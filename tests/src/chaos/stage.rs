@@ -1,6 +1,7 @@
 //! The deployment of a row: its processes, and how far the plant has come.
 
 use std::collections::BTreeMap;
+use std::process::ExitStatus;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -97,11 +98,11 @@ impl Stage {
         self.observer.wait_until_gone(node.name()).await;
     }
 
-    /// Waits until a process has ended by itself; its exit code.
-    pub(super) async fn ended(&mut self, node: Node) -> Option<i32> {
-        let code = self.processes.remove(&node).unwrap().exit_code().await;
+    /// Waits until a process has ended by itself, and says how.
+    pub(super) async fn ended(&mut self, node: Node) -> ExitStatus {
+        let status = self.processes.remove(&node).unwrap().exit_status().await;
         self.observer.wait_until_gone(node.name()).await;
-        code
+        status
     }
 
     /// Starts a process that was killed; the plant begins a new run. It is there when this returns.

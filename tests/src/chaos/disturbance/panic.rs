@@ -1,26 +1,28 @@
 //! A thread of a module panics: its process ends, and is started again.
 
+use std::process::ExitStatus;
 use std::sync::Arc;
 
 use super::{Deed, Disturbance};
 use crate::chaos::stage::{Site, Stage};
 use crate::interposer::Interposer;
 use crate::lab::Node;
+use crate::process::is_end_by_panic;
 
 /// What panics, and where.
 pub struct Panic {
     node: Node,
     thread: &'static str,
     interposer: Option<Arc<Interposer>>,
-    /// The exit code of the process.
-    code: Option<i32>,
+    /// How the process ended.
+    status: Option<ExitStatus>,
 }
 
 impl Panic {
     /// The thread of this name in a module's process.
     #[must_use]
     pub fn of(node: Node, thread: &'static str) -> Self {
-        Self { node, thread, interposer: None, code: None }
+        Self { node, thread, interposer: None, status: None }
     }
 }
 
@@ -34,7 +36,7 @@ impl Disturbance for Panic {
             let interposer = self.interposer.as_ref().unwrap();
             let order = format!("panic-{}", self.thread);
             interposer.order(&order);
-            self.code = stage.ended(self.node).await;
+            self.status = Some(stage.ended(self.node).await);
             interposer.call_off(&order);
         })
     }
@@ -44,8 +46,8 @@ impl Disturbance for Panic {
     }
 
     fn effect(&self) -> Result<String, String> {
-        match self.code {
-            Some(1) => Ok("the process ended by itself".to_owned()),
+        match self.status {
+            Some(status) if is_end_by_panic(status) => Ok(format!("the process ended ({status})")),
             other => Err(format!("the process ended with {other:?}")),
         }
     }
