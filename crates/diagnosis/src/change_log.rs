@@ -76,10 +76,18 @@ impl ChangeLog {
         self.changes.get(place)
     }
 
-    /// A channel is still changing at this step, since its latest change.
-    pub(crate) fn prolong(&mut self, channel: usize, step: Step, ratio: f64, quiet_steps: u64) {
+    /// A channel is still changing at this step, since its latest change. One that was recalled may be up to `tie`
+    /// steps ahead of it ([`Self::merge_repeat`]).
+    pub(crate) fn prolong(
+        &mut self,
+        (channel, step): (usize, Step),
+        tie: u64,
+        ratio: f64,
+        quiet_steps: u64,
+    ) {
         let latest = self.changes.iter_mut().rev();
-        match latest.into_iter().find(|c| c.channel == channel && c.step <= step) {
+        match latest.into_iter().find(|c| c.channel == channel && c.step <= step.plus(tie)) {
+            Some(change) if change.step > step => {}
             // After a gap nobody saw that it had become quiet; by the steps it had.
             Some(change) if change.ended_as_of(step.minus(1), quiet_steps).is_some() => {
                 self.push(LoggedChange::new(channel, step, step, ratio));
@@ -146,12 +154,13 @@ mod tests {
     use super::*;
 
     const QUIET: u64 = 40;
+    const TIE: u64 = 3;
 
     /// A log in which channel 0 changes at step 100 and stays above its threshold until 150.
     fn log() -> ChangeLog {
         let mut log = ChangeLog::default();
         log.push(LoggedChange::new(0, Step(95), Step(100), 2.0));
-        (101..=150).for_each(|step| log.prolong(0, Step(step), 2.0, QUIET));
+        (101..=150).for_each(|step| log.prolong((0, Step(step)), TIE, 2.0, QUIET));
         log
     }
 
@@ -178,7 +187,7 @@ mod tests {
         };
         assert_eq!((ended(&log, 170), ended(&log, 190)), (None, Some(Step(150))));
         // above its threshold once more before it was over
-        log.prolong(0, Step(180), 2.0, QUIET);
+        log.prolong((0, Step(180)), TIE, 2.0, QUIET);
         assert_eq!(
             (ended(&log, 170), ended(&log, 190), ended(&log, 220)),
             (None, None, Some(Step(180)))
@@ -197,9 +206,22 @@ mod tests {
     #[test]
     fn what_goes_on_after_it_was_over_is_another_change() {
         let mut log = log();
-        log.prolong(0, Step(300), 5.0, QUIET);
+        log.prolong((0, Step(300)), TIE, 5.0, QUIET);
         let steps: Vec<u64> = log.between(Step(0), Step(400)).map(|change| change.step.0).collect();
         assert_eq!(steps, [100, 300]);
+    }
+
+    #[test]
+    fn what_shows_earlier_than_it_was_recalled_is_the_same_change() {
+        let mut log = log();
+        log.push(LoggedChange::new(0, Step(300), Step(300), 2.0));
+        log.merge_repeat(0, Step(298), TIE, 2.0);
+        (298..=310).for_each(|step| log.prolong((0, Step(step)), TIE, 2.0, QUIET));
+        let steps: Vec<u64> = log.between(Step(0), Step(400)).map(|change| change.step.0).collect();
+        assert_eq!(steps, [100, 300]);
+        let until = log.end(Step(350), QUIET).map(|(_, until)| until);
+        assert_eq!(until, Some(Step(150)));
+        assert_eq!(log.end(Step(350), QUIET).map(|(_, until)| until), Some(Step(310)));
     }
 
     #[test]

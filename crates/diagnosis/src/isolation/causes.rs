@@ -149,7 +149,7 @@ impl Causes {
         if self.is_root(change) || windows.is_root_by_ratio(change) {
             return None;
         }
-        let Explaining { root, since, how, .. } = self.explaining(windows, change.onset)?;
+        let Explaining { root, since, how, .. } = self.explaining(windows, change)?;
         let by = root.clone();
         Some(self.effect(change, by, since, how))
     }
@@ -167,7 +167,7 @@ impl Causes {
             false => Reason::Again,
         };
         let reasons = rivals.iter().map(|change| {
-            if self.is_root(change) && change != root {
+            if change != root && (self.is_root(change) || change.path == root.path) {
                 self.enter(windows, change);
                 again(change)
             } else if change != root {
@@ -245,10 +245,11 @@ impl Causes {
         })
     }
 
-    /// What explains changes that began at a step, or later: the latest root cause, else the latest of the
-    /// effects.
-    fn explaining(&self, windows: &Windows, onset: Step) -> Option<Explaining<'_>> {
-        let covers = |cause: &Explaining<'_>| cause.covers(onset);
+    /// What explains a change: the latest root cause, else the latest of the effects. Nothing explains itself: the
+    /// effects of a root cause may outlast it.
+    fn explaining(&self, windows: &Windows, change: &KnownChange) -> Option<Explaining<'_>> {
+        let covers =
+            |cause: &Explaining<'_>| cause.covers(change.onset) && *cause.root != change.path;
         let latest = |cause: &Explaining<'_>| cause.since;
         (self.by_roots(windows).filter(covers).max_by_key(latest))
             .or_else(|| self.by_effects(windows).filter(covers).max_by_key(latest))

@@ -344,6 +344,23 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_explained_by_itself() {
+        // twice within the tie, of which the second outranks the first
+        let changes = [change("m1/sensor/g1", 50, 2.0), change("m1/sensor/g1", 52, 9.0)];
+        assert_eq!(judge_all(&changes), [None, None]);
+        // by an effect that goes on after the interval has forgotten what it is an effect of
+        let mut changes = [
+            change("m1/sensor/g1", 50, 9.0),
+            change("m1/sensor/g2", 100, 2.0),
+            change("m1/sensor/g1", 1300, 9.0),
+            change("m1/sensor/g3", 1310, 2.0),
+        ];
+        changes[1].until = None;
+        let root = || Some("m1/sensor/g1".to_owned());
+        assert_eq!(judge_all(&changes), [None, root(), None, root()]);
+    }
+
+    #[test]
     fn the_order_in_which_modules_are_named_does_not_matter() {
         // exact draws fall to the earlier change, then to the smaller name
         let draw = [change("m1/sensor/g1", 50, 5.0), change("m2/sensor/g1", 50, 5.0)];

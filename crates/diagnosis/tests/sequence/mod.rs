@@ -17,4 +17,4 @@ mod life;
 mod peer;
 
 pub use driver::Driver;
-pub use happening::{Happening, happening};
+pub use happening::{Happening, Said, happening};
