@@ -146,20 +146,26 @@ impl Works {
         let (session, structure) = (&self.observer.session, "tower".parse().unwrap());
         let injected = ::observer::inject(session, &structure, &order, Duration::from_secs(5));
         let from = injected.await.unwrap().effective_step;
+        // What follows in the other module may be there before.
+        let mut effects = Vec::new();
         // A process that was started again publishes what was found before it.
         let wanted = |_: u64, found: FaultTransition| {
-            let is_wanted = found.component.to_string() == component
-                && found.state == FaultState::Latched
-                && found.time_unix_ns > start;
-            is_wanted.then_some(found)
+            if found.time_unix_ns <= start {
+                return None;
+            }
+            if found.component.to_string() == component && found.state == FaultState::Latched {
+                return Some(found);
+            }
+            effects.push(found);
+            None
         };
         let latched = self.faults.find(&format!("{component} latched"), wanted).await;
         assert!(latched.onset_step.unwrap() >= from, "{latched:#?}");
         self.found.insert(component.to_owned(), (FaultState::Latched, latched.sequence));
         self.latched.insert(component.to_owned(), latched.sequence);
         self.clock.reach(self.run, from.0 + APART).await;
-        let effects = self.faults.arrived().into_iter().map(|(_, effect)| effect);
-        let effects: Vec<_> = effects.filter(|effect| effect.time_unix_ns > start).collect();
+        let later = self.faults.arrived().into_iter().map(|(_, effect)| effect);
+        effects.extend(later.filter(|effect| effect.time_unix_ns > start));
         let wrong = |effect: &&FaultTransition| effect.state == FaultState::Latched;
         assert_eq!(effects.iter().find(wrong), None, "{component}");
         let causes = effects.iter().filter_map(|effect| effect.explained_by.as_ref());
