@@ -75,9 +75,9 @@ fn a_change_that_shows_earlier_after_a_restart_is_the_same_change() {
         Answered(said(&[])),
     ];
     let driver = drive(Rule::FirstChange, 15.0, &["upper"], &happenings);
-    let verdicts = driver.history.iter().filter_map(|action| match action {
+    let mut verdicts = driver.history.iter().filter_map(|action| match action {
         Action::Publish(transition) => Some((transition.detection.0, &transition.verdict)),
         _ => None,
     });
-    assert_eq!(verdicts.last(), Some((681, &Verdict::Latched)));
+    assert_eq!(verdicts.next_back(), Some((681, &Verdict::Latched)));
 }
