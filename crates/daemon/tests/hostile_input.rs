@@ -276,6 +276,10 @@ async fn what_is_not_monitored_is_unknown_for_its_true_reason() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_broken_wire_is_a_fault_of_its_component_and_no_reason_to_refuse_samples() {
     let (diagnoser, observer) = diagnoser_alone().await;
+    let key = "trusswatch/small/lower/fault/sensor/g3";
+    let faults = observer.declare_subscriber(key).await.unwrap();
+    // The diagnoser that sends this status has heard of the subscription before.
+    status(&observer, |_| true).await;
     for step in 0..60 {
         let elongations_m = vec![0.0, 0.0, f64::NAN];
         put_sample(&observer, &Sample { elongations_m, ..sample(step) }).await;
@@ -283,10 +287,8 @@ async fn a_broken_wire_is_a_fault_of_its_component_and_no_reason_to_refuse_sampl
     let status = status(&observer, |status| status.step == Some(Step(59))).await;
     let diagnosis = status.diagnosis;
     assert_eq!((diagnosis.samples, diagnosis.samples_non_finite), (60, 60));
-    let replies = observer.get("trusswatch/small/lower/fault/sensor/g3").await.unwrap();
-    let reply = in_time("a state", replies.recv_async()).await.unwrap();
-    let bytes = reply.result().unwrap().payload().to_bytes().into_owned();
-    let state: wire::FaultTransition = wire::decode(&bytes).unwrap();
+    let published = in_time("a fault", faults.recv_async()).await.unwrap();
+    let state: wire::FaultTransition = wire::decode(&published.payload().to_bytes()).unwrap();
     assert_eq!((state.state, state.symptom), (wire::FaultState::Latched, wire::Symptom::NoSignal));
     assert_eq!((state.onset_step, state.detection_step), (Some(Step(0)), Some(Step(49))));
     diagnoser.stop().await;
