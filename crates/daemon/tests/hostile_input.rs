@@ -213,12 +213,17 @@ async fn past_samples_are_those_of_the_publisher_whose_present_ones_are_used() {
     session::close(&observer).await;
 }
 
-/// The state of a gage that never changed, and why it is not known.
-async fn state_of_a_gage(observer: &Session) -> (wire::FaultState, Option<String>) {
-    let replies = observer.get("trusswatch/small/lower/fault/sensor/g1").await.unwrap();
+/// What the reply to a query for the state on this key says.
+async fn state_at(observer: &Session, key: &str) -> wire::FaultTransition {
+    let replies = observer.get(key).await.unwrap();
     let reply = in_time("a state", replies.recv_async()).await.unwrap();
     let bytes = reply.result().unwrap().payload().to_bytes().into_owned();
-    let state: wire::FaultTransition = wire::decode(&bytes).unwrap();
+    wire::decode(&bytes).unwrap()
+}
+
+/// The state of a gage that never changed, and why it is not known.
+async fn state_of_a_gage(observer: &Session) -> (wire::FaultState, Option<String>) {
+    let state = state_at(observer, "trusswatch/small/lower/fault/sensor/g1").await;
     (state.state, state.unknown.map(|unknown| unknown.reason))
 }
 
@@ -287,8 +292,8 @@ async fn a_broken_wire_is_a_fault_of_its_component_and_no_reason_to_refuse_sampl
     let status = status(&observer, |status| status.step == Some(Step(59))).await;
     let diagnosis = status.diagnosis;
     assert_eq!((diagnosis.samples, diagnosis.samples_non_finite), (60, 60));
-    let published = in_time("a fault", faults.recv_async()).await.unwrap();
-    let state: wire::FaultTransition = wire::decode(&published.payload().to_bytes()).unwrap();
+    in_time("a fault", faults.recv_async()).await.unwrap();
+    let state = state_at(&observer, key).await;
     assert_eq!((state.state, state.symptom), (wire::FaultState::Latched, wire::Symptom::NoSignal));
     assert_eq!((state.onset_step, state.detection_step), (Some(Step(0)), Some(Step(49))));
     diagnoser.stop().await;
