@@ -76,9 +76,9 @@ impl Process {
         self.ended().is_none()
     }
 
-    /// Has it ended? Then with which exit code?
-    pub fn ended(&mut self) -> Option<Option<i32>> {
-        self.child.try_wait().unwrap().map(|status| status.code())
+    /// Has it ended? Then how?
+    pub fn ended(&mut self) -> Option<ExitStatus> {
+        self.child.try_wait().unwrap()
     }
 
     /// Waits for its end and returns the exit code; none if a signal ended it.
@@ -90,7 +90,7 @@ impl Process {
     pub async fn exit_status(&mut self) -> ExitStatus {
         let end = async {
             loop {
-                if let Some(status) = self.child.try_wait().unwrap() {
+                if let Some(status) = self.ended() {
                     return status;
                 }
                 tokio::time::sleep(Duration::from_millis(5)).await;

@@ -80,7 +80,8 @@ impl ChangeLog {
     /// steps ahead of it ([`Self::merge_repeat`]).
     pub(crate) fn prolong(
         &mut self,
-        (channel, step): (usize, Step),
+        channel: usize,
+        step: Step,
         tie: u64,
         ratio: f64,
         quiet_steps: u64,
@@ -160,7 +161,7 @@ mod tests {
     fn log() -> ChangeLog {
         let mut log = ChangeLog::default();
         log.push(LoggedChange::new(0, Step(95), Step(100), 2.0));
-        (101..=150).for_each(|step| log.prolong((0, Step(step)), TIE, 2.0, QUIET));
+        (101..=150).for_each(|step| log.prolong(0, Step(step), TIE, 2.0, QUIET));
         log
     }
 
@@ -187,7 +188,7 @@ mod tests {
         };
         assert_eq!((ended(&log, 170), ended(&log, 190)), (None, Some(Step(150))));
         // above its threshold once more before it was over
-        log.prolong((0, Step(180)), TIE, 2.0, QUIET);
+        log.prolong(0, Step(180), TIE, 2.0, QUIET);
         assert_eq!(
             (ended(&log, 170), ended(&log, 190), ended(&log, 220)),
             (None, None, Some(Step(180)))
@@ -206,7 +207,7 @@ mod tests {
     #[test]
     fn what_goes_on_after_it_was_over_is_another_change() {
         let mut log = log();
-        log.prolong((0, Step(300)), TIE, 5.0, QUIET);
+        log.prolong(0, Step(300), TIE, 5.0, QUIET);
         let steps: Vec<u64> = log.between(Step(0), Step(400)).map(|change| change.step.0).collect();
         assert_eq!(steps, [100, 300]);
     }
@@ -216,12 +217,11 @@ mod tests {
         let mut log = log();
         log.push(LoggedChange::new(0, Step(300), Step(300), 2.0));
         log.merge_repeat(0, Step(298), TIE, 2.0);
-        (298..=310).for_each(|step| log.prolong((0, Step(step)), TIE, 2.0, QUIET));
+        (298..=310).for_each(|step| log.prolong(0, Step(step), TIE, 2.0, QUIET));
         let steps: Vec<u64> = log.between(Step(0), Step(400)).map(|change| change.step.0).collect();
         assert_eq!(steps, [100, 300]);
-        let until = log.end(Step(350), QUIET).map(|(_, until)| until);
-        assert_eq!(until, Some(Step(150)));
-        assert_eq!(log.end(Step(350), QUIET).map(|(_, until)| until), Some(Step(310)));
+        let mut ended = || log.end(Step(350), QUIET).map(|(_, until)| until);
+        assert_eq!([ended(), ended()], [Some(Step(150)), Some(Step(310))]);
     }
 
     #[test]

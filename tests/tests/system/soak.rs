@@ -66,8 +66,8 @@ impl Soak {
         let mut tell_at = Duration::from_secs(30);
         loop {
             tokio::time::sleep(EVERY).await;
-            if let Some(code) = self.processes[0].1.ended() {
-                assert_eq!(code, Some(0), "{}", self.deployment.logs());
+            if let Some(status) = self.processes[0].1.ended() {
+                assert_eq!(status.code(), Some(0), "{}", self.deployment.logs());
                 return;
             }
             self.look();

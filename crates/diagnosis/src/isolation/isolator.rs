@@ -87,7 +87,7 @@ impl Isolator {
     /// A channel is still changing at this step.
     pub(crate) fn prolong(&mut self, channel: usize, step: Step, ratio: f64) {
         let IsolationSettings { tie_steps, quiet_steps, .. } = self.settings;
-        self.log.prolong((channel, step), tie_steps, ratio, quiet_steps);
+        self.log.prolong(channel, step, tie_steps, ratio, quiet_steps);
     }
 
     /// The next change that has ended by now, and when.
