@@ -11,7 +11,6 @@ pub mod diagnoser;
 pub mod plant;
 pub mod thresholds;
 
-mod convert;
 mod messages;
 mod metrics;
 mod readiness;

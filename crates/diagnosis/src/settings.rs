@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use names::{Component, ModuleName};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use truss::Structure;
 
 use crate::change::MAX_TIE;
@@ -34,7 +34,8 @@ pub struct IsolationSettings {
     pub hold_steps: u64,
     /// Changes at most this many steps apart are simultaneous: the larger D/γ decides.
     pub tie_steps: u64,
-    /// D/γ from which on a change, if it gets there within the tie, is a root cause of its own.
+    /// D/γ from which on a change, if it gets there within the tie, is a root cause of its own; infinite for never.
+    #[serde(deserialize_with = "infinite_if_none")]
     pub root_ratio: f64,
     /// Steps that the effects of a root cause take to show: so long after it has stopped changing it explains
     /// other components' changes. At least `quiet_steps`.
@@ -86,12 +87,19 @@ impl Sampling {
     }
 }
 
+/// JSON writes what is not finite as `null`.
+fn infinite_if_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+}
+
 /// The whole configuration of a diagnoser.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ModuleSetup {
     /// Name of the module.
     pub module: ModuleName,
-    /// The module's own part of the structure.
+    /// The module's own part of the structure; written as the text of its description.
+    #[serde(with = "description")]
     pub structure: Structure,
     /// Its actuators.
     pub hydraulics: NominalHydraulics,
@@ -110,7 +118,51 @@ pub struct ModuleSetup {
     /// The other modules that are asked.
     pub peers: Vec<ModuleName>,
     /// What is known of the module while it was healthy.
+    #[serde(with = "shared")]
     pub reference: Option<Arc<Reference>>,
+}
+
+/// A structure is written as the text of its description.
+mod description {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use truss::Structure;
+
+    pub(super) fn serialize<S: Serializer>(
+        structure: &Structure,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        structure.to_toml().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Structure, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Structure::from_toml(&text).map_err(|error| D::Error::custom(error.to_string()))
+    }
+}
+
+/// A reference is written as if it were not shared.
+mod shared {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::state::Reference;
+
+    pub(super) fn serialize<S: Serializer>(
+        reference: &Option<Arc<Reference>>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        reference.as_deref().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Arc<Reference>>, D::Error> {
+        Ok(Option::<Reference>::deserialize(deserializer)?.map(Arc::new))
+    }
 }
 
 /// Something in a module's setup that cannot be right.

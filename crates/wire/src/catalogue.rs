@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 use crate::encoding::{DecodeError, Message, decode};
 use crate::schema::schema;
 use crate::{
-    Change, Divergences, FaultTransition, HistoryPage, Identification, Injected, Injection,
-    ModuleStatus, Obeyed, Order, PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer,
-    Stroke, StrokeBegun,
+    Change, Divergences, FaultTransition, FreezeFrame, HistoryPage, Identification, Injected,
+    Injection, Input, ModuleConfiguration, ModuleStatus, Obeyed, Order, PhaseChange, PlantStatus,
+    Progress, Refused, Sample, StateAnswer, Stroke, StrokeBegun,
 };
 
 /// How a message travels on a key.
@@ -101,7 +101,7 @@ use Travels::{Published, Querying, Refusing, Replying};
 
 /// All messages, those that are published first.
 #[must_use]
-pub fn catalogue() -> [Entry; 18] {
+pub fn catalogue() -> [Entry; 21] {
     [
         Entry::of::<Sample>(
             "sample",
@@ -164,6 +164,21 @@ pub fn catalogue() -> [Entry; 18] {
             &[("{module}/history", Replying)],
             example!("history-page"),
         ),
+        Entry::of::<Input>(
+            "input",
+            &[("{module}/input", Published), ("{module}/input", Replying)],
+            example!("input"),
+        ),
+        Entry::of::<ModuleConfiguration>(
+            "configuration",
+            &[("{module}/configuration", Replying)],
+            example!("configuration"),
+        ),
+        Entry::of::<FreezeFrame>(
+            "freeze-frame",
+            &[("{module}/freeze-frame", Replying)],
+            example!("freeze-frame"),
+        ),
         Entry::of::<Order>(
             "order",
             &[
@@ -210,6 +225,9 @@ pub fn catalogue() -> [Entry; 18] {
                 ("{module}/identification/sensor/{name}", Refusing),
                 ("{module}/state", Refusing),
                 ("{module}/history", Refusing),
+                ("{module}/input", Refusing),
+                ("{module}/configuration", Refusing),
+                ("{module}/freeze-frame", Refusing),
                 ("{module}/command/acknowledge", Refusing),
                 ("{module}/command/acknowledge/{operator}", Refusing),
                 ("{module}/command/reset", Refusing),

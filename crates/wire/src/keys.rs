@@ -49,6 +49,12 @@ pub enum Topic {
     Phase,
     /// Its journal.
     History,
+    /// What its diagnoser took beside samples; a query on this key asks for past ones.
+    Input,
+    /// What its diagnoser was set up with.
+    Configuration,
+    /// What it saw around the onset of a fault.
+    FreezeFrame,
     /// Commands of whoever names himself in the message.
     Command(OrderKind),
     /// Commands of an operator whom access control admits to this key and to no other one's.
@@ -135,6 +141,9 @@ impl fmt::Display for Topic {
             Topic::Progress => f.write_str("progress"),
             Topic::Phase => f.write_str("phase"),
             Topic::History => f.write_str("history"),
+            Topic::Input => f.write_str("input"),
+            Topic::Configuration => f.write_str("configuration"),
+            Topic::FreezeFrame => f.write_str("freeze-frame"),
             Topic::Command(order) => write!(f, "command/{}", order.as_str()),
             Topic::CommandOf(order, by) => write!(f, "command/{}/{by}", order.as_str()),
             Topic::Alive => f.write_str("alive"),
@@ -167,6 +176,9 @@ impl FromStr for Topic {
             "progress" => Ok(Topic::Progress),
             "phase" => Ok(Topic::Phase),
             "history" => Ok(Topic::History),
+            "input" => Ok(Topic::Input),
+            "configuration" => Ok(Topic::Configuration),
+            "freeze-frame" => Ok(Topic::FreezeFrame),
             "command/acknowledge" => Ok(Topic::Command(OrderKind::Acknowledge)),
             "command/reset" => Ok(Topic::Command(OrderKind::Reset)),
             "alive" => Ok(Topic::Alive),
@@ -292,6 +304,24 @@ impl Watched<'_> {
     #[must_use]
     pub fn histories(&self) -> String {
         self.expression(&Topic::History.to_string())
+    }
+
+    /// What diagnosers took beside samples.
+    #[must_use]
+    pub fn inputs(&self) -> String {
+        self.expression(&Topic::Input.to_string())
+    }
+
+    /// What diagnosers were set up with.
+    #[must_use]
+    pub fn configurations(&self) -> String {
+        self.expression(&Topic::Configuration.to_string())
+    }
+
+    /// What diagnosers saw around the onsets of faults.
+    #[must_use]
+    pub fn freeze_frames(&self) -> String {
+        self.expression(&Topic::FreezeFrame.to_string())
     }
 
     /// Samples.

@@ -12,6 +12,9 @@
 //! | `{module}/phase` | [`PhaseChange`] |
 //! | `{module}/progress` | [`Progress`] |
 //! | `{module}/history` | [`HistoryQuestion`] as parameters, [`HistoryPage`] in reply |
+//! | `{module}/input` | [`Input`]; in reply to [`InputQuestion`], past ones |
+//! | `{module}/configuration` | [`ModuleConfiguration`] in reply |
+//! | `{module}/freeze-frame` | [`FreezeFrameQuestion`] as parameters, [`FreezeFrame`] or [`Refused`] in reply |
 //! | `{module}/command/acknowledge`, `{module}/command/reset` | [`Order`], [`Obeyed`] or [`Refused`] in reply |
 //! | `{module}/alive`, `plant/alive` | liveliness tokens, without a message |
 //! | `plant/command/inject` | [`Injection`], [`Injected`] or [`Refused`] in reply |
@@ -29,16 +32,19 @@ pub mod catalogue;
 mod change;
 mod clock_difference;
 mod condition;
+mod configuration;
 mod divergence;
 mod encoding;
 mod evidence;
 mod fault;
 mod fault_state;
 pub mod fleet;
+mod freeze_frame;
 mod given_order;
 mod history;
 mod identification;
 mod injection;
+mod input;
 pub mod keys;
 mod later_words;
 mod order;
@@ -60,17 +66,20 @@ mod stroke;
 pub use change::Change;
 pub use clock_difference::ClockDifference;
 pub use condition::{Agreement, Condition};
+pub use configuration::ModuleConfiguration;
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;
 pub use fault::{Doubt, FaultTransition, Symptom, Unknown};
 pub use fault_state::FaultState;
+pub use freeze_frame::{FreezeFrame, FreezeFrameQuestion, Trace};
 pub use given_order::{GivenOrder, GivenOrderKind};
 pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE, MAX_IDENTIFICATIONS_OF_FAULT};
 pub use identification::{
     Candidate, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature, SignaturePoint,
 };
 pub use injection::{Injected, Injection};
+pub use input::{Input, InputQuestion, Remembered, RememberedWatch, Taken};
 pub use keys::{Key, KeyError, PlantTopic, Topic};
 pub use order::{MAX_ORDER_TEXT, Obeyed, Order, OrderKind};
 pub use phase::{ModulePhase, PhaseChange};

@@ -34,7 +34,8 @@ pub fn samples(structure: &StructureName, module: &ModuleName) -> String {
     format!("{ROOT}/{structure}/{module}/{}", Topic::Sample)
 }
 
-/// Read-only queries: present states, kinds of faults, phases, journals, past samples.
+/// Read-only queries: present states, kinds of faults, phases, journals, past samples and inputs, configurations,
+/// freeze frames.
 #[must_use]
 pub fn readable() -> Vec<String> {
     let topics = [
@@ -43,6 +44,9 @@ pub fn readable() -> Vec<String> {
         Topic::Phase.to_string(),
         Topic::History.to_string(),
         Topic::Sample.to_string(),
+        Topic::Input.to_string(),
+        Topic::Configuration.to_string(),
+        Topic::FreezeFrame.to_string(),
     ];
     topics.iter().map(|topic| format!("{ROOT}/*/*/{topic}")).collect()
 }

@@ -7,7 +7,7 @@ use diagnosis::state;
 use shell::clock;
 use wire::{Condition, FaultTransition, Unknown};
 
-use crate::convert::to_condition;
+use translation::to_condition;
 
 /// Shared by the loop and those who answer.
 #[derive(Debug, Clone)]

@@ -35,9 +35,9 @@ use super::staleness::Staleness;
 use super::state::{JournalBoard, Watch};
 use super::status::{self, Surroundings};
 use crate::config::{DiagnoserConfig, PublishSettings};
-use crate::convert::{Speaker, from_window_length, from_wire_order, to_phase};
 use crate::metrics::ModuleReport;
 use crate::status_line;
+use translation::{Speaker, from_window_length, from_wire_order, to_phase};
 
 /// How often held queries, staleness and the last step's progress are checked.
 const TICK: Duration = Duration::from_millis(50);

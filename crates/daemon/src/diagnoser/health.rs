@@ -6,9 +6,9 @@ use std::time::Instant;
 use shell::health::{Condition, ProcessReport, Subject, live};
 use shell::supervision::Pulse;
 
-use crate::convert::Speaker;
 use crate::metrics::{self, ModuleReport};
 use crate::readiness;
+use translation::Speaker;
 
 /// The latest report, written by the diagnosis loop together with each status that it publishes.
 #[derive(Debug, Default)]

@@ -68,7 +68,7 @@ use shell::supervision::{Crew, OPENING, Supervisor};
 use state::{Keeper, Recollection, Watch, WatchFile, Writer};
 
 use crate::config::DiagnoserConfig;
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// Answers of peers that may wait to be looked at.
 const ANSWER_QUEUE: usize = 256;

@@ -11,7 +11,7 @@ use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Locality, Sample};
 
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// A predecessor that is about to end may still publish; what goes on for longer than this does not end.
 const NOT_ENDING: Duration = Duration::from_secs(3);

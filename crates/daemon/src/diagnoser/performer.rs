@@ -15,7 +15,7 @@ use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};
 use super::peers::{PeerQueries, QueryPause};
 use super::pending_replies::PendingReplies;
-use crate::convert::{Speaker, to_change};
+use translation::{Speaker, to_change};
 
 /// Everything that actions reach.
 #[derive(Debug)]

@@ -9,8 +9,8 @@ use wire::{
     ModuleStatus, PeerStatus, PublisherCounters,
 };
 
-use crate::convert::{Speaker, to_condition, to_counters, to_phase, to_state};
 use crate::metrics::ComponentReport;
+use translation::{Speaker, to_condition, to_counters, to_phase, to_state};
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]

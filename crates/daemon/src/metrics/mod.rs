@@ -18,8 +18,8 @@ use std::fmt;
 use shell::health::{ProcessReport, render};
 use wire::PlantStatus;
 
-use crate::convert::Speaker;
 pub(crate) use module::{ComponentReport, IdentificationReport, KindReport, ModuleReport};
+use translation::Speaker;
 
 /// What a diagnoser counts; as long as it has not reported, what every process counts.
 pub(crate) fn of_module(

@@ -13,11 +13,11 @@ use wire::{
 };
 
 use super::{ComponentReport, IdentificationReport, KindReport, ModuleReport};
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// Who reports.
 pub(crate) fn speaker() -> Speaker {
-    Speaker::of("tower", "module1")
+    Speaker::of("tower".parse().unwrap(), "module1".parse().unwrap())
 }
 
 /// What its process uses.

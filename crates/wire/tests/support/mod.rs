@@ -13,6 +13,9 @@ pub fn plain_topics() -> Vec<Topic> {
         Topic::Progress,
         Topic::Phase,
         Topic::History,
+        Topic::Input,
+        Topic::Configuration,
+        Topic::FreezeFrame,
         Topic::Command(OrderKind::Acknowledge),
         Topic::Command(OrderKind::Reset),
         Topic::CommandOf(OrderKind::Acknowledge, "ada".parse().unwrap()),
@@ -24,6 +27,7 @@ pub fn plain_topics() -> Vec<Topic> {
             Topic::Sample | Topic::Divergence | Topic::Change | Topic::State => {}
             Topic::Fault(_) | Topic::Identification(_) => {}
             Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
+            Topic::Input | Topic::Configuration | Topic::FreezeFrame => {}
             Topic::Command(OrderKind::Acknowledge | OrderKind::Reset) => {}
             Topic::CommandOf(OrderKind::Acknowledge | OrderKind::Reset, _) => {}
         }

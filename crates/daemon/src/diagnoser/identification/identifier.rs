@@ -11,8 +11,8 @@ use shell::occurrences::Occurrences;
 use shell::supervision::{Crew, Lane};
 
 use super::IdentificationTally;
-use crate::convert::Speaker;
 use crate::diagnoser::outgoing::{Outbox, Outgoing};
+use translation::Speaker;
 
 /// Requests that may wait. Each is superseded by the next one of its component.
 const WAITING: usize = 64;

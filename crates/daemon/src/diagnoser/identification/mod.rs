@@ -3,14 +3,12 @@
 //! | file | job |
 //! |---|---|
 //! | `identifier` | the thread |
-//! | `message` | from what was found to the message |
 //! | `materiality` | whether a finding differs enough from the one published before to be news |
 //! | `present_fault` | what is known of the fault that a component has at present |
 //! | `tally` | what was found and how long it took, for the metrics |
 
 mod identifier;
 mod materiality;
-mod message;
 mod present_fault;
 mod tally;
 

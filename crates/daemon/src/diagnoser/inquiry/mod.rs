@@ -27,7 +27,7 @@ use zenoh::Session;
 use zenoh::query::Queryable;
 
 use super::outgoing::{Outbox, Wanted};
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// Questions and orders that may wait for the diagnoser.
 const QUEUE: usize = 1024;

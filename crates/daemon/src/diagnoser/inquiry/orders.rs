@@ -12,8 +12,8 @@ use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::InquiryTally;
-use crate::convert::Speaker;
 use crate::diagnoser::outgoing::{Outbox, Routine};
+use translation::Speaker;
 
 /// An order and where the reply goes.
 #[derive(Debug)]

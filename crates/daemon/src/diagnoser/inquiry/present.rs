@@ -8,9 +8,9 @@ use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::InquiryTally;
-use crate::convert::Speaker;
 use crate::diagnoser::outgoing::{Asked, Outbox, Routine, Wanted};
 use crate::messages::TOO_MANY_QUESTIONS;
+use translation::Speaker;
 
 /// Questions of each kind that may wait.
 const MAX_WAITING: usize = 64;

@@ -8,9 +8,9 @@ use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::InquiryTally;
-use crate::convert::Speaker;
 use crate::diagnoser::outgoing::{Outbox, Routine};
 use crate::messages::TOO_MANY_QUESTIONS;
+use translation::Speaker;
 
 /// A question and where its answer goes.
 #[derive(Debug)]

@@ -20,7 +20,7 @@ use super::incumbent::{Admission, Incumbent, Source};
 use super::refusals::Refusals;
 use super::tally::{IntakeTally, Refused, add, count};
 use super::{Arrival, Size};
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// The way in.
 #[derive(Debug, Clone)]

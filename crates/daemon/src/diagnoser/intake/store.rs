@@ -13,7 +13,7 @@ use super::gathering::{Gathering, Reception};
 use super::retry_policy::{OUTAGE, Outcome, RetryPolicy};
 use super::tally::{IntakeTally, add, count};
 use super::{Arrival, Size};
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// How long the network waits for the samples. What is lost on the way may take longer, so it is asked again
 const TIMEOUT: Duration = Duration::from_millis(500);

@@ -19,9 +19,9 @@ use zenoh::query::Query;
 use zenoh::{Session, Wait};
 
 use super::books::SharedBooks;
-use crate::convert::Speaker;
 use crate::diagnoser::state::{Record, Submission, Watch};
 use crate::messages::{put, reply};
+use translation::Speaker;
 
 /// Most events written in one go.
 const BATCH: usize = 256;

@@ -8,8 +8,8 @@ use wire::{FaultTransition, Identification, Topic};
 use zenoh::key_expr::KeyExpr;
 
 use super::event_lane::Outgoing;
-use crate::convert::Speaker;
 use crate::diagnoser::identification::{IdentificationTally, PresentFault};
+use translation::Speaker;
 
 /// The present fault of each component, if it has one.
 #[derive(Debug)]
@@ -118,7 +118,7 @@ mod tests {
     use wire::FaultState;
 
     fn speaker() -> Speaker {
-        Speaker::of("tower", "module1")
+        Speaker::of("tower".parse().unwrap(), "module1".parse().unwrap())
     }
 
     fn faults() -> (IdentifiedFaults, Arc<IdentificationTally>) {

@@ -11,8 +11,8 @@ use zenoh::query::Query;
 use zenoh::{Session, Wait};
 
 use super::audience::Audience;
-use crate::convert::Speaker;
 use crate::messages::{put, refuse, reply};
+use translation::Speaker;
 
 /// Something that is superseded soon, or asked for again.
 #[derive(Debug)]

@@ -5,9 +5,9 @@ use shell::clock;
 use wire::{FaultTransition, Topic};
 use zenoh::key_expr::KeyExpr;
 
-use crate::convert::Speaker;
 use crate::diagnoser::conditions::Conditions;
 use crate::diagnoser::service::Service;
+use translation::Speaker;
 
 /// The latest transition of each component, in the order of the channels.
 #[derive(Debug)]
@@ -87,7 +87,7 @@ mod tests {
     }
 
     fn book_of(service: Service) -> States {
-        let speaker = Speaker::of("tower", "module1");
+        let speaker = Speaker::of("tower".parse().unwrap(), "module1".parse().unwrap());
         let names = ["actuator/a1", "sensor/a1", "sensor/g2"];
         let components: Vec<Component> = names.iter().map(|name| name.parse().unwrap()).collect();
         let conditions = [Condition::NotVerified, Condition::NotVerified, Condition::NotVerified];

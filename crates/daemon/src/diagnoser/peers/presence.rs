@@ -12,7 +12,7 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
 use super::standing::PeerBook;
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// How long a token is looked for.
 const LOOK_UP: Duration = Duration::from_millis(200);
@@ -138,7 +138,7 @@ mod tests {
     #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
     async fn a_peer_that_is_there_after_all_is_found_and_missed_again() {
         let session = session::open(&session::Network::default()).await.unwrap();
-        let speaker = Speaker::of("t", "m1");
+        let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let peer: ModuleName = MODULE.parse().unwrap();
         let key = wire::Key::of_module(&speaker.structure, &peer, Topic::Alive).to_string();
         let token = session.liveliness().declare_token(key).await.unwrap();

@@ -16,7 +16,7 @@ use super::presence::Presence;
 use super::standing::PeerBook;
 use super::timeouts::Timeouts;
 use crate::config::DiagnoserConfig;
-use crate::convert::{Speaker, from_answer, to_question};
+use translation::{Speaker, from_answer, to_question};
 
 /// Questions under way at a time, per peer. Seven are put within the longest timeout, if it is 1.2 s: one about open
 /// cases, two about long windows, four about short ones.

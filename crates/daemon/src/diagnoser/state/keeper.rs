@@ -243,8 +243,8 @@ fn incarnation(records: &[String], module: &ModuleName) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::convert::Speaker;
     use names::{RunId, Step};
+    use translation::Speaker;
 
     fn change(step: u64) -> Record {
         let component = "sensor/g1".parse().unwrap();
@@ -273,7 +273,7 @@ mod tests {
     }
 
     fn transition(sequence: u64) -> String {
-        let speaker = Speaker::of("t", "m1");
+        let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let mut message = speaker.untouched(&"sensor/g1".parse().unwrap(), 5);
         message.sequence = sequence;
         Record::Transition(Box::new(message)).to_text().unwrap()
@@ -323,7 +323,7 @@ mod tests {
     }
 
     fn identification(sequence: u64) -> String {
-        let speaker = Speaker::of("t", "m1");
+        let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let found = diagnosis::identification::Identification {
             run: RunId(1),
             sequence,

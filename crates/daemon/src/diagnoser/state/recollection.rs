@@ -9,8 +9,8 @@ use wire::{Doubt, FaultState, FaultTransition, Identification};
 use super::later_record::LaterRecord;
 use super::record::Record;
 use super::watch_file::Watch;
-use crate::convert::{from_change, from_transition};
 use crate::diagnoser::identification::PresentFault;
+use translation::{from_change, from_transition};
 
 /// What the journal and the watch file say together.
 #[derive(Debug, Default)]
@@ -178,12 +178,12 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::convert::Speaker;
     use diagnosis::Verdict;
     use names::Step;
+    use translation::Speaker;
 
     fn transition(component: &str, sequence: u64, state: FaultState) -> String {
-        let speaker = Speaker::of("t", "m1");
+        let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let mut message = speaker.untouched(&component.parse().unwrap(), 5);
         message.sequence = sequence;
         message.state = state;
@@ -252,7 +252,7 @@ mod tests {
     }
 
     fn identification(component: &str, sequence: u64, as_of: u64) -> String {
-        let speaker = Speaker::of("t", "m1");
+        let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let found = diagnosis::identification::Identification {
             run: RunId(1),
             sequence,

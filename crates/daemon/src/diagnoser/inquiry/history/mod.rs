@@ -26,8 +26,8 @@ use zenoh::{Session, Wait};
 use reading::Reading;
 
 use super::InquiryTally;
-use crate::convert::Speaker;
 use crate::messages::{TOO_MANY_QUESTIONS, put, refuse};
+use translation::Speaker;
 
 /// Questions that may wait.
 const MAX_WAITING: usize = 16;

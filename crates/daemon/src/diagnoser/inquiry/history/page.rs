@@ -5,7 +5,7 @@ use wire::{
 };
 
 use super::index::Index;
-use crate::convert::Speaker;
+use translation::Speaker;
 
 /// A page is ended before it gets longer than this.
 pub(super) const PAGE_BYTES: usize = MAX_MESSAGE_BYTES / 2;
@@ -118,7 +118,7 @@ mod tests {
     use crate::diagnoser::state::Entry;
 
     fn speaker() -> Speaker {
-        Speaker::of("t", "m1")
+        Speaker::of("t".parse().unwrap(), "m1".parse().unwrap())
     }
 
     /// Entries by their number in the order of a journal, and how many were read.

@@ -9,8 +9,8 @@ use wire::{FaultTransition, HistoryPage, HistoryQuestion, Identification};
 
 use super::index::Index;
 use super::page::{Contents, compile};
-use crate::convert::Speaker;
 use crate::diagnoser::state::{Entries, Record};
+use translation::Speaker;
 
 /// A record that is not where it was, thrice in a row, is not due to a journal that is being replaced meanwhile.
 const ATTEMPTS: usize = 3;
@@ -126,7 +126,7 @@ mod tests {
         ["sensor/g1", "sensor/g2", "sensor/g3", "actuator/a1", "actuator/a2"];
 
     fn speaker(module: &str) -> Speaker {
-        Speaker::of("t", module)
+        Speaker::of("t".parse().unwrap(), module.parse().unwrap())
     }
 
     fn transition(of: &Speaker, component: &str, sequence: u64) -> Record {

@@ -5,15 +5,12 @@ use names::ComponentKind;
 use names::fault::FaultKind;
 use wire::{FaultSize, MAX_SIGNATURE_POINTS, Signature};
 
-use crate::convert::Speaker;
+use crate::Speaker;
 
 impl Speaker {
     /// The message on what was found of a component's fault.
-    pub(crate) fn identification(
-        &self,
-        found: Identification,
-        time_unix_ns: u64,
-    ) -> wire::Identification {
+    #[must_use]
+    pub fn identification(&self, found: Identification, time_unix_ns: u64) -> wire::Identification {
         let kind = found.component.kind();
         wire::Identification {
             structure: self.structure.clone(),
@@ -88,7 +85,7 @@ mod tests {
     use names::{RunId, Step};
 
     fn speaker() -> Speaker {
-        Speaker::of("t", "m1")
+        Speaker::of("t".parse().unwrap(), "m1".parse().unwrap())
     }
 
     fn found(component: &str, candidates: Vec<Candidate>, points: u64) -> wire::Identification {

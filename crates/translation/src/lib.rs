@@ -1,4 +1,10 @@
-//! Between the results of the diagnosis and messages.
+//! Between what a diagnoser takes and gives, and messages. Both ways lose nothing that a verdict depends on: finite
+//! numbers come back as the very same bits.
+
+mod identification;
+mod input;
+
+pub use input::{from_taken, to_memory, to_taken};
 
 use diagnosis::state::{self, CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use diagnosis::{Answer, Counters, Doubt, Phase, Question, Symptom, Transition, Verdict};
@@ -7,31 +13,37 @@ use wire::{Agreement, FaultState, FaultTransition, GivenOrderKind, ModulePhase};
 
 /// The publishing module.
 #[derive(Debug, Clone)]
-pub(crate) struct Speaker {
-    pub(crate) structure: StructureName,
-    pub(crate) module: ModuleName,
+pub struct Speaker {
+    /// Its structure.
+    pub structure: StructureName,
+    /// Its name.
+    pub module: ModuleName,
     /// What its sequence numbers count in, as it stands in [`FaultTransition::incarnation`].
-    pub(crate) incarnation: Option<u64>,
+    pub incarnation: Option<u64>,
 }
 
 impl Speaker {
     /// One without a journal.
-    #[cfg(test)]
-    pub(crate) fn of(structure: &str, module: &str) -> Self {
-        let (structure, module) = (structure.parse().unwrap(), module.parse().unwrap());
+    #[must_use]
+    pub fn of(structure: StructureName, module: ModuleName) -> Self {
         Self { structure, module, incarnation: None }
     }
 
-    pub(crate) fn key(&self, topic: wire::Topic) -> String {
+    /// The key of one of its topics.
+    #[must_use]
+    pub fn key(&self, topic: wire::Topic) -> String {
         wire::Key::of_module(&self.structure, &self.module, topic).to_string()
     }
 
-    pub(crate) fn path(&self, component: &Component) -> ComponentPath {
+    /// One of its components, with its name before.
+    #[must_use]
+    pub fn path(&self, component: &Component) -> ComponentPath {
         ComponentPath { module: self.module.clone(), component: component.clone() }
     }
 
     /// The message on a component that never had a transition.
-    pub(crate) fn untouched(&self, component: &Component, time_unix_ns: u64) -> FaultTransition {
+    #[must_use]
+    pub fn untouched(&self, component: &Component, time_unix_ns: u64) -> FaultTransition {
         let (structure, component) = (self.structure.clone(), self.path(component));
         let incarnation = self.incarnation;
         FaultTransition {
@@ -40,7 +52,9 @@ impl Speaker {
         }
     }
 
-    pub(crate) fn transition(&self, transition: Transition, time_unix_ns: u64) -> FaultTransition {
+    /// The message on a transition.
+    #[must_use]
+    pub fn transition(&self, transition: Transition, time_unix_ns: u64) -> FaultTransition {
         let Transition {
             sequence,
             run,
@@ -80,7 +94,9 @@ impl Speaker {
         message
     }
 
-    pub(crate) fn change(
+    /// The message on a change.
+    #[must_use]
+    pub fn change(
         &self,
         run: RunId,
         change: &diagnosis::Change,
@@ -97,7 +113,9 @@ impl Speaker {
         }
     }
 
-    pub(crate) fn divergences(
+    /// The message on its channels, each with what is known of it at this step.
+    #[must_use]
+    pub fn divergences(
         &self,
         run: RunId,
         step: Step,
@@ -121,7 +139,9 @@ impl Speaker {
         }
     }
 
-    pub(crate) fn answer(&self, answer: Answer) -> wire::StateAnswer {
+    /// The message with its answer to a peer.
+    #[must_use]
+    pub fn answer(&self, answer: Answer) -> wire::StateAnswer {
         let Answer { question, watching_since, changes, actuator_faults, alarms, window } = answer;
         let changes = changes.into_iter().map(to_change);
         let faults = actuator_faults
@@ -173,7 +193,9 @@ fn to_wire_order(given: diagnosis::GivenOrder) -> wire::GivenOrder {
     wire::GivenOrder { order, by: given.by, note: given.note, force, re_tare }
 }
 
-pub(crate) fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diagnosis::Order {
+/// An order as the diagnosis takes it.
+#[must_use]
+pub fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diagnosis::Order {
     let wire::Order { component, by, note, force, re_tare } = order;
     let kind = match kind {
         wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
@@ -186,7 +208,8 @@ pub(crate) fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diag
 
 /// A transition as it was before it was sent; `None` for a component that never had one, and for a state of a later
 /// version, which is no verdict of this one.
-pub(crate) fn from_transition(message: FaultTransition) -> Option<Transition> {
+#[must_use]
+pub fn from_transition(message: FaultTransition) -> Option<Transition> {
     let verdict = match message.state {
         FaultState::Unknown => return None,
         FaultState::Normal => Verdict::Normal,
@@ -255,30 +278,42 @@ fn to_wire_evidence(evidence: &diagnosis::Evidence) -> wire::Evidence {
     }
 }
 
-pub(crate) fn to_question(question: Question) -> wire::StateQuestion {
+/// A question to a peer.
+#[must_use]
+pub fn to_question(question: Question) -> wire::StateQuestion {
     let Question { run, from, as_of, window } = question;
-    let window = window.map(|length| match length {
-        WindowLength::Short => wire::WindowLength::Short,
-        WindowLength::Long => wire::WindowLength::Long,
-    });
+    let window = window.map(to_window_length);
     wire::StateQuestion { run: Some(run), from, step: as_of, window }
 }
 
-pub(crate) fn from_window_length(length: wire::WindowLength) -> WindowLength {
+fn to_window_length(length: WindowLength) -> wire::WindowLength {
+    match length {
+        WindowLength::Short => wire::WindowLength::Short,
+        WindowLength::Long => wire::WindowLength::Long,
+    }
+}
+
+/// How long a window is.
+#[must_use]
+pub fn from_window_length(length: wire::WindowLength) -> WindowLength {
     match length {
         wire::WindowLength::Short => WindowLength::Short,
         wire::WindowLength::Long => WindowLength::Long,
     }
 }
 
-pub(crate) fn to_change(change: diagnosis::Change) -> wire::StateChange {
+/// A change as it stands in answers and journals.
+#[must_use]
+pub fn to_change(change: diagnosis::Change) -> wire::StateChange {
     let diagnosis::Change { component, onset, step, ratio, until } = change;
     let onset_step = (onset < step).then_some(onset);
     let going_on = until.is_none();
     wire::StateChange { component, step, onset_step, ratio, until_step: until, going_on }
 }
 
-pub(crate) fn from_change(change: wire::StateChange) -> diagnosis::Change {
+/// The same back.
+#[must_use]
+pub fn from_change(change: wire::StateChange) -> diagnosis::Change {
     let wire::StateChange { component, step, onset_step, ratio, until_step, going_on } = change;
     // Former versions say neither: no more is known than that it began.
     let until = (!going_on).then_some(until_step.unwrap_or(step));
@@ -286,7 +321,8 @@ pub(crate) fn from_change(change: wire::StateChange) -> diagnosis::Change {
 }
 
 /// `window`: the means of a window of which length were asked for, if any?
-pub(crate) fn from_answer(answer: wire::StateAnswer, window: Option<WindowLength>) -> Answer {
+#[must_use]
+pub fn from_answer(answer: wire::StateAnswer, window: Option<WindowLength>) -> Answer {
     let until = answer.as_of_step;
     // What was not asked for is not looked at.
     let means = window.zip(answer.window).map(|(length, means)| from_window(means, length, until));
@@ -311,7 +347,8 @@ pub(crate) fn from_answer(answer: wire::StateAnswer, window: Option<WindowLength
 }
 
 /// In words what keeps a component from being normal.
-pub(crate) fn to_condition(condition: &state::Condition) -> wire::Condition {
+#[must_use]
+pub fn to_condition(condition: &state::Condition) -> wire::Condition {
     use state::Condition as Known;
     let (agreement, as_of_step, reason) = match condition {
         Known::NotVerified => (Agreement::NotVerified, None, None),
@@ -401,7 +438,9 @@ fn from_alarm(alarm: wire::Alarm) -> diagnosis::Alarm {
     diagnosis::Alarm { component, step, faulty }
 }
 
-pub(crate) fn to_state(verdict: &Verdict) -> FaultState {
+/// The word for a verdict.
+#[must_use]
+pub fn to_state(verdict: &Verdict) -> FaultState {
     match verdict {
         Verdict::Normal => FaultState::Normal,
         Verdict::Tentative => FaultState::Tentative,
@@ -412,7 +451,9 @@ pub(crate) fn to_state(verdict: &Verdict) -> FaultState {
     }
 }
 
-pub(crate) fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
+/// The word for a phase, and since which step it is in service.
+#[must_use]
+pub fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
     match phase {
         Phase::Waiting => (ModulePhase::Waiting, None),
         Phase::Initialising => (ModulePhase::Initialising, None),
@@ -420,7 +461,9 @@ pub(crate) fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
     }
 }
 
-pub(crate) fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
+/// The counters of a status.
+#[must_use]
+pub fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
     let Counters {
         samples,
         samples_missing,
