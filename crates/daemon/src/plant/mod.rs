@@ -5,6 +5,7 @@
 //! | `simulation` | a thread: orders and agenda, one step, its samples out, and again |
 //! | `pacing` | when the next step may come: by the clock, or as fast as the diagnosers |
 //! | `attendance` | which diagnosers are there and how far they have come |
+//! | `awaited` | which of them must be there before the first step |
 //! | `progress` | receives the latter, when it matters |
 //! | `order` | orders from the network: taken, passed on, answered |
 //! | `meaning` | which component an order means |
@@ -16,17 +17,18 @@
 
 mod agenda;
 mod args;
-mod attendance;
+pub(crate) mod attendance;
+pub(crate) mod awaited;
 mod health;
 mod injection;
 mod meaning;
 mod order;
-mod pacing;
-mod progress;
-mod recording;
-mod sample_publisher;
-mod simulation;
-mod status;
+pub(crate) mod pacing;
+pub(crate) mod progress;
+pub(crate) mod recording;
+pub(crate) mod sample_publisher;
+pub(crate) mod simulation;
+pub(crate) mod status;
 mod stroke;
 
 use std::sync::Arc;
@@ -40,8 +42,9 @@ pub use args::{command_line, main};
 
 use agenda::Agenda;
 use attendance::Attendance;
+use awaited::Awaited;
 use health::PlantHealth;
-use pacing::Pacing;
+use pacing::{Pace, Pacing};
 use progress::ProgressEar;
 use recording::Recording;
 use sample_publisher::SamplePublisher;
@@ -103,7 +106,13 @@ async fn serve(
         .await
         .map_err(refused)?;
     let replying = tokio::spawn(order::reply(replies.receiver));
-    let pacing = Pacing::new(config, Arc::clone(&attendance));
+    let pace = Pace {
+        speed: config.speed,
+        step_s: config.parameters.step_s,
+        burst_steps: config.burst_steps,
+        lock_step: config.lock_step,
+    };
+    let pacing = Pacing::new(pace, Arc::clone(&attendance));
     let mut publishers = Vec::with_capacity(equipped.len());
     let mut recordings = Vec::with_capacity(equipped.len());
     for module in config.structure.modules.iter().filter(|module| module.is_equipped()) {
@@ -132,7 +141,7 @@ async fn serve(
         attendance,
         progress,
         pacing,
-        wait_for: config.wait_for.clone(),
+        awaited: Awaited::new(config.wait_for.clone()),
         steps: config.steps,
         board: Arc::clone(&board),
         supervisor: Arc::clone(&supervisor),

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use names::Step;
 
 use super::attendance::Attendance;
-use crate::config::{LockStep, PlantConfig, Speed};
+use crate::config::{LockStep, Speed};
 
 /// Longest sleep before it is checked whether the end was requested.
 const GLANCE: Duration = Duration::from_millis(50);
@@ -40,13 +40,25 @@ pub(crate) struct Lateness {
     pub(crate) worst: Duration,
 }
 
+/// How fast steps are to come.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pace {
+    /// How fast time passes.
+    pub(crate) speed: Speed,
+    /// Length of a step \[s\].
+    pub(crate) step_s: f64,
+    /// By the clock, how many steps are published together.
+    pub(crate) burst_steps: u64,
+    /// How diagnosers are waited for.
+    pub(crate) lock_step: LockStep,
+}
+
 impl Pacing {
-    pub(crate) fn new(config: &PlantConfig, attendance: Arc<Attendance>) -> Self {
-        match config.speed {
-            Speed::Max => Pacing::LockStep { attendance, settings: config.lock_step },
-            Speed::Factor(factor) => {
-                Pacing::Clock(Metronome::new(config.parameters.step_s / factor, config.burst_steps))
-            }
+    pub(crate) fn new(pace: Pace, attendance: Arc<Attendance>) -> Self {
+        let Pace { speed, step_s, burst_steps, lock_step } = pace;
+        match speed {
+            Speed::Max => Pacing::LockStep { attendance, settings: lock_step },
+            Speed::Factor(factor) => Pacing::Clock(Metronome::new(step_s / factor, burst_steps)),
         }
     }
 

@@ -1,7 +1,6 @@
 //! One module's samples onto the network.
 
 use names::{ModuleName, RunId, Step, StructureName};
-use plant::ModuleSignals;
 use shell::clock;
 use wire::{Key, Sample, Topic};
 use zenoh::bytes::{Encoding, ZBytes};
@@ -12,6 +11,17 @@ use zenoh::{Session, Wait};
 
 use super::pacing::Pacing;
 use super::recording::Recording;
+
+/// What a module measures at a step, in the order of its description.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Signals<'a> {
+    /// Demanded forces \[N\].
+    pub(crate) demands_n: &'a [f64],
+    /// Pressures of chambers A and B \[Pa\].
+    pub(crate) pressures_pa: &'a [[f64; 2]],
+    /// Elongations \[m\].
+    pub(crate) elongations_m: &'a [f64],
+}
 
 /// Publishes a module's samples.
 #[derive(Debug)]
@@ -55,12 +65,12 @@ impl SamplePublisher {
     }
 
     /// Publishes a step. Why it could not be sent, if so; the next one can be tried.
-    pub(crate) fn publish(&mut self, step: Step, signals: &ModuleSignals) -> Result<(), String> {
+    pub(crate) fn publish(&mut self, step: Step, signals: Signals<'_>) -> Result<(), String> {
         let sample = &mut self.sample;
         sample.step = step;
-        sample.demands_n.clone_from(&signals.demands_n);
-        sample.pressures_pa.clone_from(&signals.pressures_pa);
-        sample.elongations_m.clone_from(&signals.elongations_m);
+        copy(signals.demands_n, &mut sample.demands_n);
+        copy(signals.pressures_pa, &mut sample.pressures_pa);
+        copy(signals.elongations_m, &mut sample.elongations_m);
         sample.time_unix_ns = clock::unix_ns();
         let bytes = wire::encode(sample).map_err(|error| error.to_string())?;
         let bytes = ZBytes::from(bytes);
@@ -69,4 +79,10 @@ impl SamplePublisher {
         let source = SourceInfo::new(self.publisher.id(), self.sent);
         self.publisher.put(bytes).source_info(source).wait().map_err(|error| error.to_string())
     }
+}
+
+/// Allocates nothing once there is room.
+fn copy<T: Copy>(from: &[T], to: &mut Vec<T>) {
+    to.clear();
+    to.extend_from_slice(from);
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
-use names::{ModuleName, Step};
+use names::Step;
 use plant::Plant;
 use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
@@ -14,17 +14,18 @@ use wire::PlantPhase;
 
 use super::agenda::Agenda;
 use super::attendance::Attendance;
+use super::awaited::Awaited;
 use super::injection;
 use super::order::{Order, OrderReply};
 use super::pacing::Pacing;
 use super::progress::ProgressEar;
-use super::sample_publisher::SamplePublisher;
+use super::sample_publisher::{SamplePublisher, Signals};
 use super::status::Board;
 
 /// How often presence is checked while the plant waits for diagnosers.
-const PRESENCE_EVERY: Duration = Duration::from_millis(10);
+pub(crate) const PRESENCE_EVERY: Duration = Duration::from_millis(10);
 /// How long the diagnosers may take over the last samples.
-const LAST_SAMPLES: Duration = Duration::from_secs(5);
+pub(crate) const LAST_SAMPLES: Duration = Duration::from_secs(5);
 
 /// Everything that the thread owns.
 pub(crate) struct Simulation {
@@ -36,7 +37,7 @@ pub(crate) struct Simulation {
     pub(crate) attendance: Arc<Attendance>,
     pub(crate) progress: ProgressEar,
     pub(crate) pacing: Pacing,
-    pub(crate) wait_for: Vec<ModuleName>,
+    pub(crate) awaited: Awaited,
     pub(crate) steps: Option<u64>,
     pub(crate) board: Arc<Board>,
     pub(crate) supervisor: Arc<Supervisor>,
@@ -80,18 +81,7 @@ impl Simulation {
 
     /// Orders are obeyed meanwhile: they concern step 0 or a later one.
     fn wait_for_diagnosers(&mut self) {
-        let mut announced = None;
-        loop {
-            let missing = self.attendance.missing(&self.wait_for);
-            if missing.is_empty() || self.is_to_end() {
-                return;
-            }
-            if announced.as_ref() != Some(&missing) {
-                let names: Vec<String> = missing.iter().map(ToString::to_string).collect();
-                tracing::info!(missing = names.join(", "), "waiting for diagnosers");
-                self.board.waiting(missing.clone());
-                announced = Some(missing);
-            }
+        while !self.awaited.are_there(&self.attendance, &self.board) && !self.is_to_end() {
             match self.orders.recv_timeout(PRESENCE_EVERY) {
                 Ok(order) => self.obey(order),
                 Err(RecvTimeoutError::Timeout) => {}
@@ -127,7 +117,12 @@ impl Simulation {
         self.pacing.wait(signals.step, || comes_round(supervisor, shutdown));
         let mut failed = 0;
         for (publisher, module) in self.publishers.iter_mut().zip(&signals.modules) {
-            if let Err(error) = publisher.publish(signals.step, module) {
+            let measured = Signals {
+                demands_n: &module.demands_n,
+                pressures_pa: &module.pressures_pa,
+                elongations_m: &module.elongations_m,
+            };
+            if let Err(error) = publisher.publish(signals.step, measured) {
                 failed += 1;
                 if let Some(times) = unsent.note(std::time::Instant::now()) {
                     tracing::warn!(module = %module.module, times, "sample not sent: {error}");
@@ -139,7 +134,7 @@ impl Simulation {
 }
 
 /// Was the end requested? Every loop of the thread checks this, which shows its progress.
-fn comes_round(supervisor: &Supervisor, shutdown: &Shutdown) -> bool {
+pub(crate) fn comes_round(supervisor: &Supervisor, shutdown: &Shutdown) -> bool {
     supervisor.progress();
     shutdown.is_requested()
 }
