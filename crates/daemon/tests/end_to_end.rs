@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
+use daemon::player::{Manner, Programme};
 use names::fault::Fault;
 use names::{RunId, Step};
 use observer::{Feed, News};
@@ -41,6 +42,10 @@ fn rig(plant: &str, modules: &[&str], components: [&str; 2], flags: PlantFlags) 
 }
 
 fn expected(rig: &Rig, steps: u64) -> Story {
+    expected_and_samples(rig, steps).0
+}
+
+fn expected_and_samples(rig: &Rig, steps: u64) -> (Story, Vec<wire::Sample>) {
     let mut reference = Reference::new(rig);
     reference.run(RUN, steps);
     let story = story_of_reference(&reference);
@@ -54,7 +59,7 @@ fn expected(rig: &Rig, steps: u64) -> Story {
         rig.plant.schedule.faults.iter().map(|fault| fault.component.to_string()).collect();
     faulty.sort_unstable();
     assert_eq!(latched, faulty, "{story:#?}");
-    story
+    (story, reference.samples)
 }
 
 /// Listens until every expected transition has arrived.
@@ -186,6 +191,25 @@ async fn by_the_clock_the_verdicts_are_those_of_one_process() {
     let observer = rig.observer().await;
     let mut faults = listen(&observer, &rig).await;
     rig.start_plant().end().await;
+    until_as_expected(&mut faults, &expected).await;
+    stop(diagnosers, observer).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn recorded_samples_in_the_plants_place_lead_to_the_verdicts_that_they_led_to() {
+    let components = ["lower/sensor/g1", "upper/actuator/a1"];
+    let rig = rig("small/plant.toml", &SMALL, components, PlantFlags::default());
+    let (expected, samples) = expected_and_samples(&rig, 8400);
+    let diagnosers = vec![rig.start_diagnoser(0), rig.start_diagnoser(1)];
+    let observer = rig.observer().await;
+    let mut faults = listen(&observer, &rig).await;
+    let programme = Programme::new(rig.plant.structure.name.clone(), 1e-3, samples);
+    // As another run than the recorded one.
+    let manner = Manner { speed: Speed::Max, run: RunId(43), wait_for: rig.modules() };
+    let (_trigger, shutdown) = shell::shutdown::pair();
+    let playing = daemon::player::run(&rig.plant.network, programme, manner, shutdown);
+    let published = in_time("the end of the recording", playing).await.unwrap();
+    assert_eq!(published, 2 * 8400);
     until_as_expected(&mut faults, &expected).await;
     stop(diagnosers, observer).await;
 }

@@ -141,6 +141,8 @@ pub struct Reference {
     agenda: Vec<daemon::config::ScheduledFault>,
     pub transitions: Vec<(ModuleName, Transition)>,
     pub largest: BTreeMap<String, f64>,
+    /// As they would be published.
+    pub samples: Vec<wire::Sample>,
 }
 
 impl Reference {
@@ -154,6 +156,7 @@ impl Reference {
             agenda: rig.plant.schedule.faults.clone(),
             transitions: Vec::new(),
             largest: BTreeMap::new(),
+            samples: Vec::new(),
         }
     }
 
@@ -184,6 +187,7 @@ impl Reference {
                 pressures_pa: module.pressures_pa.clone(),
                 elongations_m: module.elongations_m.clone(),
             };
+            self.samples.push(published(module.module.clone(), &sample));
             events.push_back((index, Event::Sample(sample)));
         }
         let mut askers = Vec::new();
@@ -235,6 +239,11 @@ impl Reference {
             _ => {}
         }
     }
+}
+
+fn published(module: ModuleName, sample: &Sample) -> wire::Sample {
+    let Sample { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
+    wire::Sample { module, run, step, time_unix_ns: 0, demands_n, pressures_pa, elongations_m }
 }
 
 /// One transition, without what differs from run to run.
