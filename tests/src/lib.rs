@@ -27,6 +27,7 @@ pub mod plant_clock;
 pub mod process;
 pub mod publications;
 pub mod quantiles;
+pub mod recorder;
 pub mod reference;
 pub mod scaling;
 pub mod scenarios;

@@ -17,6 +17,7 @@ mod life_cycle;
 mod missed_events;
 mod overload;
 mod plain_clients;
+mod recordings;
 mod restart;
 mod scaling;
 mod security;

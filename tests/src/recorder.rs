@@ -1,0 +1,95 @@
+//! A recorder beside a deployment, and what a replay says of its recording.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+use recording::{Recorded, Recording};
+use tempfile::TempDir;
+use wire::{Key, Topic};
+
+use crate::binaries::program;
+use crate::deployment::Deployment;
+use crate::in_time;
+use crate::operate::{Ended, ended};
+use crate::process::Process;
+
+/// How often its files are looked at.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// `trusswatch record` of the tower, connected to every process of a deployment.
+pub struct Recorder {
+    process: Process,
+    folder: TempDir,
+}
+
+impl Recorder {
+    /// Starts one.
+    #[must_use]
+    pub fn start(deployment: &Deployment) -> Self {
+        let folder = crate::folder::temporary();
+        let mut command = program("trusswatch");
+        command.args(["record", "--structure", "tower", "--mode", "peer", "--into"]);
+        command.arg(folder.path());
+        for endpoint in &deployment.endpoints {
+            command.args(["--connect", endpoint]);
+        }
+        Self { process: deployment.start_other(command, "recorder"), folder }
+    }
+
+    /// Its files, oldest first.
+    #[must_use]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(self.folder.path()).unwrap();
+        let files = entries.map(|entry| entry.unwrap().path());
+        let is_recording = |path: &PathBuf| path.extension().is_some_and(|end| end == "mcap");
+        let mut files: Vec<PathBuf> = files.filter(is_recording).collect();
+        files.sort();
+        files
+    }
+
+    /// What it has written so far; of a file that is being written, as far as it can be read.
+    #[must_use]
+    pub fn messages(&self) -> Vec<Recorded> {
+        let recordings = self.files().into_iter().filter_map(|file| Recording::open(&file).ok());
+        let read = |recording: Recording| -> Vec<Recorded> {
+            recording.messages().into_iter().flatten().map_while(Result::ok).collect()
+        };
+        recordings.flat_map(read).collect()
+    }
+
+    /// Waits until it has the configuration of these modules: from now on it hears them.
+    pub async fn hears(&self, modules: &[&str]) {
+        let hears = async {
+            loop {
+                let messages = self.messages();
+                let heard =
+                    |module: &&str| messages.iter().any(|one| is_configuration(one, module));
+                if modules.iter().all(heard) {
+                    return;
+                }
+                tokio::time::sleep(GLANCE).await;
+            }
+        };
+        let what = format!("the recorder's hearing {modules:?}");
+        in_time(&what, hears).await;
+    }
+
+    /// Ends it, with everything on the disk.
+    pub async fn end(&mut self) {
+        self.process.signal(Signal::SIGTERM);
+        assert_eq!(self.process.exit_code().await, Some(0), "{}", self.process.log());
+    }
+
+    /// Has its recording replayed.
+    pub async fn replay(&self, words: &[&str]) -> Ended {
+        let mut command = program("trusswatch");
+        command.arg("replay").args(self.files()).args(words);
+        ended(command).await
+    }
+}
+
+fn is_configuration(message: &Recorded, wanted: &str) -> bool {
+    let key = message.topic.parse();
+    matches!(key, Ok(Key::Module { module, topic: Topic::Configuration, .. }) if module.as_str() == wanted)
+}

@@ -1,0 +1,105 @@
+//! What was recorded gives the same verdicts again, bit for bit: of every kind of fault, over a network that loses
+//! packets, and across the restart of a diagnoser.
+
+use std::sync::Arc;
+
+use daemon::config::Schedule;
+use names::RunId;
+use names::fault::Fault;
+use system_tests::deployment::{Deployment, MODULES};
+use system_tests::lab::{Impairment, Lab, Node};
+use system_tests::observer::Observer;
+use system_tests::plant_clock::PlantClock;
+use system_tests::process::Process;
+use system_tests::recorder::Recorder;
+use system_tests::scenarios::{self, ONSET, STEPS};
+use system_tests::turn;
+
+const RUN: RunId = RunId(7);
+
+/// A deployment that is being recorded from its first sample on.
+struct Recorded {
+    recorder: Recorder,
+    diagnosers: Vec<Process>,
+    plant: Process,
+    observer: Observer,
+    deployment: Deployment,
+}
+
+impl Recorded {
+    /// The plant begins when its diagnosers are there, which the recorder hears by then.
+    async fn raise(deployment: Deployment, speed: &str, steps: u64, seed: u64) -> Self {
+        let diagnosers = deployment.start_diagnosers();
+        let recorder = Recorder::start(&deployment);
+        recorder.hears(&MODULES).await;
+        let observer = Observer::of(&deployment).await;
+        let plant = deployment.start_plant(speed, steps, seed, RUN);
+        Self { recorder, diagnosers, plant, observer, deployment }
+    }
+
+    /// Waits for the last step, ends everything, and has the recording verified.
+    async fn verify(mut self) -> Verified {
+        assert_eq!(self.plant.exit_code().await, Some(0), "{}", self.plant.log());
+        for diagnoser in self.diagnosers {
+            diagnoser.stop().await;
+        }
+        self.recorder.end().await;
+        self.observer.session.close().await.unwrap();
+        let ended = self.recorder.replay(&["--verify", "--json"]).await;
+        assert_eq!(ended.code, Some(0), "{ended:?}\n{}", self.deployment.logs());
+        let report = ended.json();
+        let count =
+            |what: &str| report[what].as_u64().unwrap_or_else(|| panic!("{what}: {report}"));
+        Verified { verdicts: count("verdicts"), divergences: count("divergences") }
+    }
+}
+
+/// How much was compared.
+#[derive(Debug)]
+struct Verified {
+    verdicts: u64,
+    divergences: u64,
+}
+
+fn with_effects() -> Schedule {
+    scenarios::single("module2/sensor/g1", Fault::Bias { offset_m: -6e-4 })
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_every_kind_of_fault() {
+    let _turn = turn::side_by_side().await;
+    for (seed, schedule) in (300..).zip(scenarios::all()) {
+        let deployment = Deployment::of_tower(&schedule);
+        let verified = Recorded::raise(deployment, "max", STEPS, seed).await.verify().await;
+        assert!(verified.verdicts > 0 && verified.divergences > 20, "{schedule:?} {verified:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn over_a_network_that_loses_packets() {
+    let _turn = turn::alone().await;
+    let Some(lab) = Lab::if_possible(900).map(Arc::new) else { return };
+    let deployment = Deployment::in_lab(&with_effects(), Arc::clone(&lab));
+    // The recorder's links too.
+    for (from, to) in Node::pairs() {
+        lab.impair(from, to, Impairment::loss(0.05));
+    }
+    let recorded = Recorded::raise(deployment, "real", ONSET + 1500, 900).await;
+    let verified = recorded.verify().await;
+    println!("over a network that loses 5 %: {verified:?}");
+    assert!(verified.verdicts > 0, "{verified:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn across_the_restart_of_a_diagnoser() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    let mut recorded = Recorded::raise(deployment, "real", ONSET + 3000, 901).await;
+    let clock = PlantClock::of(&recorded.observer).await;
+    clock.reach(RUN, ONSET + 30).await;
+    recorded.diagnosers[1].crash().await;
+    recorded.diagnosers[1] = recorded.deployment.start_diagnoser(1);
+    let verified = recorded.verify().await;
+    println!("across a restart: {verified:?}");
+    assert!(verified.verdicts > 0, "{verified:?}");
+}
