@@ -1,9 +1,11 @@
 //! Between what a diagnoser takes and gives, and messages. Both ways lose nothing that a verdict depends on: finite
 //! numbers come back as the very same bits.
 
+mod configuration;
 mod identification;
 mod input;
 
+pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
 use diagnosis::state::{self, CylinderMeans, GageMeans, WindowLength, WindowMeans};

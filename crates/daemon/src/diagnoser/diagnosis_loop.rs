@@ -318,6 +318,7 @@ impl DiagnosisLoop {
 
     fn handle(&mut self, event: Event) {
         let mut actions = std::mem::take(&mut self.actions);
+        self.performer.note_event(&event, &self.diagnoser);
         self.diagnoser.handle(event, &mut actions);
         for action in actions.drain(..) {
             self.performer.carry_out(action, &self.diagnoser);

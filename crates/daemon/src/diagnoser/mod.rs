@@ -5,6 +5,7 @@
 //! | `intake` | samples from the network, in order and without a gap where that can be had |
 //! | `inquiry` | queries and commands: of peers, operators, monitoring clients |
 //! | `diagnosis_loop` | owns the diagnoser; takes from the queues |
+//! | `inputs` | what the diagnoser takes beside samples, for recordings |
 //! | `performer` | carries out the diagnoser's actions |
 //! | `identification` | what kind of fault it is, on a thread of its own |
 //! | `peers` | whether they are there, what they answer, how long that is waited for, when they are queried again |
@@ -21,6 +22,7 @@ mod conditions;
 mod diagnosis_loop;
 mod health;
 mod identification;
+mod inputs;
 mod inquiry;
 mod intake;
 mod namesakes;
@@ -38,6 +40,7 @@ use std::time::Duration;
 
 use diagnosis::Diagnoser;
 use tokio::sync::mpsc;
+use wire::ModuleConfiguration;
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -49,17 +52,19 @@ use conditions::Conditions;
 use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
 use health::{ModuleBoard, ModuleHealth};
 use identification::{IdentificationTally, Identifier};
-use inquiry::Queryables;
+use inputs::{Register, Shelf};
+use inquiry::{Provenance, Queryables};
 use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
 use namesakes::Namesakes;
 use outgoing::{
-    Books, Drained, EventLane, IdentifiedFaults, Lanes, Outbox, ReplyLane, RoutineLane,
+    Books, Drained, EventLane, IdentifiedFaults, Lanes, Outbox, Outgoing, ReplyLane, RoutineLane,
     SharedBooks, States,
 };
 use peers::{LOOK_EVERY, PeerBook, PeerQueries, Presence, QueryPause};
 use pending_replies::PendingReplies;
 use performer::Performer;
 use service::Service;
+use shell::clock;
 use shell::exit::Failure;
 use shell::health::Listening;
 use shell::opening::open_unless;
@@ -178,7 +183,12 @@ async fn serve(
     let refused =
         |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
     let Remembered { keeper, recollection, watch_file, watch } = memory;
-    diagnoser.recall(recollection.memory(watch));
+    let memory = recollection.memory(watch);
+    let configuration = configuration(&config, &speaker)?;
+    let mut register = Register::new(speaker.clone());
+    let started = register.start(&memory, configuration.fingerprint.clone());
+    let shelf = Shelf::new(register.process());
+    diagnoser.recall(memory);
     let components = diagnoser.components().to_vec();
     let crew = Crew::new(shutdown.clone(), supervisor.pulse());
     let (writer, submission, journal) = Writer::new(keeper, watch_file);
@@ -202,13 +212,15 @@ async fn serve(
 
     let no_thread = |error| Failure::running("no thread can be started", error);
     let written = crew.thread("journal", move |_| writer.run()).map_err(no_thread)?;
-    let declaring = EventLane::declare(session, &speaker, submission, books.clone());
+    let declaring =
+        EventLane::declare(session, &speaker, submission, (books.clone(), shelf.clone()));
     let events = declaring.await.map_err(refused)?;
     events.repeat(latest);
     let routine = RoutineLane::declare(session, &speaker).await.map_err(refused)?;
     let lanes = Lanes { events, replies: ReplyLane::new(books, journal), routine };
     let (outbox, mut drained) = Outbox::open(lanes, &crew).map_err(no_thread)?;
     drained.push(written);
+    outbox.event(Outgoing::Input(Box::new(started)));
 
     let (answers, answers_out) = mpsc::channel(ANSWER_QUEUE);
     let presence = peers::watch(session, &speaker, config.peers(), &boards.peers, &answers).await;
@@ -225,7 +237,8 @@ async fn serve(
         .map_err(refused)?;
     let inquiries = Arc::new(inquiry::InquiryTally::default());
     let directory = config.state.directory.clone();
-    let declaring = Queryables::declare(session, &speaker, &outbox, (directory, &crew), &inquiries);
+    let told = (directory, Provenance { shelf, configuration }, &crew);
+    let declaring = Queryables::declare(session, &speaker, &outbox, told, &inquiries);
     let (queryables, inquiries_out) = declaring.await.map_err(refused)?;
     let (intake, samples, fetched) =
         open_intake(session, &speaker, &config).await.map_err(refused)?;
@@ -252,7 +265,7 @@ async fn serve(
         .map_err(no_thread)?;
     let performer = Performer::new(
         speaker,
-        (outbox, identifier),
+        (outbox, identifier, register),
         peers,
         PendingReplies::new(config.queries.hold()),
         QueryPause::new(config.queries.pause()),
@@ -272,6 +285,17 @@ async fn serve(
     drain(drained).await;
     tracing::info!("stopped");
     Ok(())
+}
+
+/// The setup that verdicts depend on, as it is told.
+fn configuration(
+    config: &DiagnoserConfig,
+    speaker: &Speaker,
+) -> Result<ModuleConfiguration, Failure> {
+    let (setup, software) = (config.module_setup(), env!("CARGO_PKG_VERSION"));
+    speaker
+        .configuration(&setup, software, &config.thresholds, clock::unix_ns())
+        .map_err(|error| Failure::running("the configuration cannot be told", error))
 }
 
 /// The way of the samples, and the queues at its end: those that come, those that were fetched.

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use diagnosis::{Action, Diagnoser, SampleRejection, Transition};
+use diagnosis::{Action, Diagnoser, Event, SampleRejection, Transition};
 use names::{RunId, Step};
 use shell::clock;
 use shell::occurrences::Occurrences;
-use wire::Obeyed;
+use wire::{Input, Obeyed};
 use zenoh::query::Query;
 
 use super::identification::Identifier;
+use super::inputs::Register;
 use super::inquiry;
 use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};
@@ -23,6 +24,7 @@ pub(crate) struct Performer {
     pub(crate) speaker: Speaker,
     pub(crate) outbox: Outbox,
     pub(crate) identifier: Identifier,
+    register: Register,
     pub(crate) peers: PeerQueries,
     pub(crate) pending: PendingReplies,
     pub(crate) query_pause: QueryPause,
@@ -37,7 +39,7 @@ pub(crate) struct Performer {
 impl Performer {
     pub(crate) fn new(
         speaker: Speaker,
-        (outbox, identifier): (Outbox, Identifier),
+        (outbox, identifier, register): (Outbox, Identifier, Register),
         peers: PeerQueries,
         pending: PendingReplies,
         query_pause: QueryPause,
@@ -48,6 +50,7 @@ impl Performer {
             speaker,
             outbox,
             identifier,
+            register,
             peers,
             pending,
             query_pause,
@@ -59,8 +62,16 @@ impl Performer {
         }
     }
 
+    /// Notes an event that the diagnoser is about to handle, before what comes of it.
+    pub(crate) fn note_event(&mut self, event: &Event, diagnoser: &Diagnoser) {
+        let input = self.register.event(event, diagnoser);
+        self.tell_input(input);
+    }
+
     /// Carries out one action of the diagnoser.
     pub(crate) fn carry_out(&mut self, action: Action, diagnoser: &Diagnoser) {
+        let input = self.register.action(&action, diagnoser);
+        self.tell_input(input);
         match action {
             Action::Report { run, change, evidence } => {
                 let change = self.speaker.change(run, &change, &evidence, clock::unix_ns());
@@ -115,6 +126,13 @@ impl Performer {
                 tracing::warn!(%component, %step, "channel restarted: {violation}");
             }
             Action::RunStarted(run) => tracing::info!(%run, "new run"),
+        }
+    }
+
+    /// Its number shows whether one is lost.
+    fn tell_input(&self, input: Option<Input>) {
+        if let Some(input) = input {
+            self.outbox.event(Outgoing::Input(Box::new(input)));
         }
     }
 

@@ -23,7 +23,7 @@ pub(crate) use detectors::Detectors;
 pub use gaussian::Gaussian;
 pub use reference::{
     ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, ReferenceProblem,
-    residual_settings,
+    fingerprint, residual_settings,
 };
 pub use snippet::Snippet;
 pub(crate) use track::{Departed, Finding};

@@ -141,8 +141,9 @@ pub fn residual_settings(setup: &ModuleSetup) -> String {
     fingerprint(&text)
 }
 
-/// FNV-1a: the same on every machine and in every version.
-fn fingerprint(text: &str) -> String {
+/// Distinguishes a text from others. FNV-1a: the same on every machine and in every version.
+#[must_use]
+pub fn fingerprint(text: &str) -> String {
     let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });

@@ -6,27 +6,33 @@
 //! | `state` | `{module}/state`: peers' questions, into the diagnoser's queue |
 //! | `present` | `{module}/fault/**`, `{module}/identification/**`, `{module}/phase`: what is known at present |
 //! | `history` | `{module}/history`: pages of the journal, read by a thread of its own |
+//! | `provenance` | `{module}/input`, `{module}/configuration`: what verdicts come from, told by a thread of its own |
 //! | `orders` | `{module}/command/…`: operators' orders, into the diagnoser's queue |
 
 mod history;
 mod orders;
 mod present;
+mod provenance;
 mod state;
 mod tally;
 
 pub(crate) use orders::OrderInquiry;
+pub(crate) use provenance::Provenance;
 pub(crate) use state::StateInquiry;
 pub(crate) use tally::InquiryTally;
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, TrySendError};
 
 use shell::supervision::Crew;
 use tokio::sync::mpsc;
+use wire::QuestionError;
 use zenoh::Session;
-use zenoh::query::Queryable;
+use zenoh::query::{Query, Queryable};
 
 use super::outgoing::{Outbox, Wanted};
+use crate::messages::{TOO_MANY_QUESTIONS, refuse};
 use translation::Speaker;
 
 /// Questions and orders that may wait for the diagnoser.
@@ -49,7 +55,7 @@ impl Queryables {
         session: &Session,
         speaker: &Speaker,
         outbox: &Outbox,
-        (directory, crew): (Option<PathBuf>, &Crew),
+        (directory, provenance, crew): (Option<PathBuf>, Provenance, &Crew),
         counters: &Arc<InquiryTally>,
     ) -> zenoh::Result<(Self, InquiryQueues)> {
         let (state_in, state) = mpsc::channel(QUEUE);
@@ -61,6 +67,8 @@ impl Queryables {
             queryables.push(present::declare(session, speaker, wanted, outbox, counters).await?);
         }
         queryables.push(history::declare(session, speaker, (directory, crew), counters).await?);
+        let declaring = provenance::declare(session, speaker, (provenance, crew), counters);
+        queryables.extend(declaring.await?);
         queryables.extend(orders::declare(session, speaker, &orders_in, outbox, counters).await?);
         Ok((Self(queryables), InquiryQueues { state, orders }))
     }
@@ -71,5 +79,29 @@ impl Queryables {
             queryable.undeclare().await?;
         }
         Ok(())
+    }
+}
+
+/// Puts a question into the queue of the thread that replies to it; what finds no room there or is none is refused.
+fn hand_over<Q>(
+    question: Result<Q, QuestionError>,
+    query: Query,
+    queue: &SyncSender<(Q, Query)>,
+    counters: &InquiryTally,
+) {
+    counters.received();
+    match question {
+        Ok(question) => {
+            if let Err(error) = queue.try_send((question, query)) {
+                counters.turned_away();
+                let (TrySendError::Full((_, query)) | TrySendError::Disconnected((_, query))) =
+                    error;
+                refuse(&query, TOO_MANY_QUESTIONS.to_owned());
+            }
+        }
+        Err(error) => {
+            counters.malformed();
+            refuse(&query, error.to_string());
+        }
     }
 }

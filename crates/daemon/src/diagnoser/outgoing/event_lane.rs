@@ -10,15 +10,18 @@ use std::sync::mpsc::Receiver;
 use names::{Component, RunId};
 use shell::supervision::Lane;
 use wire::{
-    Candidate, FaultSize, FaultTransition, Identification, Obeyed, PhaseChange, StateChange, Topic,
+    Candidate, FaultSize, FaultTransition, Identification, Input, Obeyed, PhaseChange, StateChange,
+    Topic,
 };
-use zenoh::bytes::Encoding;
+use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::Query;
 use zenoh::{Session, Wait};
 
+use super::audience::Audience;
 use super::books::SharedBooks;
+use crate::diagnoser::inputs::Shelf;
 use crate::diagnoser::state::{Record, Submission, Watch};
 use crate::messages::{put, reply};
 use translation::Speaker;
@@ -51,6 +54,8 @@ pub(crate) enum Outgoing {
         /// The reply.
         obeyed: Obeyed,
     },
+    /// What the diagnoser took beside samples: before everything that comes of it.
+    Input(Box<Input>),
     /// How far the module has watched: for the disk, after all before it.
     Watched(Watch),
 }
@@ -66,6 +71,7 @@ impl Outgoing {
             Outgoing::Change(_)
             | Outgoing::Phase(_)
             | Outgoing::Obeyed { .. }
+            | Outgoing::Input(_)
             | Outgoing::Watched(_) => None,
         }
     }
@@ -84,6 +90,14 @@ pub(crate) struct EventLane {
     publishers: Vec<(Component, ComponentPublishers)>,
     changes: Publisher<'static>,
     phases: Publisher<'static>,
+    inputs: InputPublisher,
+}
+
+/// Publishes inputs to whoever subscribes, and keeps them for whoever asks.
+struct InputPublisher {
+    publisher: Publisher<'static>,
+    audience: Audience,
+    shelf: Shelf,
 }
 
 impl EventLane {
@@ -92,7 +106,7 @@ impl EventLane {
         session: &Session,
         speaker: &Speaker,
         journal: Submission,
-        books: SharedBooks,
+        (books, shelf): (SharedBooks, Shelf),
     ) -> zenoh::Result<Self> {
         let mut publishers = Vec::new();
         let components: Vec<Component> = books.lock().states.components().cloned().collect();
@@ -111,6 +125,7 @@ impl EventLane {
             publishers,
             changes: publisher(session, speaker.key(Topic::Change)).await?,
             phases: publisher(session, speaker.key(Topic::Phase)).await?,
+            inputs: InputPublisher::declare(session, speaker, shelf).await?,
         })
     }
 
@@ -172,6 +187,7 @@ impl EventLane {
             Outgoing::Settled { .. } | Outgoing::Watched(_) => {}
             Outgoing::Phase(change) => self.phase(*change),
             Outgoing::Obeyed { query, obeyed } => reply(&query, &obeyed),
+            Outgoing::Input(input) => self.inputs.tell(&input),
         }
     }
 
@@ -198,6 +214,29 @@ impl EventLane {
     fn publishers_of(&self, component: &Component) -> Option<&ComponentPublishers> {
         let of_component = self.publishers.iter().find(|(known, _)| known == component);
         of_component.map(|(_, publishers)| publishers)
+    }
+}
+
+impl InputPublisher {
+    /// One that the network does not take at once is not waited for: its number shows that it is missing, and it can be
+    /// asked for.
+    async fn declare(session: &Session, speaker: &Speaker, shelf: Shelf) -> zenoh::Result<Self> {
+        let publisher = session
+            .declare_publisher(speaker.key(Topic::Input))
+            .encoding(Encoding::APPLICATION_JSON)
+            .congestion_control(CongestionControl::Drop)
+            .priority(Priority::RealTime)
+            .await?;
+        let audience = Audience::of(&publisher).await?;
+        Ok(Self { publisher, audience, shelf })
+    }
+
+    fn tell(&self, input: &Input) {
+        put(input, |bytes| {
+            let bytes = ZBytes::from(bytes);
+            self.shelf.keep(input.number, bytes.clone());
+            if self.audience.is_there() { self.publisher.put(bytes).wait() } else { Ok(()) }
+        });
     }
 }
 

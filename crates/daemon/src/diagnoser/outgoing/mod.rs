@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `outbox` | takes what is to go out; never waits |
-//! | `event_lane` | what must not be lost: into the journal, onto the network |
+//! | `event_lane` | what must not be lost: into the journal, onto the network; what the diagnoser took |
 //! | `routine_lane` | what is superseded soon, answers to peers |
 //! | `reply_lane` | replies to those who ask what is known at present |
 //! | `books` | what is known at present: `states` of components, `identified_faults`, the phase |

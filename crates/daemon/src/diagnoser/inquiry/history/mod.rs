@@ -25,8 +25,8 @@ use zenoh::{Session, Wait};
 
 use reading::Reading;
 
-use super::InquiryTally;
-use crate::messages::{TOO_MANY_QUESTIONS, put, refuse};
+use super::{InquiryTally, hand_over};
+use crate::messages::{put, refuse};
 use translation::Speaker;
 
 /// Questions that may wait.
@@ -43,28 +43,11 @@ pub(super) async fn declare(
     session
         .declare_queryable(speaker.key(Topic::History))
         .complete(true)
-        .callback(move |query| take(query, &queue, &counters))
+        .callback(move |query| {
+            let question = HistoryQuestion::from_parameters(query.parameters().as_str());
+            hand_over(question, query, &queue, &counters);
+        })
         .await
-}
-
-fn take(query: Query, queue: &SyncSender<(HistoryQuestion, Query)>, counters: &InquiryTally) {
-    counters.received();
-    match HistoryQuestion::from_parameters(query.parameters().as_str()) {
-        Ok(question) => {
-            if let Err(error) = queue.try_send((question, query)) {
-                counters.turned_away();
-                let (_, query) = match error {
-                    std::sync::mpsc::TrySendError::Full(back)
-                    | std::sync::mpsc::TrySendError::Disconnected(back) => back,
-                };
-                refuse(&query, TOO_MANY_QUESTIONS.to_owned());
-            }
-        }
-        Err(error) => {
-            counters.malformed();
-            refuse(&query, error.to_string());
-        }
-    }
 }
 
 /// Starts the thread; it ends when every sender is gone.

@@ -1,0 +1,112 @@
+//! What verdicts come from: the diagnoser's inputs and its configuration, told to whoever records them, by a thread of
+//! their own. Thousands of inputs may be asked for at once.
+
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, sync_channel};
+
+use shell::clock;
+use shell::supervision::Crew;
+use wire::{InputQuestion, ModuleConfiguration, QuestionError, Topic};
+use zenoh::bytes::Encoding;
+use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait};
+
+use super::{InquiryTally, hand_over};
+use crate::diagnoser::inputs::Shelf;
+use crate::messages::put;
+use translation::Speaker;
+
+/// Questions that may wait.
+const MAX_WAITING: usize = 16;
+
+/// What is told.
+#[derive(Debug)]
+pub(crate) struct Provenance {
+    /// The inputs.
+    pub(crate) shelf: Shelf,
+    /// The configuration.
+    pub(crate) configuration: ModuleConfiguration,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy)]
+enum Wanted {
+    Inputs(InputQuestion),
+    Configuration,
+}
+
+pub(super) async fn declare(
+    session: &Session,
+    speaker: &Speaker,
+    (provenance, crew): (Provenance, &Crew),
+    counters: &Arc<InquiryTally>,
+) -> zenoh::Result<[Queryable<()>; 2]> {
+    let inputs = |text: &str| InputQuestion::from_parameters(text).map(Wanted::Inputs);
+    let configuration = |_: &str| Ok(Wanted::Configuration);
+    let queue = provenance.teller(speaker, Arc::clone(counters), crew)?;
+    Ok([
+        queryable(session, speaker.key(Topic::Input), inputs, &queue, counters).await?,
+        queryable(session, speaker.key(Topic::Configuration), configuration, &queue, counters)
+            .await?,
+    ])
+}
+
+async fn queryable(
+    session: &Session,
+    key: String,
+    read: fn(&str) -> Result<Wanted, QuestionError>,
+    queue: &SyncSender<(Wanted, Query)>,
+    counters: &Arc<InquiryTally>,
+) -> zenoh::Result<Queryable<()>> {
+    let (queue, counters) = (queue.clone(), Arc::clone(counters));
+    session
+        .declare_queryable(key)
+        .complete(true)
+        .callback(move |query| {
+            let question = read(query.parameters().as_str());
+            hand_over(question, query, &queue, &counters);
+        })
+        .await
+}
+
+impl Provenance {
+    /// Starts the thread; it ends when every sender is gone.
+    fn teller(
+        self,
+        speaker: &Speaker,
+        counters: Arc<InquiryTally>,
+        crew: &Crew,
+    ) -> std::io::Result<SyncSender<(Wanted, Query)>> {
+        let (queue, out) = sync_channel(MAX_WAITING);
+        // Their own keys, for queries to every module at once.
+        let keys = [Topic::Input, Topic::Configuration].map(|topic| speaker.key(topic));
+        crew.thread("provenance", move |lane| {
+            while let Ok((wanted, query)) = out.recv() {
+                lane.begin();
+                counters.answered();
+                match wanted {
+                    Wanted::Inputs(question) => self.tell_inputs(question, &query, &keys[0]),
+                    Wanted::Configuration => self.tell_configuration(&query, &keys[1]),
+                }
+                lane.rest();
+            }
+        })?;
+        Ok(queue)
+    }
+
+    fn tell_inputs(&self, question: InputQuestion, query: &Query, key: &str) {
+        for input in self.shelf.asked(question) {
+            let reply = query.reply(key, input).encoding(Encoding::APPLICATION_JSON);
+            if let Err(error) = reply.wait() {
+                tracing::debug!("input not told again: {error}");
+                return;
+            }
+        }
+    }
+
+    fn tell_configuration(&self, query: &Query, key: &str) {
+        let time_unix_ns = clock::unix_ns();
+        let message = ModuleConfiguration { time_unix_ns, ..self.configuration.clone() };
+        put(&message, |bytes| query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait());
+    }
+}
