@@ -2,7 +2,7 @@
 //!
 //! A diagnoser depends on nothing but its configuration ([`crate::ModuleConfiguration`]), its samples and these. They
 //! are numbered without a gap since the start of its process. Who missed some queries `input?process=&from=&to=`; the
-//! latest are kept, and the first for good.
+//! latest are kept, and the first for good. All replies have the same key: ask for them without consolidation.
 
 use names::{ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;

@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 
 use serde_json::{Value, json};
 use wire::catalogue::{Entry, Travels, catalogue};
-use wire::{FaultState, FaultTransition, Injection, Key, ModulePhase, PhaseChange, decode};
+use wire::{
+    FaultState, FaultTransition, Injection, Input, Key, ModulePhase, PhaseChange, Taken, decode,
+};
 
 const LATER: &str = "a_word_of_a_later_version";
 
@@ -94,6 +96,7 @@ fn a_message_with_a_later_word_is_taken() {
         "fault-transition/condition/agreement",
         "fault-transition/order/order",
         "history-page/transitions/0/state",
+        "input/taken/input",
         "module-status/phase",
         "module-status/peers/0/latest",
         "obeyed/state",
@@ -171,4 +174,15 @@ fn the_schemas_take_the_words_that_the_programs_take() {
         assert!(takes.iter().all(|one| one["description"].is_string()), "{name}: {schema:#}");
         assert!(takes.iter().all(|one| one["const"] != "other"), "{name}: {schema:#}");
     }
+}
+
+#[test]
+fn an_input_of_a_later_version_is_none_of_this_one() {
+    let entry = for_readers().find(|entry| entry.name == "input").unwrap();
+    let mut message = example(&entry);
+    message["taken"]["input"] = json!(LATER);
+    message["taken"]["more"] = json!({"of": [1, 2.5, null]});
+    message["besides"] = json!(LATER);
+    let input: Input = decode(message.to_string().as_bytes()).unwrap();
+    assert_eq!((input.taken, input.number), (Taken::Other, 7));
 }

@@ -6,6 +6,8 @@
 //! | `register` | numbers the inputs, each with the sample after which it was taken |
 //! | `shelf` | keeps the first and the latest of them as they were published |
 
+#[cfg(test)]
+mod agreement;
 mod register;
 mod shelf;
 
