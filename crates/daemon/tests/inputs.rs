@@ -1,4 +1,4 @@
-//! What a diagnoser takes beside samples is published, numbered without a gap, and told again; so is its setup, with which
+//! What a diagnoser takes beside samples is published, numbered without a gap, and given again; so is its setup, with which
 //! another diagnoser computes the very same divergences.
 #![expect(
     clippy::unwrap_used,
@@ -56,9 +56,9 @@ async fn replies<M: wire::Message>(session: &Session, question: &str) -> Vec<(St
 }
 
 async fn inputs(session: &Session, parameters: &str) -> Vec<Input> {
-    let told = replies(session, &format!("trusswatch/*/*/input?{parameters}")).await;
-    assert!(told.iter().all(|(key, _)| key == INPUTS));
-    told.into_iter().map(|(_, input)| input).collect()
+    let given = replies(session, &format!("trusswatch/*/*/input?{parameters}")).await;
+    assert!(given.iter().all(|(key, _)| key == INPUTS));
+    given.into_iter().map(|(_, input)| input).collect()
 }
 
 async fn order(session: &Session) {
@@ -86,7 +86,7 @@ async fn first(session: &Session, inputs: &Inputs) -> Input {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn inputs_are_published_and_told_again() {
+async fn inputs_are_published_and_given_again() {
     let rig = Rig::new("small/plant.toml", &SMALL, &PlantFlags::default());
     let lower = rig.start_diagnoser(0);
     let observer = rig.observer().await;
@@ -105,25 +105,25 @@ async fn inputs_are_published_and_told_again() {
     order(&observer).await;
     seen.push(next(&subscriber).await);
 
-    let told = inputs(&observer, "").await;
+    let given = inputs(&observer, "").await;
     let number = |input: &Input| input.number;
     assert_eq!(
-        told.iter().map(number).collect::<Vec<_>>(),
-        (1..=told.len() as u64).collect::<Vec<_>>()
+        given.iter().map(number).collect::<Vec<_>>(),
+        (1..=given.len() as u64).collect::<Vec<_>>()
     );
-    assert_eq!(told[told.len() - seen.len()..], seen);
-    let Taken::Started { configuration, .. } = &told[0].taken else { panic!("{:?}", told[0]) };
-    let [.., began, gap, ordered] = &told[..] else { panic!("{told:?}") };
+    assert_eq!(given[given.len() - seen.len()..], seen);
+    let Taken::Started { configuration, .. } = &given[0].taken else { panic!("{:?}", given[0]) };
+    let [.., began, gap, ordered] = &given[..] else { panic!("{given:?}") };
     assert_eq!(began.taken, Taken::RunBegan { run: RunId(3), step: Step(5) });
     assert_eq!((began.samples, began.run, began.step), (0, None, None));
     assert_eq!(gap.taken, Taken::Gap { from: Step(8), missing: 3 });
     assert_eq!((gap.samples, gap.run, gap.step), (3, Some(RunId(3)), Some(Step(7))));
     assert!(matches!(ordered.taken, Taken::Ordered { .. }) && ordered.samples >= 4, "{ordered:?}");
 
-    let (process, latest) = (told[0].process, ordered.number);
+    let (process, latest) = (given[0].process, ordered.number);
     let some =
         inputs(&observer, &format!("process={process};from={};to={latest}", latest - 1)).await;
-    assert_eq!(some, told[told.len() - 2..]);
+    assert_eq!(some, given[given.len() - 2..]);
     assert_eq!(inputs(&observer, "process=1").await, []);
 
     let answer = replies::<ModuleConfiguration>(&observer, CONFIGURATION).await;
@@ -152,7 +152,7 @@ fn course(setup: ModuleSetup, samples: &[Sample]) -> Vec<u64> {
 }
 
 #[test]
-fn with_the_setup_that_is_told_the_divergences_are_the_same_bit_for_bit() {
+fn with_the_setup_that_is_given_the_divergences_are_the_same_bit_for_bit() {
     let plant = Rig::new("plant.toml", &["module1.toml", "module2.toml"], &PlantFlags::default());
     let mut plant = plant.plant.make_plant().unwrap();
     let signals: Vec<_> = (0..2700).map(|_| plant.advance().clone()).collect();

@@ -78,7 +78,7 @@ fn length(words: Option<String>) -> Option<diagnosis::state::WindowLength> {
 }
 
 impl Speaker {
-    /// What its diagnoser was told of an earlier process.
+    /// What its diagnoser recalled of an earlier process.
     #[must_use]
     pub fn remembered(&self, memory: &Memory) -> Remembered {
         let Memory { sequence, latest, watch } = memory.clone();
@@ -92,7 +92,7 @@ impl Speaker {
     }
 }
 
-/// What a diagnoser is to be told of an earlier process.
+/// What a diagnoser is to recall of an earlier process.
 #[must_use]
 pub fn to_memory(remembered: Remembered) -> Memory {
     let Remembered { sequence, latest, watch } = remembered;

@@ -25,7 +25,7 @@ pub struct ModuleConfiguration {
     /// Everything that a verdict depends on: the description of the module's part of the structure, hydraulics, noise,
     /// the settings of detection and isolation, thresholds, peers, the reference. Its form is that of `diagnosis`.
     pub setup: Value,
-    /// When this was told \[ns since 1970\].
+    /// When this was sent \[ns since 1970\].
     pub time_unix_ns: u64,
 }
 

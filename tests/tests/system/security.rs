@@ -28,6 +28,10 @@ const TRUE_FAULT: &str = "trusswatch/tower/module1/fault/sensor/g2";
 const VICTIM: &str = "trusswatch/tower/module1/fault/sensor/g7";
 /// The key that its journal is queried on.
 const HISTORY: &str = "trusswatch/tower/module1/history";
+/// What its diagnoser took beside samples.
+const INPUT: &str = "trusswatch/tower/module1/input";
+/// What that was set up with.
+const CONFIGURATION: &str = "trusswatch/tower/module1/configuration";
 /// Another one.
 const SAMPLE: &str = "trusswatch/tower/module1/sample";
 /// A key of the plant's own.
@@ -56,6 +60,7 @@ async fn the_router_admits_exactly_what_access_control_permits() {
     answering(&stand, &observer, &mut table).await;
     commanding(&stand, &mut table).await;
     history(&stand, &mut table).await;
+    provenance(&stand, &mut table).await;
 
     judge(stand, &table).await;
 }
@@ -78,6 +83,7 @@ async fn routers_in_a_row_pass_on_what_their_side_may_say() {
         answering(&stand, &observer, &mut table).await;
         commanding(&stand, &mut table).await;
         history(&stand, &mut table).await;
+        provenance(&stand, &mut table).await;
         other_side(&stand, &observer, &letters, &mut table).await;
         println!("{routers} routers");
         judge(stand, &table).await;
@@ -433,4 +439,23 @@ async fn history(stand: &Stand, table: &mut Table) {
     table.allowed("an observer who comes late getting the history", complete);
     let forged = pages.iter().any(|(_, text)| text.contains("history by module 2"));
     table.forbidden("module 2 forging module 1's history", forged, trace);
+}
+
+/// What a recording needs beside what is published.
+async fn provenance(stand: &Stand, table: &mut Table) {
+    let second = stand.session("module2").await;
+    letters::answer(&second, INPUT, INPUT, "inputs by module 2").await;
+    let trace = stand.trace(&["refused Declare Queryable", INPUT, "module2.tower"]).await;
+
+    let observer = stand.session("observer.wall").await;
+    let letters = Letters::to(&observer).await;
+    letters.wait(TRUE_FAULT, "\"acknowledged\"").await;
+    let inputs = answers(&observer, INPUT).await;
+    let complete = hold(&inputs, INPUT, "\"started\"") && hold(&inputs, INPUT, "\"ordered\"");
+    table.allowed("an observer getting what a diagnoser took", complete);
+    let configuration = answers(&observer, CONFIGURATION).await;
+    let complete = hold(&configuration, CONFIGURATION, "\"setup\"");
+    table.allowed("an observer getting the configuration of a diagnoser", complete);
+    let forged = inputs.iter().any(|(_, text)| text.contains("inputs by module 2"));
+    table.forbidden("module 2 forging module 1's inputs", forged, trace);
 }

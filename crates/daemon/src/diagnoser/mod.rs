@@ -237,8 +237,8 @@ async fn serve(
         .map_err(refused)?;
     let inquiries = Arc::new(inquiry::InquiryTally::default());
     let directory = config.state.directory.clone();
-    let told = (directory, Provenance { shelf, configuration }, &crew);
-    let declaring = Queryables::declare(session, &speaker, &outbox, told, &inquiries);
+    let given = (directory, Provenance { shelf, configuration }, &crew);
+    let declaring = Queryables::declare(session, &speaker, &outbox, given, &inquiries);
     let (queryables, inquiries_out) = declaring.await.map_err(refused)?;
     let (intake, samples, fetched) =
         open_intake(session, &speaker, &config).await.map_err(refused)?;
@@ -287,7 +287,7 @@ async fn serve(
     Ok(())
 }
 
-/// The setup that verdicts depend on, as it is told.
+/// The setup that verdicts depend on, as it is given to who asks.
 fn configuration(
     config: &DiagnoserConfig,
     speaker: &Speaker,
@@ -295,7 +295,7 @@ fn configuration(
     let (setup, software) = (config.module_setup(), env!("CARGO_PKG_VERSION"));
     speaker
         .configuration(&setup, software, &config.thresholds, clock::unix_ns())
-        .map_err(|error| Failure::running("the configuration cannot be told", error))
+        .map_err(|error| Failure::running("the configuration cannot be written as JSON", error))
 }
 
 /// The way of the samples, and the queues at its end: those that come, those that were fetched.

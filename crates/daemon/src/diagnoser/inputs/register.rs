@@ -32,7 +32,7 @@ impl Register {
         Self { speaker, process, number: 0, position }
     }
 
-    /// When the process started \[ns since 1970\]: by this its inputs are told from those of others.
+    /// When the process started \[ns since 1970\]: this distinguishes its inputs from those of others.
     pub(crate) fn process(&self) -> u64 {
         self.process
     }

@@ -6,7 +6,7 @@
 //! | `state` | `{module}/state`: peers' questions, into the diagnoser's queue |
 //! | `present` | `{module}/fault/**`, `{module}/identification/**`, `{module}/phase`: what is known at present |
 //! | `history` | `{module}/history`: pages of the journal, read by a thread of its own |
-//! | `provenance` | `{module}/input`, `{module}/configuration`: what verdicts come from, told by a thread of its own |
+//! | `provenance` | `{module}/input`, `{module}/configuration`: what verdicts come from, given by a thread of its own |
 //! | `orders` | `{module}/command/…`: operators' orders, into the diagnoser's queue |
 
 mod history;

@@ -1,4 +1,4 @@
-//! What verdicts come from: the diagnoser's inputs and its configuration, told to whoever records them, by a thread of
+//! What verdicts come from: the diagnoser's inputs and its configuration, given to whoever records them by a thread of
 //! their own. Thousands of inputs may be asked for at once.
 
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use translation::Speaker;
 /// Questions that may wait.
 const MAX_WAITING: usize = 16;
 
-/// What is told.
+/// What is given.
 #[derive(Debug)]
 pub(crate) struct Provenance {
     /// The inputs.
@@ -43,7 +43,7 @@ pub(super) async fn declare(
 ) -> zenoh::Result<[Queryable<()>; 2]> {
     let inputs = |text: &str| InputQuestion::from_parameters(text).map(Wanted::Inputs);
     let configuration = |_: &str| Ok(Wanted::Configuration);
-    let queue = provenance.teller(speaker, Arc::clone(counters), crew)?;
+    let queue = provenance.giver(speaker, Arc::clone(counters), crew)?;
     Ok([
         queryable(session, speaker.key(Topic::Input), inputs, &queue, counters).await?,
         queryable(session, speaker.key(Topic::Configuration), configuration, &queue, counters)
@@ -71,7 +71,7 @@ async fn queryable(
 
 impl Provenance {
     /// Starts the thread; it ends when every sender is gone.
-    fn teller(
+    fn giver(
         self,
         speaker: &Speaker,
         counters: Arc<InquiryTally>,
@@ -85,8 +85,8 @@ impl Provenance {
                 lane.begin();
                 counters.answered();
                 match wanted {
-                    Wanted::Inputs(question) => self.tell_inputs(question, &query, &keys[0]),
-                    Wanted::Configuration => self.tell_configuration(&query, &keys[1]),
+                    Wanted::Inputs(question) => self.give_inputs(question, &query, &keys[0]),
+                    Wanted::Configuration => self.give_configuration(&query, &keys[1]),
                 }
                 lane.rest();
             }
@@ -94,17 +94,17 @@ impl Provenance {
         Ok(queue)
     }
 
-    fn tell_inputs(&self, question: InputQuestion, query: &Query, key: &str) {
+    fn give_inputs(&self, question: InputQuestion, query: &Query, key: &str) {
         for input in self.shelf.asked(question) {
             let reply = query.reply(key, input).encoding(Encoding::APPLICATION_JSON);
             if let Err(error) = reply.wait() {
-                tracing::debug!("input not told again: {error}");
+                tracing::debug!("input not given again: {error}");
                 return;
             }
         }
     }
 
-    fn tell_configuration(&self, query: &Query, key: &str) {
+    fn give_configuration(&self, query: &Query, key: &str) {
         let time_unix_ns = clock::unix_ns();
         let message = ModuleConfiguration { time_unix_ns, ..self.configuration.clone() };
         put(&message, |bytes| query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait());
