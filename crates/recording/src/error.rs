@@ -1,6 +1,7 @@
 //! What can go wrong with a recording.
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 /// A recording that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -20,4 +21,16 @@ pub struct ReadError {
     pub file: PathBuf,
     /// Why.
     pub problem: String,
+}
+
+impl WriteError {
+    pub(crate) fn of(file: &Path, problem: &impl Display) -> Self {
+        Self { file: file.into(), problem: problem.to_string() }
+    }
+}
+
+impl ReadError {
+    pub(crate) fn of(file: &Path, problem: &impl Display) -> Self {
+        Self { file: file.into(), problem: problem.to_string() }
+    }
 }

@@ -1,26 +1,42 @@
 //! Recordings of what was published, as MCAP files.
 //!
 //! Each key is a topic, each payload is kept verbatim as JSON with its schema; `log_time` and `publish_time` are the
-//! message's own time, `sequence` is its step.
+//! message's own time, `sequence` is its step. Beside them stand two kinds of messages of the recorder's own:
+//! divergences once more as objects keyed by component ([`by_component`]), which viewers plot by name, and what the
+//! recorder lost ([`Loss`]).
+//!
+//! | file | what |
+//! |---|---|
+//! | `recorded` | a message with its time and step |
+//! | `channels` | the schema of each topic |
+//! | `divergence`, `loss` | the recorder's own messages |
+//! | `writer` | one file |
+//! | `files` | one file after another, with a limit on all of them (`quota`) |
+//! | `records` | a file, record by record, finished or not |
+//! | `reader` | its messages |
+//! | `recovery` | what can be read of a damaged file, as a finished one |
 
 mod channels;
+mod divergence;
 mod error;
+mod files;
+mod loss;
+mod quota;
 mod reader;
+mod recorded;
+mod records;
+mod recovery;
+#[cfg(test)]
+mod testing;
+mod unpacking;
 mod writer;
 
+pub use divergence::by_component;
 pub use error::{ReadError, WriteError};
-pub use reader::Recording;
-pub use writer::Writer;
-
-/// A recorded message.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Recorded {
-    /// The key that it was published on.
-    pub topic: String,
-    /// Its own time \[ns since 1970\].
-    pub time_unix_ns: u64,
-    /// Its step; 0 if it has none. Of a step beyond 2³² the lower half.
-    pub sequence: u32,
-    /// Its bytes as they were published.
-    pub payload: Vec<u8>,
-}
+pub use files::{Files, Limits};
+pub use loss::Loss;
+pub use reader::{Messages, Recording};
+pub use recorded::Recorded;
+pub use records::Ending;
+pub use recovery::{Recovered, RecoveryError, recover};
+pub use writer::{Metadata, Writer};

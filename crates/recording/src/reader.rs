@@ -1,51 +1,112 @@
 //! Reads a recording.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mcap::MessageStream;
-use mcap::read::Options;
+use mcap::records::{MessageHeader, Record};
 
-use crate::{ReadError, Recorded};
+use crate::records::Records;
+use crate::{Ending, Metadata, ReadError, Recorded};
 
-/// A recording in memory.
+/// A recording, finished or not. It is read chunk by chunk: it may be longer than the memory.
 #[derive(Debug)]
 pub struct Recording {
     file: PathBuf,
-    bytes: Vec<u8>,
+}
+
+/// The messages of a recording in the order in which they were written.
+pub struct Messages<'a> {
+    file: &'a Path,
+    records: Records,
+    topics: BTreeMap<u16, String>,
 }
 
 impl Recording {
     /// Opens a file; one that was not finished too.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// It cannot be read, or is no MCAP file.
     pub fn open(file: &Path) -> Result<Self, ReadError> {
-        let bytes = std::fs::read(file)
-            .map_err(|error| ReadError { file: file.into(), problem: error.to_string() })?;
-        Ok(Self { file: file.into(), bytes })
+        Records::open(file).map_err(|error| ReadError::of(file, &error))?;
+        Ok(Self { file: file.into() })
     }
 
-    /// Its messages in the order in which they were written.
+    /// Its messages in the order in which they were written. One that ends within a chunk, since the recorder was
+    /// killed, ends there without an error; [`Messages::ending`] tells.
     ///
     /// # Errors
-    /// It is no recording; each message that cannot be read.
-    pub fn messages(
-        &self,
-    ) -> Result<impl Iterator<Item = Result<Recorded, ReadError>> + '_, ReadError> {
-        let wrong = |error: mcap::McapError| ReadError {
-            file: self.file.clone(),
-            problem: error.to_string(),
-        };
-        let messages = MessageStream::new_with_options(&self.bytes, Options::IgnoreEndMagic.into())
-            .map_err(wrong)?;
-        Ok(messages.map(move |message| {
-            let message = message.map_err(wrong)?;
-            Ok(Recorded {
-                topic: message.channel.topic.clone(),
-                time_unix_ns: message.log_time,
-                sequence: message.sequence,
-                payload: message.data.into_owned(),
-            })
-        }))
+    /// It cannot be read any more. Of the iterator: each chunk or record that is damaged; those after it come all the
+    /// same.
+    pub fn messages(&self) -> Result<Messages<'_>, ReadError> {
+        let records = self.records()?;
+        Ok(Messages { file: &self.file, records, topics: BTreeMap::new() })
+    }
+
+    /// What is said about it, in the order in which it was written. Of several of one name, the last counts.
+    ///
+    /// # Errors
+    /// It cannot be read any more.
+    pub fn metadata(&self) -> Result<Vec<Metadata>, ReadError> {
+        let records = self.records()?.skipping_chunks();
+        let metadata = records.filter_map(|record| match record {
+            Ok(Record::Metadata(found)) => {
+                Some(Metadata { name: found.name, values: found.metadata })
+            }
+            _ => None,
+        });
+        Ok(metadata.collect())
+    }
+
+    fn records(&self) -> Result<Records, ReadError> {
+        Records::open(&self.file).map_err(|error| ReadError::of(&self.file, &error))
+    }
+}
+
+impl Messages<'_> {
+    /// How the file ends; `None` before the last message has been read.
+    #[must_use]
+    pub fn ending(&self) -> Option<Ending> {
+        self.records.ending()
+    }
+
+    fn message(&self, header: &MessageHeader, payload: Vec<u8>) -> Result<Recorded, ReadError> {
+        let MessageHeader { channel_id, sequence, log_time, .. } = *header;
+        let topic = self.topics.get(&channel_id).cloned().ok_or_else(|| {
+            let problem = format!("a message of channel {channel_id}, which is not described");
+            ReadError { file: self.file.into(), problem }
+        })?;
+        Ok(Recorded { topic, time_unix_ns: log_time, sequence, payload })
+    }
+
+    fn of_record(&mut self, record: Record<'static>) -> Option<Result<Recorded, ReadError>> {
+        match record {
+            Record::Channel(channel) => {
+                self.topics.insert(channel.id, channel.topic);
+                None
+            }
+            Record::Message { header, data } => Some(self.message(&header, data.into_owned())),
+            // A recorder writes none: what it was before it was damaged is not known.
+            Record::Unknown { opcode, .. } => {
+                let problem = format!("a record of unknown kind {opcode:#04x}");
+                Some(Err(ReadError { file: self.file.into(), problem }))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl Iterator for Messages<'_> {
+    type Item = Result<Recorded, ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let found = match self.records.next()? {
+                Ok(record) => self.of_record(record),
+                Err(damage) => Some(Err(ReadError::of(self.file, &damage))),
+            };
+            if found.is_some() {
+                return found;
+            }
+        }
     }
 }

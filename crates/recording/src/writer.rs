@@ -1,8 +1,8 @@
 //! Writes a recording.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufWriter;
+use std::fs::{File, TryLockError};
+use std::io::{BufWriter, Seek};
 use std::path::{Path, PathBuf};
 
 use mcap::records::MessageHeader;
@@ -11,24 +11,66 @@ use mcap::{McapError, WriteOptions};
 use crate::channels::schema_of;
 use crate::{Recorded, WriteError};
 
+/// A chunk is ended by the first message that would begin beyond this; with one of the longest samples it still is at
+/// most 1 MiB \[bytes\].
+const CHUNK: u64 = 1024 * 1024 - 64 * 1024;
+/// What the messages of a file mean, in its header.
+pub(crate) const PROFILE: &str = "trusswatch";
+/// Of zstd: more would cost more processor time than it saves room.
+const LEVEL: u32 = 1;
+
 /// A recording being written.
+///
+/// A chunk is kept in memory until it is complete and then written as a whole, so that a file that was not finished is
+/// torn at its end at most.
 pub struct Writer {
     file: PathBuf,
     out: mcap::Writer<BufWriter<File>>,
+    disk: File,
     channels: BTreeMap<String, u16>,
 }
 
+/// Something about a recording, in words.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Metadata {
+    /// What it is about.
+    pub name: String,
+    /// What there is to say, by name.
+    pub values: BTreeMap<String, String>,
+}
+
 impl Writer {
-    /// Begins a file.
+    /// Begins a file, which nobody else's recorder deletes as long as it is being written.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// It exists or cannot be written.
     pub fn create(file: &Path) -> Result<Self, WriteError> {
-        let wrong = |problem: String| WriteError { file: file.into(), problem };
-        let out = File::create_new(file).map_err(|error| wrong(error.to_string()))?;
-        let options = WriteOptions::new().profile("trusswatch").library("trusswatch");
-        let out = options.create(BufWriter::new(out)).map_err(|error| wrong(error.to_string()))?;
-        Ok(Self { file: file.into(), out, channels: BTreeMap::new() })
+        let begun = Self::begin(file);
+        let (out, disk) = begun.map_err(|error| WriteError::of(file, &error))?;
+        Ok(Self { file: file.into(), out, disk, channels: BTreeMap::new() })
+    }
+
+    fn begin(file: &Path) -> Result<(mcap::Writer<BufWriter<File>>, File), McapError> {
+        let out = File::create_new(file)?;
+        Self::head(out).inspect_err(|_| {
+            // One on a disk without room for its first bytes is of no use.
+            let _ = std::fs::remove_file(file);
+        })
+    }
+
+    fn head(out: File) -> Result<(mcap::Writer<BufWriter<File>>, File), McapError> {
+        match out.try_lock() {
+            // A file system without locks.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+            Err(error @ TryLockError::WouldBlock) => return Err(std::io::Error::from(error).into()),
+        }
+        let disk = out.try_clone()?;
+        let options = options().profile(PROFILE).library(library());
+        let mut out = options.create(BufWriter::new(out))?;
+        // From now on it opens, whenever the process is killed.
+        out.flush()?;
+        disk.sync_data()?;
+        Ok((out, disk))
     }
 
     /// Writes a message.
@@ -39,29 +81,58 @@ impl Writer {
         self.try_write(message).map_err(|error| self.wrong(&error))
     }
 
+    /// Writes something about the recording.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn note(&mut self, metadata: Metadata) -> Result<(), WriteError> {
+        let Metadata { name, values } = metadata;
+        let record = mcap::records::Metadata { name, metadata: values };
+        self.out.write_metadata(&record).map_err(|error| self.wrong(&error))
+    }
+
+    /// Everything written so far is on the disk afterwards.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn sync(&mut self) -> Result<(), WriteError> {
+        let flushed = self.out.flush();
+        let synced = flushed.and_then(|()| Ok(self.disk.sync_data()?));
+        synced.map_err(|error| self.wrong(&error))
+    }
+
+    /// Length of the file so far, without what is still in memory \[bytes\].
+    ///
+    /// # Errors
+    /// The system does not say.
+    pub fn written(&mut self) -> Result<u64, WriteError> {
+        let position = self.disk.stream_position();
+        position.map_err(|error| self.wrong(&error.into()))
+    }
+
     /// Ends the file.
     ///
     /// # Errors
     /// It cannot be written.
     pub fn finish(mut self) -> Result<(), WriteError> {
-        self.out.finish().map(drop).map_err(|error| self.wrong(&error))
+        let finished = self.out.finish().and_then(|_| Ok(self.disk.sync_all()?));
+        finished.map_err(|error| WriteError::of(&self.file, &error))
+    }
+
+    /// Its file.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
     }
 
     fn wrong(&self, error: &McapError) -> WriteError {
-        WriteError { file: self.file.clone(), problem: error.to_string() }
+        WriteError::of(&self.file, error)
     }
 
     fn try_write(&mut self, message: &Recorded) -> Result<(), McapError> {
-        let known = self.channels.get(&message.topic).copied();
-        let channel_id = match known {
-            Some(id) => id,
-            None => {
-                let (name, text) = schema_of(&message.topic);
-                let schema = self.out.add_schema(&name, "jsonschema", text.as_bytes())?;
-                let id = self.out.add_channel(schema, &message.topic, "json", &BTreeMap::new())?;
-                self.channels.insert(message.topic.clone(), id);
-                id
-            }
+        let channel_id = match self.channels.get(&message.topic) {
+            Some(id) => *id,
+            None => self.add_channel(&message.topic)?,
         };
         let header = MessageHeader {
             channel_id,
@@ -71,4 +142,26 @@ impl Writer {
         };
         self.out.write_to_known_channel(&header, &message.payload)
     }
+
+    fn add_channel(&mut self, topic: &str) -> Result<u16, McapError> {
+        let (name, text) = schema_of(topic);
+        let schema = self.out.add_schema(&name, "jsonschema", text.as_bytes())?;
+        let id = self.out.add_channel(schema, topic, "json", &BTreeMap::new())?;
+        self.channels.insert(topic.to_owned(), id);
+        Ok(id)
+    }
+}
+
+/// How files are written, recovered ones too.
+pub(crate) fn options() -> WriteOptions {
+    WriteOptions::new()
+        .chunk_size(Some(CHUNK))
+        .disable_seeking(true)
+        .compression_level(LEVEL)
+        .compression_threads(0)
+}
+
+/// The program as files name it.
+pub(crate) fn library() -> String {
+    format!("trusswatch {}", env!("CARGO_PKG_VERSION"))
 }

@@ -1,0 +1,250 @@
+//! One file after another: a new one by size and time, the oldest deleted by quota.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::{Loss, Metadata, Recorded, WriteError, Writer, by_component, quota};
+
+/// The highest number that is tried for the name of a file.
+const LAST_NUMBER: u32 = 9999;
+
+/// When a file is followed by the next one, and when the oldest goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Longest file \[bytes\].
+    pub file_bytes: u64,
+    /// Longest time that is recorded in one file \[ns\].
+    pub file_ns: u64,
+    /// Most room that all files together take, unless the present one alone is longer \[bytes\].
+    pub quota_bytes: u64,
+}
+
+/// Recordings in a directory, one being written.
+pub struct Files {
+    directory: PathBuf,
+    name: String,
+    limits: Limits,
+    present: Option<Present>,
+    number: u32,
+    begun: Vec<PathBuf>,
+    deleted: Vec<PathBuf>,
+    openings: BTreeMap<String, Recorded>,
+    notes: BTreeMap<String, Metadata>,
+    losses: BTreeMap<String, u64>,
+}
+
+/// The file being written.
+struct Present {
+    writer: Writer,
+    began_unix_ns: u64,
+    /// What a failure of the disk would lose, by topic.
+    unsynced: BTreeMap<String, u64>,
+}
+
+impl Files {
+    /// Files of this name in this directory. None is begun before there is something to write.
+    #[must_use]
+    pub fn new(directory: &Path, name: &str, limits: Limits) -> Self {
+        Self {
+            directory: directory.into(),
+            name: name.to_owned(),
+            limits,
+            present: None,
+            number: 0,
+            begun: Vec::new(),
+            deleted: Vec::new(),
+            openings: BTreeMap::new(),
+            notes: BTreeMap::new(),
+            losses: BTreeMap::new(),
+        }
+    }
+
+    /// Writes a message, and what is derived from it.
+    ///
+    /// # Errors
+    /// It cannot be written. Then the file has ended, what was not yet on the disk counts as lost, and the next message
+    /// begins another file.
+    pub fn write(&mut self, message: &Recorded, now_unix_ns: u64) -> Result<(), WriteError> {
+        let derived = by_component(message);
+        self.attempt(now_unix_ns, |present| {
+            present.count(&message.topic);
+            present.writer.write(message)?;
+            derived.iter().try_for_each(|derived| present.writer.write(derived))
+        })
+    }
+
+    /// Writes a message now, and at the start of every later file, until another one of this topic takes its place.
+    ///
+    /// # Errors
+    /// As when any message is written.
+    pub fn write_in_each(&mut self, message: Recorded, now_unix_ns: u64) -> Result<(), WriteError> {
+        let written = match &self.present {
+            // The opening has it.
+            None => Ok(()),
+            Some(_) => self.write(&message, now_unix_ns),
+        };
+        self.openings.insert(message.topic.clone(), message);
+        written?;
+        self.attempt(now_unix_ns, |_| Ok(()))
+    }
+
+    /// Says something about the recording now, and at the start of every later file.
+    ///
+    /// # Errors
+    /// As when a message is written.
+    pub fn note(&mut self, metadata: Metadata, now_unix_ns: u64) -> Result<(), WriteError> {
+        if self.notes.get(&metadata.name) == Some(&metadata) {
+            return Ok(());
+        }
+        self.notes.insert(metadata.name.clone(), metadata.clone());
+        match self.present {
+            None => Ok(()),
+            Some(_) => self.attempt(now_unix_ns, |present| present.writer.note(metadata)),
+        }
+    }
+
+    /// Counts messages of a topic as lost, in the file as well.
+    ///
+    /// # Errors
+    /// As when a message is written; they are counted all the same.
+    pub fn lose(
+        &mut self,
+        topic: &str,
+        count: u64,
+        reason: &str,
+        now_unix_ns: u64,
+    ) -> Result<(), WriteError> {
+        let total = self.losses.entry(topic.to_owned()).or_default();
+        *total = total.saturating_add(count);
+        let (topic, reason, total) = (topic.to_owned(), reason.to_owned(), *total);
+        let loss = Loss { topic, count, total, reason, time_unix_ns: now_unix_ns };
+        self.attempt(now_unix_ns, |present| present.writer.write(&loss.to_message()))
+    }
+
+    /// Everything so far is on the disk afterwards; a file that is long enough is ended.
+    ///
+    /// # Errors
+    /// It cannot be written, as when a message is.
+    pub fn sync(&mut self, now_unix_ns: u64) -> Result<(), WriteError> {
+        let Some(present) = &mut self.present else { return Ok(()) };
+        if let Err(error) = present.sync() {
+            self.give_up();
+            return Err(error);
+        }
+        let since = now_unix_ns.saturating_sub(present.began_unix_ns);
+        let length = present.writer.written().unwrap_or(0);
+        if length >= self.limits.file_bytes || since >= self.limits.file_ns {
+            self.finish()?;
+        }
+        Ok(())
+    }
+
+    /// Ends the present file.
+    ///
+    /// # Errors
+    /// It cannot be written; then it is there unfinished.
+    pub fn finish(&mut self) -> Result<(), WriteError> {
+        let losses = self.losses.iter().map(|(topic, count)| (topic.clone(), count.to_string()));
+        let losses = Metadata { name: "losses".to_owned(), values: losses.collect() };
+        let Some(present) = self.present.take() else { return Ok(()) };
+        let Present { mut writer, unsynced, .. } = present;
+        let finished = writer.note(losses).and_then(|()| writer.finish());
+        if finished.is_err() {
+            self.count_lost(unsynced);
+        }
+        finished
+    }
+
+    /// The file being written, and its length so far without what is still in memory \[bytes\].
+    pub fn present(&mut self) -> Option<(&Path, u64)> {
+        let writer = &mut self.present.as_mut()?.writer;
+        let length = writer.written().unwrap_or(0);
+        Some((writer.file(), length))
+    }
+
+    /// The files begun so far.
+    #[must_use]
+    pub fn begun(&self) -> &[PathBuf] {
+        &self.begun
+    }
+
+    /// The files deleted since this was last asked.
+    pub fn take_deleted(&mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.deleted)
+    }
+
+    /// How many messages of each topic were lost so far.
+    #[must_use]
+    pub fn losses(&self) -> &BTreeMap<String, u64> {
+        &self.losses
+    }
+
+    fn attempt(
+        &mut self,
+        now_unix_ns: u64,
+        what: impl FnOnce(&mut Present) -> Result<(), WriteError>,
+    ) -> Result<(), WriteError> {
+        if self.present.is_none() {
+            self.present = Some(self.open(now_unix_ns)?);
+        }
+        let done = self.present.as_mut().map_or(Ok(()), what);
+        if done.is_err() {
+            self.give_up();
+        }
+        done
+    }
+
+    fn open(&mut self, now_unix_ns: u64) -> Result<Present, WriteError> {
+        let room = self.limits.quota_bytes.saturating_sub(self.limits.file_bytes);
+        let kept = quota::keep(&self.directory, &self.name, room);
+        self.deleted.extend(kept.map_err(|error| WriteError::of(&self.directory, &error))?);
+        let mut writer = self.create(now_unix_ns)?;
+        self.begun.push(writer.file().into());
+        for metadata in self.notes.values() {
+            writer.note(metadata.clone())?;
+        }
+        for message in self.openings.values() {
+            writer.write(message)?;
+        }
+        Ok(Present { writer, began_unix_ns: now_unix_ns, unsynced: BTreeMap::new() })
+    }
+
+    /// Under a name that is not taken.
+    fn create(&mut self, now_unix_ns: u64) -> Result<Writer, WriteError> {
+        loop {
+            self.number += 1;
+            let name = quota::file_name(&self.name, now_unix_ns, self.number);
+            let file = self.directory.join(name);
+            if !file.exists() || self.number > LAST_NUMBER {
+                return Writer::create(&file);
+            }
+        }
+    }
+
+    fn give_up(&mut self) {
+        if let Some(present) = self.present.take() {
+            self.count_lost(present.unsynced);
+        }
+    }
+
+    fn count_lost(&mut self, unsynced: BTreeMap<String, u64>) {
+        for (topic, count) in unsynced {
+            *self.losses.entry(topic).or_default() += count;
+        }
+    }
+}
+
+impl Present {
+    fn count(&mut self, topic: &str) {
+        match self.unsynced.get_mut(topic) {
+            Some(count) => *count += 1,
+            None => drop(self.unsynced.insert(topic.to_owned(), 1)),
+        }
+    }
+
+    fn sync(&mut self) -> Result<(), WriteError> {
+        self.writer.sync()?;
+        self.unsynced.clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,63 @@
+//! A message with its time and step.
+
+use serde::Deserialize;
+
+/// A recorded message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recorded {
+    /// The key that it was published on.
+    pub topic: String,
+    /// Its own time \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// Its step; 0 if it has none. Of a step beyond 2³² the lower half.
+    pub sequence: u32,
+    /// Its bytes as they were published.
+    pub payload: Vec<u8>,
+}
+
+/// What of a message says when it was.
+#[derive(Default, Deserialize)]
+struct Stamp {
+    #[serde(default)]
+    time_unix_ns: Option<u64>,
+    #[serde(default)]
+    step: Option<u64>,
+}
+
+impl Recorded {
+    /// A message that was received at this time \[ns since 1970\], which counts if it does not tell its own.
+    #[must_use]
+    pub fn received(topic: String, payload: Vec<u8>, at_unix_ns: u64) -> Self {
+        // What is no message of ours is recorded all the same.
+        let stamp: Stamp = serde_json::from_slice(&payload).unwrap_or_default();
+        let time_unix_ns = stamp.time_unix_ns.unwrap_or(at_unix_ns);
+        let sequence = low_half(stamp.step.unwrap_or(0));
+        Self { topic, time_unix_ns, sequence, payload }
+    }
+}
+
+pub(crate) fn low_half(step: u64) -> u32 {
+    let [a, b, c, d, ..] = step.to_le_bytes();
+    u32::from_le_bytes([a, b, c, d])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stamp(payload: &str) -> (u64, u32) {
+        let recorded = Recorded::received("t".to_owned(), payload.into(), 7);
+        assert_eq!(recorded.payload, payload.as_bytes(), "verbatim");
+        (recorded.time_unix_ns, recorded.sequence)
+    }
+
+    #[test]
+    fn a_message_has_its_own_time_and_step_or_that_of_its_reception() {
+        assert_eq!(stamp(r#"{"v":1,"step":5,"x":[1,{"step":9}],"time_unix_ns":3}"#), (3, 5));
+        assert_eq!(stamp(r#"{"v":1,"step":4294967298}"#), (7, 2));
+        assert_eq!(stamp(r#"{"step":null}"#), (7, 0));
+        for foreign in ["", "null", r#"{"step":"x"}"#, r#"{"step":-1,"time_unix_ns":2}"#, "{"] {
+            assert_eq!(stamp(foreign).0, 7, "{foreign}");
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! A file, record by record and chunk by chunk, finished or not.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+use std::vec;
+
+use crc32fast::Hasher;
+use mcap::MAGIC;
+use mcap::records::{Record, op};
+
+use crate::unpacking::{LONGEST, Unpacker};
+use crate::writer::PROFILE;
+
+/// Before each record: what it is and its length \[bytes\].
+const PREFIX: usize = 1 + 8;
+/// How much of a footer its checksum covers \[bytes\].
+const COVERED: usize = 8 + 8;
+
+/// How a recording ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// With its summary: it was finished.
+    Finished,
+    /// After a whole record, without a summary.
+    Unfinished,
+    /// Within a chunk, which begins at this byte.
+    WithinChunk(u64),
+    /// Within another record, which begins at this byte.
+    WithinRecord(u64),
+}
+
+impl std::fmt::Display for Ending {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Ending::Finished => f.write_str("finished"),
+            Ending::Unfinished => f.write_str("not finished"),
+            Ending::WithinChunk(at) => write!(f, "ends within a chunk, which begins at byte {at}"),
+            Ending::WithinRecord(at) => {
+                write!(f, "ends within a record, which begins at byte {at}")
+            }
+        }
+    }
+}
+
+/// What is wrong at a place in a file. What follows is read all the same.
+#[derive(Debug, thiserror::Error)]
+#[error("byte {at}: {problem}")]
+pub(crate) struct Damage {
+    at: u64,
+    problem: String,
+}
+
+/// The records of a file in order, those in chunks one by one.
+pub(crate) struct Records {
+    input: BufReader<File>,
+    /// Length of the file when it was opened, and how much of it has been read \[bytes\].
+    length: u64,
+    position: u64,
+    record: Vec<u8>,
+    unpacker: Unpacker,
+    unpacked: vec::IntoIter<Record<'static>>,
+    /// Of the data, until their end; then of the summary.
+    checksum: Hasher,
+    ending: Option<Ending>,
+    skips_chunks: bool,
+    /// All messages are in chunks: what is one outside was something else before it was damaged.
+    is_ours: bool,
+}
+
+impl Records {
+    /// # Errors
+    /// The file cannot be read, or is none of MCAP.
+    pub(crate) fn open(file: &Path) -> io::Result<Self> {
+        let file = File::open(file)?;
+        let length = file.metadata()?.len();
+        let mut records = Self {
+            input: BufReader::with_capacity(1 << 16, file),
+            length,
+            position: 0,
+            record: Vec::new(),
+            unpacker: Unpacker::new(),
+            unpacked: Vec::new().into_iter(),
+            checksum: Hasher::new(),
+            ending: None,
+            skips_chunks: false,
+            is_ours: false,
+        };
+        records.magic()?;
+        Ok(records)
+    }
+
+    /// The same without what is in chunks.
+    pub(crate) fn skipping_chunks(self) -> Self {
+        Self { skips_chunks: true, ..self }
+    }
+
+    /// How the file ends, once it has been read.
+    pub(crate) fn ending(&self) -> Option<Ending> {
+        self.ending
+    }
+
+    fn magic(&mut self) -> io::Result<()> {
+        let length = self.left().min(MAGIC.len() as u64) as usize;
+        self.record.clear();
+        self.read(length)?;
+        if self.record != MAGIC[..length] {
+            return Err(io::Error::other("no MCAP file: it begins otherwise"));
+        }
+        if length < MAGIC.len() {
+            self.ending = Some(Ending::WithinRecord(0));
+        }
+        self.checksum.update(&self.record);
+        Ok(())
+    }
+
+    fn left(&self) -> u64 {
+        self.length - self.position
+    }
+
+    /// Appends so many bytes to the record.
+    fn read(&mut self, count: usize) -> io::Result<()> {
+        let before = self.record.len();
+        self.record.resize(before + count, 0);
+        self.input.read_exact(&mut self.record[before..])?;
+        self.position += count as u64;
+        Ok(())
+    }
+
+    /// The next record of the file itself, chunks as a whole.
+    fn advance(&mut self) -> Result<(), Damage> {
+        let at = self.position;
+        let damage = |problem: String| Damage { at, problem };
+        if self.left() < PREFIX as u64 {
+            let whole = self.left() == 0;
+            self.ending = Some(if whole { Ending::Unfinished } else { Ending::WithinRecord(at) });
+            return Ok(());
+        }
+        self.record.clear();
+        self.read(PREFIX).map_err(|error| self.unreadable(at, &error))?;
+        let opcode = self.record[0];
+        let length = self.record[1..].iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte));
+        if length > self.left() {
+            let within =
+                if opcode == op::CHUNK { Ending::WithinChunk } else { Ending::WithinRecord };
+            self.ending = Some(within(at));
+            return self.complain_if_finished(at);
+        }
+        if opcode == op::CHUNK && self.skips_chunks || length > LONGEST as u64 {
+            self.skip(length).map_err(|error| self.unreadable(at, &error))?;
+            let too_long =
+                || damage(format!("a record of {length} bytes is too long; it is left out"));
+            return if opcode == op::CHUNK && self.skips_chunks { Ok(()) } else { Err(too_long()) };
+        }
+        self.read(length as usize).map_err(|error| self.unreadable(at, &error))?;
+        let checked = self.check(opcode);
+        let records = match opcode {
+            op::CHUNK => self.unpacker.unpack(&self.record).map_err(|error| error.to_string()),
+            _ => self.single(opcode).map(|record| vec![record]),
+        };
+        self.unpacked = records.map_err(damage)?.into_iter();
+        checked.map_err(damage)
+    }
+
+    /// The record outside of chunks that was read.
+    fn single(&mut self, opcode: u8) -> Result<Record<'static>, String> {
+        let record = mcap::parse_record(opcode, &self.record[PREFIX..]);
+        let record = record.map_err(|error| error.to_string())?.into_owned();
+        match &record {
+            Record::Header(header) => self.is_ours = header.profile == PROFILE,
+            Record::Message { .. } if self.is_ours => {
+                return Err(
+                    "a message outside of chunks, which the recorder does not write".to_owned()
+                );
+            }
+            _ => {}
+        }
+        Ok(record)
+    }
+
+    fn skip(&mut self, length: u64) -> io::Result<()> {
+        let ahead = i64::try_from(length).map_err(io::Error::other)?;
+        self.input.seek_relative(ahead)?;
+        self.position += length;
+        Ok(())
+    }
+
+    fn unreadable(&mut self, at: u64, error: &io::Error) -> Damage {
+        self.ending = Some(Ending::WithinRecord(at));
+        Damage { at, problem: format!("the file cannot be read: {error}") }
+    }
+
+    /// A file that was finished is not torn: a length is wrong.
+    fn complain_if_finished(&mut self, at: u64) -> Result<(), Damage> {
+        let mut rest = Vec::new();
+        let read = self.input.read_to_end(&mut rest);
+        if read.is_ok() && rest.ends_with(MAGIC) {
+            let problem = "the length of a record is wrong; what follows is left out".to_owned();
+            return Err(Damage { at, problem });
+        }
+        Ok(())
+    }
+
+    /// Keeps account of the checksums, and compares them where they stand.
+    fn check(&mut self, opcode: u8) -> Result<(), String> {
+        // What was skipped is not known.
+        let check = |found: Hasher, bytes: &[u8], what: &str| {
+            let wanted = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+            let right = wanted == 0 || self.skips_chunks || found.finalize() == wanted;
+            if right { Ok(()) } else { Err(format!("the checksum of the {what} is wrong")) }
+        };
+        match opcode {
+            op::DATA_END => {
+                let found = std::mem::take(&mut self.checksum);
+                check(found, &self.record[PREFIX..], "data")
+            }
+            op::FOOTER => {
+                let (covered, rest) =
+                    self.record.split_at((PREFIX + COVERED).min(self.record.len()));
+                self.checksum.update(covered);
+                let checked = check(std::mem::take(&mut self.checksum), rest, "summary");
+                self.ending = Some(Ending::Finished);
+                checked
+            }
+            _ => {
+                self.checksum.update(&self.record);
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Iterator for Records {
+    type Item = Result<Record<'static>, Damage>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(record) = self.unpacked.next() {
+                return Some(Ok(record));
+            }
+            if self.ending.is_some() {
+                return None;
+            }
+            if let Err(damage) = self.advance() {
+                return Some(Err(damage));
+            }
+        }
+    }
+}

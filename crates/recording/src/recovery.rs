@@ -1,0 +1,145 @@
+//! What can be read of a damaged or unfinished file, as a finished one. For files of others too: schemas, channels,
+//! metadata, attachments and private records are kept.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use mcap::records::{Channel, Header, Record, SchemaHeader};
+use mcap::{Attachment, McapError, McapResult};
+
+use crate::records::Records;
+use crate::writer::{library, options};
+use crate::{Ending, ReadError, WriteError};
+
+/// What was recovered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recovered {
+    /// How many messages.
+    pub messages: u64,
+    /// What could not be, in words.
+    pub problems: Vec<String>,
+    /// How the file ended.
+    pub ending: Ending,
+}
+
+/// A file that cannot be recovered.
+#[derive(Debug, thiserror::Error)]
+pub enum RecoveryError {
+    /// It cannot be read.
+    #[error(transparent)]
+    From(#[from] ReadError),
+    /// The other cannot be written.
+    #[error(transparent)]
+    To(#[from] WriteError),
+}
+
+/// Writes what can be read of a file into another one, which is finished. Chunks that are damaged are left out.
+///
+/// # Errors
+/// The file cannot be read or is no MCAP file; the other exists or cannot be written.
+pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecoveryError> {
+    let open = || Records::open(from).map_err(|error| ReadError::of(from, &error));
+    let wrong = |error: McapError| WriteError::of(to, &error);
+    let header = match open()?.skipping_chunks().next() {
+        Some(Ok(Record::Header(header))) => header,
+        _ => Header { profile: String::new(), library: library() },
+    };
+    let mut copy = Copy::begin(to, header).map_err(wrong)?;
+    // What describes the messages stands once more in the summary, if there is one.
+    for record in open()?.skipping_chunks().flatten() {
+        copy.describe(record).map_err(wrong)?;
+    }
+    let mut records = open()?;
+    for record in records.by_ref() {
+        match record {
+            Ok(record) => copy.take(record).map_err(wrong)?,
+            Err(damage) => copy.recovered.problems.push(damage.to_string()),
+        }
+    }
+    copy.recovered.ending = records.ending().unwrap_or(Ending::Unfinished);
+    Ok(copy.finish().map_err(wrong)?)
+}
+
+/// The finished file.
+struct Copy {
+    out: mcap::Writer<BufWriter<File>>,
+    recovered: Recovered,
+}
+
+impl Copy {
+    fn begin(to: &Path, header: Header) -> McapResult<Self> {
+        let out = BufWriter::new(File::create_new(to)?);
+        let out = options().profile(header.profile).library(header.library).create(out)?;
+        let recovered = Recovered { messages: 0, problems: Vec::new(), ending: Ending::Unfinished };
+        Ok(Self { out, recovered })
+    }
+
+    fn take(&mut self, record: Record<'static>) -> McapResult<()> {
+        match record {
+            Record::Message { header, data } => {
+                let written = self.out.write_to_known_channel(&header, &data);
+                if written.is_ok() {
+                    self.recovered.messages += 1;
+                }
+                self.unless_of_content(written)
+            }
+            Record::Attachment { header, data, .. } => self.out.attach(&Attachment {
+                log_time: header.log_time,
+                create_time: header.create_time,
+                name: header.name,
+                media_type: header.media_type,
+                data,
+            }),
+            Record::Metadata(metadata) => self.out.write_metadata(&metadata),
+            Record::Unknown { opcode, data } => {
+                let written = self.out.write_private_record(opcode, &data, Default::default());
+                self.unless_of_content(written)
+            }
+            other => self.describe(other),
+        }
+    }
+
+    /// Takes what describes messages.
+    fn describe(&mut self, record: Record<'static>) -> McapResult<()> {
+        let added = match record {
+            Record::Schema { header: SchemaHeader { id, name, encoding }, data } => {
+                self.out.add_schema_with_id(id, &name, &encoding, &data)
+            }
+            Record::Channel(Channel { id, schema_id, topic, message_encoding, metadata }) => {
+                self.out.add_channel_with_id(id, schema_id, &topic, &message_encoding, &metadata)
+            }
+            _ => return Ok(()),
+        };
+        self.unless_of_content(added.map(drop))
+    }
+
+    /// What contradicts itself is left out; what cannot be written is an error.
+    fn unless_of_content(&mut self, written: McapResult<()>) -> McapResult<()> {
+        match written {
+            Err(error @ (McapError::Io(_) | McapError::AttemptedWriteAfterFailure)) => Err(error),
+            Err(error) => {
+                self.note(error.to_string());
+                Ok(())
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// Says the same once.
+    fn note(&mut self, problem: String) {
+        const MOST: usize = 100;
+        let problems = &mut self.recovered.problems;
+        if problems.len() < MOST && !problems.contains(&problem) {
+            problems.push(problem);
+        }
+    }
+
+    fn finish(mut self) -> McapResult<Recovered> {
+        self.out.finish()?;
+        let mut out = self.out.into_inner();
+        out.flush()?;
+        out.get_ref().sync_all()?;
+        Ok(self.recovered)
+    }
+}

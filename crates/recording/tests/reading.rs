@@ -1,0 +1,148 @@
+//! What was written is read, as far as it reached the disk, and nothing that was damaged.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use common::{read, sample, write};
+use mcap::MessageStream;
+use proptest::prelude::*;
+use recording::{Ending, Metadata, Recorded, Recording, Writer};
+
+fn any_message() -> impl Strategy<Value = Recorded> {
+    let topic = prop_oneof![
+        Just("trusswatch/tower/module1/sample"),
+        Just("trusswatch/tower/module2/fault/sensor/g1"),
+        Just("trusswatch/tower/plant/status"),
+        Just("elsewhere"),
+    ];
+    (topic, any::<u64>(), any::<u32>(), prop::collection::vec(any::<u8>(), 0..3000)).prop_map(
+        |(topic, time_unix_ns, sequence, payload)| Recorded {
+            topic: topic.to_owned(),
+            time_unix_ns,
+            sequence,
+            payload,
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn what_is_written_is_read(messages in prop::collection::vec(any_message(), 0..40), sync in 1usize..9) {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("a.mcap");
+        let mut writer = Writer::create(&file).unwrap();
+        for (index, message) in messages.iter().enumerate() {
+            writer.write(message).unwrap();
+            if index % sync == 0 {
+                writer.sync().unwrap();
+            }
+        }
+        writer.finish().unwrap();
+        prop_assert_eq!(read(&file), messages);
+    }
+}
+
+#[test]
+fn chunks_are_of_one_mebibyte_at_most_and_the_library_reads_them() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("a.mcap");
+    write(&file, 6000, u64::MAX);
+    let bytes = fs::read(&file).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    assert!(summary.chunk_indexes.len() > 2);
+    assert!(summary.chunk_indexes.iter().all(|chunk| chunk.uncompressed_size <= 1 << 20));
+    assert!(summary.channels.values().all(|channel| {
+        channel.schema.as_ref().is_some_and(|schema| schema.encoding == "jsonschema")
+    }));
+    let messages = MessageStream::new(&bytes).unwrap();
+    for (step, message) in messages.enumerate() {
+        let (message, wanted) = (message.unwrap(), sample(step as u64));
+        assert_eq!(&*message.data, wanted.payload);
+        assert_eq!(
+            (message.log_time, message.publish_time),
+            (wanted.time_unix_ns, wanted.time_unix_ns)
+        );
+        assert_eq!(message.sequence, wanted.sequence);
+        assert_eq!(message.channel.message_encoding, "json");
+    }
+}
+
+#[test]
+fn of_a_file_cut_anywhere_everything_before_the_last_sync_is_read() {
+    let directory = tempfile::tempdir().unwrap();
+    let (whole, cut) = (directory.path().join("a.mcap"), directory.path().join("b.mcap"));
+    let synced = write(&whole, 60, 7);
+    let bytes = fs::read(&whole).unwrap();
+    let around = |(at, _): &(u64, u64)| at.saturating_sub(12)..at + 12;
+    let lengths = (0..bytes.len() as u64).step_by(23).chain(synced.iter().flat_map(around));
+    for length in lengths.filter(|length| *length < bytes.len() as u64) {
+        let length = length as usize;
+        fs::write(&cut, &bytes[..length]).unwrap();
+        let recording = Recording::open(&cut).unwrap();
+        let mut messages = recording.messages().unwrap();
+        let found: Vec<Recorded> = messages.by_ref().map(Result::unwrap).collect();
+        let on_disk =
+            synced.iter().rfind(|(at, _)| *at <= length as u64).map_or(0, |(_, had)| *had);
+        assert!(found.len() as u64 >= on_disk, "{length} bytes: {} of {on_disk}", found.len());
+        assert!(found.iter().enumerate().all(|(step, found)| *found == sample(step as u64)));
+        // The footer ends with the file's last eight bytes, which say nothing more.
+        let ending = messages.ending().unwrap();
+        assert_eq!(ending == Ending::Finished, length + 8 >= bytes.len(), "{length}: {ending}");
+    }
+}
+
+#[test]
+fn a_changed_byte_is_noticed_and_no_message_is_another_one() {
+    let directory = tempfile::tempdir().unwrap();
+    let (whole, changed) = (directory.path().join("a.mcap"), directory.path().join("b.mcap"));
+    write(&whole, 60, 7);
+    let original = fs::read(&whole).unwrap();
+    // The magic at the end says nothing.
+    for at in (0..original.len() - 8).step_by(17) {
+        let mut bytes = original.clone();
+        bytes[at] ^= 1 << (at % 8);
+        fs::write(&changed, &bytes).unwrap();
+        let Ok(recording) = Recording::open(&changed) else { continue };
+        let mut messages = recording.messages().unwrap();
+        let (found, wrong): (Vec<_>, Vec<_>) = messages.by_ref().partition(Result::is_ok);
+        let is_finished = messages.ending() == Some(Ending::Finished);
+        assert!(!wrong.is_empty() || !is_finished, "byte {at} of {}", original.len());
+        for message in found.into_iter().map(Result::unwrap) {
+            let wanted = sample(u64::from(message.sequence));
+            assert_eq!(message.payload, wanted.payload, "byte {at}");
+        }
+    }
+}
+
+#[test]
+fn what_is_said_about_a_recording_is_read_without_its_messages() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("a.mcap");
+    let mut writer = Writer::create(&file).unwrap();
+    let values = BTreeMap::from([("software".to_owned(), "1.0".to_owned())]);
+    let metadata = Metadata { name: "module/module1".to_owned(), values };
+    writer.write(&sample(0)).unwrap();
+    writer.note(metadata.clone()).unwrap();
+    writer.write(&sample(1)).unwrap();
+    writer.sync().unwrap();
+    assert_eq!(Recording::open(&file).unwrap().metadata().unwrap(), [metadata.clone()]);
+    writer.finish().unwrap();
+    assert_eq!(Recording::open(&file).unwrap().metadata().unwrap(), [metadata]);
+    assert_eq!(read(&file).len(), 2);
+}
+
+#[test]
+fn what_is_no_recording_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("a.mcap");
+    fs::write(&file, "step,g1\n0,1.5\n").unwrap();
+    let error = Recording::open(&file).unwrap_err().to_string();
+    assert!(error.contains("a.mcap: no MCAP file"), "{error}");
+    assert!(Recording::open(&directory.path().join("none.mcap")).is_err());
+    write(&directory.path().join("c.mcap"), 1, 1);
+    assert!(Writer::create(&directory.path().join("c.mcap")).is_err(), "nothing is overwritten");
+}
