@@ -4,9 +4,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::failure::EXIT_CODES;
 use crate::{
-    calibrate, certificates, check, commission, completions, demo, detect, fault, faults, follow,
-    generate, health, history, inject, join, model, order, replicate, router, schema, stroke,
-    study,
+    calibrate, certificates, check, commission, completions, demo, detect, export, fault, faults,
+    follow, generate, health, history, inject, join, model, order, replay, replicate, router,
+    schema, stroke, study,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -45,6 +45,8 @@ pub(crate) enum Command {
     Inject(inject::Arguments),
     Stroke(stroke::Arguments),
     Study(Box<study::Arguments>),
+    Replay(Box<replay::Arguments>),
+    Export(export::Arguments),
     Detect(detect::Arguments),
     Calibrate(calibrate::Arguments),
     Commission(Box<commission::Arguments>),
@@ -57,7 +59,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ("Operate", &["faults", "fault", "follow", "ack", "reset", "history", "health", "router"]),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
     ("Simulate", &["demo", "inject", "stroke"]),
-    ("Analyse", &["study", "detect", "calibrate", "commission"]),
+    ("Analyse", &["replay", "export", "study", "detect", "calibrate", "commission"]),
 ];
 
 /// The command line with its subcommands grouped in the help.

@@ -9,8 +9,8 @@ use names::printable_lines;
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
     0  done
-    1  operation failed; demo: injected and diagnosed faults differ; ack, reset, inject and stroke:
-       refused; faults --exit-code and health: not healthy
+    1  operation failed; demo: injected and diagnosed faults differ; replay --verify: a difference;
+       ack, reset, inject and stroke: refused; faults --exit-code and health: not healthy
     2  wrong use of the command line
     3  a file that cannot be used
     4  network failure or no answer

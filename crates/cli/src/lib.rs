@@ -16,6 +16,7 @@ mod demo;
 mod detect;
 #[cfg(test)]
 mod documents;
+mod export;
 mod failure;
 mod fault;
 mod faults;
@@ -32,6 +33,7 @@ mod paint;
 mod plant_order;
 mod program;
 mod progress;
+mod replay;
 mod replicate;
 mod router;
 mod schema;
@@ -60,6 +62,8 @@ pub fn run() -> ExitCode {
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         Command::Model(arguments) => model::run(&arguments),
         Command::Detect(arguments) => detect::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Commission(arguments) => commission::run(&arguments),

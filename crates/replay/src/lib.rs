@@ -1,1 +1,26 @@
 //! Recorded inputs through the same diagnosers, and what comes of it.
+//!
+//! A [`Collection`] takes recorded messages and sorts them by module. A [`Course`] is what one process of a module took,
+//! in order; [`replay`] leads it through a diagnoser and compares what comes of it with what was recorded.
+//! [`together`](fn@together) runs all modules on the recorded samples with other settings.
+
+mod collection;
+mod comparison;
+mod course;
+mod cursor;
+mod difference;
+mod joint;
+mod player;
+mod samples;
+mod settings;
+mod shortfall;
+
+pub use collection::{Collection, ModuleRecord, Position};
+pub use comparison::Comparison;
+pub use course::{Course, courses, latest_setup};
+pub use difference::Difference;
+pub use joint::{Beginnings, Part, PartError, together};
+pub use player::{Replayed, ReplayedTransition, replay};
+pub use samples::{SampleHead, Samples};
+pub use settings::Settings;
+pub use shortfall::Shortfall;

@@ -1,0 +1,115 @@
+//! The columns of a module's table.
+
+use ::replay::ModuleRecord;
+use diagnosis::{ModuleSetup, Sample};
+use names::{Component, RunId, Step};
+
+/// What stands in which column.
+pub(super) struct Columns {
+    step_s: Option<f64>,
+    actuators: Vec<String>,
+    gages: Vec<String>,
+    /// The components of residuals and divergences.
+    channels: Vec<Component>,
+}
+
+impl Columns {
+    /// Named by the configuration; without it, numbered from 1 as in the samples.
+    pub(super) fn new(
+        record: &ModuleRecord,
+        sample: Option<usize>,
+        setup: Option<&ModuleSetup>,
+    ) -> Self {
+        let mut first = empty();
+        if let Some(index) = sample {
+            record.samples.read(index, &mut first);
+        }
+        let components = setup.map(ModuleSetup::components).unwrap_or_default();
+        let (actuators, gages): (Vec<&Component>, Vec<&Component>) =
+            components.iter().partition(|c| matches!(c, Component::Actuator(_)));
+        let named = |components: Vec<&Component>, count: usize, kind: &str| -> Vec<String> {
+            if components.len() == count {
+                components.into_iter().map(column).collect()
+            } else {
+                (1..=count).map(|number| format!("{kind}_{number}")).collect()
+            }
+        };
+        let mut channels: Vec<Component> = Vec::new();
+        for channel in record.divergences.iter().flat_map(|message| &message.channels) {
+            if !channels.contains(&channel.component) {
+                channels.push(channel.component.clone());
+            }
+        }
+        Self {
+            step_s: setup.map(|setup| setup.step_s),
+            actuators: named(actuators, first.demands_n.len(), "actuator"),
+            gages: named(gages, first.elongations_m.len(), "sensor"),
+            channels,
+        }
+    }
+
+    pub(super) fn heading(&self) -> Vec<String> {
+        let mut heading = vec!["step".to_owned(), "time_s".to_owned(), "published_s".to_owned()];
+        heading.extend(self.actuators.iter().map(|name| format!("{name}_demand_n")));
+        for name in &self.actuators {
+            heading.extend(["a", "b"].map(|chamber| format!("{name}_pressure_{chamber}_pa")));
+        }
+        heading.extend(self.gages.iter().map(|name| format!("{name}_elongation_m")));
+        for channel in self.channels.iter().map(column) {
+            heading.extend([format!("{channel}_residual"), format!("{channel}_divergence")]);
+        }
+        heading
+    }
+
+    pub(super) fn row(
+        &self,
+        record: &ModuleRecord,
+        index: usize,
+        divergences: Option<&wire::Divergences>,
+    ) -> Vec<String> {
+        let mut sample = empty();
+        record.samples.read(index, &mut sample);
+        let published_ns = record.samples.head(index).map_or(0, |head| head.time_unix_ns);
+        let mut row = vec![
+            sample.step.to_string(),
+            self.step_s.map_or_else(String::new, |step_s| number(sample.step.0 as f64 * step_s)),
+            format!("{}.{:09}", published_ns / 1_000_000_000, published_ns % 1_000_000_000),
+        ];
+        let mut add = |values: &mut dyn Iterator<Item = f64>, count: usize| {
+            // A sample of another length does not shift what follows.
+            row.extend((0..count).map(|_| values.next().map_or_else(String::new, number)));
+        };
+        let actuators = self.actuators.len();
+        add(&mut sample.demands_n.iter().copied(), actuators);
+        add(&mut sample.pressures_pa.iter().flatten().copied(), 2 * actuators);
+        add(&mut sample.elongations_m.iter().copied(), self.gages.len());
+        for component in &self.channels {
+            let channels = divergences.map_or(&[][..], |message| &message.channels);
+            let channel = channels.iter().find(|channel| channel.component == *component);
+            let residual = channel.map_or(f64::NAN, |channel| channel.residual);
+            let divergence = channel.and_then(|channel| channel.divergence).unwrap_or(f64::NAN);
+            row.extend([number(residual), number(divergence)]);
+        }
+        row
+    }
+}
+
+fn empty() -> Sample {
+    Sample {
+        run: RunId(0),
+        step: Step(0),
+        demands_n: Vec::new(),
+        pressures_pa: Vec::new(),
+        elongations_m: Vec::new(),
+    }
+}
+
+/// Its name, as variables of programs may be called.
+fn column(component: &Component) -> String {
+    component.to_string().replace(['/', '-', '.'], "_")
+}
+
+/// The shortest text that is read as the same bits; nothing if it is none.
+fn number(value: f64) -> String {
+    if value.is_finite() { format!("{value:?}") } else { String::new() }
+}

@@ -1,0 +1,183 @@
+//! What would have been named with other settings, beside what was.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use ::replay::{
+    Beginnings, Course, ModuleRecord, Part, ReplayedTransition, Settings, courses, latest_setup,
+    together,
+};
+use names::{ComponentPath, ModuleName};
+use serde::Serialize;
+use translation::Speaker;
+use wire::{FaultState, FaultTransition};
+
+use super::reading::Reading;
+use crate::failure::Failure;
+use crate::table::table;
+use crate::versioned;
+use crate::wording::{NOTHING, reason};
+
+/// What became of a component.
+#[derive(Debug, Clone, Serialize)]
+struct Fate {
+    state: FaultState,
+    onset_step: Option<u64>,
+    detection_step: Option<u64>,
+    decided_step: Option<u64>,
+    why: String,
+}
+
+/// A component, then and now; nothing if it never had a verdict.
+#[derive(Debug, Serialize)]
+struct Row {
+    component: ComponentPath,
+    was: Option<Fate>,
+    would_be: Option<Fate>,
+    #[serde(skip)]
+    step_s: f64,
+}
+
+/// Both side by side.
+#[derive(Debug, Serialize)]
+pub(super) struct SideBySide {
+    components: Vec<Row>,
+    notes: Vec<String>,
+}
+
+/// Runs all modules together.
+pub(super) fn run(reading: &Reading, settings: &Settings) -> Result<SideBySide, Failure> {
+    let records = &reading.records;
+    let is_unknown = |module: &&ModuleName| !records.iter().any(|r| r.module == **module);
+    if let Some(module) = settings.setups.keys().find(is_unknown) {
+        let problem = format!("`--config` has `{module}`, of which the recording has nothing");
+        return Err(Failure::usage(problem));
+    }
+    let runs = Beginnings::of(records);
+    let mut notes = Vec::new();
+    let mut parts = Vec::new();
+    for record in records {
+        let known = courses_of(record, &mut notes);
+        let recorded = latest_setup(record);
+        let own = settings.setups.get(&record.module).cloned();
+        let recorded = own.map_or(recorded, Ok);
+        let setup = recorded.map_err(|why| {
+            Failure::input(format!("{}: {why}; give it with `--config`", record.module))
+        })?;
+        parts.push((
+            record,
+            Part::new(record, &known, settings.applied_to(setup.clone()), &runs),
+            setup.step_s,
+        ));
+    }
+    let only: Vec<Part<'_>>;
+    let mut rows = BTreeMap::new();
+    let mut kept = Vec::new();
+    only = parts
+        .into_iter()
+        .map(|(record, part, step_s)| {
+            kept.push((record, step_s));
+            part
+        })
+        .collect();
+    let verdicts = together(&only).map_err(|error| Failure::input(error.to_string()))?;
+    for ((record, step_s), verdicts) in kept.into_iter().zip(verdicts) {
+        enter(&mut rows, record, step_s, &verdicts);
+    }
+    Ok(SideBySide { components: rows.into_values().collect(), notes })
+}
+
+fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> Vec<Course> {
+    let module = &record.module;
+    let known: Vec<Course> = courses(record).into_iter().filter_map(|(_, c)| c.ok()).collect();
+    if known.is_empty() {
+        notes.push(format!(
+            "{module}: which samples it took is not in the recording: all that are there, in order"
+        ));
+    }
+    if known.len() > 1 {
+        notes.push(format!(
+            "{module}: it was restarted {} times, which is left out",
+            known.len() - 1
+        ));
+    }
+    let cut = known.iter().filter_map(|course| course.shortfall.as_ref());
+    notes.extend(cut.map(|why| format!("{module}: {why}")));
+    known
+}
+
+fn enter(
+    rows: &mut BTreeMap<ComponentPath, Row>,
+    record: &ModuleRecord,
+    step_s: f64,
+    verdicts: &[ReplayedTransition],
+) {
+    let speaker = Speaker::of(record.structure.clone(), record.module.clone());
+    let row = |component: &ComponentPath| Row {
+        component: component.clone(),
+        was: None,
+        would_be: None,
+        step_s,
+    };
+    for message in record.transitions.iter().filter(|message| message.run.is_some()) {
+        let row = rows.entry(message.component.clone()).or_insert_with(|| row(&message.component));
+        take(&mut row.was, message);
+    }
+    for verdict in verdicts {
+        let message = speaker.transition(verdict.transition.clone(), verdict.time_unix_ns);
+        let row = rows.entry(message.component.clone()).or_insert_with(|| row(&message.component));
+        take(&mut row.would_be, &message);
+    }
+}
+
+/// The first time that it was named counts, else its latest state.
+fn take(fate: &mut Option<Fate>, message: &FaultTransition) {
+    if fate.as_ref().is_some_and(|fate| fate.state == FaultState::Latched) {
+        return;
+    }
+    *fate = Some(Fate {
+        state: message.state,
+        onset_step: message.onset_step.map(|step| step.0),
+        detection_step: message.detection_step.map(|step| step.0),
+        decided_step: message.decided_step.map(|step| step.0),
+        why: reason(message),
+    });
+}
+
+impl SideBySide {
+    pub(super) fn written(&self, json: bool, width: Option<u16>) -> Result<String, Failure> {
+        if json {
+            return Ok(versioned::text(self)?);
+        }
+        let mut table =
+            table(&["component", "was", "detected s", "why", "would be", "detected s", "why"]);
+        for row in &self.components {
+            let cells =
+                [fate(row.was.as_ref(), row.step_s), fate(row.would_be.as_ref(), row.step_s)];
+            table.add_row(
+                [row.component.to_string()].into_iter().chain(cells.into_iter().flatten()),
+            );
+        }
+        table.align_right([2, 5]);
+        table.stack(&[&[0], &[1, 2], &[3], &[4, 5], &[6]]);
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        if self.components.is_empty() {
+            text.push_str("nothing was named, nor would anything have been\n");
+        } else {
+            let _ = writeln!(text, "{}", table.text(width));
+        }
+        for note in &self.notes {
+            let _ = writeln!(text, "note: {note}");
+        }
+        Ok(text)
+    }
+}
+
+fn fate(fate: Option<&Fate>, step_s: f64) -> [String; 3] {
+    let nothing = || NOTHING.to_owned();
+    let Some(fate) = fate else { return [nothing(), nothing(), nothing()] };
+    let detected = fate.detection_step.map(|step| format!("{:.3}", step as f64 * step_s));
+    let why = if fate.why.is_empty() { nothing() } else { fate.why.clone() };
+    [fate.state.to_string(), detected.unwrap_or_else(nothing), why]
+}

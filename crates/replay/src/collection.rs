@@ -1,0 +1,152 @@
+//! Recorded messages, sorted by module.
+
+use std::collections::BTreeMap;
+
+use names::{ModuleName, RunId, Step, StructureName};
+use wire::{
+    DecodeError, Divergences, FaultTransition, Input, Key, ModuleConfiguration, ModuleStatus,
+    Topic, decode,
+};
+
+use crate::samples::Samples;
+
+/// Where a module was when.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Position {
+    /// By the module's clock \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// The run.
+    pub run: RunId,
+    /// A step that it had taken by then.
+    pub step: Step,
+}
+
+/// What was recorded of a module.
+#[derive(Debug)]
+pub struct ModuleRecord {
+    /// Its structure.
+    pub structure: StructureName,
+    /// Its name.
+    pub module: ModuleName,
+    /// What it was set up with, the oldest first.
+    pub configurations: Vec<ModuleConfiguration>,
+    /// Its samples.
+    pub samples: Samples,
+    /// What its processes took beside samples, by process and number.
+    pub inputs: BTreeMap<u64, BTreeMap<u64, Input>>,
+    /// Its verdicts, by time.
+    pub transitions: Vec<FaultTransition>,
+    /// Its divergences, by time.
+    pub divergences: Vec<Divergences>,
+    /// Where it was, by time.
+    pub positions: Vec<Position>,
+    /// Messages that could not be read.
+    pub unreadable: u64,
+    /// What was wrong with the first of them.
+    pub unreadable_because: Option<String>,
+}
+
+impl ModuleRecord {
+    fn new(structure: StructureName, module: ModuleName) -> Self {
+        Self {
+            structure,
+            module,
+            configurations: Vec::new(),
+            samples: Samples::default(),
+            inputs: BTreeMap::new(),
+            transitions: Vec::new(),
+            divergences: Vec::new(),
+            positions: Vec::new(),
+            unreadable: 0,
+            unreadable_because: None,
+        }
+    }
+
+    fn take(&mut self, topic: &Topic, payload: &[u8]) -> Result<(), DecodeError> {
+        match topic {
+            Topic::Sample => self.samples.push(&decode(payload)?),
+            Topic::Input => self.take_input(decode(payload)?),
+            Topic::Configuration => self.configurations.push(decode(payload)?),
+            Topic::Fault(_) => {
+                let message: FaultTransition = decode(payload)?;
+                self.note(message.time_unix_ns, message.run, message.decided_step);
+                self.transitions.push(message);
+            }
+            Topic::Divergence => {
+                let message: Divergences = decode(payload)?;
+                self.note(message.time_unix_ns, Some(message.run), Some(message.step));
+                self.divergences.push(message);
+            }
+            Topic::Status => {
+                let message: ModuleStatus = decode(payload)?;
+                self.note(message.time_unix_ns, message.run, message.step);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_input(&mut self, input: Input) {
+        self.note(input.time_unix_ns, input.run, input.step);
+        self.inputs.entry(input.process).or_default().insert(input.number, input);
+    }
+
+    fn note(&mut self, time_unix_ns: u64, run: Option<RunId>, step: Option<Step>) {
+        let position = run.zip(step).map(|(run, step)| Position { time_unix_ns, run, step });
+        self.positions.extend(position);
+    }
+
+    fn sort(&mut self) {
+        self.samples.sort();
+        self.configurations.sort_by_key(|message| message.time_unix_ns);
+        self.transitions.sort_by_key(|message| (message.time_unix_ns, message.sequence));
+        self.transitions.dedup();
+        self.divergences.sort_by_key(|message| (message.time_unix_ns, message.step));
+        self.divergences.dedup();
+        self.positions.sort_unstable();
+    }
+}
+
+/// Messages being collected. Their order does not matter, nor how often one is there.
+#[derive(Debug, Default)]
+pub struct Collection {
+    modules: Vec<ModuleRecord>,
+    /// By topic: the place of its module; none for what is no module's.
+    topics: BTreeMap<String, Option<(usize, Topic)>>,
+}
+
+impl Collection {
+    /// Takes a message. What is no module's is passed over; what cannot be read is counted.
+    pub fn take(&mut self, topic: &str, payload: &[u8]) {
+        if !self.topics.contains_key(topic) {
+            let known = self.place(topic);
+            self.topics.insert(topic.to_owned(), known);
+        }
+        let Some(Some((place, topic))) = self.topics.get(topic) else { return };
+        let Some(record) = self.modules.get_mut(*place) else { return };
+        if let Err(error) = record.take(topic, payload) {
+            record.unreadable += 1;
+            record.unreadable_because.get_or_insert_with(|| format!("{topic}: {error}"));
+        }
+    }
+
+    fn place(&mut self, topic: &str) -> Option<(usize, Topic)> {
+        let Ok(Key::Module { structure, module, topic }) = topic.parse() else { return None };
+        let known =
+            self.modules.iter().position(|r| r.structure == structure && r.module == module);
+        let place = known.unwrap_or_else(|| {
+            self.modules.push(ModuleRecord::new(structure, module));
+            self.modules.len() - 1
+        });
+        Some((place, topic))
+    }
+
+    /// What was collected, by structure and module.
+    #[must_use]
+    pub fn finish(self) -> Vec<ModuleRecord> {
+        let mut modules = self.modules;
+        modules.iter_mut().for_each(ModuleRecord::sort);
+        modules.sort_by(|a, b| (&a.structure, &a.module).cmp(&(&b.structure, &b.module)));
+        modules
+    }
+}

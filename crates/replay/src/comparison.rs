@@ -1,0 +1,265 @@
+//! Compares a replay with what was recorded.
+
+use std::collections::BTreeMap;
+
+use diagnosis::{Diagnoser, Transition};
+use names::{ModuleName, RunId, Step, StructureName};
+use serde_json::Value;
+use translation::{Speaker, from_transition};
+use wire::{Channel, Divergences, FaultTransition};
+
+use crate::collection::ModuleRecord;
+use crate::course::Course;
+use crate::difference::{Difference, first_field};
+
+/// A process that is killed leaves this much unpublished at most \[s\].
+const UNPUBLISHED_S: f64 = 1.0;
+
+/// A recorded message, and after how many samples it differed from the replay and how.
+type Waiting = (Divergences, Option<(u64, Difference)>);
+
+/// What a comparison found.
+#[derive(Debug)]
+pub struct Comparison {
+    /// Verdicts that are the same.
+    pub verdicts: u64,
+    /// Divergence messages that are.
+    pub divergences: u64,
+    /// Recorded verdicts that the replay did not reach.
+    pub verdicts_unverified: u64,
+    /// Recorded divergence messages that it did not.
+    pub divergences_unverified: u64,
+    /// Verdicts of the replay that are not in the recording, though later ones are.
+    pub verdicts_unrecorded: u64,
+    /// Verdicts of the replay after the last one in the recording: at the end, not everything is published.
+    pub verdicts_beyond: u64,
+    /// The first difference.
+    pub difference: Option<Difference>,
+    module: ModuleName,
+    structure: StructureName,
+    /// Recorded verdicts by sequence number, not yet replayed.
+    recorded: BTreeMap<u64, FaultTransition>,
+    last_recorded: u64,
+    /// Verdicts of the replay after the last recorded one.
+    beyond: Vec<Transition>,
+    /// Recorded divergences by run and step, each with how it differed from the replay.
+    messages: BTreeMap<(RunId, Step), Vec<Waiting>>,
+    /// Samples so far, and at the first difference.
+    steps: u64,
+    difference_at: u64,
+}
+
+impl Comparison {
+    pub(crate) fn new(record: &ModuleRecord, course: &Course) -> Self {
+        let is_own = |time: u64| time >= course.process && time < course.until;
+        let judged = |message: &&FaultTransition| {
+            is_own(message.time_unix_ns) && message.sequence > 0 && message.run.is_some()
+        };
+        let own = record.transitions.iter().filter(judged);
+        let own = own.filter(|message| message.sequence > course.memory.sequence);
+        let recorded: BTreeMap<u64, FaultTransition> =
+            own.map(|message| (message.sequence, message.clone())).collect();
+        let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for message in record.divergences.iter().filter(|message| is_own(message.time_unix_ns)) {
+            let at = (message.run, message.step);
+            messages.entry(at).or_default().push((message.clone(), None));
+        }
+        Self {
+            verdicts: 0,
+            divergences: 0,
+            verdicts_unverified: 0,
+            divergences_unverified: 0,
+            verdicts_unrecorded: 0,
+            verdicts_beyond: 0,
+            difference: None,
+            module: record.module.clone(),
+            structure: record.structure.clone(),
+            last_recorded: recorded.keys().next_back().copied().unwrap_or_default(),
+            recorded,
+            beyond: Vec::new(),
+            messages,
+            steps: 0,
+            difference_at: u64::MAX,
+        }
+    }
+
+    /// Keeps the first one; `at`: after so many samples.
+    fn differs(&mut self, at: u64, difference: Difference) {
+        if at < self.difference_at {
+            self.difference_at = at;
+            self.difference = Some(difference);
+        }
+    }
+
+    /// The replay came to a verdict.
+    pub(crate) fn transition(&mut self, replayed: &Transition) {
+        let Some(recorded) = self.recorded.remove(&replayed.sequence) else {
+            if replayed.sequence < self.last_recorded {
+                self.verdicts_unrecorded += 1;
+            } else {
+                self.beyond.push(replayed.clone());
+            }
+            return;
+        };
+        match self.compare(recorded, replayed) {
+            None => self.verdicts += 1,
+            Some(difference) => self.differs(self.steps, difference),
+        }
+    }
+
+    fn compare(&self, recorded: FaultTransition, replayed: &Transition) -> Option<Difference> {
+        let speaker = Speaker::of(self.structure.clone(), self.module.clone());
+        let (run, step) = (recorded.run?, recorded.decided_step?);
+        let component = recorded.component.component.clone();
+        let said = recorded.state;
+        let value = |transition| serde_json::to_value(speaker.transition(transition, 0));
+        let recorded = from_transition(recorded).and_then(|known| value(known).ok());
+        let replayed = value(replayed.clone()).ok();
+        let (recorded, replayed) = match (recorded, replayed) {
+            (Some(recorded), Some(replayed)) => (recorded, replayed),
+            (_, replayed) => (Value::from(said.to_string()), replayed.unwrap_or_default()),
+        };
+        let (field, recorded, replayed) = first_field(&recorded, &replayed)?;
+        let module = self.module.clone();
+        Some(Difference { module, run, step, component, field, recorded, replayed })
+    }
+
+    /// The replay went on by a sample.
+    pub(crate) fn step(&mut self, diagnoser: &Diagnoser) {
+        self.steps += 1;
+        let Some(at) = diagnoser.run().zip(diagnoser.last_step()) else { return };
+        let Some(waiting) = self.messages.get_mut(&at) else { return };
+        let speaker = Speaker::of(self.structure.clone(), self.module.clone());
+        let channels = (diagnoser.components(), diagnoser.evidence());
+        let replayed = speaker.divergences(at.0, at.1, channels, 0);
+        let differences: Vec<Option<Difference>> =
+            waiting.iter().map(|(recorded, _)| channel_difference(recorded, &replayed)).collect();
+        if let Some(same) = differences.iter().position(Option::is_none) {
+            waiting.remove(same);
+            self.divergences += 1;
+            if waiting.is_empty() {
+                self.messages.remove(&at);
+            }
+            return;
+        }
+        // A run that began again comes here once more: until then this may be the message of that time.
+        for ((_, kept), difference) in waiting.iter_mut().zip(differences) {
+            if kept.is_none() {
+                *kept = difference.map(|difference| (self.steps, difference));
+            }
+        }
+    }
+
+    /// The replay is over; `falls_short`: without having reached the end of what was recorded.
+    pub(crate) fn finish(&mut self, course: &Course, falls_short: bool) {
+        for (message, difference) in std::mem::take(&mut self.messages).into_values().flatten() {
+            match difference {
+                Some((at, difference)) => self.differs(at, difference),
+                None if falls_short => self.divergences_unverified += 1,
+                None => {
+                    if let Some(difference) = not_reached(&message) {
+                        self.differs(u64::MAX - 1, difference);
+                    }
+                }
+            }
+        }
+        for message in std::mem::take(&mut self.recorded).into_values() {
+            if falls_short {
+                self.verdicts_unverified += 1;
+            } else {
+                self.lacks(&message);
+            }
+        }
+        let margin = (UNPUBLISHED_S / course.setup.step_s).round() as u64;
+        for transition in std::mem::take(&mut self.beyond) {
+            let is_beyond = course.known_until.is_none_or(|(run, step)| {
+                transition.run != run || transition.decided.plus(margin) >= step
+            });
+            if is_beyond {
+                self.verdicts_beyond += 1;
+            } else {
+                self.invents(transition);
+            }
+        }
+    }
+
+    /// A recorded verdict that the replay does not come to.
+    fn lacks(&mut self, message: &FaultTransition) {
+        let (Some(run), Some(step)) = (message.run, message.decided_step) else { return };
+        let difference = Difference {
+            module: self.module.clone(),
+            run,
+            step,
+            component: message.component.component.clone(),
+            field: "verdict".to_owned(),
+            recorded: message.state.to_string(),
+            replayed: "none".to_owned(),
+        };
+        self.differs(u64::MAX - 1, difference);
+    }
+
+    /// A verdict of the replay that should be recorded.
+    fn invents(&mut self, transition: Transition) {
+        let difference = Difference {
+            module: self.module.clone(),
+            run: transition.run,
+            step: transition.decided,
+            component: transition.component,
+            field: "verdict".to_owned(),
+            recorded: "none".to_owned(),
+            replayed: transition.verdict.as_str().to_owned(),
+        };
+        self.differs(u64::MAX - 1, difference);
+    }
+}
+
+fn not_reached(message: &Divergences) -> Option<Difference> {
+    let component = message.channels.first()?.component.clone();
+    Some(Difference {
+        module: message.module.clone(),
+        run: message.run,
+        step: message.step,
+        component,
+        field: "divergence message".to_owned(),
+        recorded: "there".to_owned(),
+        replayed: "at no step that was taken".to_owned(),
+    })
+}
+
+/// The first channel and figure that are not the same.
+fn channel_difference(recorded: &Divergences, replayed: &Divergences) -> Option<Difference> {
+    let (one, other) = (&recorded.channels, &replayed.channels);
+    let pairs = one.iter().zip(other);
+    let found = pairs.clone().find_map(|(one, other)| {
+        let value = |channel: &Channel| serde_json::to_value(channel).unwrap_or_default();
+        let difference = (!same(one, other)).then(|| first_field(&value(one), &value(other)));
+        difference.flatten().map(|fields| (one.component.clone(), fields))
+    });
+    let (component, (field, recorded_value, replayed_value)) = match found {
+        Some(found) => found,
+        None if one.len() == other.len() => return None,
+        None => {
+            let component = one.iter().chain(other).next()?.component.clone();
+            let counts = ("channels".to_owned(), one.len().to_string(), other.len().to_string());
+            (component, counts)
+        }
+    };
+    Some(Difference {
+        module: recorded.module.clone(),
+        run: recorded.run,
+        step: recorded.step,
+        component,
+        field,
+        recorded: recorded_value,
+        replayed: replayed_value,
+    })
+}
+
+/// Are all bits the same?
+fn same(one: &Channel, other: &Channel) -> bool {
+    let bits = |channel: &Channel| {
+        let Channel { residual, divergence, threshold, .. } = *channel;
+        (residual.to_bits(), divergence.map(f64::to_bits), threshold.to_bits())
+    };
+    one.component == other.component && bits(one) == bits(other)
+}

@@ -1,0 +1,104 @@
+//! Which recorded sample a process took next.
+
+use std::collections::BTreeSet;
+
+use names::{RunId, Step};
+
+use crate::samples::Samples;
+use crate::shortfall::Shortfall;
+
+/// What is known of the next sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// It is of the same run, a step further.
+    Following,
+    /// It is of the same run, at this step.
+    At(Step),
+    /// With it, a run begins; taken at about this time \[ns since 1970\].
+    Begins(RunId, Step, u64),
+}
+
+/// The position in a module's samples.
+#[derive(Debug)]
+pub(crate) struct Cursor<'a> {
+    samples: &'a Samples,
+    position: Option<(RunId, Step)>,
+    /// Samples that were published before are of an earlier pass of the same run.
+    not_before: Option<u64>,
+    used: Vec<bool>,
+    begun: BTreeSet<RunId>,
+    near: usize,
+}
+
+impl<'a> Cursor<'a> {
+    pub(crate) fn new(samples: &'a Samples) -> Self {
+        Self {
+            samples,
+            position: None,
+            not_before: None,
+            used: vec![false; samples.len()],
+            begun: BTreeSet::new(),
+            near: 0,
+        }
+    }
+
+    /// Run and step of the latest sample.
+    pub(crate) fn position(&self) -> Option<(RunId, Step)> {
+        self.position
+    }
+
+    /// The next sample; `taken` in all, `wanted` are known to have been taken.
+    pub(crate) fn advance(
+        &mut self,
+        next: Next,
+        (taken, wanted): (u64, u64),
+    ) -> Result<usize, Shortfall> {
+        let unknown = || Shortfall::UnknownSample { samples: taken };
+        let (run, step) = match (next, self.position) {
+            (Next::Begins(run, step, _), _) => (run, step),
+            (Next::At(step), Some((run, _))) => (run, step),
+            (Next::Following, Some((run, last))) => (run, last.plus(1)),
+            (Next::At(_) | Next::Following, None) => return Err(unknown()),
+        };
+        let group = self.samples.of(run, step, self.near);
+        let chosen = match next {
+            Next::Begins(_, _, at) => self.nearest(group, at),
+            Next::At(_) | Next::Following => self.first(group),
+        };
+        let Some(index) = chosen else { return Err(self.missing(run, step, wanted - taken)) };
+        if let Next::Begins(..) = next {
+            let is_again = !self.begun.insert(run) || self.samples.of(run, step, index).len() > 1;
+            let time = self.samples.head(index).map(|head| head.time_unix_ns);
+            self.not_before = time.filter(|_| is_again);
+        }
+        self.used[index] = true;
+        self.near = index + 1;
+        self.position = Some((run, step));
+        Ok(index)
+    }
+
+    fn nearest(&self, group: std::ops::Range<usize>, at: u64) -> Option<usize> {
+        let distance = |index: &usize| self.time(*index).abs_diff(at);
+        group.filter(|index| !self.used[*index]).min_by_key(distance)
+    }
+
+    fn first(&self, group: std::ops::Range<usize>) -> Option<usize> {
+        let not_before = self.not_before.unwrap_or_default();
+        group.filter(|index| !self.used[*index]).find(|index| self.time(*index) >= not_before)
+    }
+
+    fn time(&self, index: usize) -> u64 {
+        self.samples.head(index).map_or(0, |head| head.time_unix_ns)
+    }
+
+    /// From this step on up to the next one that is there.
+    fn missing(&self, run: RunId, from: Step, count: u64) -> Shortfall {
+        let furthest = from.plus(count.saturating_sub(1));
+        let next = self.samples.head(self.samples.first_from(run, from.plus(1)));
+        let to = match next {
+            Some(head) if head.run == run => furthest.min(head.step.minus(1)),
+            _ => furthest,
+        };
+        Shortfall::SamplesMissing { run, from, to }
+    }
+}

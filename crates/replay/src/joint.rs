@@ -1,0 +1,324 @@
+//! All modules in one process on the recorded samples, with other settings.
+//!
+//! What peers answered then no longer applies: the diagnosers query each other here. The modules go step by step
+//! together, each taking the samples that it took, with the gaps that it had; what an operator commanded is commanded at
+//! the same step. Restarts are left out: what a module took twice it takes once.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use diagnosis::{
+    Action, Diagnoser, Event, ModuleSetup, PeerFailure, Question, QuestionToken, Sample,
+};
+use names::{ModuleName, RunId, Step};
+
+use crate::collection::ModuleRecord;
+use crate::course::{Course, Item};
+use crate::player::{ReplayedTransition, empty_sample, without_values};
+use crate::samples::Samples;
+
+/// How long an answer is waited for \[s\], as `queries.timeout_ms` has it.
+const TIMEOUT_S: f64 = 0.3;
+
+/// When: the run by its first sample, how often it had begun again, the step.
+type Moment = (u64, u64, Step);
+
+/// A module that takes part.
+#[derive(Debug)]
+pub struct Part<'a> {
+    samples: &'a Samples,
+    setup: ModuleSetup,
+    /// What it takes, and when; the latter rises.
+    items: Vec<(Moment, Item)>,
+}
+
+/// A setup that no diagnoser can be made of.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("module `{module}`: {problems}")]
+pub struct PartError {
+    /// The module.
+    pub module: ModuleName,
+    /// What is wrong with it.
+    pub problems: String,
+}
+
+impl<'a> Part<'a> {
+    /// A module with a setup: what its processes took, or, if none is known, all its samples in order.
+    #[must_use]
+    pub fn new(
+        record: &'a ModuleRecord,
+        courses: &[Course],
+        setup: ModuleSetup,
+        runs: &Beginnings,
+    ) -> Self {
+        let samples = &record.samples;
+        let all: Vec<Item>;
+        let items: Box<dyn Iterator<Item = &Item>> = if courses.is_empty() {
+            all = (0..samples.len()).map(Item::Sample).collect();
+            Box::new(all.iter())
+        } else {
+            Box::new(courses.iter().flat_map(|course| &course.items))
+        };
+        let mut line = Line { runs, run: None, moment: Moment::default(), time: 0 };
+        let items = items.filter_map(|item| line.place(samples, item)).collect();
+        Self { samples, setup, items }
+    }
+}
+
+/// When each run began, as far as it is recorded \[ns since 1970\].
+#[derive(Debug, Default)]
+pub struct Beginnings(BTreeMap<RunId, u64>);
+
+impl Beginnings {
+    /// Those of all runs of these modules.
+    #[must_use]
+    pub fn of(records: &[ModuleRecord]) -> Self {
+        let mut runs = BTreeMap::new();
+        for record in records {
+            for head in (0..record.samples.len()).filter_map(|index| record.samples.head(index)) {
+                let first = runs.entry(head.run).or_insert(head.time_unix_ns);
+                *first = head.time_unix_ns.min(*first);
+            }
+        }
+        Self(runs)
+    }
+}
+
+/// Places what a module took in time.
+#[derive(Debug)]
+struct Line<'a> {
+    runs: &'a Beginnings,
+    run: Option<RunId>,
+    moment: Moment,
+    /// When the latest sample was published.
+    time: u64,
+}
+
+impl Line<'_> {
+    fn place(&mut self, samples: &Samples, item: &Item) -> Option<(Moment, Item)> {
+        match item {
+            Item::Sample(index) => {
+                let head = samples.head(*index)?;
+                let is_same = self.run == Some(head.run);
+                if is_same && head.step <= self.moment.2 {
+                    // Taken before, by the process before.
+                    if head.time_unix_ns <= self.time {
+                        return None;
+                    }
+                    self.moment.1 += 1;
+                }
+                self.moment.2 = head.step;
+                if !is_same {
+                    let begun = self.runs.0.get(&head.run).copied().unwrap_or_default();
+                    self.moment = (begun, 0, head.step);
+                    self.run = Some(head.run);
+                }
+                self.time = head.time_unix_ns;
+                Some((self.moment, item.clone()))
+            }
+            Item::Rejected(run, _) => (self.run == Some(*run)).then(|| (self.moment, item.clone())),
+            Item::Event(event) => match **event {
+                Event::Ordered { .. } => Some((self.moment, item.clone())),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// The verdicts of each part.
+///
+/// # Errors
+/// A setup that no diagnoser can be made of.
+pub fn together(parts: &[Part<'_>]) -> Result<Vec<Vec<ReplayedTransition>>, PartError> {
+    let mut rig = Rig::new(parts)?;
+    while let Some(place) = rig.next() {
+        rig.go_on(place);
+    }
+    Ok(rig.verdicts)
+}
+
+/// A question on its way.
+#[derive(Debug)]
+struct Asked {
+    asker: usize,
+    peer: usize,
+    question: Question,
+    /// After how many items of the asker.
+    at: usize,
+    is_open: bool,
+}
+
+struct Rig<'a> {
+    parts: &'a [Part<'a>],
+    diagnosers: Vec<Diagnoser>,
+    /// How many items each has taken.
+    taken: Vec<usize>,
+    times: Vec<u64>,
+    timeouts: Vec<usize>,
+    sample: Sample,
+    asked: Vec<Asked>,
+    /// Questions before this one are all answered.
+    open_from: usize,
+    /// Who did not answer whom, and until when that stays so, in items of the asker.
+    silent: Vec<(usize, ModuleName, usize)>,
+    verdicts: Vec<Vec<ReplayedTransition>>,
+}
+
+impl<'a> Rig<'a> {
+    fn new(parts: &'a [Part<'a>]) -> Result<Self, PartError> {
+        let diagnoser = |part: &Part<'_>| {
+            Diagnoser::new(part.setup.clone()).map_err(|problems| PartError {
+                module: part.setup.module.clone(),
+                problems: problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "),
+            })
+        };
+        let timeout = |part: &Part<'_>| (TIMEOUT_S / part.setup.step_s).ceil() as usize;
+        Ok(Self {
+            parts,
+            diagnosers: parts.iter().map(diagnoser).collect::<Result<_, _>>()?,
+            taken: vec![0; parts.len()],
+            times: vec![0; parts.len()],
+            timeouts: parts.iter().map(timeout).collect(),
+            sample: empty_sample(),
+            asked: Vec::new(),
+            open_from: 0,
+            silent: Vec::new(),
+            verdicts: parts.iter().map(|_| Vec::new()).collect(),
+        })
+    }
+
+    /// Whose turn it is: the one that is the least far.
+    fn next(&self) -> Option<usize> {
+        let moment = |place: usize| Some(self.parts[place].items.get(self.taken[place])?.0);
+        (0..self.parts.len())
+            .filter_map(|place| Some((moment(place)?, place)))
+            .min()
+            .map(|(_, place)| place)
+    }
+
+    fn go_on(&mut self, place: usize) {
+        let part = &self.parts[place];
+        let item = &part.items[self.taken[place]].1;
+        self.taken[place] += 1;
+        let mut actions = Vec::new();
+        let diagnoser = &mut self.diagnosers[place];
+        match item {
+            Item::Sample(index) => {
+                part.samples.read(*index, &mut self.sample);
+                self.times[place] = part.samples.head(*index).map_or(0, |head| head.time_unix_ns);
+                diagnoser.take_sample(&self.sample, &mut actions);
+            }
+            Item::Rejected(run, step) => {
+                let sample = without_values(diagnoser, *run, *step);
+                diagnoser.take_sample(&sample, &mut actions);
+            }
+            Item::Event(event) => diagnoser.handle((**event).clone(), &mut actions),
+        }
+        self.carry_out(place, actions);
+        self.give_up();
+        self.come_back(place);
+    }
+
+    /// Carries out the actions of one diagnoser and whatever follows from them.
+    fn carry_out(&mut self, place: usize, actions: Vec<Action>) {
+        let mut pending: VecDeque<(usize, Action)> =
+            actions.into_iter().map(|action| (place, action)).collect();
+        while let Some((actor, action)) = pending.pop_front() {
+            let Some((target, event)) = self.event_of(actor, action) else { continue };
+            let mut actions = Vec::new();
+            self.diagnosers[target].handle(event, &mut actions);
+            pending.extend(actions.into_iter().map(|action| (target, action)));
+        }
+    }
+
+    fn event_of(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
+        match action {
+            Action::Publish(transition) => {
+                let time_unix_ns = self.times[actor];
+                self.verdicts[actor].push(ReplayedTransition { transition, time_unix_ns });
+                None
+            }
+            Action::Ask { peer, question } => Some(self.ask(actor, peer, question)),
+            Action::Answer { token, answer } => {
+                let (asker, peer, _) = self.close(token)?;
+                let peer = self.diagnosers[peer].module().clone();
+                Some((asker, Event::Answered { peer, answer }))
+            }
+            Action::Refuse { token, refusal } => {
+                let (asker, peer, question) = self.close(token)?;
+                let failure = PeerFailure::Refused(refusal.to_string());
+                Some(self.unanswered(asker, peer, question, failure))
+            }
+            _ => None,
+        }
+    }
+
+    fn ask(&mut self, asker: usize, peer: ModuleName, question: Question) -> (usize, Event) {
+        let target = self.diagnosers.iter().position(|diagnoser| *diagnoser.module() == peer);
+        let is_there = |place: &usize| self.taken[*place] < self.parts[*place].items.len();
+        let Some(target) = target.filter(|place| *place == asker || is_there(place)) else {
+            let failure = PeerFailure::Absent;
+            return (asker, Event::Unanswered { peer, question, failure });
+        };
+        let token = QuestionToken(self.asked.len() as u64);
+        let at = self.taken[asker];
+        self.asked.push(Asked { asker, peer: target, question, at, is_open: true });
+        (target, Event::Asked { token, question })
+    }
+
+    fn close(&mut self, token: QuestionToken) -> Option<(usize, usize, Question)> {
+        let asked = self.asked.get_mut(usize::try_from(token.0).ok()?)?;
+        let was_open = std::mem::replace(&mut asked.is_open, false);
+        was_open.then_some((asked.asker, asked.peer, asked.question))
+    }
+
+    fn unanswered(
+        &mut self,
+        asker: usize,
+        peer: usize,
+        question: Question,
+        failure: PeerFailure,
+    ) -> (usize, Event) {
+        let peer = self.diagnosers[peer].module().clone();
+        let until = self.taken[asker] + self.timeouts[asker];
+        if !self.silent.iter().any(|(a, p, _)| (*a, p) == (asker, &peer)) {
+            self.silent.push((asker, peer.clone(), until));
+        }
+        (asker, Event::Unanswered { peer, question, failure })
+    }
+
+    /// Questions that have waited too long, or that nobody is left to answer, go unanswered.
+    fn give_up(&mut self) {
+        while self.asked.get(self.open_from).is_some_and(|asked| !asked.is_open) {
+            self.open_from += 1;
+        }
+        for index in self.open_from..self.asked.len() {
+            let Asked { asker, peer, question, at, is_open } = self.asked[index];
+            let is_over = self.taken[asker] > at + self.timeouts[asker]
+                || self.taken[peer] >= self.parts[peer].items.len();
+            if !is_open || !is_over {
+                continue;
+            }
+            self.asked[index].is_open = false;
+            let token = QuestionToken(index as u64);
+            let mut actions = Vec::new();
+            self.diagnosers[peer].handle(Event::Withdrawn { token }, &mut actions);
+            self.carry_out(peer, actions);
+            let (asker, event) = self.unanswered(asker, peer, question, PeerFailure::TimedOut);
+            let mut actions = Vec::new();
+            self.diagnosers[asker].handle(event, &mut actions);
+            self.carry_out(asker, actions);
+        }
+    }
+
+    /// Peers that did not answer a module are queried again after a while.
+    fn come_back(&mut self, place: usize) {
+        let now = self.taken[place];
+        let is_over =
+            |(asker, _, until): &(usize, ModuleName, usize)| *asker == place && now >= *until;
+        let Some(index) = self.silent.iter().position(is_over) else { return };
+        let (_, peer, _) = self.silent.swap_remove(index);
+        let mut actions = Vec::new();
+        self.diagnosers[place].handle(Event::Returned { peer }, &mut actions);
+        self.carry_out(place, actions);
+    }
+}

@@ -1,0 +1,133 @@
+//! Leads a course through a diagnoser.
+
+use diagnosis::{Action, Diagnoser, Sample, Transition};
+use names::{RunId, Step};
+
+use crate::collection::ModuleRecord;
+use crate::comparison::Comparison;
+use crate::course::{Course, Item};
+use crate::shortfall::Shortfall;
+
+/// A verdict of the replay.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReplayedTransition {
+    /// The transition.
+    pub transition: Transition,
+    /// When the latest sample before it was published \[ns since 1970\].
+    pub time_unix_ns: u64,
+}
+
+/// What came of a replay.
+#[derive(Debug)]
+pub struct Replayed {
+    /// The verdicts, in order.
+    pub transitions: Vec<ReplayedTransition>,
+    /// Samples used.
+    pub samples: u64,
+    /// What a comparison with the recording found.
+    pub comparison: Comparison,
+    /// Why it does not go further, if it does not.
+    pub shortfall: Option<Shortfall>,
+}
+
+/// An empty sample to read others into.
+pub(crate) fn empty_sample() -> Sample {
+    Sample {
+        run: RunId(0),
+        step: Step(0),
+        demands_n: Vec::new(),
+        pressures_pa: Vec::new(),
+        elongations_m: Vec::new(),
+    }
+}
+
+/// A sample without a value.
+pub(crate) fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> Sample {
+    let is_actuator = |c: &&names::Component| matches!(c, names::Component::Actuator(_));
+    let actuators = diagnoser.components().iter().filter(is_actuator).count();
+    let gages = diagnoser.components().len() - actuators;
+    Sample {
+        run,
+        step,
+        demands_n: vec![f64::NAN; actuators],
+        pressures_pa: vec![[f64::NAN; 2]; actuators],
+        elongations_m: vec![f64::NAN; gages],
+    }
+}
+
+/// Replays what a process took. Whatever it would do itself, such as querying its peers, it need not: the answers are
+/// recorded.
+///
+/// # Errors
+/// A setup that no diagnoser can be made of.
+pub fn replay(record: &ModuleRecord, course: &Course) -> Result<Replayed, Shortfall> {
+    let diagnoser = Diagnoser::new(course.setup.clone()).map_err(|problems| {
+        let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+        Shortfall::Configuration(problems.join("; "))
+    })?;
+    let mut player = Player {
+        record,
+        diagnoser,
+        sample: empty_sample(),
+        time_unix_ns: 0,
+        transitions: Vec::new(),
+        comparison: Comparison::new(record, course),
+    };
+    player.diagnoser.recall(course.memory.clone());
+    let shortfall = player.play(&course.items).err().or(course.shortfall.clone());
+    player.comparison.finish(course, shortfall.is_some());
+    let Player { diagnoser, transitions, comparison, .. } = player;
+    Ok(Replayed { transitions, samples: diagnoser.counters().samples, comparison, shortfall })
+}
+
+struct Player<'a> {
+    record: &'a ModuleRecord,
+    diagnoser: Diagnoser,
+    sample: Sample,
+    time_unix_ns: u64,
+    transitions: Vec<ReplayedTransition>,
+    comparison: Comparison,
+}
+
+impl Player<'_> {
+    fn play(&mut self, items: &[Item]) -> Result<(), Shortfall> {
+        let mut actions = Vec::new();
+        for item in items {
+            let used = self.diagnoser.counters().samples;
+            match item {
+                Item::Sample(index) => self.take(*index, &mut actions),
+                Item::Rejected(run, step) => {
+                    let sample = without_values(&self.diagnoser, *run, *step);
+                    self.diagnoser.take_sample(&sample, &mut actions);
+                }
+                Item::Event(event) => self.diagnoser.handle((**event).clone(), &mut actions),
+            }
+            let takes = u64::from(matches!(item, Item::Sample(_)));
+            if self.diagnoser.counters().samples != used + takes {
+                return Err(Shortfall::UnknownSample { samples: used });
+            }
+            self.note(&mut actions);
+            if takes > 0 {
+                self.comparison.step(&self.diagnoser);
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, index: usize, actions: &mut Vec<Action>) {
+        self.record.samples.read(index, &mut self.sample);
+        self.time_unix_ns =
+            self.record.samples.head(index).map_or(self.time_unix_ns, |head| head.time_unix_ns);
+        self.diagnoser.take_sample(&self.sample, actions);
+    }
+
+    fn note(&mut self, actions: &mut Vec<Action>) {
+        for action in actions.drain(..) {
+            if let Action::Publish(transition) = action {
+                self.comparison.transition(&transition);
+                let time_unix_ns = self.time_unix_ns;
+                self.transitions.push(ReplayedTransition { transition, time_unix_ns });
+            }
+        }
+    }
+}

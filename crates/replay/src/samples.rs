@@ -1,0 +1,177 @@
+//! The recorded samples of a module.
+
+use std::ops::Range;
+
+use names::{RunId, Step};
+
+/// Which sample it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleHead {
+    /// Its run.
+    pub run: RunId,
+    /// Its step.
+    pub step: Step,
+    /// When it was published, by the publisher's clock \[ns since 1970\].
+    pub time_unix_ns: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    head: SampleHead,
+    /// Where its values begin.
+    at: usize,
+    /// How many demands, pairs of pressures, elongations.
+    lengths: [usize; 3],
+}
+
+/// Samples by run and step. Of one run and step there are several if the publisher began again; what was recorded twice
+/// is there once.
+#[derive(Debug, Default)]
+pub struct Samples {
+    entries: Vec<Entry>,
+    /// All values one after the other: an hour has millions.
+    values: Vec<f64>,
+}
+
+impl Samples {
+    /// Adds one.
+    pub(crate) fn push(&mut self, sample: &wire::Sample) {
+        let head =
+            SampleHead { run: sample.run, step: sample.step, time_unix_ns: sample.time_unix_ns };
+        let at = self.values.len();
+        let lengths =
+            [sample.demands_n.len(), sample.pressures_pa.len(), sample.elongations_m.len()];
+        self.entries.push(Entry { head, at, lengths });
+        self.values.extend_from_slice(&sample.demands_n);
+        self.values.extend(sample.pressures_pa.iter().flatten());
+        self.values.extend_from_slice(&sample.elongations_m);
+    }
+
+    /// Brings them into order.
+    pub(crate) fn sort(&mut self) {
+        let Self { entries, values } = self;
+        let key = |entry: &Entry| (entry.head.run, entry.head.step);
+        entries.sort_by_key(key);
+        let mut group = 0;
+        let mut kept = 0;
+        for index in 0..entries.len() {
+            let entry = entries[index];
+            if kept > 0 && key(&entries[kept - 1]) != key(&entry) {
+                group = kept;
+            }
+            let is_known = entries[group..kept].iter().any(|other| same(other, &entry, values));
+            if !is_known {
+                entries[kept] = entry;
+                kept += 1;
+            }
+        }
+        entries.truncate(kept);
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Is there none?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Which sample this is.
+    #[must_use]
+    pub fn head(&self, index: usize) -> Option<SampleHead> {
+        self.entries.get(index).map(|entry| entry.head)
+    }
+
+    /// Copies one.
+    pub fn read(&self, index: usize, into: &mut diagnosis::Sample) {
+        let Some(Entry { head, at, lengths: [demands, pairs, gages] }) = self.entries.get(index)
+        else {
+            return;
+        };
+        let pressures = at + demands;
+        let elongations = pressures + 2 * pairs;
+        into.run = head.run;
+        into.step = head.step;
+        into.demands_n.clear();
+        into.demands_n.extend_from_slice(&self.values[*at..pressures]);
+        into.pressures_pa.clear();
+        let (pairs, _) = self.values[pressures..elongations].as_chunks::<2>();
+        into.pressures_pa.extend_from_slice(pairs);
+        into.elongations_m.clear();
+        into.elongations_m.extend_from_slice(&self.values[elongations..elongations + gages]);
+    }
+
+    /// Those of this run and step; `near` is where they are likely to be.
+    pub(crate) fn of(&self, run: RunId, step: Step, near: usize) -> Range<usize> {
+        let is = |index: usize| {
+            self.entries.get(index).is_some_and(|e| (e.head.run, e.head.step) == (run, step))
+        };
+        let begins = is(near) && !near.checked_sub(1).is_some_and(is);
+        let from = if begins { near } else { self.first_from(run, step) };
+        let mut to = from;
+        while is(to) {
+            to += 1;
+        }
+        from..to
+    }
+
+    /// The place of the first that is not before this run and step.
+    pub(crate) fn first_from(&self, run: RunId, step: Step) -> usize {
+        self.entries.partition_point(|e| (e.head.run, e.head.step) < (run, step))
+    }
+}
+
+fn same(one: &Entry, other: &Entry, values: &[f64]) -> bool {
+    let bits = |entry: &Entry| {
+        let [demands, pairs, gages] = entry.lengths;
+        values[entry.at..entry.at + demands + 2 * pairs + gages].iter().map(|v| v.to_bits())
+    };
+    one.head == other.head && one.lengths == other.lengths && bits(one).eq(bits(other))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(step: u64, time_unix_ns: u64, value: f64) -> wire::Sample {
+        wire::Sample {
+            module: "module1".parse().unwrap(),
+            run: RunId(1),
+            step: Step(step),
+            time_unix_ns,
+            demands_n: vec![value],
+            pressures_pa: vec![[2.0, 3.0]],
+            elongations_m: vec![4.0, f64::NAN],
+        }
+    }
+
+    #[test]
+    fn what_was_recorded_twice_is_there_once_and_what_came_again_twice() {
+        let mut samples = Samples::default();
+        for (step, time, value) in
+            [(3, 30, 1.0), (2, 20, 1.0), (3, 30, 1.0), (3, 90, 1.0), (3, 30, 7.0)]
+        {
+            samples.push(&sample(step, time, value));
+        }
+        samples.sort();
+        assert_eq!(samples.len(), 4);
+        assert_eq!(samples.of(RunId(1), Step(3), 0), 1..4);
+        assert_eq!(samples.of(RunId(1), Step(3), 2), 1..4);
+        assert_eq!(samples.of(RunId(1), Step(4), 4), 4..4);
+        let mut one = diagnosis::Sample {
+            run: RunId(0),
+            step: Step(0),
+            demands_n: vec![],
+            pressures_pa: vec![],
+            elongations_m: vec![],
+        };
+        samples.read(3, &mut one);
+        assert_eq!((one.step, one.demands_n[0]), (Step(3), 7.0));
+        assert_eq!(one.pressures_pa, [[2.0, 3.0]]);
+        assert_eq!(one.elongations_m[0], 4.0);
+    }
+}

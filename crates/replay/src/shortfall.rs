@@ -1,0 +1,80 @@
+//! What a recording lacks.
+
+use std::fmt;
+
+use names::{RunId, Step};
+
+/// Why a process cannot be replayed, or not to its end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Shortfall {
+    /// No process of the module is known.
+    NoInputs,
+    /// The process had started before, and what it started with is not there.
+    StartMissing,
+    /// What the module was set up with is not there, or cannot be used.
+    Configuration(String),
+    /// Inputs are not there.
+    InputsMissing {
+        /// The first.
+        from: u64,
+        /// The last.
+        to: u64,
+    },
+    /// An input is of a later version.
+    LaterInput(u64),
+    /// Samples that were taken are not there.
+    SamplesMissing {
+        /// Their run.
+        run: RunId,
+        /// The first.
+        from: Step,
+        /// The last.
+        to: Step,
+    },
+    /// A sample was taken, but not which one is said.
+    UnknownSample {
+        /// After so many samples.
+        samples: u64,
+    },
+    /// The position that an input tells is another one.
+    Contradiction {
+        /// The input.
+        number: u64,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+impl fmt::Display for Shortfall {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Shortfall::NoInputs => f.write_str(
+                "what its processes took beside samples is not in the recording: use one made by `trusswatch record`",
+            ),
+            Shortfall::StartMissing => f.write_str(
+                "the recording begins after the process had started: nothing of it can be verified before its next start",
+            ),
+            Shortfall::Configuration(problem) => write!(f, "its configuration: {problem}"),
+            Shortfall::InputsMissing { from, to } if from == to => {
+                write!(f, "input {from} is missing")
+            }
+            Shortfall::InputsMissing { from, to } => write!(f, "inputs {from}–{to} are missing"),
+            Shortfall::LaterInput(number) => {
+                write!(f, "input {number} is of a later version of trusswatch")
+            }
+            Shortfall::SamplesMissing { run, from, to } if from == to => {
+                write!(f, "sample {from} of run {run} that it took is not in the recording")
+            }
+            Shortfall::SamplesMissing { run, from, to } => {
+                write!(f, "samples {from}–{to} of run {run} that it took are not in the recording")
+            }
+            Shortfall::UnknownSample { samples } => write!(
+                f,
+                "which sample it took after the first {samples} is not in the recording"
+            ),
+            Shortfall::Contradiction { number, problem } => {
+                write!(f, "input {number} does not fit what precedes it: {problem}")
+            }
+        }
+    }
+}
