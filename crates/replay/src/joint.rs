@@ -13,7 +13,7 @@ use names::{ModuleName, RunId, Step};
 
 use crate::collection::ModuleRecord;
 use crate::course::{Course, Item};
-use crate::player::{ReplayedTransition, empty_sample, without_values};
+use crate::player::{ReplayedTransition, empty_sample, is_of_consequence, without_values};
 use crate::samples::Samples;
 
 /// How long an answer is waited for \[s\], as `queries.timeout_ms` has it.
@@ -208,8 +208,10 @@ impl<'a> Rig<'a> {
                 diagnoser.take_sample(&self.sample, &mut actions);
             }
             Item::Rejected(run, step) => {
-                let sample = without_values(diagnoser, *run, *step);
-                diagnoser.take_sample(&sample, &mut actions);
+                if is_of_consequence(diagnoser, part.setup.step_s, (*run, *step)) {
+                    let sample = without_values(diagnoser, *run, *step);
+                    diagnoser.take_sample(&sample, &mut actions);
+                }
             }
             Item::Event(event) => diagnoser.handle((**event).clone(), &mut actions),
         }

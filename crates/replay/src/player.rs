@@ -8,6 +8,9 @@ use crate::comparison::Comparison;
 use crate::course::{Course, Item};
 use crate::shortfall::Shortfall;
 
+/// A diagnoser takes samples that are less far ahead \[s\].
+const STEP_JUMP_S: f64 = 10.0;
+
 /// A verdict of the replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayedTransition {
@@ -55,6 +58,17 @@ pub(crate) fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> S
     }
 }
 
+/// Was a sample refused because of its step? One that has the wrong number of values is refused whatever its step, and
+/// leaves nothing behind.
+pub(crate) fn is_of_consequence(
+    diagnoser: &Diagnoser,
+    step_s: f64,
+    (run, step): (RunId, Step),
+) -> bool {
+    let last = diagnoser.last_step().filter(|_| diagnoser.run() == Some(run));
+    last.is_some_and(|last| step <= last || step.since(last) as f64 * step_s > STEP_JUMP_S)
+}
+
 /// Replays what a process took. Whatever it would do itself, such as querying its peers, it need not: the answers are
 /// recorded.
 ///
@@ -68,6 +82,7 @@ pub fn replay(record: &ModuleRecord, course: &Course) -> Result<Replayed, Shortf
     let mut player = Player {
         record,
         diagnoser,
+        step_s: course.setup.step_s,
         sample: empty_sample(),
         time_unix_ns: 0,
         transitions: Vec::new(),
@@ -83,6 +98,7 @@ pub fn replay(record: &ModuleRecord, course: &Course) -> Result<Replayed, Shortf
 struct Player<'a> {
     record: &'a ModuleRecord,
     diagnoser: Diagnoser,
+    step_s: f64,
     sample: Sample,
     time_unix_ns: u64,
     transitions: Vec<ReplayedTransition>,
@@ -97,8 +113,10 @@ impl Player<'_> {
             match item {
                 Item::Sample(index) => self.take(*index, &mut actions),
                 Item::Rejected(run, step) => {
-                    let sample = without_values(&self.diagnoser, *run, *step);
-                    self.diagnoser.take_sample(&sample, &mut actions);
+                    if is_of_consequence(&self.diagnoser, self.step_s, (*run, *step)) {
+                        let sample = without_values(&self.diagnoser, *run, *step);
+                        self.diagnoser.take_sample(&sample, &mut actions);
+                    }
                 }
                 Item::Event(event) => self.diagnoser.handle((**event).clone(), &mut actions),
             }

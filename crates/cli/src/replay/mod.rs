@@ -48,7 +48,7 @@ struct SettingsArguments {
     /// Configurations of diagnosers instead of the recorded ones
     #[arg(long, value_name = "MODULE.toml", num_args = 1.., conflicts_with = "verify")]
     config: Vec<PathBuf>,
-    /// Factor on every threshold
+    /// Factor on every threshold of a divergence; the comparison with a reference stays as it is
     #[arg(long, value_name = "FACTOR", conflicts_with = "verify", allow_hyphen_values = true)]
     threshold_factor: Option<f64>,
     /// Rule of isolation

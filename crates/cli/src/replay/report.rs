@@ -1,4 +1,4 @@
-//! What a replay is told as.
+//! How a replay is reported.
 
 use std::fmt::Write;
 

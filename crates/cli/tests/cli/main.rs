@@ -12,6 +12,7 @@ mod commission;
 mod demo;
 mod detect;
 mod detect_modules;
+mod export;
 mod fault;
 mod faults;
 mod follow;
@@ -25,6 +26,10 @@ mod model;
 mod orders;
 mod pki;
 mod program;
+#[expect(dead_code, reason = "the tests of the crate `replay` use all of it")]
+#[path = "../../../replay/tests/replay/live.rs"]
+mod recorded_live;
+mod replay;
 mod replicate;
 mod schema;
 mod stand_in;

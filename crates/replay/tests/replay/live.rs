@@ -56,10 +56,12 @@ fn make_plant() -> plant::Plant {
 }
 
 impl Live {
-    pub fn new() -> Self {
+    /// The shipped ones, with what `change` does to their setups.
+    pub fn new(change: impl Fn(&mut ModuleSetup)) -> Self {
         let structure: StructureName = "tower".parse().unwrap();
         let nodes = configurations().into_iter().map(|config| {
-            let setup = config.module_setup();
+            let mut setup = config.module_setup();
+            change(&mut setup);
             Node {
                 diagnoser: Diagnoser::new(setup.clone()).unwrap(),
                 speaker: Speaker::of(structure.clone(), setup.module.clone()),
@@ -90,7 +92,7 @@ impl Live {
         self.run = run;
     }
 
-    /// A diagnoser is started anew with what it had stored.
+    /// A diagnoser is started again with what it had stored.
     pub fn restart(&mut self, place: usize) {
         let node = &mut self.nodes[place];
         let diagnoser = &node.diagnoser;

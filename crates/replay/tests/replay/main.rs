@@ -15,7 +15,15 @@ use replay::{Collection, ModuleRecord, Replayed, Shortfall, courses, replay};
 
 /// A run with a fault of a gage that shows in both modules.
 fn with_fault() -> Live {
-    let mut live = Live::new();
+    fault_in(Live::new(|_| {}))
+}
+
+/// The same with diagnosers that have no reference: only changes are found.
+fn without_reference() -> Live {
+    fault_in(Live::new(|setup| setup.reference = None))
+}
+
+fn fault_in(mut live: Live) -> Live {
     live.run(5000);
     live.inject("module1/sensor/g5", Fault::Bias { offset_m: 2e-4 });
     live.run(3000);

@@ -1,9 +1,9 @@
 //! What would have been named with other settings.
 
 use names::ComponentPath;
-use replay::{Beginnings, Course, ModuleRecord, Part, Settings, courses, together};
+use replay::{Beginnings, Course, ModuleRecord, Part, Settings, courses, latest_setup, together};
 
-use crate::{collect, replay_all, with_fault};
+use crate::{collect, replay_all, with_fault, without_reference};
 
 fn named(records: &[ModuleRecord], settings: &Settings) -> Vec<ComponentPath> {
     let runs = Beginnings::of(records);
@@ -12,7 +12,7 @@ fn named(records: &[ModuleRecord], settings: &Settings) -> Vec<ComponentPath> {
         .map(|record| courses(record).into_iter().map(|(_, course)| course.unwrap()).collect())
         .collect();
     let parts = records.iter().zip(&known).map(|(record, courses)| {
-        let setup = settings.applied_to(courses[0].setup.clone());
+        let setup = settings.applied_to(latest_setup(record).unwrap());
         Part::new(record, courses, setup, &runs)
     });
     let verdicts = together(&parts.collect::<Vec<_>>()).unwrap();
@@ -36,8 +36,16 @@ fn the_same_settings_give_the_same_verdicts_without_recorded_answers() {
 }
 
 #[test]
-fn with_thresholds_a_million_times_as_large_nothing_is_named() {
-    let records = collect(&with_fault());
+fn with_thresholds_a_million_times_as_large_no_change_is_named() {
+    let records = collect(&without_reference());
+    assert_eq!(named(&records, &Settings::default()), ["module1/sensor/g5".parse().unwrap()]);
     let settings = Settings { threshold_factor: Some(1e6), ..Settings::default() };
     assert_eq!(named(&records, &settings), Vec::<ComponentPath>::new());
+}
+
+#[test]
+fn without_what_the_processes_took_all_samples_are_taken_in_order() {
+    let mut records = collect(&with_fault());
+    records.iter_mut().for_each(|record| record.inputs.clear());
+    assert_eq!(named(&records, &Settings::default()), ["module1/sensor/g5".parse().unwrap()]);
 }

@@ -1,0 +1,115 @@
+//! `trusswatch replay` through the real binary.
+
+use std::path::{Path, PathBuf};
+
+use names::fault::Fault;
+use recording::{Recorded, Writer};
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::binary::{Outcome, run};
+use crate::recorded_live::{Live, Published};
+
+/// What is published while a gage fails, without a reference: only changes are found.
+pub(crate) fn published() -> Vec<Published> {
+    let mut live = Live::new(|setup| setup.reference = None);
+    live.run(5000);
+    live.inject("module1/sensor/g5", Fault::Bias { offset_m: 2e-4 });
+    live.run(3000);
+    live.published
+}
+
+/// Writes a recording.
+pub(crate) fn write(file: &Path, messages: &[Published]) {
+    let mut writer = Writer::create(file).unwrap();
+    for message in messages {
+        let recorded = Recorded {
+            topic: message.topic.clone(),
+            time_unix_ns: message.time_unix_ns,
+            sequence: u32::try_from(message.step).unwrap(),
+            payload: message.payload.clone(),
+        };
+        writer.write(&recorded).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+/// A recording in two files.
+fn recording(change: impl Fn(&mut Vec<Published>)) -> (TempDir, [PathBuf; 2]) {
+    let directory = TempDir::new().unwrap();
+    let mut messages = published();
+    change(&mut messages);
+    let files = ["a.mcap", "b.mcap"].map(|name| directory.path().join(name));
+    let (first, second) = messages.split_at(messages.len() / 2);
+    write(&files[0], first);
+    write(&files[1], second);
+    (directory, files)
+}
+
+fn replay(files: &[PathBuf; 2], more: &[&str]) -> Outcome {
+    let files = files.iter().map(|file| file.to_str().unwrap());
+    run(&[&["replay"], &files.collect::<Vec<_>>()[..], more].concat())
+}
+
+#[test]
+fn a_recording_gives_its_verdicts_again() {
+    let (_directory, files) = recording(|_| {});
+    let shown = replay(&files, &[]);
+    shown.succeeds();
+    for text in ["sensor/g5", "latched", "times real time", "8.0 s of 2 modules"] {
+        assert!(shown.stdout.contains(text), "`{text}` is not in {}", shown.stdout);
+    }
+    let verified = replay(&files, &["--verify"]);
+    verified.succeeds();
+    assert!(verified.stdout.contains("of 2 modules: the same"), "{}", verified.stdout);
+    assert!(!verified.stdout.contains("not verified"), "{}", verified.stdout);
+    let document = replay(&files, &["--json", "--module", "module1"]);
+    document.succeeds();
+    let document: Value = serde_json::from_str(&document.stdout).unwrap();
+    let process = &document["modules"][0]["processes"][0];
+    assert_eq!(document["modules"].as_array().unwrap().len(), 1);
+    assert_eq!(process["samples"], 8000);
+    assert_eq!(process["difference"], Value::Null);
+    replay(&files, &["--module", "module9"]).fails(3, &["no module `module9`", "`module1`"]);
+}
+
+#[test]
+fn a_changed_sample_is_noticed() {
+    let (_directory, files) = recording(|messages| {
+        let mut samples = messages.iter_mut().filter(|m| m.topic.ends_with("module2/sample"));
+        let sample = samples.nth(6000).unwrap();
+        let text = String::from_utf8(sample.payload.clone()).unwrap();
+        let at = text.find("\"elongations_m\":[").unwrap() + 21;
+        assert!(text.as_bytes()[at].is_ascii_digit(), "{text}");
+        sample.payload[at] = if text.as_bytes()[at] == b'5' { b'6' } else { b'5' };
+    });
+    let outcome = replay(&files, &["--verify"]);
+    outcome.fails(1, &["module2/", "at step 6", "in the recording", "in the replay"]);
+}
+
+#[test]
+fn what_cannot_be_verified_is_not() {
+    let (_directory, files) = recording(|messages| {
+        messages.retain(|message| !message.topic.ends_with("/input"));
+    });
+    let outcome = replay(&files, &["--verify"]);
+    outcome.fails(3, &["nothing can be verified", "is not in the recording"]);
+    let nothing = PathBuf::from("/nonexistent.mcap");
+    replay(&[nothing.clone(), nothing], &[]).fails(3, &["/nonexistent.mcap"]);
+}
+
+#[test]
+fn other_settings_stand_beside_what_was() {
+    let (_directory, files) = recording(|_| {});
+    let outcome = replay(&files, &["--threshold-factor", "1e6", "--json"]);
+    outcome.succeeds();
+    let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let rows = document["components"].as_array().unwrap();
+    let named = |time: &str| rows.iter().filter(|row| row[time]["state"] == "latched").count();
+    assert_eq!((named("was"), named("would_be")), (1, 0), "{}", outcome.stdout);
+    let same = replay(&files, &["--rule", "first_change"]);
+    same.succeeds();
+    let row = same.stdout.lines().find(|line| line.contains("module1/sensor/g5")).unwrap();
+    assert_eq!(row.matches("latched").count(), 2, "{row}");
+    replay(&files, &["--threshold-factor", "-1"]).fails(2, &["`--threshold-factor` is -1"]);
+}
