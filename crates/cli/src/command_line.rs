@@ -5,7 +5,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, completions, demo, detect, export, fault, faults,
-    follow, generate, health, history, inject, join, model, order, replay, replicate, router,
+    follow, generate, health, history, inject, join, model, order, record, replay, replicate, router,
     schema, stroke, study,
 };
 
@@ -34,6 +34,7 @@ pub(crate) enum Command {
     History(history::Arguments),
     Health(health::Arguments),
     Router(router::Arguments),
+    Record(Box<record::Arguments>),
     Check(check::Arguments),
     Model(model::Arguments),
     Pki(certificates::Arguments),
@@ -56,7 +57,10 @@ pub(crate) enum Command {
 
 /// The subcommands by who uses them.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Operate", &["faults", "fault", "follow", "ack", "reset", "history", "health", "router"]),
+    (
+        "Operate",
+        &["faults", "fault", "follow", "ack", "reset", "history", "health", "router", "record"],
+    ),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
     ("Simulate", &["demo", "inject", "stroke"]),
     ("Analyse", &["replay", "export", "study", "detect", "calibrate", "commission"]),

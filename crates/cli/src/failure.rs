@@ -124,6 +124,17 @@ impl Failure {
 }
 
 /// Failures of writing to standard output.
+impl From<shell::exit::Failure> for Failure {
+    fn from(failure: shell::exit::Failure) -> Failure {
+        let message = failure.to_string();
+        match failure.exit_code() {
+            3 => Failure::input(message),
+            4 => Failure::network(message),
+            _ => Failure::runtime(message),
+        }
+    }
+}
+
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Failure {
         if error.kind() == io::ErrorKind::BrokenPipe {

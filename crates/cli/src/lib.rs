@@ -33,6 +33,7 @@ mod paint;
 mod plant_order;
 mod program;
 mod progress;
+mod record;
 mod replay;
 mod replicate;
 mod router;
@@ -84,6 +85,7 @@ pub fn run() -> ExitCode {
         Command::Pki(arguments) => certificates::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Join(arguments) => join::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
         Command::Router(arguments) => return router::run(arguments),
     };
     match done {

@@ -110,6 +110,11 @@ impl Target {
         self.network.operator()
     }
 
+    /// The place on the network, for a process that waits for it as long as it takes.
+    pub(crate) fn network(&self) -> &Network {
+        &self.network
+    }
+
     /// Opens a session.
     pub(crate) async fn open(&self) -> Result<Session, Failure> {
         if self.network.mode == Some(Mode::Client) {

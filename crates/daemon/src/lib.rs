@@ -3,13 +3,15 @@
 //! A thin shell around the pure crates. The diagnoser's process: [`diagnoser::run`] opens the session
 //! and starts one task for each job; the one that owns the `diagnosis::Diagnoser` is
 //! `diagnoser/diagnosis_loop.rs`, and nothing in it waits for the network. The plant's process:
-//! [`plant::run`], with the simulation on a thread of its own; in its place [`player::run`] publishes recorded samples. What both share with every other process
+//! [`plant::run`], with the simulation on a thread of its own; in its place [`player::run`] publishes recorded
+//! samples. The recorder's: [`recorder::run`], which writes on a thread of its own. What all share with every other process
 //! is in the crate `shell`.
 
 pub mod config;
 pub mod diagnoser;
 pub mod plant;
 pub mod player;
+pub mod recorder;
 pub mod thresholds;
 
 mod messages;

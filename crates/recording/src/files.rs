@@ -66,11 +66,17 @@ impl Files {
     /// begins another file.
     pub fn write(&mut self, message: &Recorded, now_unix_ns: u64) -> Result<(), WriteError> {
         let derived = by_component(message);
-        self.attempt(now_unix_ns, |present| {
+        let mut is_counted = false;
+        let written = self.attempt(now_unix_ns, |present| {
+            is_counted = true;
             present.count(&message.topic);
             present.writer.write(message)?;
             derived.iter().try_for_each(|derived| present.writer.write(derived))
-        })
+        });
+        if written.is_err() && !is_counted {
+            self.count_lost([(message.topic.clone(), 1)]);
+        }
+        written
     }
 
     /// Writes a message now, and at the start of every later file, until another one of this topic takes its place.
@@ -227,7 +233,7 @@ impl Files {
         }
     }
 
-    fn count_lost(&mut self, unsynced: BTreeMap<String, u64>) {
+    fn count_lost(&mut self, unsynced: impl IntoIterator<Item = (String, u64)>) {
         for (topic, count) in unsynced {
             *self.losses.entry(topic).or_default() += count;
         }

@@ -36,7 +36,7 @@ pub use error::{ReadError, WriteError};
 pub use files::{Files, Limits};
 pub use loss::Loss;
 pub use reader::{Messages, Recording};
-pub use recorded::Recorded;
+pub use recorded::{Recorded, Stamp};
 pub use records::Ending;
 pub use recovery::{Recovered, RecoveryError, recover};
 pub use writer::{Metadata, Writer};

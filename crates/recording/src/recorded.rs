@@ -15,21 +15,45 @@ pub struct Recorded {
     pub payload: Vec<u8>,
 }
 
-/// What of a message says when it was.
-#[derive(Default, Deserialize)]
-struct Stamp {
+/// What of a message says when it was, and what it follows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+pub struct Stamp {
+    /// Its own time \[ns since 1970\].
     #[serde(default)]
-    time_unix_ns: Option<u64>,
+    pub time_unix_ns: Option<u64>,
+    /// The run that its step is counted in.
     #[serde(default)]
-    step: Option<u64>,
+    pub run: Option<u64>,
+    /// Its step.
+    #[serde(default)]
+    pub step: Option<u64>,
+    /// The process that its number is counted in.
+    #[serde(default)]
+    pub process: Option<u64>,
+    /// Its number.
+    #[serde(default)]
+    pub number: Option<u64>,
+}
+
+impl Stamp {
+    /// That of a message; an empty one of what is no message of ours.
+    #[must_use]
+    pub fn of(payload: &[u8]) -> Self {
+        serde_json::from_slice(payload).unwrap_or_default()
+    }
 }
 
 impl Recorded {
     /// A message that was received at this time \[ns since 1970\], which counts if it does not tell its own.
     #[must_use]
     pub fn received(topic: String, payload: Vec<u8>, at_unix_ns: u64) -> Self {
-        // What is no message of ours is recorded all the same.
-        let stamp: Stamp = serde_json::from_slice(&payload).unwrap_or_default();
+        let stamp = Stamp::of(&payload);
+        Self::stamped(topic, payload, stamp, at_unix_ns)
+    }
+
+    /// The same, of a message whose stamp has been read already.
+    #[must_use]
+    pub fn stamped(topic: String, payload: Vec<u8>, stamp: Stamp, at_unix_ns: u64) -> Self {
         let time_unix_ns = stamp.time_unix_ns.unwrap_or(at_unix_ns);
         let sequence = low_half(stamp.step.unwrap_or(0));
         Self { topic, time_unix_ns, sequence, payload }

@@ -111,6 +111,7 @@ fn a_disk_that_fails_costs_what_was_not_on_it_and_another_file_is_begun() {
     assert!(error.contains("recordings"), "{error}");
     assert!(files.lose("t/s/m", 1, "the disk fails", NOW).is_err());
     assert_eq!(files.losses()["t/s/m"], 1, "counted all the same");
+    assert_eq!(files.losses()[&sample(0).topic], 1);
     fs::create_dir(&place).unwrap();
     files.write(&sample(1), NOW).unwrap();
     files.finish().unwrap();

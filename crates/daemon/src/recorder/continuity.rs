@@ -1,0 +1,267 @@
+//! What is missing between the messages that came: samples are counted by steps of a run, inputs by numbers of a
+//! process.
+
+use std::collections::BTreeMap;
+
+use recording::Stamp;
+
+/// Runs or processes of one topic that are remembered.
+const EPOCHS: usize = 4;
+/// Missing messages of one run that are remembered: as many as any publisher keeps.
+const REMEMBERED: u64 = 65_536;
+
+/// What a topic is counted by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Counting {
+    /// Samples: steps of a run, from 0.
+    Steps,
+    /// Inputs: numbers of a process, from 1.
+    Numbers,
+}
+
+/// Messages that are missing: of one topic, from one place to another, both included.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Gap {
+    pub(super) topic: String,
+    pub(super) counting: Counting,
+    /// The run or process.
+    pub(super) epoch: u64,
+    pub(super) from: u64,
+    pub(super) to: u64,
+    /// They were before the recorder: what cannot be had is no loss.
+    pub(super) is_past: bool,
+}
+
+/// What is to be done with a message.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Finding {
+    /// It has not been written yet.
+    pub(super) is_new: bool,
+    /// It is the first of a run or process.
+    pub(super) begins: bool,
+    /// What is missing before it.
+    pub(super) gap: Option<Gap>,
+}
+
+impl Finding {
+    const PLAIN: Self = Self { is_new: true, begins: false, gap: None };
+    const KNOWN: Self = Self { is_new: false, begins: false, gap: None };
+}
+
+/// What came of every topic.
+#[derive(Debug, Default)]
+pub(super) struct Continuity(BTreeMap<String, Vec<Line>>);
+
+/// What came of one run or process.
+#[derive(Debug)]
+struct Line {
+    epoch: u64,
+    next: u64,
+    /// From and to, both included.
+    missing: Vec<(u64, u64)>,
+}
+
+impl Counting {
+    /// That of a topic, if it is counted.
+    pub(super) fn of(topic: &str) -> Option<Self> {
+        match topic.rsplit_once('/')?.1 {
+            "sample" => Some(Counting::Steps),
+            "input" => Some(Counting::Numbers),
+            _ => None,
+        }
+    }
+
+    fn first(self) -> u64 {
+        match self {
+            Counting::Steps => 0,
+            Counting::Numbers => 1,
+        }
+    }
+
+    fn place(self, stamp: &Stamp) -> Option<(u64, u64)> {
+        match self {
+            Counting::Steps => stamp.run.zip(stamp.step),
+            Counting::Numbers => stamp.process.zip(stamp.number),
+        }
+    }
+}
+
+impl Continuity {
+    /// A message that was published. One that came before is written once more: it was published twice.
+    pub(super) fn published(&mut self, topic: &str, stamp: &Stamp) -> Finding {
+        let Some((counting, epoch, at)) = placed(topic, stamp) else { return Finding::PLAIN };
+        let (line, begins) = self.line(topic, epoch, counting, at);
+        let gap = |from: u64, is_past: bool| {
+            let (topic, to) = (topic.to_owned(), at.checked_sub(1)?);
+            (from <= to).then_some(Gap { topic, counting, epoch, from, to, is_past })
+        };
+        let gap = match begins {
+            true => gap(counting.first(), true),
+            false if at > line.next => gap(line.next, false),
+            false => None,
+        };
+        line.take(at);
+        Finding { is_new: true, begins, gap }
+    }
+
+    /// A message that was asked for. What is missing before it has been asked for as well.
+    pub(super) fn fetched(&mut self, topic: &str, stamp: &Stamp) -> Finding {
+        let Some((counting, epoch, at)) = placed(topic, stamp) else { return Finding::PLAIN };
+        let (line, begins) = self.line(topic, epoch, counting, at);
+        if begins || line.take(at) {
+            line.take(at);
+            return Finding { begins, ..Finding::PLAIN };
+        }
+        Finding::KNOWN
+    }
+
+    /// How many of these never came.
+    pub(super) fn settle(&mut self, gap: &Gap) -> u64 {
+        let lines = self.0.get_mut(&gap.topic);
+        let line = lines.and_then(|lines| lines.iter_mut().find(|line| line.epoch == gap.epoch));
+        line.map_or(0, |line| line.forget(gap.from, gap.to))
+    }
+
+    fn line(&mut self, topic: &str, epoch: u64, counting: Counting, at: u64) -> (&mut Line, bool) {
+        let lines = match self.0.contains_key(topic) {
+            true => self.0.get_mut(topic),
+            false => None,
+        };
+        let known = lines.and_then(|lines| lines.iter().position(|line| line.epoch == epoch));
+        let lines = self.0.entry(topic.to_owned()).or_default();
+        if let Some(index) = known {
+            return (&mut lines[index], false);
+        }
+        if lines.len() >= EPOCHS {
+            lines.remove(0);
+        }
+        let mut line = Line { epoch, next: counting.first(), missing: Vec::new() };
+        line.take(at);
+        lines.push(line);
+        let last = lines.len() - 1;
+        (&mut lines[last], true)
+    }
+}
+
+fn placed(topic: &str, stamp: &Stamp) -> Option<(Counting, u64, u64)> {
+    let counting = Counting::of(topic)?;
+    let (epoch, at) = counting.place(stamp)?;
+    Some((counting, epoch, at))
+}
+
+impl Line {
+    /// Notes that a message came. False if it came before.
+    fn take(&mut self, at: u64) -> bool {
+        if at >= self.next {
+            if at > self.next {
+                let from = self.next.max(at.saturating_sub(REMEMBERED));
+                self.missing.push((from, at - 1));
+            }
+            self.next = at.saturating_add(1);
+            return true;
+        }
+        self.forget(at, at) > 0
+    }
+
+    /// These are not missing any more. Returns how many were.
+    fn forget(&mut self, from: u64, to: u64) -> u64 {
+        let mut count = 0;
+        let mut left = Vec::with_capacity(self.missing.len());
+        for (first, last) in self.missing.drain(..) {
+            if last < from || first > to {
+                left.push((first, last));
+                continue;
+            }
+            count += last.min(to) - first.max(from) + 1;
+            if first < from {
+                left.push((first, from - 1));
+            }
+            if last > to {
+                left.push((to + 1, last));
+            }
+        }
+        self.missing = left;
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOPIC: &str = "trusswatch/tower/m/sample";
+
+    fn at(run: u64, step: u64) -> Stamp {
+        Stamp { run: Some(run), step: Some(step), ..Stamp::default() }
+    }
+
+    fn gap(epoch: u64, from: u64, to: u64, is_past: bool) -> Option<Gap> {
+        let topic = TOPIC.to_owned();
+        Some(Gap { topic, counting: Counting::Steps, epoch, from, to, is_past })
+    }
+
+    #[test]
+    fn what_is_missing_is_asked_for_once_and_what_never_comes_is_lost() {
+        let mut continuity = Continuity::default();
+        let first = continuity.published(TOPIC, &at(1, 5));
+        assert_eq!(first, Finding { is_new: true, begins: true, gap: gap(1, 0, 4, true) });
+        assert_eq!(continuity.published(TOPIC, &at(1, 6)), Finding::PLAIN);
+        let later = continuity.published(TOPIC, &at(1, 10));
+        assert_eq!(later.gap, gap(1, 7, 9, false));
+        assert_eq!(continuity.fetched(TOPIC, &at(1, 8)), Finding::PLAIN);
+        assert_eq!(continuity.fetched(TOPIC, &at(1, 8)), Finding::KNOWN);
+        assert_eq!(continuity.fetched(TOPIC, &at(1, 10)), Finding::KNOWN);
+        assert_eq!(continuity.fetched(TOPIC, &at(1, 4)), Finding::PLAIN);
+        assert_eq!(continuity.settle(&later.gap.unwrap()), 2);
+        assert_eq!(continuity.settle(&first.gap.unwrap()), 4);
+        assert_eq!(continuity.published(TOPIC, &at(1, 11)), Finding::PLAIN);
+    }
+
+    #[test]
+    fn a_message_published_late_or_twice_is_kept() {
+        let mut continuity = Continuity::default();
+        assert_eq!(
+            continuity.published(TOPIC, &at(1, 0)),
+            Finding { begins: true, ..Finding::PLAIN }
+        );
+        let gap = continuity.published(TOPIC, &at(1, 2)).gap.unwrap();
+        assert!(continuity.published(TOPIC, &at(1, 1)).is_new);
+        assert!(continuity.published(TOPIC, &at(1, 1)).is_new);
+        assert_eq!(continuity.settle(&gap), 0);
+    }
+
+    #[test]
+    fn two_publishers_by_turns_do_not_begin_again_each_time() {
+        let mut continuity = Continuity::default();
+        for step in 0..5 {
+            for run in [1, 2] {
+                assert_eq!(continuity.published(TOPIC, &at(run, step)).gap, None);
+            }
+        }
+        for run in 3..9 {
+            assert!(continuity.published(TOPIC, &at(run, 0)).begins);
+        }
+        assert!(continuity.published(TOPIC, &at(1, 5)).begins, "forgotten meanwhile");
+    }
+
+    #[test]
+    fn inputs_count_from_one_and_those_asked_for_first_begin_the_line() {
+        let mut continuity = Continuity::default();
+        let topic = "trusswatch/tower/m/input";
+        let at = |number| Stamp { process: Some(7), number: Some(number), ..Stamp::default() };
+        assert!(continuity.fetched(topic, &at(1)).begins);
+        assert_eq!(continuity.fetched(topic, &at(2)), Finding::PLAIN);
+        assert_eq!(continuity.published(topic, &at(2)).gap, None);
+        assert_eq!(continuity.published(topic, &at(3)).gap, None);
+        let gap = continuity.published(topic, &at(6)).gap.unwrap();
+        assert_eq!((gap.counting, gap.from, gap.to), (Counting::Numbers, 4, 5));
+    }
+
+    #[test]
+    fn what_is_not_counted_is_simply_written() {
+        let mut continuity = Continuity::default();
+        let status = "trusswatch/tower/m/status";
+        assert_eq!(continuity.published(status, &at(1, 5)), Finding::PLAIN);
+        assert_eq!(continuity.published(TOPIC, &Stamp::default()), Finding::PLAIN);
+    }
+}

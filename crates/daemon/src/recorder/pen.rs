@@ -1,0 +1,267 @@
+//! Writes everything, on a thread of its own. A disk that fails costs messages, which are counted, and is tried again.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use recording::{Files, Metadata, Recorded, Stamp, WriteError};
+use shell::clock;
+use shell::occurrences::Occurrences;
+use wire::{ModuleConfiguration, Topic};
+
+use super::attendance::wish_about;
+use super::continuity::{Continuity, Counting, Gap};
+use super::fetching::{Desk, Wish};
+use super::inlet::{Arrival, Dropped, Message, Outlet};
+use super::report::{Board, Report};
+use super::subject::Subject;
+
+/// What is older than this is on the disk, with what it takes to get there: a second at most is lost.
+const SYNC_EVERY: Duration = Duration::from_millis(600);
+/// After a failure of the disk.
+const AGAIN_AFTER: Duration = Duration::from_secs(1);
+/// Messages are taken by so many at once, for waking up costs more than writing.
+const PAUSE: Duration = Duration::from_millis(20);
+/// A file has no more channels than some 65 thousand, and no structure as many topics as this.
+const MOST_TOPICS: usize = 16_384;
+
+/// Why messages are not in the recording.
+const NO_ROOM: &str = "the recorder could not keep up";
+const DISK: &str = "the disk could not be written";
+const GONE: &str = "missed, and not kept by their publisher any more";
+const TOO_MANY: &str = "too many topics";
+
+/// The thread that writes.
+pub(super) struct Pen {
+    files: Files,
+    board: Arc<Board>,
+    dropped: Arc<Dropped>,
+    desk: Desk,
+    continuity: Continuity,
+    report: Report,
+    /// Losses that are not in the file yet, by topic and reason.
+    losses: BTreeMap<(String, &'static str), u64>,
+    synced: Instant,
+    counted: u64,
+    retry_at: Option<Instant>,
+    failures: Occurrences,
+}
+
+impl Pen {
+    pub(super) fn new(
+        mut files: Files,
+        subject: &Subject,
+        board: Arc<Board>,
+        dropped: Arc<Dropped>,
+        desk: Desk,
+    ) -> Self {
+        let about = [
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("structure", subject.structure.as_ref().map_or("any".to_owned(), ToString::to_string)),
+            ("keys", subject.expressions().join(" ")),
+        ];
+        // Without a file there is nothing that could fail.
+        let _ = files.note(metadata("recorder", about), 0);
+        Self {
+            files,
+            board,
+            dropped,
+            desk,
+            continuity: Continuity::default(),
+            report: Report::default(),
+            losses: BTreeMap::new(),
+            synced: Instant::now(),
+            counted: 0,
+            retry_at: None,
+            failures: Occurrences::default(),
+        }
+    }
+
+    /// Until nothing can come any more.
+    pub(super) fn run(mut self, mut arrivals: Outlet) {
+        let mut batch = Vec::with_capacity(1024);
+        while arrivals.wait(&mut batch) {
+            for arrival in batch.drain(..) {
+                self.take(arrival);
+            }
+            if self.synced.elapsed() >= SYNC_EVERY {
+                self.sync();
+            }
+            if arrivals.is_empty() {
+                std::thread::sleep(PAUSE);
+            }
+        }
+        self.retry_at = None;
+        self.sync();
+        if let Err(error) = self.files.finish() {
+            self.fail(&error);
+        }
+        self.publish();
+    }
+
+    fn take(&mut self, arrival: Arrival) {
+        match arrival {
+            Arrival::Published(message) => {
+                let stamp = Stamp::of(&message.payload);
+                let finding = self.continuity.published(&message.topic, &stamp);
+                if let Some(gap) = finding.gap {
+                    self.want(gap);
+                }
+                if finding.begins && Counting::of(&message.topic) == Some(Counting::Numbers) {
+                    // A diagnoser was started: its setup may be another one.
+                    wish_about(&message.topic).map(|wish| self.desk.bring(wish));
+                }
+                self.record(message, stamp);
+            }
+            Arrival::Fetched(message) => {
+                let stamp = Stamp::of(&message.payload);
+                if message.topic.ends_with(&format!("/{}", Topic::Configuration)) {
+                    self.configure(message, stamp);
+                } else if self.continuity.fetched(&message.topic, &stamp).is_new {
+                    self.report.fetched += 1;
+                    self.record(message, stamp);
+                }
+            }
+            Arrival::Settled(gap) => self.settle(&gap),
+            Arrival::Tick => {}
+        }
+    }
+
+    fn want(&mut self, gap: Gap) {
+        let wish = Wish::Missing(gap.clone());
+        if !self.desk.bring(wish) {
+            self.settle(&gap);
+        }
+    }
+
+    /// What has not come by now is lost, unless it was before the recorder.
+    fn settle(&mut self, gap: &Gap) {
+        let missing = self.continuity.settle(gap);
+        if missing > 0 && !gap.is_past {
+            self.lose(&gap.topic, GONE, missing);
+        }
+    }
+
+    fn lose(&mut self, topic: &str, reason: &'static str, count: u64) {
+        *self.losses.entry((topic.to_owned(), reason)).or_default() += count;
+    }
+
+    fn record(&mut self, message: Message, stamp: Stamp) {
+        let Message { topic, payload, at_unix_ns } = message;
+        if self.is_failing() {
+            return self.lose(&topic, DISK, 1);
+        }
+        let topics = self.report.messages.len();
+        match self.report.messages.get_mut(&topic) {
+            Some(count) => *count += 1,
+            None if topics >= MOST_TOPICS => {
+                return self.lose("more", TOO_MANY, 1);
+            }
+            None => drop(self.report.messages.insert(topic.clone(), 1)),
+        }
+        let recorded = Recorded::stamped(topic, payload, stamp, at_unix_ns);
+        if let Err(error) = self.files.write(&recorded, at_unix_ns) {
+            self.fail(&error);
+        }
+    }
+
+    /// A diagnoser told its setup.
+    fn configure(&mut self, message: Message, stamp: Stamp) {
+        let Message { topic, payload, at_unix_ns } = message;
+        let Ok(told) = wire::decode::<ModuleConfiguration>(&payload) else {
+            tracing::debug!(topic, "a configuration that makes no sense");
+            return;
+        };
+        let name = format!("module/{}/{}", told.structure, told.module);
+        let about = [
+            ("software", told.software),
+            ("configuration", told.fingerprint),
+            ("thresholds", told.thresholds),
+            ("reference", told.reference.unwrap_or_else(|| "none".to_owned())),
+        ];
+        *self.report.messages.entry(topic.clone()).or_default() += 1;
+        let recorded = Recorded::stamped(topic, payload, stamp, at_unix_ns);
+        let written = self.files.write_in_each(recorded, at_unix_ns);
+        let noted = written.and_then(|()| self.files.note(metadata(&name, about), at_unix_ns));
+        if let Err(error) = noted {
+            self.fail(&error);
+        }
+    }
+
+    fn is_failing(&self) -> bool {
+        self.retry_at.is_some_and(|retry_at| Instant::now() < retry_at)
+    }
+
+    fn fail(&mut self, error: &WriteError) {
+        self.retry_at = Some(Instant::now() + AGAIN_AFTER);
+        self.report.problem = Some(error.to_string());
+        if let Some(times) = self.failures.note(Instant::now()) {
+            tracing::error!(times, "{error}; what comes meanwhile is lost");
+        }
+        self.publish();
+    }
+
+    /// Everything so far onto the disk, losses too.
+    fn sync(&mut self) {
+        self.rate();
+        for (topic, count) in self.dropped.take() {
+            // What is counted shows as a gap, and may still be had.
+            if Counting::of(&topic).is_none() {
+                self.lose(&topic, NO_ROOM, count);
+            }
+        }
+        if !self.is_failing() {
+            match self.try_sync() {
+                Ok(()) => self.recover(),
+                Err(error) => self.fail(&error),
+            }
+        }
+        for file in self.files.take_deleted() {
+            tracing::info!(file = %file.display(), "deleted, for the recordings take too much room");
+        }
+        self.publish();
+    }
+
+    fn try_sync(&mut self) -> Result<(), WriteError> {
+        let now = clock::unix_ns();
+        let mut outcome = Ok(());
+        for ((topic, reason), count) in std::mem::take(&mut self.losses) {
+            // Counted all the same, so each is told once.
+            outcome = outcome.and(self.files.lose(&topic, count, reason, now));
+        }
+        outcome.and(self.files.sync(now))
+    }
+
+    fn recover(&mut self) {
+        self.retry_at = None;
+        if self.report.problem.take().is_some() {
+            tracing::info!("the disk can be written again");
+        }
+    }
+
+    fn rate(&mut self) {
+        let total = self.report.total();
+        let seconds = self.synced.elapsed().as_secs_f64();
+        if seconds > 0.0 {
+            self.report.rate = (total - self.counted) as f64 / seconds;
+        }
+        (self.counted, self.synced) = (total, Instant::now());
+    }
+
+    fn publish(&mut self) {
+        let present = self.files.present().map(|(file, length)| (file.to_path_buf(), length));
+        let (file, length) = present.unzip();
+        (self.report.file, self.report.file_bytes) = (file, length.unwrap_or(0));
+        self.report.files = self.files.begun().to_vec();
+        self.report.losses = self.files.losses().clone();
+        for ((topic, _), count) in &self.losses {
+            *self.report.losses.entry(topic.clone()).or_default() += count;
+        }
+        self.board.write(self.report.clone());
+    }
+}
+
+fn metadata<const N: usize>(name: &str, about: [(&str, String); N]) -> Metadata {
+    let values = about.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    Metadata { name: name.to_owned(), values }
+}

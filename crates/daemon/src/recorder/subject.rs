@@ -1,0 +1,108 @@
+//! What is to be recorded, as key expressions.
+
+use names::{ModuleName, StructureName};
+use wire::keys::{ROOT, Watched};
+use zenoh::key_expr::KeyExpr;
+
+/// How files are called if no structure is named.
+const ANY: &str = "trusswatch";
+
+/// What is to be recorded.
+#[derive(Debug, Clone, Default)]
+pub struct Subject {
+    /// This structure only.
+    pub structure: Option<StructureName>,
+    /// These modules only; without any, everything of the structure.
+    pub modules: Vec<ModuleName>,
+    /// These key expressions as well, or only these if no module is named.
+    pub keys: Vec<String>,
+}
+
+/// A key expression without what others take already.
+pub(super) struct Distinct {
+    pub(super) whole: KeyExpr<'static>,
+    pub(super) overlapped: Vec<KeyExpr<'static>>,
+}
+
+impl Subject {
+    /// What files are called.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.structure.as_ref().map_or(ANY, StructureName::as_str)
+    }
+
+    /// The key expressions.
+    #[must_use]
+    pub fn expressions(&self) -> Vec<String> {
+        let structure = self.structure.as_ref().map_or("*", StructureName::as_str);
+        let modules = self.modules.iter().map(|module| format!("{ROOT}/{structure}/{module}/**"));
+        let mut expressions: Vec<String> = modules.chain(self.keys.iter().cloned()).collect();
+        if expressions.is_empty() {
+            let whole = self.structure.as_ref().map(|structure| format!("{ROOT}/{structure}/**"));
+            expressions.push(whole.unwrap_or_else(|| format!("{ROOT}/**")));
+        }
+        expressions
+    }
+
+    /// The same such that no message comes twice.
+    pub(super) fn distinct(&self) -> zenoh::Result<Vec<Distinct>> {
+        let mut all: Vec<KeyExpr<'static>> = Vec::new();
+        for text in self.expressions() {
+            let expression = KeyExpr::new(text)?;
+            if all.iter().any(|other| other.includes(&expression)) {
+                continue;
+            }
+            all.retain(|other| !expression.includes(other));
+            all.push(expression);
+        }
+        let distinct = all.iter().enumerate().map(|(index, whole)| {
+            let earlier = all[..index].iter().filter(|other| other.intersects(whole));
+            Distinct { whole: whole.clone(), overlapped: earlier.cloned().collect() }
+        });
+        Ok(distinct.collect())
+    }
+
+    /// Does what is on this key belong to it?
+    pub(super) fn has(&self, key: &str) -> bool {
+        let Ok(key) = KeyExpr::new(key) else { return false };
+        let expressions = self.expressions().into_iter().filter_map(|text| KeyExpr::new(text).ok());
+        expressions.into_iter().any(|expression| expression.intersects(&key))
+    }
+
+    /// Liveliness tokens of whose setup is asked for.
+    pub(super) fn tokens(&self) -> String {
+        Watched { structure: self.structure.as_ref(), module: None }.tokens()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn subject(structure: Option<&str>, modules: &[&str], keys: &[&str]) -> Subject {
+        Subject {
+            structure: structure.map(|name| name.parse().unwrap()),
+            modules: modules.iter().map(|name| name.parse().unwrap()).collect(),
+            keys: keys.iter().map(|key| (*key).to_owned()).collect(),
+        }
+    }
+
+    #[test]
+    fn without_a_wish_everything_is_recorded() {
+        assert_eq!(subject(None, &[], &[]).expressions(), ["trusswatch/**"]);
+        let tower = subject(Some("tower"), &[], &[]);
+        assert_eq!((tower.name(), &*tower.expressions()[0]), ("tower", "trusswatch/tower/**"));
+        assert!(tower.has("trusswatch/tower/m/input") && !tower.has("trusswatch/t/m/input"));
+    }
+
+    #[test]
+    fn no_message_comes_twice() {
+        let keys =
+            ["trusswatch/*/*/sample", "trusswatch/tower/m1/fault/**", "trusswatch/tower/*/sample"];
+        let distinct = subject(Some("tower"), &["m1"], &keys).distinct().unwrap();
+        let whole: Vec<&str> = distinct.iter().map(|one| one.whole.as_str()).collect();
+        assert_eq!(whole, ["trusswatch/tower/m1/**", "trusswatch/*/*/sample"]);
+        assert_eq!(distinct[1].overlapped.len(), 1);
+        assert!(subject(None, &[], &["a//b"]).distinct().is_err());
+    }
+}
