@@ -5,8 +5,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, completions, demo, detect, export, fault, faults,
-    follow, generate, health, history, inject, join, model, order, record, replay, replicate, router,
-    schema, stroke, study,
+    follow, generate, health, history, inject, join, model, order, record, replay, replicate,
+    router, schema, stroke, study,
 };
 
 /// Distributed fault diagnosis of adaptive structures.

@@ -2,6 +2,7 @@
 
 mod exact;
 mod other_settings;
+mod publish;
 mod reading;
 mod report;
 
@@ -37,6 +38,8 @@ pub(crate) struct Arguments {
     json: bool,
     #[command(flatten)]
     settings: SettingsArguments,
+    #[command(flatten)]
+    publish: publish::PublishArguments,
     #[command(flatten)]
     width: WidthArguments,
 }
@@ -116,6 +119,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.settings.settings()?;
     let began = Instant::now();
     let reading = read(&arguments.files, &arguments.modules)?;
+    if arguments.publish.is_wanted() {
+        arguments.publish.publish(&reading)?;
+        return reading.complete();
+    }
     let mut out = io::stdout().lock();
     let width = arguments.width.limit();
     let verdict = if settings.is_any() {

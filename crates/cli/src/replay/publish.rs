@@ -1,0 +1,132 @@
+//! `trusswatch replay --publish`: recorded samples on the network, in the plant's place.
+
+use std::collections::BTreeSet;
+use std::io::{self, Write};
+
+use ::replay::{ModuleRecord, latest_setup};
+use daemon::config::Speed;
+use daemon::player::{self, Manner, Programme};
+use names::{RunId, StructureName};
+use shell::shutdown::ShutdownFlags;
+use shell::{clock, logging, runtime};
+
+use super::Reading;
+use crate::failure::Failure;
+use crate::link::Link;
+
+/// How recorded samples are published.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Publish")]
+pub(crate) struct PublishArguments {
+    /// Publish the recorded samples in the plant's place, as a run of their own; queries for past ones are answered
+    #[arg(long, conflicts_with_all = ["verify", "config", "threshold_factor", "rule", "residual"])]
+    publish: bool,
+    /// How fast: `real`, a factor of that, or `max` for as fast as the diagnosers
+    #[arg(long, default_value = "real", value_name = "SPEED", requires = "publish")]
+    speed: Speed,
+    /// The recorded run; otherwise the latest
+    #[arg(long, value_name = "RUN", requires = "publish")]
+    run: Option<u64>,
+    /// Begin when the diagnosers of all recorded modules are there
+    #[arg(long, requires = "publish")]
+    wait: bool,
+    #[command(flatten)]
+    link: Link,
+}
+
+impl PublishArguments {
+    /// Is anything to be published?
+    pub(crate) fn is_wanted(&self) -> bool {
+        self.publish
+    }
+
+    /// Publishes until the last sample is out, or the end is asked for.
+    pub(crate) fn publish(&self, reading: &Reading) -> Result<(), Failure> {
+        logging::start();
+        let target = self.link.target()?;
+        let records = of_one_structure(&reading.records, target.structure.as_ref())?;
+        let recorded = recorded_run(&records, self.run.map(RunId))?;
+        let step_s = latest_setup(records[0]).map_err(|short| Failure::input(short.to_string()))?;
+        let samples = records.iter().flat_map(|record| samples(record, recorded));
+        let programme = Programme::new(records[0].structure.clone(), step_s.step_s, samples);
+        let wait_for = records.iter().filter(|_| self.wait).map(|record| record.module.clone());
+        let run = RunId(clock::unix_ns() / 1000);
+        let manner = Manner { speed: self.speed, run, wait_for: wait_for.collect() };
+        let network = target.network().clone();
+        let mut published = 0;
+        let into = &mut published;
+        runtime::until_done(ShutdownFlags::default(), |shutdown| async move {
+            *into = player::run(&network, programme, manner, shutdown).await?;
+            Ok(())
+        })?;
+        let mut out = io::stdout().lock();
+        writeln!(out, "published {published} samples of run {recorded} as run {run}")?;
+        Ok(())
+    }
+}
+
+/// The modules of one structure; there is at least one.
+fn of_one_structure<'a>(
+    records: &'a [ModuleRecord],
+    wanted: Option<&StructureName>,
+) -> Result<Vec<&'a ModuleRecord>, Failure> {
+    let structures: BTreeSet<&StructureName> =
+        records.iter().map(|record| &record.structure).collect();
+    let named: Vec<String> = structures.iter().map(|name| format!("`{name}`")).collect();
+    let known = named.join(", ");
+    let structure = match (wanted, structures.first()) {
+        (Some(wanted), _) if structures.contains(wanted) => wanted,
+        (Some(wanted), _) => {
+            let problem = format!("no structure `{wanted}` in the recording; it has {known}");
+            return Err(Failure::input(problem));
+        }
+        (None, Some(only)) if structures.len() == 1 => only,
+        (None, _) => {
+            let problem = format!("the recording has {known}; choose one by `--structure`");
+            return Err(Failure::usage(problem));
+        }
+    };
+    Ok(records.iter().filter(|record| record.structure == *structure).collect())
+}
+
+/// The run to publish: the one that is wanted, or the latest.
+fn recorded_run(records: &[&ModuleRecord], wanted: Option<RunId>) -> Result<RunId, Failure> {
+    let heads = |record: &&ModuleRecord| {
+        let samples = &record.samples;
+        (0..samples.len()).filter_map(|index| samples.head(index)).collect::<Vec<_>>()
+    };
+    let heads: Vec<_> = records.iter().flat_map(heads).collect();
+    let runs: BTreeSet<RunId> = heads.iter().map(|head| head.run).collect();
+    let latest = heads.iter().max_by_key(|head| head.time_unix_ns).map(|head| head.run);
+    match (wanted, latest) {
+        (Some(run), _) if runs.contains(&run) => Ok(run),
+        (None, Some(run)) => Ok(run),
+        (_, None) => Err(Failure::input("the recording has no samples")),
+        (Some(run), _) => {
+            let known: Vec<String> = runs.iter().map(ToString::to_string).collect();
+            let known = known.join(", ");
+            Err(Failure::input(format!("no run {run} in the recording; it has {known}")))
+        }
+    }
+}
+
+/// The samples of a module of this run.
+fn samples(record: &ModuleRecord, run: RunId) -> Vec<wire::Sample> {
+    let mut sample = diagnosis::Sample {
+        run,
+        step: names::Step(0),
+        demands_n: Vec::new(),
+        pressures_pa: Vec::new(),
+        elongations_m: Vec::new(),
+    };
+    let places = (0..record.samples.len())
+        .filter(|index| record.samples.head(*index).is_some_and(|head| head.run == run));
+    let read = |index| {
+        record.samples.read(index, &mut sample);
+        let diagnosis::Sample { run, step, demands_n, pressures_pa, elongations_m } =
+            sample.clone();
+        let module = record.module.clone();
+        wire::Sample { module, run, step, time_unix_ns: 0, demands_n, pressures_pa, elongations_m }
+    };
+    places.map(read).collect()
+}
