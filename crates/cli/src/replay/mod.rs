@@ -15,7 +15,7 @@ use names::ModuleName;
 
 use crate::failure::Failure;
 use crate::table::WidthArguments;
-pub(crate) use reading::{Reading, read};
+pub(crate) use reading::read;
 
 /// Put a recording through the same diagnosers once more, as fast as it goes
 ///
