@@ -1,0 +1,115 @@
+//! What a module takes when all modules run together, and when.
+
+use std::collections::BTreeMap;
+
+use diagnosis::{Event, ModuleSetup};
+use names::{ModuleName, RunId, Step};
+
+use crate::collection::ModuleRecord;
+use crate::course::{Course, Item};
+use crate::samples::Samples;
+
+/// When: the run by its first sample, how often it had begun again, the step.
+pub(crate) type Moment = (u64, u64, Step);
+
+/// A module that takes part.
+#[derive(Debug)]
+pub struct Part<'a> {
+    pub(crate) samples: &'a Samples,
+    pub(crate) setup: ModuleSetup,
+    /// What it takes, and when; the latter rises.
+    pub(crate) items: Vec<(Moment, Item)>,
+}
+
+/// A setup that no diagnoser can be made of.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("module `{module}`: {problems}")]
+pub struct PartError {
+    /// The module.
+    pub module: ModuleName,
+    /// What is wrong with it.
+    pub problems: String,
+}
+
+impl<'a> Part<'a> {
+    /// A module with a setup: what its processes took, or, if none is known, all its samples in order.
+    #[must_use]
+    pub fn new(
+        record: &'a ModuleRecord,
+        courses: &[Course],
+        setup: ModuleSetup,
+        runs: &Beginnings,
+    ) -> Self {
+        let samples = &record.samples;
+        let all: Vec<Item>;
+        let items: Box<dyn Iterator<Item = &Item>> = if courses.is_empty() {
+            all = (0..samples.len()).map(Item::Sample).collect();
+            Box::new(all.iter())
+        } else {
+            Box::new(courses.iter().flat_map(|course| &course.items))
+        };
+        let mut line = Line { runs, run: None, moment: Moment::default(), time: 0 };
+        let items = items.filter_map(|item| line.place(samples, item)).collect();
+        Self { samples, setup, items }
+    }
+}
+
+/// When each run began, as far as it is recorded \[ns since 1970\].
+#[derive(Debug, Default)]
+pub struct Beginnings(BTreeMap<RunId, u64>);
+
+impl Beginnings {
+    /// Those of all runs of these modules.
+    #[must_use]
+    pub fn of(records: &[ModuleRecord]) -> Self {
+        let mut runs = BTreeMap::new();
+        for record in records {
+            for head in (0..record.samples.len()).filter_map(|index| record.samples.head(index)) {
+                let first = runs.entry(head.run).or_insert(head.time_unix_ns);
+                *first = head.time_unix_ns.min(*first);
+            }
+        }
+        Self(runs)
+    }
+}
+
+/// Places what a module took in time.
+#[derive(Debug)]
+struct Line<'a> {
+    runs: &'a Beginnings,
+    run: Option<RunId>,
+    moment: Moment,
+    /// When the latest sample was published.
+    time: u64,
+}
+
+impl Line<'_> {
+    fn place(&mut self, samples: &Samples, item: &Item) -> Option<(Moment, Item)> {
+        match item {
+            Item::Sample(index) => {
+                let head = samples.head(*index)?;
+                let is_same = self.run == Some(head.run);
+                if is_same && head.step <= self.moment.2 {
+                    // Taken before, by the process before.
+                    if head.time_unix_ns <= self.time {
+                        return None;
+                    }
+                    self.moment.1 += 1;
+                }
+                self.moment.2 = head.step;
+                if !is_same {
+                    let begun = self.runs.0.get(&head.run).copied().unwrap_or_default();
+                    self.moment = (begun, 0, head.step);
+                    self.run = Some(head.run);
+                }
+                self.time = head.time_unix_ns;
+                Some((self.moment, item.clone()))
+            }
+            Item::Rejected(run, _) => (self.run == Some(*run)).then(|| (self.moment, item.clone())),
+            Item::Event(event) => match **event {
+                Event::Ordered { .. } => Some((self.moment, item.clone())),
+                _ => None,
+            },
+        }
+    }
+}
