@@ -235,6 +235,8 @@ impl Channels {
             self.evidence[channel] = *monitor.evidence();
             self.occurrences.extend(occurrence.map(|occurrence| (channel, occurrence)));
         }
+        let divergences = self.evidence.iter().map(|channel| channel.divergence);
+        self.recent.take_divergences(divergences.map(|known| known.unwrap_or(f64::NAN)));
     }
 
     /// Takes the sample into the windows, as far as it can be believed.
@@ -262,7 +264,7 @@ impl Channels {
         for (windows, ended) in &mut self.windows {
             *ended = windows.take(sample.step, measured);
         }
-        self.recent.take(sample, &residuals[actuators..], forces_n);
+        self.recent.take(sample, residuals, forces_n);
     }
 
     /// What a gage, or a cylinder's oil content, measures too much counts no more from now on: the tare, all in all.

@@ -14,6 +14,7 @@ use crate::counters::Counters;
 use crate::coverage::Coverage;
 use crate::event::{Action, Event, QuestionToken};
 use crate::evidence::Evidence;
+use crate::freeze::Freezing;
 use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
@@ -37,6 +38,7 @@ pub struct Diagnoser {
     answering: Answering,
     comparing: Comparing,
     identifying: Identifying,
+    freezing: Freezing,
     counters: Counters,
 }
 
@@ -58,6 +60,7 @@ impl Diagnoser {
             answering: Answering::new(setup.sampling()),
             comparing: Comparing::new(&setup),
             identifying: Identifying::new(&setup),
+            freezing: Freezing::new(&setup),
             counters: Counters::default(),
             module: setup.module,
             peers: setup.peers,
@@ -92,8 +95,9 @@ impl Diagnoser {
 
     /// Takes an event; appends what is to be done.
     pub fn handle(&mut self, event: Event, actions: &mut Vec<Action>) {
+        let before = actions.len();
         match event {
-            Event::Sample(sample) => self.take_sample(&sample, actions),
+            Event::Sample(sample) => return self.take_sample(&sample, actions),
             Event::Asked { token, question } => self.take_question(token, question, actions),
             Event::Withdrawn { token } => self.answering.withdraw(token),
             Event::Answered { peer, answer } => self.take_answer(&peer, answer, actions),
@@ -103,10 +107,17 @@ impl Diagnoser {
             Event::Returned { peer } => self.take_return(&peer, actions),
             Event::Ordered { token, order } => self.take_order(token, order, actions),
         }
+        self.freezing.note(&actions[before..]);
+    }
+
+    /// No sample follows for now: what was seen of the latest faults is given as far as it goes ([`Action::Freeze`]).
+    pub fn end_freeze_frames(&mut self, actions: &mut Vec<Action>) {
+        self.freezing.end(&self.channels, actions);
     }
 
     /// Takes a sample without taking ownership of it; otherwise like [`Event::Sample`].
     pub fn take_sample(&mut self, sample: &Sample, actions: &mut Vec<Action>) {
+        let before = actions.len();
         match self.intake.admit(sample) {
             Ok(Admission::First { ended }) => self.begin_run(sample.run, ended, actions),
             Ok(Admission::Following { missing: 0, .. }) => {}
@@ -133,6 +144,8 @@ impl Diagnoser {
         self.judge(now, actions);
         self.compare(now, actions);
         self.identifying.follow(now, &self.channels, &self.judging, actions);
+        self.freezing.note(&actions[before..]);
+        self.freezing.follow(sample.step, &self.channels, actions);
         self.answer_due(actions);
     }
 
@@ -142,6 +155,7 @@ impl Diagnoser {
         self.counters.runs += 1;
         actions.push(Action::RunStarted(run));
         if let Some(last) = ended {
+            self.end_freeze_frames(actions);
             self.channels.end_run();
             self.comparing.restart();
             self.identifying.restart();

@@ -6,6 +6,7 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use crate::change::Change;
 use crate::divergence::Violation;
 use crate::evidence::Evidence;
+use crate::freeze::FreezeFrame;
 use crate::identification::Excerpt;
 use crate::order::{Order, OrderRefusal, OrderToken};
 use crate::phase::Phase;
@@ -81,6 +82,8 @@ pub enum Action {
     /// Identify a fault ([`crate::identification::identify`]), which takes milliseconds: at leisure, and publish what comes
     /// of it.
     Identify(Box<Excerpt>),
+    /// What was seen around the latching of a fault, for whoever looks into it later. No verdict depends on it.
+    Freeze(Box<FreezeFrame>),
     /// The ratio of a change is final: peers receive this value from now on, and it is to be stored. Once
     /// more, with its last step, when it is over.
     Settled {

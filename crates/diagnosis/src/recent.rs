@@ -49,6 +49,24 @@ impl Row<'_> {
         let place = 2 * (self.gages + self.actuators + actuator);
         [self.values[place], self.values[place + 1]]
     }
+
+    /// The residual of a channel, in its unit: cylinders first, then gages.
+    pub(crate) fn residual(&self, channel: usize) -> f64 {
+        match channel.checked_sub(self.actuators) {
+            Some(gage) => self.residuals_m()[gage],
+            None => self.values[self.measured() + channel],
+        }
+    }
+
+    /// The divergence of a channel.
+    pub(crate) fn divergence(&self, channel: usize) -> f64 {
+        self.values[self.measured() + self.actuators + channel]
+    }
+
+    /// How many values come before those that were only computed.
+    fn measured(&self) -> usize {
+        2 * self.gages + 4 * self.actuators
+    }
 }
 
 /// The latest steps and seconds of a module. Allocates nothing after it was made.
@@ -72,7 +90,7 @@ pub(crate) struct Recent {
 
 impl Recent {
     pub(crate) fn new(actuators: usize, gages: usize, sampling: Sampling) -> Self {
-        let width = 2 * gages + 4 * actuators;
+        let width = 3 * gages + 6 * actuators;
         let most = sampling.steps(STEPS_S) as usize;
         let means = 2 * gages + actuators;
         Self {
@@ -101,8 +119,9 @@ impl Recent {
         self.spare.extend(self.seconds.drain(..).map(|(_, means)| means));
     }
 
-    /// Takes a step: residuals of the gages \[m\] and observed forces \[N\], not numbers where they cannot be used.
-    pub(crate) fn take(&mut self, sample: &Sample, residuals_m: &[f64], forces_n: &[f64]) {
+    /// Takes a step: residuals of the cylinders \[N\] and the gages \[m\], and observed forces \[N\], not numbers where they
+    /// cannot be used.
+    pub(crate) fn take(&mut self, sample: &Sample, residuals: &[f64], forces_n: &[f64]) {
         self.end_second(sample.step);
         if self.steps.len() == self.most {
             self.steps.pop_front();
@@ -110,7 +129,11 @@ impl Recent {
         self.steps.push_back(sample.step);
         let row = &mut self.values[self.next * self.width..(self.next + 1) * self.width];
         self.next = (self.next + 1) % self.most;
+        let (residuals_n, residuals_m) = residuals.split_at(self.actuators);
         let (of_gages, of_cylinders) = row.split_at_mut(2 * self.gages);
+        let (of_cylinders, computed) = of_cylinders.split_at_mut(4 * self.actuators);
+        computed[..self.actuators].copy_from_slice(residuals_n);
+        computed[self.actuators..].fill(f64::NAN);
         let (residuals, readings) = of_gages.split_at_mut(self.gages);
         residuals.copy_from_slice(residuals_m);
         readings.copy_from_slice(&sample.elongations_m);
@@ -126,6 +149,19 @@ impl Recent {
             *sum += value;
         }
         self.count += 1;
+    }
+
+    /// The divergences at the step that was taken last, in the order of the channels; not numbers while undefined.
+    pub(crate) fn take_divergences(&mut self, divergences: impl Iterator<Item = f64>) {
+        if self.steps.is_empty() {
+            return;
+        }
+        let place = (self.next + self.most - 1) % self.most;
+        let row = &mut self.values[place * self.width..(place + 1) * self.width];
+        let channels = self.gages + self.actuators;
+        for (place, divergence) in row[self.width - channels..].iter_mut().zip(divergences) {
+            *place = divergence;
+        }
     }
 
     fn end_second(&mut self, step: Step) {

@@ -305,6 +305,7 @@ impl Rig {
                 Some((asker, Event::Unanswered { peer, question, failure }))
             }
             Action::Phase(_)
+            | Action::Freeze(_)
             | Action::Settled { .. }
             | Action::Obeyed { .. }
             | Action::OrderRefused { .. }

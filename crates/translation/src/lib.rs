@@ -2,6 +2,7 @@
 //! numbers come back as the very same bits.
 
 mod configuration;
+mod freeze_frame;
 mod identification;
 mod input;
 

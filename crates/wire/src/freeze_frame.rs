@@ -47,7 +47,7 @@ pub struct FreezeFrame {
 /// One signal of a freeze frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Trace {
-    /// What it is: `reading`, `residual`, `divergence`; of a cylinder also `demand`, `force`, `pressure_a`, `pressure_b`.
+    /// `residual`, `divergence`; of a gage `reading`; of a cylinder `demand`, `force`, `pressure_a`, `pressure_b`.
     pub name: String,
     /// Its unit: `m`, `N`, `Pa`, or `1`.
     pub unit: String,

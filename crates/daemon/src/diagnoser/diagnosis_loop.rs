@@ -164,6 +164,7 @@ impl DiagnosisLoop {
             }
             self.advance();
         }
+        self.end_freeze_frames();
         self.send_status(queues.samples.len());
         self.supervisor.stopping();
     }
@@ -317,9 +318,18 @@ impl DiagnosisLoop {
     }
 
     fn handle(&mut self, event: Event) {
-        let mut actions = std::mem::take(&mut self.actions);
         self.performer.note_event(&event, &self.diagnoser);
-        self.diagnoser.handle(event, &mut actions);
+        self.act(|diagnoser, actions| diagnoser.handle(event, actions));
+    }
+
+    /// No sample follows for now.
+    fn end_freeze_frames(&mut self) {
+        self.act(Diagnoser::end_freeze_frames);
+    }
+
+    fn act(&mut self, act: impl FnOnce(&mut Diagnoser, &mut Vec<Action>)) {
+        let mut actions = std::mem::take(&mut self.actions);
+        act(&mut self.diagnoser, &mut actions);
         for action in actions.drain(..) {
             self.performer.carry_out(action, &self.diagnoser);
         }
@@ -331,6 +341,7 @@ impl DiagnosisLoop {
         self.resynchronise(now, samples);
         if self.staleness.look(now.into_std()) {
             self.intake.counters.note_silence();
+            self.end_freeze_frames();
         }
         self.tell_phase();
         self.ask_again(now);

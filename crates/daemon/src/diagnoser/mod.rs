@@ -8,6 +8,7 @@
 //! | `inputs` | what the diagnoser takes beside samples, for recordings |
 //! | `performer` | carries out the diagnoser's actions |
 //! | `identification` | what kind of fault it is, on a thread of its own |
+//! | `freeze_frames` | what was seen around the latching of a fault, kept and given to whoever asks |
 //! | `peers` | whether they are there, what they answer, how long that is waited for, when they are queried again |
 //! | `pending_replies` | queries and commands that have not been replied to yet |
 //! | `namesakes` | whether another process runs as the same module |
@@ -20,6 +21,7 @@
 mod args;
 mod conditions;
 mod diagnosis_loop;
+mod freeze_frames;
 mod health;
 mod identification;
 mod inputs;
@@ -44,12 +46,14 @@ use wire::ModuleConfiguration;
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
+use zenoh::query::Queryable;
 
 pub use args::{command_line, main};
 pub use state::StateDirectory;
 
 use conditions::Conditions;
 use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
+use freeze_frames::FreezeFrames;
 use health::{ModuleBoard, ModuleHealth};
 use identification::{IdentificationTally, Identifier};
 use inputs::{Register, Shelf};
@@ -237,6 +241,11 @@ async fn serve(
         .map_err(refused)?;
     let inquiries = Arc::new(inquiry::InquiryTally::default());
     let directory = config.state.directory.clone();
+    let (freeze_frames, ended) =
+        FreezeFrames::start(&speaker, directory.clone(), &inquiries, &crew).map_err(no_thread)?;
+    drained.push(ended);
+    let freeze_frame = freeze_frames.declare(session, &speaker, &inquiries).await;
+    let freeze_frame = freeze_frame.map_err(refused)?;
     let given = (directory, Provenance { shelf, configuration }, &crew);
     let declaring = Queryables::declare(session, &speaker, &outbox, given, &inquiries);
     let (queryables, inquiries_out) = declaring.await.map_err(refused)?;
@@ -248,7 +257,7 @@ async fn serve(
     // Last of all: the token shows that everything above is in place.
     let token = session.liveliness().declare_token(speaker.key(wire::Topic::Alive));
     let token = token.await.map_err(refused)?;
-    let declared = Declared { token, subscriber, presence, namesakes, queryables };
+    let declared = Declared { token, subscriber, presence, namesakes, queryables, freeze_frame };
     let (actuators, gages) = config.size();
     tracing::info!(
         structure = %speaker.structure,
@@ -265,7 +274,7 @@ async fn serve(
         .map_err(no_thread)?;
     let performer = Performer::new(
         speaker,
-        (outbox, identifier, register),
+        (outbox, identifier, register, freeze_frames),
         peers,
         PendingReplies::new(config.queries.hold()),
         QueryPause::new(config.queries.pause()),
@@ -330,6 +339,7 @@ struct Declared {
     presence: Vec<Subscriber<()>>,
     namesakes: Subscriber<()>,
     queryables: Queryables,
+    freeze_frame: Queryable<()>,
 }
 
 impl Declared {
@@ -340,6 +350,7 @@ impl Declared {
             subscriber.undeclare().await?;
         }
         self.namesakes.undeclare().await?;
+        self.freeze_frame.undeclare().await?;
         self.queryables.undeclare().await
     }
 }

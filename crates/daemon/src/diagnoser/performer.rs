@@ -9,6 +9,7 @@ use shell::occurrences::Occurrences;
 use wire::{Input, Obeyed};
 use zenoh::query::Query;
 
+use super::freeze_frames::FreezeFrames;
 use super::identification::Identifier;
 use super::inputs::Register;
 use super::inquiry;
@@ -25,6 +26,7 @@ pub(crate) struct Performer {
     pub(crate) outbox: Outbox,
     pub(crate) identifier: Identifier,
     register: Register,
+    pub(crate) freeze_frames: FreezeFrames,
     pub(crate) peers: PeerQueries,
     pub(crate) pending: PendingReplies,
     pub(crate) query_pause: QueryPause,
@@ -39,7 +41,7 @@ pub(crate) struct Performer {
 impl Performer {
     pub(crate) fn new(
         speaker: Speaker,
-        (outbox, identifier, register): (Outbox, Identifier, Register),
+        (outbox, identifier, register, freeze_frames): (Outbox, Identifier, Register, FreezeFrames),
         peers: PeerQueries,
         pending: PendingReplies,
         query_pause: QueryPause,
@@ -51,6 +53,7 @@ impl Performer {
             outbox,
             identifier,
             register,
+            freeze_frames,
             peers,
             pending,
             query_pause,
@@ -80,6 +83,7 @@ impl Performer {
             Action::Settled { run, change } => self.remember(run, change),
             Action::Publish(transition) => self.publish(transition),
             Action::Identify(excerpt) => self.identifier.identify(excerpt),
+            Action::Freeze(frame) => self.freeze_frames.keep(frame),
             Action::Ask { peer, question } => {
                 self.query_pause.begin();
                 self.peers.ask(peer, question);
