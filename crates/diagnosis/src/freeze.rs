@@ -1,4 +1,4 @@
-//! What was seen around the latching of a fault. An observer: it is told what is published, and no verdict depends on it.
+//! What was seen around the latching of a fault. An observer: what is published is noted, and no verdict depends on it.
 
 use names::{Component, RunId, Step};
 

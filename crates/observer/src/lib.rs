@@ -9,12 +9,14 @@
 //! | `history` | a module's journal |
 //! | `feed` | verdicts, kinds of faults, phases and presence, as they are published, with what was missed |
 //! | `identification` | what kind of fault a component has, with what was measured of it |
+//! | `freeze_frame` | what a module saw around the latching of its latest faults |
 //! | `diagnoser_orders` | acknowledge and reset |
 //! | `plant_orders` | faults and stroke tests for the simulated plant |
 
 mod attendance;
 mod diagnoser_orders;
 mod feed;
+mod freeze_frame;
 mod history;
 mod identification;
 mod picture;
@@ -27,6 +29,7 @@ mod testing;
 pub use attendance::{Attendance, Member, attendance};
 pub use diagnoser_orders::{Command, order};
 pub use feed::{Feed, News};
+pub use freeze_frame::{freeze_frame, freeze_frames};
 pub use history::{Gap, ModuleHistory, history};
 pub use identification::identification;
 pub use picture::{ModulePicture, Picture, present};

@@ -9,6 +9,7 @@ mod equality;
 mod fleet;
 mod flood;
 mod footprint;
+mod freeze_frames;
 mod kills;
 mod lab;
 mod large_messages;

@@ -3,11 +3,15 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `curve` | one curve with a level and marks |
 //! | `scale` | from numbers to places |
 //! | `canvas` | the cells and what is in them |
 
 mod canvas;
+mod curve;
 mod scale;
+
+pub(crate) use curve::{Curve, curve};
 
 use canvas::Canvas;
 use scale::Scale;

@@ -1,6 +1,7 @@
 //! `trusswatch fault`: one component's fault.
 
 mod finding;
+mod frame;
 mod report;
 mod show;
 

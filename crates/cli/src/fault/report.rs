@@ -12,7 +12,7 @@ use crate::wording::{
 };
 
 /// The width of a drawing that goes to a file.
-const USUAL_WIDTH: u16 = 80;
+pub(super) const USUAL_WIDTH: u16 = 80;
 
 /// The text: in what state the component is, what kind of fault it has, and what was measured of it.
 pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) -> String {

@@ -10,7 +10,7 @@ use names::{RunId, StructureName};
 use shell::shutdown::ShutdownFlags;
 use shell::{clock, logging, runtime};
 
-use super::Reading;
+use super::reading::Reading;
 use crate::failure::Failure;
 use crate::link::Link;
 

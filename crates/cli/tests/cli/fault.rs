@@ -1,9 +1,9 @@
 //! `trusswatch fault show` against a stand-in for the diagnosers.
 
-use names::Step;
+use names::{RunId, Step};
 use serde_json::Value;
-use wire::{Candidate, FaultState, FaultTransition, Identification, ModulePhase, Signature};
-use wire::{SignaturePoint, Topic};
+use wire::{Candidate, FaultState, FaultTransition, FreezeFrame, Identification, ModulePhase};
+use wire::{Signature, SignaturePoint, Topic, Trace};
 
 use crate::binary::run;
 use crate::stand_in::{StandIn, bias, identification, nowhere};
@@ -118,4 +118,99 @@ async fn a_module_that_does_not_answer_is_told() {
     let nowhere = nowhere();
     let arguments = ["fault", "show", "sensor/g1", "--timeout", "0.5", "--connect", &nowhere];
     run(&arguments).fails(4, &[&nowhere]);
+}
+
+/// Two seconds with a jump of the reading in the middle, where the fault begins.
+fn frame_of(latched: &FaultTransition) -> FreezeFrame {
+    let onset = latched.onset_step.unwrap();
+    let steps: Vec<Step> = (onset.0 - 1000..onset.0 + 1000).map(Step).collect();
+    let trace = |name: &str, unit: &str, before: Option<f64>, after: f64| Trace {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        values: steps.iter().map(|step| if *step < onset { before } else { Some(after) }).collect(),
+    };
+    FreezeFrame {
+        structure: latched.structure.clone(),
+        module: latched.module.clone(),
+        component: latched.component.clone(),
+        sequence: latched.sequence,
+        incarnation: latched.incarnation,
+        run: RunId(1),
+        step_s: 1e-3,
+        onset_step: onset,
+        detection_step: latched.detection_step.unwrap(),
+        decided_step: latched.decided_step.unwrap(),
+        threshold: 0.5,
+        time_unix_ns: 1_795_000_000_000_000_000,
+        traces: vec![
+            trace("reading", "m", Some(1e-6), 46e-6),
+            trace("residual", "m", Some(0.0), 45e-6),
+            trace("divergence", "1", None, 50.0),
+        ],
+        steps,
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_freeze_frame_of_the_fault_is_drawn_and_written_to_files() {
+    let tower = tower().await;
+    let latched = tower.transition("module1/sensor/g3", FaultState::Latched, 1);
+    let frame = frame_of(&latched);
+    // The newest first; the other one is of an earlier fault of the same component.
+    let earlier = FreezeFrame { sequence: 0, onset_step: Step(5), ..frame.clone() };
+    let component = "module1/sensor/g4".parse().unwrap();
+    let other = FreezeFrame { component, sequence: 2, ..frame.clone() };
+    tower.frames("module1", vec![other, frame.clone(), earlier]).await;
+    let folder = tempfile::tempdir().unwrap();
+    let [svg, csv] = ["frame.svg", "frame.csv"].map(|name| folder.path().join(name));
+    let [svg, csv] = [svg.to_str().unwrap(), csv.to_str().unwrap()];
+    let shown = tower.run(&["fault", "show", "sensor/g3", "--svg", svg, "--csv", csv]);
+    shown.succeeds();
+    let detection = format!("  ┴ detection step {}\n", frame.detection_step);
+    for part in [
+        "  freeze frame of transition 1\n",
+        "  reading [µm]\n",
+        "  residual [µm]\n",
+        "  divergence over threshold, power of ten   ─ threshold\n",
+        &detection,
+    ] {
+        assert!(shown.stdout.contains(part), "`{part}` is not in\n{}", shown.stdout);
+    }
+    assert!(!shown.stdout.contains('\x1b'), "no colours in a file");
+    let drawn = std::fs::read_to_string(svg).unwrap();
+    let drawn = roxmltree::Document::parse(&drawn).unwrap();
+    assert_eq!(drawn.root_element().tag_name().name(), "svg");
+    let texts: Vec<&str> = drawn.descendants().filter_map(|node| node.text()).collect();
+    for part in ["Fault of module1/sensor/g3", "threshold", "onset", "latched"] {
+        assert!(texts.iter().any(|text| text.contains(part)), "`{part}` is not in {texts:?}");
+    }
+    let rows = std::fs::read_to_string(csv).unwrap();
+    assert!(rows.starts_with("step,since detection [s],reading [m],residual [m],divergence [1]\n"));
+    assert_eq!(rows.lines().count(), 2001);
+    let json = tower.run(&["fault", "show", "sensor/g3", "--json"]);
+    json.succeeds();
+    let document: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(document["freeze_frame"]["sequence"], 1);
+    assert_eq!(document["freeze_frame"]["traces"][1]["values"][1500], 45e-6);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn without_a_freeze_frame_it_says_why() {
+    let tower = tower().await;
+    let shown = tower.run(&["fault", "show", "sensor/g3"]);
+    shown.succeeds();
+    let why = "no freeze frame: its module gives none\n";
+    assert!(shown.stdout.ends_with(why), "{}", shown.stdout);
+    let latched = tower.transition("module1/sensor/g4", FaultState::Latched, 2);
+    tower.frames("module1", vec![frame_of(&latched)]).await;
+    let shown = tower.run(&["fault", "show", "sensor/g3"]);
+    shown.succeeds();
+    let why = "no freeze frame: none of this fault is kept";
+    assert!(shown.stdout.contains(why), "{}", shown.stdout);
+    let svg = ["fault", "show", "sensor/g3", "--svg", "/nowhere/frame.svg"];
+    tower.run(&svg).fails(1, &["module1/sensor/g3: no freeze frame: none of this fault is kept"]);
+    let svg = ["fault", "show", "sensor/g4", "--svg", "/nowhere/frame.svg"];
+    tower.run(&svg).fails(1, &["/nowhere/frame.svg"]);
+    let svg = ["fault", "show", "module1/sensor/g6", "--svg", "/nowhere/frame.svg"];
+    tower.run(&svg).fails(1, &["module1/sensor/g6 has no fault"]);
 }

@@ -7,9 +7,10 @@ use names::{ComponentPath, Mention, ModuleName, RunId, Step, StructureName};
 use session::Network;
 use tokio::task::JoinHandle;
 use wire::{
-    Candidate, Evidence, FaultSize, FaultState, FaultTransition, HistoryPage, HistoryQuestion,
-    Identification, Injected, Injection, Key, Message, ModulePhase, ModuleStatus, Obeyed, Order,
-    OrderKind, PeerStatus, PlantTopic, Refused, Stroke, StrokeBegun, Topic,
+    Candidate, Evidence, FaultSize, FaultState, FaultTransition, FreezeFrame, FreezeFrameQuestion,
+    HistoryPage, HistoryQuestion, Identification, Injected, Injection, Key, Message, ModulePhase,
+    ModuleStatus, Obeyed, Order, OrderKind, PeerStatus, PlantTopic, Refused, Stroke, StrokeBegun,
+    Topic,
 };
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
@@ -94,6 +95,25 @@ impl StandIn {
         let topic = Topic::Identification(found.component.component.clone());
         let key = self.key(found.module.as_str(), topic);
         self.serve(key.clone(), move |query| reply(&query, &key, &found)).await;
+    }
+
+    /// Answers questions for freeze frames.
+    pub(crate) async fn frames(&self, module: &str, frames: Vec<FreezeFrame>) {
+        let key = self.key(module, Topic::FreezeFrame);
+        self.serve(key.clone(), move |query| {
+            let asked = FreezeFrameQuestion::from_parameters(query.parameters().as_str()).unwrap();
+            for frame in &frames {
+                match asked.transition {
+                    None => {
+                        let (steps, traces) = (Vec::new(), Vec::new());
+                        reply(&query, &key, &FreezeFrame { steps, traces, ..frame.clone() });
+                    }
+                    Some(number) if number == frame.sequence => reply(&query, &key, frame),
+                    Some(_) => {}
+                }
+            }
+        })
+        .await;
     }
 
     /// Publishes the module's status periodically.

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use wire::{HistoryQuestion, QuestionError, SampleQuestion, StateQuestion};
+use wire::{FreezeFrameQuestion, HistoryQuestion, QuestionError, SampleQuestion, StateQuestion};
 
 use crate::refusal::is_bearable;
 
@@ -12,6 +12,7 @@ pub(super) fn check(bytes: &[u8]) {
     comes_back(text, StateQuestion::from_parameters, StateQuestion::to_parameters);
     comes_back(text, SampleQuestion::from_parameters, SampleQuestion::to_parameters);
     comes_back(text, HistoryQuestion::from_parameters, HistoryQuestion::to_parameters);
+    comes_back(text, FreezeFrameQuestion::from_parameters, FreezeFrameQuestion::to_parameters);
 }
 
 fn comes_back<Q: Debug + PartialEq>(
@@ -24,7 +25,7 @@ fn comes_back<Q: Debug + PartialEq>(
         Err(error) => {
             let refusal = error.to_string();
             is_bearable(&refusal);
-            let named = ["run", "from", "to", "step", "window", "since", "limit"];
+            let named = ["run", "from", "to", "step", "window", "since", "limit", "transition"];
             assert!(named.iter().any(|name| refusal.contains(name)), "{refusal}: which parameter?");
         }
     }

@@ -1,0 +1,125 @@
+//! A freeze frame drawn as SVG.
+
+use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
+use wire::{FreezeFrame, Trace};
+
+use super::{ratios, seconds, shown_in, trace};
+use crate::wording::utc;
+
+/// Height of a plot \[px\].
+const HEIGHT: f64 = 130.0;
+/// The divergence is drawn from here on, in thresholds.
+const LOWEST: f64 = 1e-6;
+
+/// What was measured, the residual and the divergence over its threshold; of a cylinder also its pressures. Time counts
+/// from the detection.
+pub(in crate::fault) fn svg(frame: &FreezeFrame) -> String {
+    let panels = [
+        panel(frame, "what was measured", &["reading", "demand", "force"]),
+        panel(frame, "residual", &["residual"]),
+        Some(divergence(frame)),
+        panel(frame, "pressures", &["pressure_a", "pressure_b"]),
+    ];
+    let (component, structure) = (&frame.component, &frame.structure);
+    let [onset, latched] = [frame.onset_step, frame.decided_step].map(|step| ms(frame, step.0));
+    Figure {
+        title: format!("Fault of {component}"),
+        subtitle: format!(
+            "{structure}, run {}, transition {}: detected at step {}, onset {onset:+.0} ms, latched as of \
+             {latched:+.0} ms; {}",
+            frame.run,
+            frame.sequence,
+            frame.detection_step,
+            utc(frame.time_unix_ns)
+        ),
+        description: format!(
+            "What the diagnoser of {} saw of {component} around the latching of its fault: what was measured, the \
+             residual, and the divergence over its threshold.",
+            frame.module
+        ),
+        rows: panels.into_iter().flatten().map(|panel| Row::new(HEIGHT, vec![panel])).collect(),
+    }
+    .svg()
+}
+
+/// Milliseconds since the detection.
+fn ms(frame: &FreezeFrame, step: u64) -> f64 {
+    1e3 * seconds(frame, step)
+}
+
+fn panel(frame: &FreezeFrame, title: &str, names: &[&str]) -> Option<Panel> {
+    let traces: Vec<&Trace> = names.iter().filter_map(|name| trace(frame, &[*name])).collect();
+    let (scale, unit) = shown_in(traces.first()?);
+    let series = traces.iter().enumerate().map(|(place, trace)| {
+        let values = trace.values.iter().map(|value| value.map_or(f64::NAN, |value| scale * value));
+        let name = if traces.len() == 1 { "" } else { trace.name.as_str() };
+        line(frame, name, place, values)
+    });
+    let y = Axis::linear(format!("[{unit}]"));
+    Some(marked(frame, Panel::new(title, time(), y, series.collect())))
+}
+
+fn divergence(frame: &FreezeFrame) -> Panel {
+    let ratios = ratios(frame);
+    let highest = ratios.iter().copied().filter(|ratio| ratio.is_finite()).fold(3.0, f64::max);
+    let lowest = ratios.iter().copied().filter(|ratio| *ratio > 0.0).fold(0.1, f64::min);
+    let y = Axis::log("D / γ").over([lowest.max(LOWEST), 1.3 * highest]);
+    let series = vec![line(frame, "", 0, ratios.into_iter())];
+    let level = Mark::new(MarkKind::Level, 1.0, "threshold");
+    marked(frame, Panel::new("divergence over its threshold", time(), y, series).marked([level]))
+}
+
+fn line(
+    frame: &FreezeFrame,
+    name: &str,
+    place: usize,
+    values: impl Iterator<Item = f64>,
+) -> Series {
+    let times = frame.steps.iter().map(|step| ms(frame, step.0));
+    let points = times.zip(values).map(|(time, value)| [time, value]).collect();
+    Series::new(name, Shape::Line, Stroke::nth(place).solid(), points)
+}
+
+fn time() -> Axis {
+    Axis::linear("time since the detection [ms]")
+}
+
+fn marked(frame: &FreezeFrame, panel: Panel) -> Panel {
+    let shown = |step: u64| {
+        frame.steps.first().is_some_and(|first| first.0 <= step)
+            && frame.steps.last().is_some_and(|last| step <= last.0)
+    };
+    let marks = [
+        (MarkKind::Onset, frame.onset_step.0, "onset"),
+        (MarkKind::Verdict, frame.detection_step.0, "detection"),
+        (MarkKind::Verdict, frame.decided_step.0, "latched"),
+    ];
+    let marks = marks.into_iter().filter(|(_, step, _)| shown(*step));
+    panel.marked(marks.map(|(kind, step, label)| Mark::new(kind, ms(frame, step), label)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::frame;
+    use super::*;
+
+    #[test]
+    fn the_drawing_has_a_panel_for_each_signal_and_is_the_same_every_time() {
+        let drawn = svg(&frame());
+        for part in ["Fault of m1/sensor/g2", "residual", "D / γ", "threshold", "onset", "latched"]
+        {
+            assert!(drawn.contains(part), "`{part}` is not in\n{drawn}");
+        }
+        assert!(drawn.starts_with("<svg") && !drawn.contains("NaN"), "{drawn}");
+        assert_eq!(drawn, svg(&frame()));
+        assert!(!drawn.contains("pressures"));
+    }
+
+    #[test]
+    fn an_empty_frame_can_be_drawn() {
+        let mut empty = frame();
+        empty.steps.clear();
+        empty.traces.iter_mut().for_each(|trace| trace.values.clear());
+        assert!(svg(&empty).starts_with("<svg"));
+    }
+}

@@ -1,0 +1,66 @@
+//! What a module saw around the latching of its latest faults.
+
+use std::time::Duration;
+
+use names::{ModuleName, StructureName};
+use tokio::time::{Instant, timeout_at};
+use wire::{FreezeFrame, FreezeFrameQuestion, Key, Topic};
+use zenoh::Session;
+use zenoh::query::ConsolidationMode;
+
+use super::request::{QueryError, Question, ask, read, senseless};
+
+/// The freeze frame of the transition with this number.
+///
+/// # Errors
+/// A refusal, which names those that are kept, no answer within `timeout`, or one that makes no sense.
+pub async fn freeze_frame(
+    session: &Session,
+    structure: &StructureName,
+    module: &ModuleName,
+    transition: u64,
+    timeout: Duration,
+) -> Result<FreezeFrame, QueryError> {
+    let key = Key::of_module(structure, module, Topic::FreezeFrame);
+    let question = FreezeFrameQuestion { transition: Some(transition) };
+    let question = Question::of_parameters(question.to_parameters());
+    let frame = ask::<FreezeFrame>(session, &key, question, timeout).await?;
+    if frame.sequence != transition {
+        return Err(senseless(format!("it is of transition {}", frame.sequence)));
+    }
+    check(frame)
+}
+
+/// Every freeze frame that a module keeps, newest first, without steps and traces.
+///
+/// # Errors
+/// A refusal, as if none is kept, no answer within `timeout`, or one that makes no sense.
+pub async fn freeze_frames(
+    session: &Session,
+    structure: &StructureName,
+    module: &ModuleName,
+    timeout: Duration,
+) -> Result<Vec<FreezeFrame>, QueryError> {
+    let key = Key::of_module(structure, module, Topic::FreezeFrame).to_string();
+    let deadline = Instant::now() + timeout;
+    // Every frame has the same key.
+    let query = session.get(key).consolidation(ConsolidationMode::None).timeout(timeout);
+    let replies = query.await.map_err(senseless)?;
+    let mut frames = Vec::new();
+    while let Ok(Ok(reply)) = timeout_at(deadline, replies.recv_async()).await {
+        frames.push(check(read(&reply, timeout)?)?);
+    }
+    if frames.is_empty() { Err(QueryError::Unanswered(timeout)) } else { Ok(frames) }
+}
+
+/// Every trace has a value for every step.
+fn check(frame: FreezeFrame) -> Result<FreezeFrame, QueryError> {
+    let steps = frame.steps.len();
+    match frame.traces.iter().find(|trace| trace.values.len() != steps) {
+        None => Ok(frame),
+        Some(trace) => {
+            let (name, values) = (&trace.name, trace.values.len());
+            Err(senseless(format!("`{name}` has {values} values for {steps} steps")))
+        }
+    }
+}
