@@ -69,10 +69,10 @@ impl FreezeFrames {
     }
 
     /// Hands in a question; returns its query if too many are waiting.
-    pub(super) fn ask(&self, question: FreezeFrameQuestion, query: Query) -> Result<(), Query> {
+    pub(super) fn ask(&self, question: FreezeFrameQuestion, query: Query) -> Option<Query> {
         if self.questions.fetch_add(1, Ordering::AcqRel) >= MAX_QUESTIONS {
             self.questions.fetch_sub(1, Ordering::AcqRel);
-            return Err(query);
+            return Some(query);
         }
         match self.queue.try_send(Work::Answer(question, query)) {
             Err(
@@ -80,9 +80,9 @@ impl FreezeFrames {
                 | TrySendError::Disconnected(Work::Answer(_, query)),
             ) => {
                 self.questions.fetch_sub(1, Ordering::AcqRel);
-                Err(query)
+                Some(query)
             }
-            _ => Ok(()),
+            _ => None,
         }
     }
 }

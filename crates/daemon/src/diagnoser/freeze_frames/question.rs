@@ -36,7 +36,7 @@ impl FreezeFrames {
         inquiries.received();
         match FreezeFrameQuestion::from_parameters(query.parameters().as_str()) {
             Ok(question) => {
-                if let Err(query) = self.ask(question, query) {
+                if let Some(query) = self.ask(question, query) {
                     inquiries.turned_away();
                     refuse(&query, TOO_MANY_QUESTIONS.to_owned());
                 }
