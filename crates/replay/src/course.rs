@@ -158,12 +158,10 @@ struct Follower<'a> {
 
 impl Follower<'_> {
     fn follow(&mut self, inputs: &BTreeMap<u64, Input>) -> Result<(), Shortfall> {
-        let mut expected = 1;
-        for (&number, input) in inputs {
+        for (expected, (&number, input)) in (1..).zip(inputs) {
             if number != expected {
                 return Err(Shortfall::InputsMissing { from: expected, to: number - 1 });
             }
-            expected += 1;
             self.take_samples(input.samples)?;
             self.check(input)?;
             self.take(input)?;

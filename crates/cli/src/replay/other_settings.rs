@@ -55,7 +55,7 @@ pub(super) fn run(reading: &Reading, settings: &Settings) -> Result<SideBySide, 
     }
     let runs = Beginnings::of(records);
     let mut notes = Vec::new();
-    let mut parts = Vec::new();
+    let (mut modules, mut parts) = (Vec::new(), Vec::new());
     for record in records {
         let known = courses_of(record, &mut notes);
         let recorded = latest_setup(record);
@@ -64,24 +64,12 @@ pub(super) fn run(reading: &Reading, settings: &Settings) -> Result<SideBySide, 
         let setup = recorded.map_err(|why| {
             Failure::input(format!("{}: {why}; give it with `--config`", record.module))
         })?;
-        parts.push((
-            record,
-            Part::new(record, &known, settings.applied_to(setup.clone()), &runs),
-            setup.step_s,
-        ));
+        modules.push((record, setup.step_s));
+        parts.push(Part::new(record, &known, settings.applied_to(setup), &runs));
     }
-    let only: Vec<Part<'_>>;
     let mut rows = BTreeMap::new();
-    let mut kept = Vec::new();
-    only = parts
-        .into_iter()
-        .map(|(record, part, step_s)| {
-            kept.push((record, step_s));
-            part
-        })
-        .collect();
-    let verdicts = together(&only).map_err(|error| Failure::input(error.to_string()))?;
-    for ((record, step_s), verdicts) in kept.into_iter().zip(verdicts) {
+    let verdicts = together(&parts).map_err(|error| Failure::input(error.to_string()))?;
+    for ((record, step_s), verdicts) in modules.into_iter().zip(verdicts) {
         enter(&mut rows, record, step_s, &verdicts);
     }
     Ok(SideBySide { components: rows.into_values().collect(), notes })

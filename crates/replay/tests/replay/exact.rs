@@ -88,8 +88,8 @@ fn a_restart_with_what_was_remembered() {
 #[test]
 fn a_digit_changed_in_a_sample_is_noticed() {
     let mut live = with_fault();
-    let sample = live.published.iter_mut().filter(|m| m.topic.ends_with("module1/sample"));
-    let sample = sample.skip(6000).next().unwrap();
+    let mut samples = live.published.iter_mut().filter(|m| m.topic.ends_with("module1/sample"));
+    let sample = samples.nth(6000).unwrap();
     let text = String::from_utf8(sample.payload.clone()).unwrap();
     let at = text.find("elongations_m").unwrap() + 22;
     let digit = if text.as_bytes()[at] == b'7' { b'2' } else { b'7' };

@@ -185,7 +185,9 @@ impl Live {
         self.handle(place, Event::Sample(sample));
         let node = &self.nodes[place];
         let changed = node.diagnoser.counters().changes != before.changes;
-        if node.diagnoser.counters().samples > before.samples && (changed || step.0 % 100 == 0) {
+        if node.diagnoser.counters().samples > before.samples
+            && (changed || step.0.is_multiple_of(100))
+        {
             let channels = (node.diagnoser.components(), node.diagnoser.evidence());
             let message = node.speaker.divergences(self.run, step, channels, self.clock);
             self.publish(place, Topic::Divergence, &message, step.0);

@@ -1,9 +1,5 @@
 //! Exact replay, comparison, and replay with other settings.
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a test that cannot set itself up has failed"
-)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
 mod exact;
 mod live;
