@@ -1,0 +1,126 @@
+//! The recorder: what it missed or was before it is fetched, what cannot be had is counted, in the file too.
+
+mod support;
+
+use std::path::Path;
+
+use daemon::recorder::{self, RecorderConfig, Report, Subject};
+use recording::{Limits, Recorded, Recording};
+use session::Network;
+use shell::shutdown;
+use support::{free_endpoint, in_time};
+use wire::{InputQuestion, SampleQuestion};
+use zenoh::Session;
+
+const SAMPLE: &str = "trusswatch/tower/m/sample";
+const INPUT: &str = "trusswatch/tower/m/input";
+const CONFIGURATION: &str = "trusswatch/tower/m/configuration";
+
+fn sample(step: u64) -> String {
+    format!(r#"{{"v":1,"module":"m","run":7,"step":{step},"time_unix_ns":{}}}"#, 1000 + step)
+}
+
+fn input(number: u64) -> String {
+    format!(
+        r#"{{"v":1,"module":"m","process":9,"number":{number},"time_unix_ns":{}}}"#,
+        500 + number
+    )
+}
+
+/// Answers as a plant and a diagnoser would; of the samples from 20 to 29 it keeps none.
+async fn answer(session: &Session) {
+    let samples = session.declare_queryable(SAMPLE).callback(|query| {
+        let question = SampleQuestion::from_parameters(query.parameters().as_str()).unwrap();
+        let steps = (question.from.0..=question.to.0).filter(|step| !(20..30).contains(step));
+        steps.for_each(|step| {
+            zenoh::Wait::wait(query.reply(SAMPLE, sample(step))).unwrap();
+        });
+    });
+    samples.background().await.unwrap();
+    let inputs = session.declare_queryable(INPUT).callback(|query| {
+        let question = InputQuestion::from_parameters(query.parameters().as_str()).unwrap();
+        let (from, to) = (question.from.unwrap_or(1), question.to.unwrap_or(3));
+        (from..=to).for_each(|number| {
+            zenoh::Wait::wait(query.reply(INPUT, input(number))).unwrap();
+        });
+    });
+    inputs.background().await.unwrap();
+    let configuration = session.declare_queryable(CONFIGURATION).callback(|query| {
+        let told = r#"{"v":1,"structure":"tower","module":"m","software":"1.0","fingerprint":"f","thresholds":"t","reference":null,"setup":{},"time_unix_ns":5}"#;
+        zenoh::Wait::wait(query.reply(CONFIGURATION, told)).unwrap();
+    });
+    configuration.background().await.unwrap();
+}
+
+fn messages(files: &[std::path::PathBuf]) -> Vec<Recorded> {
+    let of = |file: &Path| -> Vec<Recorded> {
+        Recording::open(file).unwrap().messages().unwrap().map(Result::unwrap).collect()
+    };
+    files.iter().flat_map(|file| of(file)).collect()
+}
+
+fn of_topic<'a>(messages: &'a [Recorded], topic: &str) -> Vec<&'a str> {
+    let found = messages.iter().filter(|message| message.topic == topic);
+    let mut payloads: Vec<_> = found.collect();
+    payloads.sort_by_key(|message| message.time_unix_ns);
+    payloads.iter().map(|message| std::str::from_utf8(&message.payload).unwrap()).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_was_missed_is_fetched_and_what_cannot_be_had_is_counted() {
+    let endpoint = free_endpoint();
+    let network = Network { listen: vec![endpoint.clone()], ..Network::default() };
+    let session = session::open(&network).await.unwrap();
+    answer(&session).await;
+    let token = session.liveliness().declare_token("trusswatch/tower/m/alive").await.unwrap();
+    let directory = tempfile::tempdir().unwrap();
+    let config = RecorderConfig {
+        network: Network { connect: vec![endpoint], ..Network::default() },
+        subject: Subject { structure: Some("tower".parse().unwrap()), ..Subject::default() },
+        directory: directory.path().to_path_buf(),
+        limits: Limits { file_bytes: 1 << 30, file_ns: u64::MAX, quota_bytes: 1 << 32 },
+    };
+    let (trigger, shutdown) = shutdown::pair();
+    let (reports, mut seen) = tokio::sync::watch::channel(Report::default());
+    let recorder = tokio::spawn(recorder::run(config, shutdown, move |report| {
+        reports.send_replace(report.clone());
+    }));
+    let has = |topic: &'static str, count: u64| {
+        move |report: &Report| report.messages.get(topic).copied().unwrap_or(0) >= count
+    };
+    let told = in_time(
+        "the configuration and inputs",
+        seen.wait_for(|report| has(CONFIGURATION, 1)(report) && has(INPUT, 3)(report)),
+    );
+    told.await.unwrap();
+
+    let samples = session.declare_publisher(SAMPLE).await.unwrap();
+    for step in [10, 11, 15, 35] {
+        samples.put(sample(step)).await.unwrap();
+    }
+    session.put(INPUT, input(4)).await.unwrap();
+    // Of 0 to 35 all but ten.
+    let come = in_time(
+        "the samples",
+        seen.wait_for(|report| {
+            has(SAMPLE, 26)(report) && has(INPUT, 4)(report) && report.lost() >= 10
+        }),
+    );
+    come.await.unwrap();
+    trigger.pull();
+    let report = in_time("the end", recorder).await.unwrap().unwrap();
+    assert_eq!(report.losses, [(SAMPLE.to_owned(), 10)].into());
+    assert_eq!(report.files.len(), 1);
+    drop(token);
+
+    let found = messages(&report.files);
+    let steps: Vec<String> = (0..36).filter(|step| !(20..30).contains(step)).map(sample).collect();
+    assert_eq!(of_topic(&found, SAMPLE), steps);
+    assert_eq!(of_topic(&found, INPUT), (1..5).map(input).collect::<Vec<_>>());
+    let losses = of_topic(&found, "trusswatch/tower/recorder/loss");
+    assert!(losses.len() == 1 && losses[0].contains(r#""count":10"#), "{losses:?}");
+    let metadata = Recording::open(&report.files[0]).unwrap().metadata().unwrap();
+    let names: Vec<&str> = metadata.iter().map(|about| about.name.as_str()).collect();
+    assert_eq!(names, ["recorder", "module/tower/m", "losses"]);
+    assert_eq!(metadata[1].values["configuration"], "f");
+}
