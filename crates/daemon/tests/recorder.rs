@@ -1,5 +1,7 @@
 //! The recorder: what it missed or was before it is fetched, what cannot be had is counted, in the file too.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
+
 mod support;
 
 use std::path::Path;

@@ -18,6 +18,7 @@ mod life_cycle;
 mod missed_events;
 mod overload;
 mod plain_clients;
+mod recorder_kills;
 mod recordings;
 mod restart;
 mod scaling;
