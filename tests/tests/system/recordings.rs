@@ -6,6 +6,7 @@ use std::sync::Arc;
 use daemon::config::Schedule;
 use names::RunId;
 use names::fault::Fault;
+use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::observer::Observer;
@@ -47,18 +48,34 @@ impl Recorded {
         self.observer.session.close().await.unwrap();
         let ended = self.recorder.replay(&["--verify", "--json"]).await;
         assert_eq!(ended.code, Some(0), "{ended:?}\n{}", self.deployment.logs());
-        let report = ended.json();
-        let count =
-            |what: &str| report[what].as_u64().unwrap_or_else(|| panic!("{what}: {report}"));
-        Verified { verdicts: count("verdicts"), divergences: count("divergences") }
+        Verified::of(&ended.json())
     }
 }
 
 /// How much was compared.
 #[derive(Debug)]
 struct Verified {
+    processes: usize,
     verdicts: u64,
     divergences: u64,
+}
+
+impl Verified {
+    /// Everything that was recorded has been compared.
+    fn of(report: &Value) -> Self {
+        let modules = report["modules"].as_array().unwrap();
+        let processes = modules.iter().flat_map(|one| one["processes"].as_array().unwrap());
+        let mut all = Self { processes: 0, verdicts: 0, divergences: 0 };
+        for process in processes {
+            let count = |what: &str| process[what].as_u64().unwrap();
+            assert!(process["shortfall"].is_null(), "{}", process["shortfall"]);
+            assert_eq!(count("verdicts_not_verified") + count("divergences_not_verified"), 0);
+            all.processes += 1;
+            all.verdicts += count("verdicts_same");
+            all.divergences += count("divergences_same");
+        }
+        all
+    }
 }
 
 fn with_effects() -> Schedule {
@@ -101,5 +118,5 @@ async fn across_the_restart_of_a_diagnoser() {
     recorded.diagnosers[1] = recorded.deployment.start_diagnoser(1);
     let verified = recorded.verify().await;
     println!("across a restart: {verified:?}");
-    assert!(verified.verdicts > 0, "{verified:?}");
+    assert!(verified.verdicts > 0 && verified.processes == 3, "{verified:?}");
 }
