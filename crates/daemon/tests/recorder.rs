@@ -48,8 +48,8 @@ async fn answer(session: &Session) {
     });
     inputs.background().await.unwrap();
     let configuration = session.declare_queryable(CONFIGURATION).callback(|query| {
-        let told = r#"{"v":1,"structure":"tower","module":"m","software":"1.0","fingerprint":"f","thresholds":"t","reference":null,"setup":{},"time_unix_ns":5}"#;
-        zenoh::Wait::wait(query.reply(CONFIGURATION, told)).unwrap();
+        let given = r#"{"v":1,"structure":"tower","module":"m","software":"1.0","fingerprint":"f","thresholds":"t","reference":null,"setup":{},"time_unix_ns":5}"#;
+        zenoh::Wait::wait(query.reply(CONFIGURATION, given)).unwrap();
     });
     configuration.background().await.unwrap();
 }
@@ -90,11 +90,11 @@ async fn what_was_missed_is_fetched_and_what_cannot_be_had_is_counted() {
     let has = |topic: &'static str, count: u64| {
         move |report: &Report| report.messages.get(topic).copied().unwrap_or(0) >= count
     };
-    let told = in_time(
+    let given = in_time(
         "the configuration and inputs",
         seen.wait_for(|report| has(CONFIGURATION, 1)(report) && has(INPUT, 3)(report)),
     );
-    told.await.unwrap();
+    given.await.unwrap();
 
     let samples = session.declare_publisher(SAMPLE).await.unwrap();
     for step in [10, 11, 15, 35] {

@@ -97,17 +97,16 @@ fn distribute(files: &[PathBuf], lanes: &mut [Lane]) -> Result<Vec<String>, Fail
     for file in files {
         let unusable = |error: recording::ReadError| Failure::input(error.to_string());
         let recording = Recording::open(file).map_err(unusable)?;
-        let mut count = 0u64;
-        for message in recording.messages().map_err(unusable)? {
+        for (count, message) in recording.messages().map_err(unusable)?.enumerate() {
             let message = match message {
                 Ok(message) => message,
                 Err(error) if count == 0 => return Err(unusable(error)),
+                // What comes after a damaged part is read all the same.
                 Err(error) => {
-                    problems.push(format!("{error}; of this file, {count} messages were read"));
-                    break;
+                    problems.push(error.to_string());
+                    continue;
                 }
             };
-            count += 1;
             let module = message.topic.split('/').nth(2).unwrap_or_default();
             let known = modules.iter().position(|known| known == module);
             let place = known.unwrap_or_else(|| {

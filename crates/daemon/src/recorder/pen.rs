@@ -165,19 +165,19 @@ impl Pen {
         }
     }
 
-    /// A diagnoser told its setup.
+    /// A diagnoser gave its setup.
     fn configure(&mut self, message: Message, stamp: Stamp) {
         let Message { topic, payload, at_unix_ns } = message;
-        let Ok(told) = wire::decode::<ModuleConfiguration>(&payload) else {
+        let Ok(setup) = wire::decode::<ModuleConfiguration>(&payload) else {
             tracing::debug!(topic, "a configuration that makes no sense");
             return;
         };
-        let name = format!("module/{}/{}", told.structure, told.module);
+        let name = format!("module/{}/{}", setup.structure, setup.module);
         let about = [
-            ("software", told.software),
-            ("configuration", told.fingerprint),
-            ("thresholds", told.thresholds),
-            ("reference", told.reference.unwrap_or_else(|| "none".to_owned())),
+            ("software", setup.software),
+            ("configuration", setup.fingerprint),
+            ("thresholds", setup.thresholds),
+            ("reference", setup.reference.unwrap_or_else(|| "none".to_owned())),
         ];
         *self.report.messages.entry(topic.clone()).or_default() += 1;
         let recorded = Recorded::stamped(topic, payload, stamp, at_unix_ns);
@@ -226,7 +226,7 @@ impl Pen {
         let now = clock::unix_ns();
         let mut outcome = Ok(());
         for ((topic, reason), count) in std::mem::take(&mut self.losses) {
-            // Counted all the same, so each is told once.
+            // Counted all the same, so each is logged once.
             outcome = outcome.and(self.files.lose(&topic, count, reason, now));
         }
         outcome.and(self.files.sync(now))
