@@ -183,6 +183,9 @@ def ask_everything(listener):
     faults = listener.ask(f"{tower}/*/fault/**")
     listener.ask(f"{tower}/*/identification/**")
     listener.ask(f"{tower}/*/history?limit=3")
+    listener.ask(f"{tower}/*/input?to=9")
+    listener.ask(f"{tower}/*/configuration")
+    listener.ask(f"{tower}/*/freeze-frame")
     latched = [fault["component"] for fault in faults if fault["state"] == "latched"]
     in_service = list(listener.phases.values()) == ["in_service"] * 2
     if listener.stroke_over is None and in_service:

@@ -17,3 +17,16 @@ pub(crate) fn open(schema: &mut Schema) {
     words.push(json!({ "description": "A word of a later version.", "type": "string" }));
     schema.insert("anyOf".to_owned(), Value::Array(words));
 }
+
+/// The schema of an enumeration with fields, distinguished by the word in the field `tag`: readers take any other word, too.
+pub(crate) fn open_tagged(schema: &mut Schema, tag: &str) {
+    let Some(Value::Array(variants)) = schema.get_mut("oneOf") else { return };
+    let word = |variant: &Value| variant["properties"][tag]["const"].as_str().map(str::to_owned);
+    let known: Vec<String> =
+        variants.iter().filter_map(word).filter(|word| word != OTHER).collect();
+    for variant in variants {
+        if word(variant).as_deref() == Some(OTHER) {
+            variant["properties"][tag] = json!({ "type": "string", "not": { "enum": known } });
+        }
+    }
+}

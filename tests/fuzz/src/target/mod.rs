@@ -33,12 +33,15 @@ const fn target(name: &'static str, check: fn(&[u8])) -> Target {
 /// All of them.
 pub const TARGETS: &[Target] = &[
     target("message_change", message::check::<wire::Change>),
+    target("message_configuration", message::check::<wire::ModuleConfiguration>),
     target("message_divergences", message::check::<wire::Divergences>),
     target("message_fault_transition", message::check::<wire::FaultTransition>),
+    target("message_freeze_frame", message::check::<wire::FreezeFrame>),
     target("message_history_page", message::check::<wire::HistoryPage>),
     target("message_identification", message::check::<wire::Identification>),
     target("message_injected", message::check::<wire::Injected>),
     target("message_injection", message::check::<wire::Injection>),
+    target("message_input", message::check::<wire::Input>),
     target("message_module_status", message::check::<wire::ModuleStatus>),
     target("message_obeyed", message::check::<wire::Obeyed>),
     target("message_order", message::check::<wire::Order>),
