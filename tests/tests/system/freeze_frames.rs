@@ -24,7 +24,7 @@ const LASTS: u64 = 1200;
 /// Steps in two seconds.
 const AROUND: u64 = 2000;
 
-/// The faults of the demo that a change shows, one after the other, each repaired before the next.
+/// The faults of the demo, one after the other, each repaired before the next; the last one, which no change shows, goes on.
 fn schedule() -> Schedule {
     let faults = [
         ("module1/sensor/g2", Fault::Bias { offset_m: 1.5e-4 }),
@@ -33,12 +33,14 @@ fn schedule() -> Schedule {
         ("module1/actuator/a1", Fault::HardOver {}),
         ("module2/sensor/g1", Fault::Bias { offset_m: -6e-4 }),
         ("module1/sensor/g7", Fault::RandomWalk { drift_m_per_s: 2e-4, increment_m: 2e-5 }),
+        ("module2/sensor/g3", Fault::Drift { drift_m_per_s: 9e-5 }),
     ];
+    let last = faults.len() - 1;
     let fault = |(place, (component, fault)): (usize, (&str, Fault))| {
         let at = FIRST + BETWEEN * place as u64;
         ScheduledFault {
             at_step: Step(at),
-            until_step: Some(Step(at + LASTS)),
+            until_step: (place < last).then_some(Step(at + LASTS)),
             component: component.parse().unwrap(),
             fault,
         }
@@ -106,7 +108,7 @@ async fn every_fault_of_the_demo_has_one() {
     let mut diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;
     observer.wait_for(&MODULES, false).await;
-    let steps = FIRST + BETWEEN * schedule.faults.len() as u64 - 1500;
+    let steps = FIRST + BETWEEN * schedule.faults.len() as u64;
     let mut plant = deployment.start_plant("max", steps, 5, RunId(61));
     assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
 
