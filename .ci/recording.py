@@ -153,17 +153,19 @@ def read(file, module):
             parts = channel.topic.split("/")
             if parts[2:3] != [module]:
                 continue
-            if parts[3] in ("sample", "divergence", "configuration", "input"):
-                data = json.loads(message.data)
-            if parts[3] == "sample":
+            topic = "/".join(parts[3:])
+            if topic not in ("sample", "divergence", "configuration", "input"):
+                continue
+            data = json.loads(message.data)
+            if topic == "sample":
                 samples[data["run"], data["step"]] = data
-            elif parts[3] == "divergence":
+            elif topic == "divergence":
                 messages.append(data)
-            elif parts[3] == "configuration":
+            elif topic == "configuration":
                 setup = data["setup"]
-            elif parts[3] == "input" and data["taken"]["input"] == "run_began":
+            elif topic == "input" and data["taken"]["input"] == "run_began":
                 begins.add((data["taken"]["run"], data["taken"]["step"]))
-            elif parts[3] == "input" and data["taken"]["input"] == "gap":
+            elif topic == "input" and data["taken"]["input"] == "gap":
                 first = data["taken"]["from"]
                 lost.update((data["run"], first + i) for i in range(data["taken"]["missing"]))
     return samples, messages, setup, begins, lost
