@@ -4,6 +4,16 @@ use ::replay::ModuleRecord;
 use diagnosis::{ModuleSetup, Sample};
 use names::{Component, RunId, Step};
 
+/// A row: what is not a number is missing.
+pub(super) struct Row {
+    /// The step.
+    pub(super) step: u64,
+    /// When its sample was published \[ns since 1970\].
+    pub(super) published_ns: u64,
+    /// Under the names of [`Columns::values`].
+    pub(super) values: Vec<f64>,
+}
+
 /// What stands in which column.
 pub(super) struct Columns {
     step_s: Option<f64>,
@@ -48,8 +58,9 @@ impl Columns {
         }
     }
 
-    pub(super) fn heading(&self) -> Vec<String> {
-        let mut heading = vec!["step".to_owned(), "time_s".to_owned(), "published_s".to_owned()];
+    /// The names of a row's values.
+    pub(super) fn values(&self) -> Vec<String> {
+        let mut heading = vec!["time_s".to_owned()];
         heading.extend(self.actuators.iter().map(|name| format!("{name}_demand_n")));
         for name in &self.actuators {
             heading.extend(["a", "b"].map(|chamber| format!("{name}_pressure_{chamber}_pa")));
@@ -66,18 +77,15 @@ impl Columns {
         record: &ModuleRecord,
         index: usize,
         divergences: Option<&wire::Divergences>,
-    ) -> Vec<String> {
+    ) -> Row {
         let mut sample = empty();
         record.samples.read(index, &mut sample);
         let published_ns = record.samples.head(index).map_or(0, |head| head.time_unix_ns);
-        let mut row = vec![
-            sample.step.to_string(),
-            self.step_s.map_or_else(String::new, |step_s| number(sample.step.0 as f64 * step_s)),
-            format!("{}.{:09}", published_ns / 1_000_000_000, published_ns % 1_000_000_000),
-        ];
+        let step = sample.step.0;
+        let mut row = vec![self.step_s.map_or(f64::NAN, |step_s| step as f64 * step_s)];
         let mut add = |values: &mut dyn Iterator<Item = f64>, count: usize| {
             // A sample of another length does not shift what follows.
-            row.extend((0..count).map(|_| values.next().map_or_else(String::new, number)));
+            row.extend((0..count).map(|_| values.next().unwrap_or(f64::NAN)));
         };
         let actuators = self.actuators.len();
         add(&mut sample.demands_n.iter().copied(), actuators);
@@ -88,9 +96,9 @@ impl Columns {
             let channel = channels.iter().find(|channel| channel.component == *component);
             let residual = channel.map_or(f64::NAN, |channel| channel.residual);
             let divergence = channel.and_then(|channel| channel.divergence).unwrap_or(f64::NAN);
-            row.extend([number(residual), number(divergence)]);
+            row.extend([residual, divergence]);
         }
-        row
+        Row { step, published_ns, values: row }
     }
 }
 
@@ -107,9 +115,4 @@ fn empty() -> Sample {
 /// Its name, as variables of programs may be called.
 fn column(component: &Component) -> String {
     component.to_string().replace(['/', '-', '.'], "_")
-}
-
-/// The shortest text that is read as the same bits; nothing if it is none.
-fn number(value: f64) -> String {
-    if value.is_finite() { format!("{value:?}") } else { String::new() }
 }

@@ -1,11 +1,14 @@
 //! `trusswatch export`: a recording as tables.
 
 mod columns;
+mod csv_table;
+#[cfg(feature = "parquet")]
+mod parquet_table;
 mod verdicts;
 
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use ::replay::{ModuleRecord, latest_setup};
@@ -15,9 +18,9 @@ use crate::failure::Failure;
 use crate::replay::read;
 use columns::Columns;
 
-/// Write a recording as tables (CSV), for pandas, MATLAB or a spreadsheet
+/// Write a recording as tables (CSV, or Parquet in a build for it), for pandas, MATLAB or a spreadsheet
 ///
-/// One table for each module and run, `MODULE-run-RUN.csv`: a row for each step with demands, pressures and elongations by
+/// One table for each module and run, `MODULE-run-RUN`: a row for each step with demands, pressures and elongations by
 /// component, and, where they were published, residuals and divergences. Besides, `verdicts.csv`. Numbers come back as
 /// the very same bits; what is missing is empty.
 #[derive(Debug, clap::Args)]
@@ -25,42 +28,93 @@ pub(crate) struct Arguments {
     /// Recordings, made by `trusswatch record`; several are one
     #[arg(required = true, value_name = "FILE.mcap")]
     files: Vec<PathBuf>,
-    /// Directory for the tables; made if it is not there
-    #[arg(long, value_name = "DIR")]
-    csv: PathBuf,
+    #[command(flatten)]
+    places: Places,
     /// Only these modules
     #[arg(long = "module", value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     modules: Vec<ModuleName>,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let reading = read(&arguments.files, &arguments.modules)?;
-    let directory = &arguments.csv;
-    fs::create_dir_all(directory).map_err(|error| cannot_write(directory, &error))?;
-    let structures: std::collections::BTreeSet<_> =
-        reading.records.iter().map(|record| &record.structure).collect();
-    let mut written = Vec::new();
-    for record in &reading.records {
-        let prefix = match structures.len() {
-            1 => record.module.to_string(),
-            _ => format!("{}-{}", record.structure, record.module),
-        };
-        for (run, rows) in runs(record) {
-            let file = directory.join(format!("{prefix}-run-{run}.csv"));
-            write_run(&file, record, run, &rows).map_err(|error| cannot_write(&file, &error))?;
-            written.push((file, rows.len()));
+/// Where the tables go.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = true)]
+struct Places {
+    /// Directory for tables as CSV; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    csv: Option<PathBuf>,
+    /// Directory for tables as Parquet, `verdicts.csv` beside them; made if it is not there
+    #[cfg(feature = "parquet")]
+    #[arg(long, value_name = "DIR")]
+    parquet: Option<PathBuf>,
+}
+
+/// A kind of file that tables are written to.
+#[derive(Debug, Clone, Copy)]
+enum Form {
+    Csv,
+    #[cfg(feature = "parquet")]
+    Parquet,
+}
+
+impl Form {
+    fn extension(self) -> &'static str {
+        match self {
+            Form::Csv => "csv",
+            #[cfg(feature = "parquet")]
+            Form::Parquet => "parquet",
         }
     }
-    let file = directory.join("verdicts.csv");
-    let count =
-        verdicts::write(&file, &reading.records).map_err(|error| cannot_write(&file, &error))?;
-    written.push((file, count));
+}
+
+impl Places {
+    fn each(&self) -> Vec<(Form, &Path)> {
+        let mut places = Vec::new();
+        places.extend(self.csv.as_deref().map(|directory| (Form::Csv, directory)));
+        #[cfg(feature = "parquet")]
+        places.extend(self.parquet.as_deref().map(|directory| (Form::Parquet, directory)));
+        places
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let reading = read(&arguments.files, &arguments.modules)?;
+    let mut written = Vec::new();
+    for (form, directory) in arguments.places.each() {
+        written.extend(write_all(form, directory, &reading.records)?);
+    }
     let mut out = io::stdout().lock();
     for (file, rows) in written {
         writeln!(out, "{}: {rows} rows", file.display())?;
     }
     out.flush()?;
     reading.complete()
+}
+
+/// The files that were written, each with how many rows.
+fn write_all(
+    form: Form,
+    directory: &Path,
+    records: &[ModuleRecord],
+) -> Result<Vec<(PathBuf, usize)>, Failure> {
+    fs::create_dir_all(directory).map_err(|error| cannot_write(directory, &error))?;
+    let structures: BTreeSet<_> = records.iter().map(|record| &record.structure).collect();
+    let mut written = Vec::new();
+    for record in records {
+        let prefix = match structures.len() {
+            1 => record.module.to_string(),
+            _ => format!("{}-{}", record.structure, record.module),
+        };
+        for (run, rows) in runs(record) {
+            let file = directory.join(format!("{prefix}-run-{run}.{}", form.extension()));
+            write_run(form, &file, record, (run, &rows))
+                .map_err(|error| cannot_write(&file, &error))?;
+            written.push((file, rows.len()));
+        }
+    }
+    let file = directory.join("verdicts.csv");
+    let count = verdicts::write(&file, records).map_err(|error| cannot_write(&file, &error))?;
+    written.push((file, count));
+    Ok(written)
 }
 
 fn cannot_write(file: &Path, error: &io::Error) -> Failure {
@@ -78,21 +132,28 @@ fn runs(record: &ModuleRecord) -> BTreeMap<RunId, Vec<usize>> {
     runs
 }
 
-fn write_run(file: &Path, record: &ModuleRecord, run: RunId, rows: &[usize]) -> io::Result<()> {
-    let mut out = csv::Writer::from_writer(BufWriter::new(File::create(file)?));
+fn write_run(
+    form: Form,
+    file: &Path,
+    record: &ModuleRecord,
+    (run, rows): (RunId, &[usize]),
+) -> io::Result<()> {
     let setup = latest_setup(record).ok();
     let columns = Columns::new(record, rows.first().copied(), setup.as_ref());
-    out.write_record(columns.heading())?;
     let divergences: BTreeMap<Step, &wire::Divergences> = record
         .divergences
         .iter()
         .filter(|message| message.run == run)
         .map(|message| (message.step, message))
         .collect();
-    for &index in rows {
-        let Some(head) = record.samples.head(index) else { continue };
-        let row = columns.row(record, index, divergences.get(&head.step).copied());
-        out.write_record(row)?;
+    let rows = rows.iter().filter_map(|&index| {
+        let head = record.samples.head(index)?;
+        Some(columns.row(record, index, divergences.get(&head.step).copied()))
+    });
+    let names = columns.values();
+    match form {
+        Form::Csv => csv_table::write(file, &names, rows),
+        #[cfg(feature = "parquet")]
+        Form::Parquet => parquet_table::write(file, &names, rows),
     }
-    out.flush()
 }
