@@ -26,6 +26,7 @@ mod model;
 mod orders;
 mod pki;
 mod program;
+mod record;
 #[expect(dead_code, reason = "the tests of the crate `replay` use all of it")]
 #[path = "../../../replay/tests/replay/live.rs"]
 mod recorded_live;
