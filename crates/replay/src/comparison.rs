@@ -6,7 +6,7 @@ use diagnosis::{Diagnoser, Transition};
 use names::{ModuleName, RunId, Step, StructureName};
 use serde_json::Value;
 use translation::{Speaker, from_transition};
-use wire::{Channel, Divergences, FaultTransition};
+use wire::{Channel, Divergences, FaultState, FaultTransition};
 
 use crate::collection::ModuleRecord;
 use crate::course::Course;
@@ -52,8 +52,10 @@ pub struct Comparison {
 impl Comparison {
     pub(crate) fn new(record: &ModuleRecord, course: &Course) -> Self {
         let is_own = |time: u64| time >= course.process && time < course.until;
+        // A state that is unknown for now, as a reply says, is no verdict; one of a later version cannot be compared.
         let judged = |message: &&FaultTransition| {
-            is_own(message.time_unix_ns) && message.sequence > 0 && message.run.is_some()
+            let known = message.state != FaultState::Unknown && message.run.is_some();
+            is_own(message.time_unix_ns) && message.sequence > 0 && known
         };
         let own = record.transitions.iter().filter(judged);
         let own = own.filter(|message| message.sequence > course.memory.sequence);

@@ -116,6 +116,21 @@ fn a_verdict_changed_is_noticed() {
     assert_eq!(fields, ["onset_step"]);
 }
 
+/// As a module replies that cannot tell at present: no transition led there.
+#[test]
+fn a_state_that_is_unknown_for_now_is_no_verdict() {
+    let mut live = with_fault();
+    let mut fault = live.published.iter().rfind(|m| m.topic.contains("/fault/")).unwrap().clone();
+    let mut message: wire::FaultTransition = wire::decode(&fault.payload).unwrap();
+    message.state = wire::FaultState::Unknown;
+    fault.payload = wire::encode(&message).unwrap();
+    live.published.push(fault);
+    for one in replay_all(&collect(&live)) {
+        let one = one.unwrap();
+        assert_eq!((one.shortfall, one.comparison.difference), (None, None));
+    }
+}
+
 #[test]
 fn what_is_missing_is_not_verified() {
     let whole = with_fault();
