@@ -48,6 +48,19 @@ impl Recorder {
         files
     }
 
+    /// Its process.
+    #[must_use]
+    pub fn process(&self) -> &Process {
+        &self.process
+    }
+
+    /// Bytes of its files so far.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let files = self.files();
+        files.iter().map(|file| file.metadata().map_or(0, |metadata| metadata.len())).sum()
+    }
+
     /// What it has written so far; of a file that is being written, as far as it can be read.
     #[must_use]
     pub fn messages(&self) -> Vec<Recorded> {

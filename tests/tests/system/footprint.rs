@@ -11,6 +11,7 @@ use system_tests::footprint::{Memory, bare_messages_percent, processor_time};
 use system_tests::observer::Observer;
 use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
+use system_tests::recorder::Recorder;
 use system_tests::turn;
 
 const RUN: RunId = RunId(1);
@@ -33,6 +34,7 @@ const MOST_MIB: f64 = 25.0;
 struct Stretch {
     percent: f64,
     memory: Memory,
+    seconds: f64,
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -51,7 +53,10 @@ async fn a_diagnoser_at_1_khz_takes_few_per_cent_of_a_core_and_25_mib() {
     clock.reach(RUN, FROM).await;
     let mut least = [f64::INFINITY; MODULES.len()];
     for _ in 0..STRETCHES {
-        let stretches = stretch(&clock, &diagnosers, &plant).await;
+        let processes =
+            [(MODULES[0], &diagnosers[0]), (MODULES[1], &diagnosers[1]), ("plant", &plant)];
+        let stretches = stretch(&clock, &processes).await;
+        // The plant is measured too, but nothing is asked of it.
         for (least, stretch) in least.iter_mut().zip(stretches) {
             *least = least.min(stretch.percent);
             assert!(stretch.memory.proportional_mib < MOST_MIB, "{stretch:?}");
@@ -66,9 +71,43 @@ async fn a_diagnoser_at_1_khz_takes_few_per_cent_of_a_core_and_25_mib() {
     }
 }
 
-/// Measures, and returns what the diagnosers took.
-async fn stretch(clock: &PlantClock, diagnosers: &[Process], plant: &Process) -> Vec<Stretch> {
-    let processes = || MODULES.into_iter().zip(diagnosers).chain([("plant", plant)]);
+/// As a diagnoser, for both modules together.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "wants both cores for itself: run it with `--ignored`"]
+async fn a_recorder_of_two_modules_at_1_khz_takes_few_per_cent_of_a_core() {
+    let _turn = turn::alone().await;
+    let most =
+        MOST_PERCENT.max(TIMES_BARE_MESSAGES * tokio::task::block_in_place(bare_messages_percent));
+    let deployment = Deployment::of_tower(&Schedule::default());
+    let diagnosers = deployment.start_diagnosers();
+    let mut recorder = Recorder::start(&deployment);
+    recorder.hears(&MODULES).await;
+    let observer = Observer::of(&deployment).await;
+    let clock = PlantClock::of(&observer).await;
+    let plant = deployment.start_plant("real", 100 * STEPS, 7, RUN);
+    clock.reach(RUN, FROM).await;
+    let mut least = f64::INFINITY;
+    for _ in 0..STRETCHES {
+        let bytes = recorder.bytes();
+        let stretches = stretch(&clock, &[("recorder", recorder.process())]).await;
+        let mb_per_hour = (recorder.bytes() - bytes) as f64 * 3600.0 / stretches[0].seconds / 1e6;
+        println!("{mb_per_hour:.0} MB an hour");
+        least = least.min(stretches[0].percent);
+        if least < most {
+            break;
+        }
+    }
+    assert!(least < most, "{least:.2} %, at most {most:.2} %");
+    plant.stop().await;
+    for process in diagnosers {
+        process.stop().await;
+    }
+    recorder.end().await;
+}
+
+/// Measures, and returns what each process took.
+async fn stretch(clock: &PlantClock, processes: &[(&str, &Process)]) -> Vec<Stretch> {
+    let processes = || processes.iter().copied();
     let before: Vec<_> = processes().map(|(_, process)| processor_time(process.pid())).collect();
     let (start, from) = (Instant::now(), clock.step(RUN).unwrap());
     clock.reach(RUN, from.0 + STEPS).await;
@@ -84,9 +123,7 @@ async fn stretch(clock: &PlantClock, diagnosers: &[Process], plant: &Process) ->
             "{name}: {percent:.2} % of a core, {per_step_us:.1} µs per step; \
              {proportional_mib:.1} MiB PSS, {private_mib:.1} MiB private"
         );
-        Stretch { percent, memory }
+        Stretch { percent, memory, seconds: elapsed.as_secs_f64() }
     };
-    let mut measured: Vec<_> = processes().zip(&before).map(measure).collect();
-    measured.truncate(MODULES.len());
-    measured
+    processes().zip(&before).map(measure).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::scale::Scale;
-use super::{INDENT, WIDEST, labels, steps};
+use super::{INDENT, WIDEST, labels, rows, steps};
 use crate::paint::{Colour, Paint};
 
 /// Lines that the curve takes.
@@ -36,21 +36,7 @@ pub(crate) fn curve(curve: &Curve, width: usize, paint: Paint) -> String {
     let along = Along { steps: Scale::of([*first, *last].map(at).into_iter()), columns };
     let mut lines = vec![title(curve, width, paint)];
     let canvas = drawn(curve, &along, &heights);
-    for (row, cells) in canvas.rows().enumerate() {
-        let label = match row {
-            0 => &labels[0],
-            row if row == ROWS / 2 => &labels[1],
-            row if row == ROWS - 1 => &labels[2],
-            _ => "",
-        };
-        let axis = if label.is_empty() { '│' } else { '┤' };
-        let cells = cells.iter().map(|cell| match cell.is_line() {
-            true => paint.in_colour(Colour::Cyan, &cell.character().to_string()),
-            false => cell.character().to_string(),
-        });
-        let text = format!("{label:>margin$} {axis}{}", cells.collect::<String>());
-        lines.push(text.trim_end().to_owned());
-    }
+    lines.extend(rows(&canvas, &labels, margin, paint));
     lines.push(format!("{:margin$} └{}", "", along.axis(&curve.marks)));
     lines.extend(steps(*first, *last, margin, columns));
     lines.join("\n") + "\n"

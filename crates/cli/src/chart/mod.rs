@@ -13,7 +13,7 @@ mod scale;
 
 pub(crate) use curve::{Curve, curve};
 
-use canvas::Canvas;
+use canvas::{Canvas, Cell};
 use scale::Scale;
 
 use crate::paint::{Colour, Paint};
@@ -46,21 +46,7 @@ pub(crate) fn chart(points: &[Point], unit: &str, width: usize, paint: Paint) ->
     let columns = width.min(WIDEST).saturating_sub(margin + 2).max(1);
     let canvas = drawn(points, &heights, columns);
     let mut lines = vec![format!("{unit:>margin$}")];
-    for (row, cells) in canvas.rows().enumerate() {
-        let label = match row {
-            0 => &labels[0],
-            row if row == ROWS / 2 => &labels[1],
-            row if row == ROWS - 1 => &labels[2],
-            _ => "",
-        };
-        let axis = if label.is_empty() { '│' } else { '┤' };
-        let cells = cells.iter().map(|cell| match cell.is_line() {
-            true => paint.in_colour(Colour::Cyan, &cell.character().to_string()),
-            false => cell.character().to_string(),
-        });
-        let text = format!("{label:>margin$} {axis}{}", cells.collect::<String>());
-        lines.push(text.trim_end().to_owned());
-    }
+    lines.extend(rows(&canvas, &labels, margin, paint));
     lines.push(format!("{:margin$} └{}", "", "─".repeat(columns)));
     lines.extend(steps(first.step, last.step, margin, columns));
     lines.push(format!("{:margin$}  {}", "", legend(paint)));
@@ -86,6 +72,28 @@ fn labels(heights: &Scale) -> [String; 3] {
     let Scale { low, high } = *heights;
     let digits = decimals((high - low) / 20.0);
     [high, f64::midpoint(low, high), low].map(|value| format!("{value:.digits$}"))
+}
+
+/// The lines of a drawing, each with its axis before it; labels of the highest, the middle and the lowest.
+fn rows(canvas: &Canvas, labels: &[String; 3], margin: usize, paint: Paint) -> Vec<String> {
+    let all: Vec<_> = canvas.rows().collect();
+    let (count, cells) = (all.len(), all.into_iter().enumerate());
+    let line = |(row, cells): (usize, &[Cell])| {
+        let label = match row {
+            0 => &labels[0],
+            row if row == count / 2 => &labels[1],
+            row if row == count - 1 => &labels[2],
+            _ => "",
+        };
+        let axis = if label.is_empty() { '│' } else { '┤' };
+        let cells = cells.iter().map(|cell| match cell.is_line() {
+            true => paint.in_colour(Colour::Cyan, &cell.character().to_string()),
+            false => cell.character().to_string(),
+        });
+        let text = format!("{label:>margin$} {axis}{}", cells.collect::<String>());
+        text.trim_end().to_owned()
+    };
+    cells.map(line).collect()
 }
 
 /// The first and the last step below the ends of the axis, if there is room for both.
