@@ -1,6 +1,8 @@
 //! What can go wrong with a recording.
 
+use std::error::Error;
 use std::fmt::Display;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A recording that cannot be written.
@@ -24,8 +26,17 @@ pub struct ReadError {
 }
 
 impl WriteError {
-    pub(crate) fn of(file: &Path, problem: &impl Display) -> Self {
-        Self { file: file.into(), problem: problem.to_string() }
+    /// What the system says of it, if it does: that the disk is full is more than that writing failed.
+    pub(crate) fn of(file: &Path, error: &(dyn Error + 'static)) -> Self {
+        let mut problem = error.to_string();
+        let mut cause = error.source();
+        while let Some(error) = cause {
+            if error.is::<io::Error>() {
+                problem = error.to_string();
+            }
+            cause = error.source();
+        }
+        Self { file: file.into(), problem }
     }
 }
 
