@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use names::{RunId, Step};
 
+use crate::player::empty_sample;
+
 /// Which sample it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleHead {
@@ -84,6 +86,15 @@ impl Samples {
     #[must_use]
     pub fn head(&self, index: usize) -> Option<SampleHead> {
         self.entries.get(index).map(|entry| entry.head)
+    }
+
+    /// A copy of one.
+    #[must_use]
+    pub fn get(&self, index: usize) -> Option<diagnosis::Sample> {
+        self.entries.get(index)?;
+        let mut sample = empty_sample();
+        self.read(index, &mut sample);
+        Some(sample)
     }
 
     /// Copies one.

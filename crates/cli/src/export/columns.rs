@@ -1,8 +1,8 @@
 //! The columns of a module's table.
 
 use ::replay::ModuleRecord;
-use diagnosis::{ModuleSetup, Sample};
-use names::{Component, RunId, Step};
+use diagnosis::ModuleSetup;
+use names::Component;
 
 /// A row: what is not a number is missing.
 pub(super) struct Row {
@@ -30,10 +30,9 @@ impl Columns {
         sample: Option<usize>,
         setup: Option<&ModuleSetup>,
     ) -> Self {
-        let mut first = empty();
-        if let Some(index) = sample {
-            record.samples.read(index, &mut first);
-        }
+        let first = sample.and_then(|index| record.samples.get(index));
+        let (demands, elongations) =
+            first.map_or((0, 0), |first| (first.demands_n.len(), first.elongations_m.len()));
         let components = setup.map(ModuleSetup::components).unwrap_or_default();
         let (actuators, gages): (Vec<&Component>, Vec<&Component>) =
             components.iter().partition(|c| matches!(c, Component::Actuator(_)));
@@ -52,8 +51,8 @@ impl Columns {
         }
         Self {
             step_s: setup.map(|setup| setup.step_s),
-            actuators: named(actuators, first.demands_n.len(), "actuator"),
-            gages: named(gages, first.elongations_m.len(), "sensor"),
+            actuators: named(actuators, demands, "actuator"),
+            gages: named(gages, elongations, "sensor"),
             channels,
         }
     }
@@ -77,9 +76,8 @@ impl Columns {
         record: &ModuleRecord,
         index: usize,
         divergences: Option<&wire::Divergences>,
-    ) -> Row {
-        let mut sample = empty();
-        record.samples.read(index, &mut sample);
+    ) -> Option<Row> {
+        let sample = record.samples.get(index)?;
         let published_ns = record.samples.head(index).map_or(0, |head| head.time_unix_ns);
         let step = sample.step.0;
         let mut row = vec![self.step_s.map_or(f64::NAN, |step_s| step as f64 * step_s)];
@@ -98,17 +96,7 @@ impl Columns {
             let divergence = channel.and_then(|channel| channel.divergence).unwrap_or(f64::NAN);
             row.extend([residual, divergence]);
         }
-        Row { step, published_ns, values: row }
-    }
-}
-
-fn empty() -> Sample {
-    Sample {
-        run: RunId(0),
-        step: Step(0),
-        demands_n: Vec::new(),
-        pressures_pa: Vec::new(),
-        elongations_m: Vec::new(),
+        Some(Row { step, published_ns, values: row })
     }
 }
 

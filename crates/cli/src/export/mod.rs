@@ -148,7 +148,7 @@ fn write_run(
         .collect();
     let rows = rows.iter().filter_map(|&index| {
         let head = record.samples.head(index)?;
-        Some(columns.row(record, index, divergences.get(&head.step).copied()))
+        columns.row(record, index, divergences.get(&head.step).copied())
     });
     let names = columns.values();
     match form {

@@ -111,22 +111,11 @@ fn recorded_run(records: &[&ModuleRecord], wanted: Option<RunId>) -> Result<RunI
 }
 
 /// The samples of a module of this run.
-fn samples(record: &ModuleRecord, run: RunId) -> Vec<wire::Sample> {
-    let mut sample = diagnosis::Sample {
-        run,
-        step: names::Step(0),
-        demands_n: Vec::new(),
-        pressures_pa: Vec::new(),
-        elongations_m: Vec::new(),
-    };
-    let places = (0..record.samples.len())
-        .filter(|index| record.samples.head(*index).is_some_and(|head| head.run == run));
-    let read = |index| {
-        record.samples.read(index, &mut sample);
-        let diagnosis::Sample { run, step, demands_n, pressures_pa, elongations_m } =
-            sample.clone();
+fn samples(record: &ModuleRecord, run: RunId) -> impl Iterator<Item = wire::Sample> + '_ {
+    let samples = (0..record.samples.len()).filter_map(|index| record.samples.get(index));
+    samples.filter(move |sample| sample.run == run).map(|sample| {
+        let diagnosis::Sample { run, step, demands_n, pressures_pa, elongations_m } = sample;
         let module = record.module.clone();
         wire::Sample { module, run, step, time_unix_ns: 0, demands_n, pressures_pa, elongations_m }
-    };
-    places.map(read).collect()
+    })
 }

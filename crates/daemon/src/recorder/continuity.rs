@@ -109,7 +109,6 @@ impl Continuity {
         let Some((counting, epoch, at)) = placed(topic, stamp) else { return Finding::PLAIN };
         let (line, begins) = self.line(topic, epoch, counting, at);
         if begins || line.take(at) {
-            line.take(at);
             return Finding { begins, ..Finding::PLAIN };
         }
         Finding::KNOWN
@@ -123,13 +122,8 @@ impl Continuity {
     }
 
     fn line(&mut self, topic: &str, epoch: u64, counting: Counting, at: u64) -> (&mut Line, bool) {
-        let lines = match self.0.contains_key(topic) {
-            true => self.0.get_mut(topic),
-            false => None,
-        };
-        let known = lines.and_then(|lines| lines.iter().position(|line| line.epoch == epoch));
         let lines = self.0.entry(topic.to_owned()).or_default();
-        if let Some(index) = known {
+        if let Some(index) = lines.iter().position(|line| line.epoch == epoch) {
             return (&mut lines[index], false);
         }
         if lines.len() >= EPOCHS {
