@@ -1,13 +1,14 @@
 //! Reads recordings.
 
+use std::io::{self, Write};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
 use ::replay::{Collection, ModuleRecord};
-use names::ModuleName;
-use recording::{Recorded, Recording};
+use names::{ModuleName, printable_lines};
+use recording::{Ending, Recorded, Recording};
 
 use crate::failure::Failure;
 
@@ -97,7 +98,8 @@ fn distribute(files: &[PathBuf], lanes: &mut [Lane]) -> Result<Vec<String>, Fail
     for file in files {
         let unusable = |error: recording::ReadError| Failure::input(error.to_string());
         let recording = Recording::open(file).map_err(unusable)?;
-        for (count, message) in recording.messages().map_err(unusable)?.enumerate() {
+        let mut messages = recording.messages().map_err(unusable)?;
+        for (count, message) in messages.by_ref().enumerate() {
             let message = match message {
                 Ok(message) => message,
                 Err(error) if count == 0 => return Err(unusable(error)),
@@ -119,6 +121,11 @@ fn distribute(files: &[PathBuf], lanes: &mut [Lane]) -> Result<Vec<String>, Fail
             if lane.batch.len() == BATCH {
                 lane.send();
             }
+        }
+        if let Some(ending @ (Ending::WithinChunk(_) | Ending::WithinRecord(_))) = messages.ending()
+        {
+            let note = format!("note: recording {}: {ending}", file.display());
+            writeln!(io::stderr(), "{}", printable_lines(&note))?;
         }
     }
     lanes.iter_mut().for_each(Lane::send);

@@ -14,6 +14,9 @@ fn a_torn_recording_is_finished_and_verifies_as_far_as_it_goes() {
     write(whole.as_ref(), &published());
     let bytes = std::fs::read(&whole).unwrap();
     std::fs::write(&torn, &bytes[..bytes.len() * 2 / 3]).unwrap();
+    let as_it_is = run(&["replay", &torn, "--verify"]);
+    assert_eq!(as_it_is.code, Some(0), "{}", as_it_is.stderr);
+    assert!(as_it_is.stderr.contains("torn.mcap: ends within"), "{}", as_it_is.stderr);
     let outcome = run(&["record", "--recover", &torn, "--to", &mended, "--json"]);
     outcome.succeeds();
     let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
