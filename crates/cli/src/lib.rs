@@ -43,7 +43,6 @@ mod stroke;
 mod study;
 mod table;
 mod versioned;
-mod wording;
 
 use std::process::ExitCode;
 

@@ -1,5 +1,8 @@
 //! Colours, on terminals.
 
+use wire::{FaultState, ModulePhase};
+use wording::{Tone, phase_tone, state_tone};
+
 /// A colour or weight of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Colour {
@@ -8,6 +11,25 @@ pub(crate) enum Colour {
     Yellow,
     Cyan,
     Dim,
+}
+
+/// The colour of a component's state.
+pub(crate) fn state_colour(state: FaultState) -> Colour {
+    of_tone(state_tone(state)).unwrap_or(Colour::Dim)
+}
+
+/// The colour of a module's phase; none while verdicts can be relied on.
+pub(crate) fn phase_colour(phase: ModulePhase) -> Option<Colour> {
+    of_tone(phase_tone(phase))
+}
+
+fn of_tone(tone: Tone) -> Option<Colour> {
+    match tone {
+        Tone::Alarm => Some(Colour::Red),
+        Tone::Doubt => Some(Colour::Yellow),
+        Tone::Explained => Some(Colour::Green),
+        Tone::Calm => None,
+    }
 }
 
 /// Paints text, or leaves it alone.

@@ -8,7 +8,7 @@ use zenoh::Session;
 
 use crate::failure::Failure;
 use crate::link::{self, Link, Target};
-use crate::wording::printable;
+use wording::printable;
 
 /// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` gets the
 /// structure and how long to wait.

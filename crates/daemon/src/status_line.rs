@@ -102,6 +102,8 @@ mod tests {
             unconfirmed: 0,
             unknown: 0,
             verified: 0,
+            shelved: 0,
+            suppressed: None,
             waiting_questions: 0,
             next_sequence: 1,
             journal: JournalStatus::default(),

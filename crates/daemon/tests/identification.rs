@@ -127,11 +127,9 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     assert!(answer.as_of_step >= known.as_of_step);
 
     let order = Order {
-        component: component.component.clone().into(),
+        component: Some(component.component.clone().into()),
         by: "ada".to_owned(),
-        note: None,
-        force: false,
-        re_tare: false,
+        ..Order::default()
     };
     let acknowledge = OrderKind::Acknowledge;
     observer::order(&observer, &structure, &module, &acknowledge.into(), &order, SECOND)

@@ -40,6 +40,12 @@ impl Commands<'_> {
             OrderKind::Acknowledge => self.acknowledge(channel, component)?,
             OrderKind::Reset { force } => self.reset(channel, component, force)?,
             OrderKind::ReTare => self.re_tare(channel, component)?,
+            // TODO base: carried out by the ledger
+            OrderKind::Shelve(_)
+            | OrderKind::Unshelve
+            | OrderKind::Suppress(_)
+            | OrderKind::Unsuppress
+            | OrderKind::Lapse { .. } => return Err(OrderRefusal::Unknown(component)),
         };
         Ok(self.enter_order(channel, verdict, given, actions))
     }

@@ -47,7 +47,7 @@ pub use freeze::{FreezeFrame, Trace};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
-pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken};
+pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Span};
 pub use phase::Phase;
 pub use question::{
     ActuatorFault, Alarm, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal,

@@ -23,6 +23,36 @@ pub enum OrderKind {
         /// Even if it is not acknowledged, or the evidence is still there.
         force: bool,
     },
+    /// Its alarm is set aside for a time. No verdict depends on it.
+    Shelve(Span),
+    /// Its alarm counts again.
+    Unshelve,
+    /// Its alarm is set aside while the module is maintained.
+    Suppress(Span),
+    /// Its alarm counts again.
+    Unsuppress,
+    /// What sets its alarm aside is over by this time, and ends.
+    Lapse {
+        /// The time by the shell's clock \[ns since 1970\].
+        now_unix_ns: u64,
+    },
+}
+
+impl OrderKind {
+    /// Whether the verdict is what it is about.
+    #[must_use]
+    pub fn is_about_verdict(self) -> bool {
+        matches!(self, OrderKind::Acknowledge | OrderKind::ReTare | OrderKind::Reset { .. })
+    }
+}
+
+/// From when to when an alarm is set aside, by the shell's clock: the diagnoser has none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Span {
+    /// When it began \[ns since 1970\].
+    pub since_unix_ns: u64,
+    /// When it is over \[ns since 1970\].
+    pub until_unix_ns: u64,
 }
 
 /// A command, who issued it and why; recorded in the transition that it led to.
@@ -32,6 +62,8 @@ pub struct GivenOrder {
     pub kind: OrderKind,
     /// Who issued it.
     pub by: String,
+    /// In whose name, if that is a program that a person uses.
+    pub on_behalf_of: Option<String>,
     /// Why.
     pub note: Option<String>,
 }

@@ -29,7 +29,12 @@ fn give(bench: &mut Bench, kind: OrderKind) -> Result<u64, OrderRefusal> {
 }
 
 fn give_to(bench: &mut Bench, component: &str, kind: OrderKind) -> Result<u64, OrderRefusal> {
-    let given = GivenOrder { kind, by: "ada".into(), note: Some("looked at it".into()) };
+    let given = GivenOrder {
+        kind,
+        by: "ada".into(),
+        on_behalf_of: None,
+        note: Some("looked at it".into()),
+    };
     let order = Order { component: component.parse().unwrap(), given };
     bench.give(Event::Ordered { token: OrderToken(7), order });
     match bench.actions.last().unwrap() {

@@ -69,7 +69,7 @@ fn condition(bench: &Bench, component: &str) -> Condition {
 }
 
 fn order(bench: &mut Bench, kind: OrderKind) -> Result<u64, OrderRefusal> {
-    let given = GivenOrder { kind, by: "ada".into(), note: None };
+    let given = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
     let order = Order { component: "sensor/g1".parse().unwrap(), given };
     bench.give(Event::Ordered { token: OrderToken(7), order });
     match bench.actions.last().unwrap() {

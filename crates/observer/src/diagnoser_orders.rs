@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use names::{ModuleName, OperatorName, StructureName};
+use names::{Component, ModuleName, OperatorName, StructureName};
 use wire::{Key, Obeyed, Order, OrderKind, Topic};
 use zenoh::Session;
 
@@ -33,7 +33,7 @@ impl Command {
     }
 }
 
-/// Orders a module's diagnoser to acknowledge a fault or to reset a component.
+/// Gives a module's diagnoser an order about a component, or about the module.
 ///
 /// # Errors
 /// [`OrderError::Refused`]: nothing was changed. Anything else: it may or may not have been obeyed.
@@ -54,9 +54,13 @@ pub async fn order(
         }
     }
     let obeyed: Obeyed = outcome?;
-    if obeyed.component != order.component.component {
-        let (replied, meant) = (&obeyed.component, &order.component);
-        return Err(senseless(format!("it is about `{replied}`, the order was about `{meant}`")));
+    let meant = order.component.as_ref().map(|mention| &mention.component);
+    if obeyed.component.as_ref() != meant {
+        let named = |what: Option<&Component>| {
+            what.map_or_else(|| format!("`{module}`"), |component| format!("`{component}`"))
+        };
+        let (replied, meant) = (named(obeyed.component.as_ref()), named(meant));
+        return Err(senseless(format!("it is about {replied}, the order was about {meant}")));
     }
     Ok(obeyed)
 }

@@ -74,7 +74,7 @@ impl ModulePicture {
 
     /// A former version calls normal what it does not monitor, and a later one may call normal what stands to its
     /// reference in a way that this one does not know.
-    fn doubt(&mut self) {
+    pub(super) fn doubt(&mut self) {
         let lack = self.lack();
         for component in &mut self.components {
             if component.state == FaultState::Normal
@@ -180,6 +180,29 @@ pub async fn present(
     timeout: Duration,
 ) -> Result<Picture, AttendanceError> {
     let mut picture = Picture::of(attendance(session, structure, expected, timeout).await?);
+    for state in states(session, structure, timeout).await? {
+        match state {
+            Ok((transition, process)) => picture.enter(transition, process),
+            Err(error) => picture.problems.push(error.to_string()),
+        }
+    }
+    picture.doubt();
+    picture.sort();
+    Ok(picture)
+}
+
+/// The state of a component as its module replied, and which process did.
+type StateReply = Result<(FaultTransition, Option<ZenohId>), QueryError>;
+
+/// Queries the state of every component. Who does not answer is left out.
+///
+/// # Errors
+/// The network refuses.
+pub(super) async fn states(
+    session: &Session,
+    structure: Option<&StructureName>,
+    timeout: Duration,
+) -> Result<Vec<StateReply>, AttendanceError> {
     let replies = session
         .get(Watched { structure, module: None }.faults())
         .target(QueryTarget::All)
@@ -187,19 +210,17 @@ pub async fn present(
         .timeout(timeout)
         .await
         .map_err(|error| AttendanceError::Network(error.to_string()))?;
+    let mut states = Vec::new();
     while let Ok(reply) = replies.recv_async().await {
         match state_in(&reply, timeout) {
             Ok(transition) => {
-                picture.enter(transition, reply.replier_id().map(|replier| replier.zid()));
+                states.push(Ok((transition, reply.replier_id().map(|replier| replier.zid()))));
             }
-            // Who did not answer shows in the picture.
             Err(QueryError::Unanswered(_)) => {}
-            Err(error) => picture.problems.push(error.to_string()),
+            Err(error) => states.push(Err(error)),
         }
     }
-    picture.doubt();
-    picture.sort();
-    Ok(picture)
+    Ok(states)
 }
 
 /// The state in a reply, if it came on the key of the component that it is about.

@@ -188,25 +188,48 @@ fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
 }
 
 fn to_wire_order(given: diagnosis::GivenOrder) -> wire::GivenOrder {
-    let (order, force, re_tare) = match given.kind {
-        diagnosis::OrderKind::Acknowledge => (GivenOrderKind::Acknowledge, false, false),
-        diagnosis::OrderKind::Reset { force } => (GivenOrderKind::Reset, force, false),
-        diagnosis::OrderKind::ReTare => (GivenOrderKind::Reset, false, true),
+    let diagnosis::GivenOrder { kind, by, on_behalf_of, note } = given;
+    let (order, until_unix_ns) = match kind {
+        diagnosis::OrderKind::Acknowledge => (GivenOrderKind::Acknowledge, None),
+        diagnosis::OrderKind::Reset { .. } | diagnosis::OrderKind::ReTare => {
+            (GivenOrderKind::Reset, None)
+        }
+        diagnosis::OrderKind::Shelve(span) => (GivenOrderKind::Shelve, Some(span.until_unix_ns)),
+        diagnosis::OrderKind::Unshelve => (GivenOrderKind::Unshelve, None),
+        diagnosis::OrderKind::Suppress(span) => {
+            (GivenOrderKind::Suppress, Some(span.until_unix_ns))
+        }
+        diagnosis::OrderKind::Unsuppress => (GivenOrderKind::Unsuppress, None),
+        diagnosis::OrderKind::Lapse { now_unix_ns } => (GivenOrderKind::Lapse, Some(now_unix_ns)),
     };
-    wire::GivenOrder { order, by: given.by, note: given.note, force, re_tare }
+    let force = kind == diagnosis::OrderKind::Reset { force: true };
+    let re_tare = kind == diagnosis::OrderKind::ReTare;
+    wire::GivenOrder { order, by, on_behalf_of, note, force, re_tare, until_unix_ns }
 }
 
-/// An order as the diagnosis takes it.
+/// An order about a component as the diagnosis takes it, at the time when it is given \[ns since 1970\].
 #[must_use]
-pub fn from_wire_order(kind: wire::OrderKind, order: wire::Order) -> diagnosis::Order {
-    let wire::Order { component, by, note, force, re_tare } = order;
+pub fn from_wire_order(
+    kind: wire::OrderKind,
+    component: Component,
+    order: wire::Order,
+    now_unix_ns: u64,
+) -> diagnosis::Order {
+    let wire::Order { component: _, by, on_behalf_of, note, for_s, force, re_tare } = order;
+    let span = diagnosis::Span {
+        since_unix_ns: now_unix_ns,
+        until_unix_ns: now_unix_ns.saturating_add(for_s.unwrap_or(0).saturating_mul(1_000_000_000)),
+    };
     let kind = match kind {
         wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
         wire::OrderKind::Reset if re_tare => diagnosis::OrderKind::ReTare,
         wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force },
+        wire::OrderKind::Shelve => diagnosis::OrderKind::Shelve(span),
+        wire::OrderKind::Unshelve => diagnosis::OrderKind::Unshelve,
+        wire::OrderKind::Suppress => diagnosis::OrderKind::Suppress(span),
+        wire::OrderKind::Unsuppress => diagnosis::OrderKind::Unsuppress,
     };
-    let component = component.component;
-    diagnosis::Order { component, given: diagnosis::GivenOrder { kind, by, note } }
+    diagnosis::Order { component, given: diagnosis::GivenOrder { kind, by, on_behalf_of, note } }
 }
 
 /// A transition as it was before it was sent; `None` for a component that never had one, and for a state of a later
@@ -261,8 +284,15 @@ fn from_given_order(given: wire::GivenOrder) -> diagnosis::GivenOrder {
         GivenOrderKind::Reset | GivenOrderKind::Other => {
             diagnosis::OrderKind::Reset { force: given.force }
         }
+        // TODO base
+        GivenOrderKind::Shelve
+        | GivenOrderKind::Unshelve
+        | GivenOrderKind::Suppress
+        | GivenOrderKind::Unsuppress
+        | GivenOrderKind::Lapse => diagnosis::OrderKind::Unshelve,
     };
-    diagnosis::GivenOrder { kind, by: given.by, note: given.note }
+    let wire::GivenOrder { by, on_behalf_of, note, .. } = given;
+    diagnosis::GivenOrder { kind, by, on_behalf_of, note }
 }
 
 fn from_wire_evidence(evidence: &wire::Evidence) -> diagnosis::Evidence {

@@ -112,7 +112,7 @@ fn given() -> impl Strategy<Value = GivenOrder> {
         OrderKind::Reset { force: true },
     ];
     (proptest::sample::select(kinds), any::<String>(), option::of(any::<String>()))
-        .prop_map(|(kind, by, note)| GivenOrder { kind, by, note })
+        .prop_map(|(kind, by, note)| GivenOrder { kind, by, on_behalf_of: None, note })
 }
 
 fn event() -> impl Strategy<Value = Event> {

@@ -11,6 +11,7 @@ use crate::fault_state::FaultState;
 use crate::given_order::GivenOrder;
 use crate::identification::Identification;
 use crate::later_words;
+use crate::shelving::{Aside, Shelving};
 use crate::stated_kind::StatedKind;
 
 /// Why a verdict is unconfirmed.
@@ -146,6 +147,12 @@ pub struct FaultTransition {
     /// The order that led to this transition, if one did.
     #[serde(default)]
     pub order: Option<GivenOrder>,
+    /// If its alarm is set aside by an operator, by whom, why and until when. The state is what it would be otherwise.
+    #[serde(default)]
+    pub shelved: Option<Shelving>,
+    /// If its alarm is set aside while its module is maintained, by whom, why and until when.
+    #[serde(default)]
+    pub suppressed: Option<Shelving>,
     /// Whether the journal had this before it was published. If not, a disk is full or broken.
     #[serde(default = "yes")]
     pub durable: bool,
@@ -194,6 +201,8 @@ impl FaultTransition {
             condition: None,
             identification: None,
             order: None,
+            shelved: None,
+            suppressed: None,
             durable: true,
             time_unix_ns,
         }
@@ -209,6 +218,21 @@ impl FaultTransition {
     #[must_use]
     pub fn is_verified(&self) -> bool {
         self.condition.as_ref().is_some_and(|known| known.agreement == Agreement::Agrees)
+    }
+
+    /// Whether its alarm is set aside at present, and which way: of two, the one that ends later.
+    #[must_use]
+    pub fn aside(&self) -> Option<Aside<'_>> {
+        let shelved = self.shelved.as_ref();
+        let suppressed = self.suppressed.as_ref();
+        match (shelved, suppressed) {
+            (Some(own), Some(all)) if own.until_unix_ns > all.until_unix_ns => {
+                Some(Aside::Shelved(own))
+            }
+            (_, Some(all)) => Some(Aside::Suppressed(all)),
+            (Some(own), None) => Some(Aside::Shelved(own)),
+            (None, None) => None,
+        }
     }
 
     /// The same as long as the module does not watch.

@@ -15,6 +15,16 @@ pub enum GivenOrderKind {
     Acknowledge,
     /// The component is repaired.
     Reset,
+    /// Its alarm is set aside for a time.
+    Shelve,
+    /// Its alarm counts again.
+    Unshelve,
+    /// Its alarm is set aside while its module is maintained.
+    Suppress,
+    /// Its alarm counts again.
+    Unsuppress,
+    /// The time for which its alarm was set aside is over; nobody ordered that.
+    Lapse,
     /// A word of a later version.
     #[serde(other)]
     Other,
@@ -25,6 +35,10 @@ impl From<OrderKind> for GivenOrderKind {
         match kind {
             OrderKind::Acknowledge => GivenOrderKind::Acknowledge,
             OrderKind::Reset => GivenOrderKind::Reset,
+            OrderKind::Shelve => GivenOrderKind::Shelve,
+            OrderKind::Unshelve => GivenOrderKind::Unshelve,
+            OrderKind::Suppress => GivenOrderKind::Suppress,
+            OrderKind::Unsuppress => GivenOrderKind::Unsuppress,
         }
     }
 }
@@ -36,6 +50,9 @@ pub struct GivenOrder {
     pub order: GivenOrderKind,
     /// By whom.
     pub by: String,
+    /// In whose name, if `by` is a program that a person uses, such as the web page.
+    #[serde(default)]
+    pub on_behalf_of: Option<String>,
     /// Why.
     pub note: Option<String>,
     /// Whether it was forced.
@@ -43,4 +60,7 @@ pub struct GivenOrder {
     /// Whether the reference of the component was shifted to what it measured.
     #[serde(default)]
     pub re_tare: bool,
+    /// When the alarm counts again, if it was set aside \[ns since 1970\]; of a lapse, when it was noticed.
+    #[serde(default)]
+    pub until_unix_ns: Option<u64>,
 }

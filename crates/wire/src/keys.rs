@@ -161,10 +161,14 @@ impl FromStr for Topic {
         if let Some(component) = text.strip_prefix("identification/") {
             return Ok(Topic::Identification(component.parse()?));
         }
-        for order in [OrderKind::Acknowledge, OrderKind::Reset] {
+        for order in OrderKind::ALL {
             let rest = text.strip_prefix("command/").and_then(|t| t.strip_prefix(order.as_str()));
-            if let Some(operator) = rest.and_then(|rest| rest.strip_prefix('/')) {
-                return Ok(Topic::CommandOf(order, operator.parse()?));
+            match rest {
+                Some("") => return Ok(Topic::Command(order)),
+                Some(rest) if rest.starts_with('/') => {
+                    return Ok(Topic::CommandOf(order, rest[1..].parse()?));
+                }
+                _ => {}
             }
         }
         match text {
@@ -179,8 +183,6 @@ impl FromStr for Topic {
             "input" => Ok(Topic::Input),
             "configuration" => Ok(Topic::Configuration),
             "freeze-frame" => Ok(Topic::FreezeFrame),
-            "command/acknowledge" => Ok(Topic::Command(OrderKind::Acknowledge)),
-            "command/reset" => Ok(Topic::Command(OrderKind::Reset)),
             "alive" => Ok(Topic::Alive),
             other => Err(KeyError::Topic(quoted(other))),
         }

@@ -57,6 +57,7 @@ mod recording;
 mod refusal;
 mod sample;
 mod schema;
+mod shelving;
 mod state;
 mod stated_fault;
 mod stated_kind;
@@ -90,6 +91,7 @@ pub use recording::SampleQuestion;
 pub use refusal::Refused;
 pub use sample::Sample;
 pub use schema::schema;
+pub use shelving::{Aside, SHELVING_SECONDS, Shelving};
 pub use state::{
     ActuatorFault, Alarm, CylinderWindow, GageWindow, StateAnswer, StateChange, StateQuestion,
     Window, WindowLength,

@@ -1,7 +1,7 @@
 //! What an operator orders a diagnoser to do, and what becomes of it.
 //!
-//! An order is the payload of a query on `{module}/command/acknowledge` or `{module}/command/reset`. The
-//! reply is [`Obeyed`], which says whether the transition is in the journal, or [`crate::Refused`].
+//! An order is the payload of a query on `{module}/command/{kind}` or, under an operator's name,
+//! `{module}/command/{kind}/{operator}`. The reply is [`Obeyed`], which says whether the transition is in the journal, or [`crate::Refused`].
 
 use names::{Component, Mention};
 use schemars::JsonSchema;
@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
 use crate::fault_state::FaultState;
+use crate::shelving::SHELVING_SECONDS;
 
 /// Longest name and longest note that are accepted, in bytes.
 pub const MAX_ORDER_TEXT: usize = 500;
@@ -21,29 +22,70 @@ pub enum OrderKind {
     Acknowledge,
     /// The component is repaired.
     Reset,
+    /// Its alarm is set aside for a time.
+    Shelve,
+    /// Its alarm counts again.
+    Unshelve,
+    /// The alarms of all components of a module are set aside while it is maintained.
+    Suppress,
+    /// They count again.
+    Unsuppress,
 }
 
 impl OrderKind {
+    /// Each of them.
+    pub const ALL: [OrderKind; 6] = [
+        OrderKind::Acknowledge,
+        OrderKind::Reset,
+        OrderKind::Shelve,
+        OrderKind::Unshelve,
+        OrderKind::Suppress,
+        OrderKind::Unsuppress,
+    ];
+
+    /// Whether it is about a module with all its components.
+    #[must_use]
+    pub fn is_of_module(self) -> bool {
+        matches!(self, OrderKind::Suppress | OrderKind::Unsuppress)
+    }
+
+    /// Whether it begins something that has an end and a reason.
+    #[must_use]
+    pub fn sets_aside(self) -> bool {
+        matches!(self, OrderKind::Shelve | OrderKind::Suppress)
+    }
+
     /// The name in keys and messages.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
             OrderKind::Acknowledge => "acknowledge",
             OrderKind::Reset => "reset",
+            OrderKind::Shelve => "shelve",
+            OrderKind::Unshelve => "unshelve",
+            OrderKind::Suppress => "suppress",
+            OrderKind::Unsuppress => "unsuppress",
         }
     }
 }
 
-/// An order concerning one component.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// An order concerning one component, or a module with all its components.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Order {
-    /// The component, with its module or without: the key says which it is.
-    pub component: Mention,
+    /// The component, with its module or without: the key says which it is. None if the order is about the module.
+    #[serde(default)]
+    pub component: Option<Mention>,
     /// Who issued the command.
     pub by: String,
-    /// Why.
+    /// In whose name, if `by` is a program that a person uses, such as the web page.
+    #[serde(default)]
+    pub on_behalf_of: Option<String>,
+    /// Why. Needed if an alarm is set aside.
     #[serde(default)]
     pub note: Option<String>,
+    /// For how long an alarm is set aside, from 1 s to 31 days \[s\].
+    #[serde(default)]
+    pub for_s: Option<u64>,
     /// Reset even though the evidence is still there.
     #[serde(default)]
     pub force: bool,
@@ -53,18 +95,25 @@ pub struct Order {
 }
 
 impl Order {
-    /// What is wrong with the texts of an order, if anything is.
+    /// What is wrong with an order of this kind, if anything is.
     ///
     /// # Errors
-    /// No name is given, a text is too long, or two manners exclude each other.
-    pub fn check(&self) -> Result<(), String> {
+    /// No name is given, a text is too long, something that the kind needs is missing or out of range, or two manners
+    /// exclude each other.
+    pub fn check(&self, kind: OrderKind) -> Result<(), String> {
+        self.check_subject(kind)?;
+        self.check_time(kind)?;
         if self.force && self.re_tare {
             return Err("`force` and `re_tare` exclude each other; use one".to_owned());
         }
         if self.by.trim().is_empty() {
             return Err("`by` is empty; state who issues the command".to_owned());
         }
-        let texts = [("by", Some(&self.by)), ("note", self.note.as_ref())];
+        let texts = [
+            ("by", Some(&self.by)),
+            ("on_behalf_of", self.on_behalf_of.as_ref()),
+            ("note", self.note.as_ref()),
+        ];
         for (name, text) in texts {
             let length = text.map_or(0, String::len);
             if length > MAX_ORDER_TEXT {
@@ -73,16 +122,48 @@ impl Order {
         }
         Ok(())
     }
+
+    fn check_subject(&self, kind: OrderKind) -> Result<(), String> {
+        let order = kind.as_str();
+        match (&self.component, kind.is_of_module()) {
+            (None, false) => Err(format!("`component` is missing; name what to {order}")),
+            (Some(component), true) => Err(format!(
+                "`{order}` is about the whole module; leave `component` out, here `{component}`"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_time(&self, kind: OrderKind) -> Result<(), String> {
+        let (order, range) = (kind.as_str(), SHELVING_SECONDS);
+        let (least, most) = (range.start(), range.end());
+        match self.for_s {
+            Some(_) if !kind.sets_aside() => {
+                Err(format!("`{order}` takes no `for_s`; leave it out"))
+            }
+            Some(seconds) if !range.contains(&seconds) => {
+                Err(format!("`for_s` is {seconds}; use {least} to {most} seconds"))
+            }
+            None if kind.sets_aside() => {
+                Err(format!("`{order}` always ends; give `for_s`, {least} to {most} seconds"))
+            }
+            Some(_) if self.note.as_ref().is_none_or(|note| note.trim().is_empty()) => {
+                Err(format!("`{order}` needs a reason in `note`"))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The order was obeyed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Obeyed {
-    /// The component.
-    pub component: Component,
-    /// Its state now.
+    /// The component; none if the order was about the module.
+    #[serde(default)]
+    pub component: Option<Component>,
+    /// Its state now; of a module, that of its component with the latest transition.
     pub state: FaultState,
-    /// The sequence number of the transition.
+    /// The sequence number of the transition; of the last of several.
     pub sequence: u64,
     /// Whether the journal has it. If not, a disk is full or hangs, and a restart may forget the order.
     #[serde(default = "yes")]

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::encoding::Message;
 use crate::later_words;
 use crate::phase::ModulePhase;
+use crate::shelving::Shelving;
 
 /// A diagnoser's status, once a second and at each change of phase.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -48,6 +49,12 @@ pub struct ModuleStatus {
     /// Components that agree with their reference as of the latest window.
     #[serde(default)]
     pub verified: u64,
+    /// Components whose alarm is set aside, shelved or suppressed.
+    #[serde(default)]
+    pub shelved: u64,
+    /// If the alarms of all of them are set aside while the module is maintained, by whom, why and until when.
+    #[serde(default)]
+    pub suppressed: Option<Shelving>,
     /// Peers' questions that wait for a step to come.
     pub waiting_questions: u64,
     /// The sequence number that the next transition will have.

@@ -13,8 +13,9 @@ use wire::{
     Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageWindow, GivenOrder,
     GivenOrderKind, HistoryPage, Identification, Injected, Injection, JournalStatus, Key, Message,
     ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PresentFault, Progress, Refused, Sample, Signature, SignaturePoint, StateAnswer,
-    StateChange, StatedKind, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window, decode, encode,
+    PlantStatus, PresentFault, Progress, Refused, Sample, Shelving, Signature, SignaturePoint,
+    StateAnswer, StateChange, StatedKind, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window,
+    decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -186,11 +187,15 @@ fn events_are_read_back() {
         identification: Some(Box::new(identification().without_signature())),
         order: Some(GivenOrder {
             order: GivenOrderKind::Reset,
-            by: "ada".into(),
+            by: "web".into(),
+            on_behalf_of: Some("ada".into()),
             note: Some("valve changed".into()),
             force: true,
             re_tare: false,
+            until_unix_ns: Some(7),
         }),
+        shelved: Some(shelving()),
+        suppressed: Some(Shelving { on_behalf_of: None, ..shelving() }),
         durable: false,
         time_unix_ns: 9,
     };
@@ -294,15 +299,16 @@ fn answers_orders_and_refusals_are_read_back() {
     let begun = StrokeBegun { component, first_step: Step(9), last_step: Step(2508) };
     assert_eq!(back(&begun), begun);
     let order = Order {
-        component: "actuator/a1".parse().unwrap(),
-        by: "ada".into(),
-        note: None,
-        force: false,
-        re_tare: false,
+        component: Some("actuator/a1".parse().unwrap()),
+        by: "web".into(),
+        on_behalf_of: Some("ada".into()),
+        note: Some("painting".into()),
+        for_s: Some(7200),
+        ..Order::default()
     };
     assert_eq!(back(&order), order);
     let obeyed = Obeyed {
-        component: "actuator/a1".parse().unwrap(),
+        component: Some("actuator/a1".parse().unwrap()),
         state: FaultState::Acknowledged,
         sequence: 7,
         durable: false,
@@ -354,6 +360,8 @@ fn statuses_are_read_back() {
         unconfirmed: 0,
         verified: 11,
         unknown: 11,
+        shelved: 2,
+        suppressed: Some(shelving()),
         waiting_questions: 0,
         next_sequence: 4,
         journal: JournalStatus { problem: Some("disk full".into()), ..Default::default() },
@@ -395,4 +403,14 @@ fn statuses_are_read_back() {
         time_unix_ns: 10,
     };
     assert_eq!(back(&plant), plant);
+}
+
+fn shelving() -> Shelving {
+    Shelving {
+        since_unix_ns: 3,
+        until_unix_ns: 9,
+        by: "web".into(),
+        on_behalf_of: Some("ada".into()),
+        reason: "painting".into(),
+    }
 }

@@ -191,7 +191,8 @@ mod tests {
             "history" => HistoryQuestion::from_parameters(parameters).is_err(),
             "fault/**" | "identification/**" | "phase" => false,
             _ => payload.as_ref().is_none_or(|payload| {
-                wire::decode::<Order>(payload).map_or(true, |order| order.check().is_err())
+                wire::decode::<Order>(payload)
+                    .map_or(true, |order| order.check(wire::OrderKind::Acknowledge).is_err())
             }),
         }
     }

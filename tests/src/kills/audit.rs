@@ -92,11 +92,13 @@ fn tells_of(transition: &FaultTransition, done: &Done) -> bool {
     let given = GivenOrder {
         order: (*kind).into(),
         by: order.by.clone(),
+        on_behalf_of: order.on_behalf_of.clone(),
         note: order.note.clone(),
         force: order.force,
         re_tare: order.re_tare,
+        until_unix_ns: None,
     };
-    transition.component.component == obeyed.component
+    Some(&transition.component.component) == obeyed.component.as_ref()
         && transition.state == obeyed.state
         && transition.order == Some(given)
 }

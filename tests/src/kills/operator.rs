@@ -101,12 +101,12 @@ impl Worker {
                 let Some(kind) = self.wants(&state, now) else { continue };
                 number += 1;
                 let order = Order {
-                    component: state.component.component.into(),
+                    component: Some(state.component.component.into()),
                     by: "operator".into(),
                     // Makes this command unique.
                     note: Some(format!("order {number}")),
                     force: kind == OrderKind::Reset,
-                    re_tare: false,
+                    ..Order::default()
                 };
                 wanted.entry(state.module).or_default().push((kind, order));
             }

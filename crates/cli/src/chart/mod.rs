@@ -17,7 +17,7 @@ use canvas::{Canvas, Cell};
 use scale::Scale;
 
 use crate::paint::{Colour, Paint};
-use crate::wording::decimals;
+use wording::decimals;
 
 /// Lines that the curves take.
 const ROWS: usize = 12;

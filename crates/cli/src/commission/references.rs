@@ -8,7 +8,8 @@ use diagnosis::state::{Reference, Snippet};
 use study::commissioning::learn;
 
 use crate::failure::Failure;
-use crate::wording::{now_unix_ns, utc};
+use shell::clock::unix_ns;
+use wording::utc;
 
 /// What a module's reference is, and where it was written.
 #[derive(Debug)]
@@ -36,7 +37,7 @@ pub(super) fn write(
     references: Vec<Reference>,
     provenance: &str,
 ) -> Result<Vec<Written>, Failure> {
-    let day: String = utc(now_unix_ns()).chars().take_while(|c| *c != 'T').collect();
+    let day: String = utc(unix_ns()).chars().take_while(|c| *c != 'T').collect();
     let write = |reference: Reference| {
         let file = directory.join(format!("{}.toml", reference.module));
         let text =

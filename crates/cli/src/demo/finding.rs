@@ -3,7 +3,7 @@
 use wire::{FaultState, Symptom};
 
 use super::entry::{Departure, Verdict};
-use crate::wording::{residual, why_unconfirmed};
+use wording::{residual, why_unconfirmed};
 
 /// One line, or two if there is a reference to compare with.
 pub(super) fn of(found: &Verdict) -> String {

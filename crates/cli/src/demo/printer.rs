@@ -5,12 +5,13 @@ use std::io::{self, IsTerminal, Write};
 
 use super::entry::{DiagnosedFault, Entry, Process, Summary, Verdict};
 use super::finding;
+use crate::paint::state_colour;
 use crate::paint::{Colour, Paint};
 use crate::table::{table, terminal_width};
 use crate::versioned;
-use crate::wording::{brief, candidate, printable, state_colour};
 use names::ModuleName;
 use serde::Serialize;
+use wording::{brief, candidate, printable};
 
 /// Prints entries on standard output.
 pub(super) struct Printer {

@@ -7,7 +7,7 @@ use std::path::Path;
 use ::replay::{ModuleRecord, latest_setup};
 use names::Step;
 
-use crate::wording::reason;
+use wording::reason;
 
 const HEADING: [&str; 13] = [
     "structure",

@@ -5,10 +5,10 @@ use wire::{Candidate, FaultTransition, Identification, Signature};
 
 use crate::chart::{Point, chart};
 use crate::paint::Paint;
+use crate::paint::state_colour;
 use crate::table::{TextTable, table};
-use crate::wording::{
-    candidate, fault_size, in_small_units, kind, later_state, percent, reason, state_colour,
-    state_in_words, utc,
+use wording::{
+    candidate, fault_size, in_small_units, kind, later_state, percent, reason, state_in_words, utc,
 };
 
 /// The width of a drawing that goes to a file.

@@ -17,7 +17,7 @@ use crate::link::{self, Link, Target};
 use crate::paint::Paint;
 use crate::table::terminal_width;
 use crate::versioned;
-use crate::wording::{printable, utc};
+use wording::{printable, utc};
 
 const EXAMPLES: &str = "\
 Examples:

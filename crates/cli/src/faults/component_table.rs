@@ -3,10 +3,9 @@
 use wire::{FaultTransition, Symptom};
 
 use crate::paint::Colour;
+use crate::paint::state_colour;
 use crate::table::{TextTable, table};
-use crate::wording::{
-    NOTHING, identified, or_nothing, ratio, reason, residual, state_colour, state_in_words, utc,
-};
+use wording::{NOTHING, identified, or_nothing, ratio, reason, residual, state_in_words, utc};
 
 const HEADING: [&str; 9] = [
     "component",

@@ -9,7 +9,8 @@ use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase};
 
 use super::check::all_is_well;
 use super::roll_up::{RollUp, by_urgency};
-use crate::wording::{now_unix_ns, utc};
+use shell::clock::unix_ns;
+use wording::utc;
 
 /// The whole of it.
 #[derive(Debug, Serialize)]
@@ -68,7 +69,7 @@ pub(super) fn document(picture: &Picture, all: bool) -> Document<'_> {
     let components = picture.modules.iter().flat_map(|module| &module.components);
     let shown = components.filter(|component| all || component.state != FaultState::Normal);
     Document {
-        time: utc(now_unix_ns()),
+        time: utc(unix_ns()),
         all_is_well: all_is_well(picture),
         structures: by_urgency(picture),
         modules: picture.modules.iter().map(module).collect(),

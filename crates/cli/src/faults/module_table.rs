@@ -5,8 +5,9 @@ use observer::{Member, ModulePicture};
 use wire::{JournalStatus, ModuleStatus};
 
 use crate::paint::Colour;
+use crate::paint::phase_colour;
 use crate::table::{TextTable, table};
-use crate::wording::{NOTHING, or_nothing, phase_colour, phase_in_words, printable, span};
+use wording::{NOTHING, or_nothing, phase_in_words, printable, span};
 
 /// The table, and the colour of each row.
 pub(super) fn modules(modules: &[ModulePicture]) -> (TextTable, Vec<Option<Colour>>) {

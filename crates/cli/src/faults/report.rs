@@ -11,7 +11,7 @@ use super::module_table::modules;
 use super::roll_up::by_urgency;
 use super::structure_table::{NO_STRUCTURE, structures};
 use crate::paint::{Colour, Paint};
-use crate::wording::{later_state, printable, utc};
+use wording::{later_state, printable, utc};
 
 /// The text: of several structures a table, then each of them with its modules, its components, and what is not
 /// known. Unless all of it is asked for, of several only those in which not all is well.

@@ -122,6 +122,8 @@ pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         unconfirmed: 0,
         unknown: 0,
         verified: 0,
+        shelved: 0,
+        suppressed: None,
         waiting_questions: 0,
         next_sequence: 1,
         journal: wire::JournalStatus::default(),

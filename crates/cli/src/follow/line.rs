@@ -6,10 +6,9 @@ use serde::Serialize;
 use wire::{FaultTransition, Identification, PhaseChange, Symptom};
 
 use crate::paint::{Colour, Paint};
-use crate::wording::{
-    NOTHING, identified, now_unix_ns, phase_colour, phase_in_words, printable, reason,
-    state_colour, utc,
-};
+use crate::paint::{phase_colour, state_colour};
+use shell::clock::unix_ns;
+use wording::{NOTHING, identified, phase_in_words, printable, reason, utc};
 
 /// For machines.
 #[derive(Debug, Serialize)]
@@ -49,7 +48,7 @@ pub(super) enum Document<'a> {
 
 impl Document<'_> {
     pub(super) fn of(event: &News) -> Document<'_> {
-        let time_unix_ns = now_unix_ns();
+        let time_unix_ns = unix_ns();
         match event {
             News::Fault(transition) => Document::Fault(transition),
             News::Identification(found) => Document::Identification(found),
@@ -79,24 +78,24 @@ pub(super) fn line(event: &News, names_structure: bool, paint: Paint) -> String 
         News::Phase(change) => phase(change),
         News::Presence { who, there, .. } => {
             let (what, colour) = if *there { ("there", None) } else { ("GONE", Some(Colour::Red)) };
-            (now_unix_ns(), who.clone(), what.to_owned(), String::new(), colour)
+            (unix_ns(), who.clone(), what.to_owned(), String::new(), colour)
         }
         News::SeveralProcesses { module, .. } => {
             let (what, why) = ("SEVERAL", "several processes run as this module: end all but one");
             let colour = Some(Colour::Yellow);
-            (now_unix_ns(), module.to_string(), what.to_owned(), why.to_owned(), colour)
+            (unix_ns(), module.to_string(), what.to_owned(), why.to_owned(), colour)
         }
         News::Missed { module, from, to, reason, .. } => {
             let why = format!("transitions {from} to {to} could not be had: {}", printable(reason));
-            (now_unix_ns(), module.to_string(), "MISSED".to_owned(), why, Some(Colour::Red))
+            (unix_ns(), module.to_string(), "MISSED".to_owned(), why, Some(Colour::Red))
         }
         News::Unreadable(problem) => {
             let what = format!("not understood: {}", printable(problem));
-            (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Yellow))
+            (unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Yellow))
         }
         News::Lost(count) => {
             let what = format!("{count} messages lost: this output is not read fast enough");
-            (now_unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Red))
+            (unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Red))
         }
     };
     let place = if names_structure { format!("{:<10}  ", place(event)) } else { String::new() };

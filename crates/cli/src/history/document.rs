@@ -8,7 +8,7 @@ use wire::{FaultTransition, Identification};
 use super::clocks::{Contradiction, contradictions};
 use super::merge::Entry;
 use super::reading::{Reading, Silent};
-use crate::wording::utc;
+use wording::utc;
 
 /// The whole of it.
 #[derive(Debug, Serialize)]

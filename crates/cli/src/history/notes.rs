@@ -4,7 +4,7 @@ use observer::ModuleHistory;
 
 use super::clocks::{Contradiction, contradictions};
 use super::reading::Reading;
-use crate::wording::printable;
+use wording::printable;
 
 /// One note for each thing that is missing, and for each pair of modules whose clocks cannot both be right.
 pub(super) fn notes(reading: &Reading) -> Vec<String> {

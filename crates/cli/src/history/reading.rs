@@ -11,7 +11,7 @@ use super::clocks::contradictions;
 use super::merge::Order;
 use crate::failure::Failure;
 use crate::link::{self, Target};
-use crate::wording::printable;
+use wording::printable;
 
 /// What was read.
 #[derive(Debug, Clone, Default)]

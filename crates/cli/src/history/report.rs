@@ -7,9 +7,10 @@ use wire::{FaultTransition, Identification};
 use super::merge::Entry;
 use super::notes::notes;
 use super::reading::Reading;
+use crate::paint::state_colour;
 use crate::paint::{Colour, Paint};
 use crate::table::{TextTable, table};
-use crate::wording::{NOTHING, identified, or_nothing, reason, state_colour, utc};
+use wording::{NOTHING, identified, or_nothing, reason, utc};
 
 const HEADING: [&str; 7] = ["time", "module", "sequence", "component", "state", "step", "why"];
 

@@ -31,6 +31,8 @@ pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> Faul
 pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
     let order = GivenOrder {
         order: GivenOrderKind::Acknowledge,
+        on_behalf_of: None,
+        until_unix_ns: None,
         by: "ada@station".to_owned(),
         note: Some("looks loose".to_owned()),
         force: false,

@@ -78,7 +78,7 @@ impl Orders {
         let issuer = Issuer { by, note: self.note.clone() };
         for component in &self.components {
             let order: Order = issuer.order(component, false, false);
-            order.check().map_err(Failure::usage)?;
+            order.check(wire::OrderKind::Reset).map_err(Failure::usage)?;
         }
         Ok(issuer)
     }

@@ -14,7 +14,8 @@ impl Issuer {
     /// A command concerning a component.
     pub(super) fn order(&self, component: &ComponentPath, force: bool, re_tare: bool) -> Order {
         let Issuer { by, note } = self.clone();
-        Order { component: component.component.clone().into(), by, note, force, re_tare }
+        let component = Some(component.component.clone().into());
+        Order { component, by, note, force, re_tare, ..Order::default() }
     }
 }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use wire::{FaultState, Obeyed, OrderKind};
 
 use crate::failure::Failure;
-use crate::wording::printable;
+use wording::printable;
 
 /// Why nobody takes a command of a module that is there.
 const UNTAKEN: &str = "nobody takes the command: its diagnoser has just ended, access control does not admit the command, \

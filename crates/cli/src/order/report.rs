@@ -35,6 +35,10 @@ fn line(command: &CommandOutcome) -> Option<String> {
     let what = match command.order {
         OrderKind::Acknowledge => "acknowledged",
         OrderKind::Reset => "reset",
+        OrderKind::Shelve => "shelved",
+        OrderKind::Unshelve => "unshelved",
+        OrderKind::Suppress => "suppressed",
+        OrderKind::Unsuppress => "no longer suppressed",
     };
     let CommandOutcome { component, by, .. } = command;
     Some(format!("{what:<12} {component} by {by}: now {state}, transition {sequence}"))

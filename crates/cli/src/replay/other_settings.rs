@@ -16,7 +16,7 @@ use super::reading::Reading;
 use crate::failure::Failure;
 use crate::table::table;
 use crate::versioned;
-use crate::wording::{NOTHING, reason};
+use wording::{NOTHING, reason};
 
 /// What became of a component.
 #[derive(Debug, Clone, Serialize)]

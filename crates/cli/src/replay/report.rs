@@ -10,7 +10,7 @@ use wire::FaultTransition;
 use super::exact::{Exact, Module, Process};
 use crate::table::table;
 use crate::versioned;
-use crate::wording::{NOTHING, reason, utc};
+use wording::{NOTHING, reason, utc};
 
 const HEADING: [&str; 8] =
     ["time", "module", "component", "state", "onset s", "detected s", "decided s", "why"];

@@ -8,7 +8,7 @@ use wire::{Stroke, StrokeBegun};
 
 use crate::failure::Failure;
 use crate::versioned;
-use crate::wording::force;
+use wording::force;
 
 #[derive(Serialize)]
 struct Document<'a> {

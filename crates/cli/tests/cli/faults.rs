@@ -29,6 +29,8 @@ async fn troubled() -> StandIn {
     let acknowledged = FaultTransition {
         order: Some(GivenOrder {
             order: GivenOrderKind::Acknowledge,
+            on_behalf_of: None,
+            until_unix_ns: None,
             by: "ada@station".to_owned(),
             note: Some("looks loose".to_owned()),
             force: false,

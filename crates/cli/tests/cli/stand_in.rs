@@ -310,6 +310,8 @@ impl StandIn {
             unconfirmed: 0,
             unknown: 0,
             verified: 0,
+            shelved: 0,
+            suppressed: None,
             waiting_questions: 0,
             next_sequence: 4,
             journal: wire::JournalStatus {

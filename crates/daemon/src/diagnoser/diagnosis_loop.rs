@@ -278,21 +278,26 @@ impl DiagnosisLoop {
 
     fn order(&mut self, inquiry: OrderInquiry) {
         let OrderInquiry { kind, order, query } = inquiry;
-        let own = self.performer.speaker.path(&order.component.component);
-        if !order.component.may_be(&own) {
+        let Some(mention) = order.component.clone() else {
+            self.performer.refuse_order(query, "orders about modules are not known yet".to_owned());
+            return;
+        };
+        let own = self.performer.speaker.path(&mention.component);
+        if !mention.may_be(&own) {
             let module = &own.module;
-            let reason = format!("`{}` is none of this module, `{module}`", order.component);
+            let reason = format!("`{mention}` is none of this module, `{module}`");
             self.performer.refuse_order(query, reason);
             return;
         }
         if kind == OrderKind::Reset && !order.force && self.staleness.is_stale() {
             let why = self.staleness.reason(ModulePhase::Stale);
-            let reason = format!("{why}: nothing is known of `{}` now", order.component);
+            let reason = format!("{why}: nothing is known of `{mention}` now");
             self.performer.refuse_order(query, reason);
             return;
         }
         let token = self.performer.pending.put_order(query);
-        self.handle(Event::Ordered { token, order: from_wire_order(kind, order) });
+        let order = from_wire_order(kind, mention.component, order, clock::unix_ns());
+        self.handle(Event::Ordered { token, order });
         self.tell_phase();
     }
 

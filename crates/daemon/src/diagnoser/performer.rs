@@ -184,7 +184,7 @@ impl Performer {
         let Some(component) = components.find(of) else { return };
         let Some(transition) = diagnoser.last_transition(component) else { return };
         let state = self.speaker.transition(transition.clone(), 0).state;
-        let obeyed = Obeyed { component: component.clone(), state, sequence, durable: false };
+        let obeyed = Obeyed { component: Some(component.clone()), state, sequence, durable: false };
         self.outbox.event(Outgoing::Obeyed { query, obeyed });
     }
 

@@ -57,6 +57,8 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
         unconfirmed: count(|verdict| matches!(verdict, Verdict::Unconfirmed { .. })),
         unknown,
         verified: diagnoser.conditions().filter(agrees).count() as u64,
+        shelved: 0,
+        suppressed: None,
         waiting_questions: diagnoser.waiting_questions() as u64,
         next_sequence: diagnoser.next_sequence(),
         journal: around.journal,

@@ -58,6 +58,8 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         unconfirmed: 0,
         unknown: 0,
         verified: 0,
+        shelved: 0,
+        suppressed: None,
         waiting_questions: 0,
         next_sequence: 0,
         journal: JournalStatus {

@@ -156,7 +156,7 @@ impl Driver {
     fn order(&mut self, component: &str, kind: OrderKind) {
         self.orders += 1;
         let token = OrderToken(self.orders);
-        let given = GivenOrder { kind, by: "ada".into(), note: None };
+        let given = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
         let component: Component = component.parse().unwrap();
         let order = Order { component: component.clone(), given: given.clone() };
         let seen = self.history.len();

@@ -197,7 +197,12 @@ impl Live {
     pub fn order(&mut self, component: &str, kind: diagnosis::OrderKind) {
         let path: names::ComponentPath = component.parse().unwrap();
         let place = self.nodes.iter().position(|n| n.speaker.module == path.module).unwrap();
-        let given = diagnosis::GivenOrder { kind, by: "ann".into(), note: Some("seen".to_owned()) };
+        let given = diagnosis::GivenOrder {
+            kind,
+            by: "ann".into(),
+            on_behalf_of: None,
+            note: Some("seen".to_owned()),
+        };
         let order = diagnosis::Order { component: path.component, given };
         self.handle(place, Event::Ordered { token: diagnosis::OrderToken(1), order });
     }

@@ -4,7 +4,7 @@ use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stro
 use wire::{FreezeFrame, Trace};
 
 use super::{ratios, seconds, shown_in, trace};
-use crate::wording::utc;
+use wording::utc;
 
 /// Height of a plot \[px\].
 const HEIGHT: f64 = 130.0;

@@ -20,7 +20,7 @@ use observer::QueryError;
 use wire::{FaultTransition, FreezeFrame, Trace};
 use zenoh::Session;
 
-use crate::wording::{in_small_units, printable};
+use wording::{in_small_units, printable};
 
 /// The frame of the fault that a component has, or why there is none.
 pub(super) async fn fetch(

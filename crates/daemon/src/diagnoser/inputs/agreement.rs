@@ -156,7 +156,12 @@ impl Live {
 
     fn order(&mut self, kind: OrderKind) {
         let component = "sensor/g1".parse().unwrap();
-        let given = GivenOrder { kind, by: "ada".to_owned(), note: Some("seen".to_owned()) };
+        let given = GivenOrder {
+            kind,
+            by: "ada".to_owned(),
+            on_behalf_of: None,
+            note: Some("seen".to_owned()),
+        };
         self.give(Event::Ordered { token: OrderToken(0), order: Order { component, given } });
     }
 

@@ -31,7 +31,7 @@ pub(super) async fn declare(
     counters: &Arc<InquiryTally>,
 ) -> zenoh::Result<Vec<Queryable<()>>> {
     let mut queryables = Vec::new();
-    for kind in [OrderKind::Acknowledge, OrderKind::Reset] {
+    for kind in OrderKind::ALL {
         let open = speaker.key(Topic::Command(kind));
         for (key, read) in [(format!("{open}/*"), read_named as Read), (open, read as Read)] {
             let (queue, outbox) = (queue.clone(), outbox.clone());
@@ -47,7 +47,7 @@ pub(super) async fn declare(
 }
 
 /// How an order is read from a query.
-type Read = fn(&Query) -> Result<Order, String>;
+type Read = fn(OrderKind, &Query) -> Result<Order, String>;
 
 fn take(
     (kind, read): (OrderKind, Read),
@@ -57,7 +57,7 @@ fn take(
     counters: &InquiryTally,
 ) {
     counters.received();
-    match read(&query) {
+    match read(kind, &query) {
         Ok(order) => {
             if let Err(error) = queue.try_send(OrderInquiry { kind, order, query }) {
                 counters.turned_away();
@@ -73,18 +73,18 @@ fn take(
     }
 }
 
-fn read_named(query: &Query) -> Result<Order, String> {
+fn read_named(kind: OrderKind, query: &Query) -> Result<Order, String> {
     let key = query.key_expr().as_str();
     let name = key.rsplit('/').next().unwrap_or_default();
     let operator: OperatorName = name.parse().map_err(|error| format!("{error}, in `{key}`"))?;
-    let mut order = read(query)?;
+    let mut order = read(kind, query)?;
     order.by = operator.into();
     Ok(order)
 }
 
-fn read(query: &Query) -> Result<Order, String> {
+fn read(kind: OrderKind, query: &Query) -> Result<Order, String> {
     let payload = query.payload().ok_or("an order has a payload; see the manual")?;
     let order: Order = wire::decode(&payload.to_bytes()).map_err(|error| error.to_string())?;
-    order.check()?;
+    order.check(kind)?;
     Ok(order)
 }

@@ -8,7 +8,7 @@ use super::printable;
 const NAMED: usize = 3;
 
 /// On one line: `bias of +45.1 µm (44.8 to 45.4)`, or `bias or drift: not yet decided`.
-pub(crate) fn identified(identification: &Identification) -> String {
+pub fn identified(identification: &Identification) -> String {
     if let Some(kind) = identification.kind() {
         return candidate(kind);
     }
@@ -20,12 +20,12 @@ pub(crate) fn identified(identification: &Identification) -> String {
 }
 
 /// A kind with its size.
-pub(crate) fn candidate(candidate: &Candidate) -> String {
+pub fn candidate(candidate: &Candidate) -> String {
     of_size(candidate, fault_size)
 }
 
 /// The same without the interval.
-pub(crate) fn brief(candidate: &Candidate) -> String {
+pub fn brief(candidate: &Candidate) -> String {
     of_size(candidate, middle)
 }
 
@@ -37,7 +37,7 @@ fn of_size(candidate: &Candidate, in_words: fn(&FaultSize) -> String) -> String 
 }
 
 /// The kind; one that this version does not know by its name.
-pub(crate) fn kind(candidate: &Candidate) -> String {
+pub fn kind(candidate: &Candidate) -> String {
     match candidate.known_kind() {
         Some(kind) => kind.words().to_owned(),
         None => printable(&candidate.kind).replace('_', " "),
@@ -45,7 +45,7 @@ pub(crate) fn kind(candidate: &Candidate) -> String {
 }
 
 /// A size with its interval, to as many digits as the interval has a meaning for.
-pub(crate) fn fault_size(size: &FaultSize) -> String {
+pub fn fault_size(size: &FaultSize) -> String {
     let (scale, _) = in_small_units(&size.unit);
     let [low, high] = [size.low, size.high].map(|number| number * scale);
     let digits = digits(size, scale);
@@ -67,7 +67,7 @@ fn digits(size: &FaultSize, scale: f64) -> usize {
 }
 
 /// How many of these units are one of that, and what they are called. Faults are small.
-pub(crate) fn in_small_units(unit: &str) -> (f64, String) {
+pub fn in_small_units(unit: &str) -> (f64, String) {
     let small = match unit {
         "m" => "µm",
         "m/s" => "µm/s",
@@ -81,7 +81,7 @@ pub(crate) fn in_small_units(unit: &str) -> (f64, String) {
 }
 
 /// A probability; no kind is certain.
-pub(crate) fn percent(probability: f64) -> String {
+pub fn percent(probability: f64) -> String {
     match 100.0 * probability {
         percent if percent > 99.9 => "more than 99.9 %".to_owned(),
         percent => format!("{percent:.1} %"),
@@ -89,7 +89,7 @@ pub(crate) fn percent(probability: f64) -> String {
 }
 
 /// Digits after the point that show a difference of this size, six at most.
-pub(crate) fn decimals(difference: f64) -> usize {
+pub fn decimals(difference: f64) -> usize {
     // A power of ten may come out a little less than it is.
     let needed = -difference.abs().log10() - 1e-9;
     [0_u8, 1, 2, 3, 4, 5]

@@ -3,7 +3,7 @@
 use names::ComponentKind;
 
 /// A residual in the unit that suits it: N for an actuator, µm for a gage.
-pub(crate) fn residual(kind: ComponentKind, value: f64) -> String {
+pub fn residual(kind: ComponentKind, value: f64) -> String {
     match kind {
         ComponentKind::Actuator => format!("{value:+.1} N"),
         ComponentKind::Sensor => format!("{:+.2} µm", value * 1e6),
@@ -11,17 +11,17 @@ pub(crate) fn residual(kind: ComponentKind, value: f64) -> String {
 }
 
 /// A force as it was ordered: in kN from 1 kN on.
-pub(crate) fn force(newtons: f64) -> String {
+pub fn force(newtons: f64) -> String {
     if newtons.abs() < 1e3 { format!("{newtons} N") } else { format!("{} kN", newtons / 1e3) }
 }
 
 /// A divergence in multiples of its threshold.
-pub(crate) fn ratio(ratio: f64) -> String {
+pub fn ratio(ratio: f64) -> String {
     format!("{ratio:.1} × threshold")
 }
 
 /// A span of time given in milliseconds.
-pub(crate) fn span(ms: f64) -> String {
+pub fn span(ms: f64) -> String {
     let seconds = ms / 1e3;
     if ms.abs() < 9.95 {
         format!("{ms:.1} ms")

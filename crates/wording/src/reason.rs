@@ -2,10 +2,10 @@
 
 use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
 
-use super::{later_state, printable, residual, utc, why_unconfirmed};
+use super::{by_whom, later_state, printable, residual, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
-pub(crate) fn reason(transition: &FaultTransition) -> String {
+pub fn reason(transition: &FaultTransition) -> String {
     let mut reasons = Vec::new();
     if transition.state.is_fault() {
         reasons.extend(symptom(transition));
@@ -66,14 +66,24 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
 }
 
 fn ordered(given: &GivenOrder) -> String {
+    let end = given.until_unix_ns.map_or_else(String::new, |end| format!(" until {}", utc(end)));
     let what = match (given.order, given.force) {
-        (GivenOrderKind::Reset, _) if given.re_tare => "replaced, and its reference re-tared,",
-        (GivenOrderKind::Acknowledge, _) => "acknowledged",
-        (GivenOrderKind::Reset, false) => "reset",
-        (GivenOrderKind::Reset, true) => "reset by force",
-        (GivenOrderKind::Other, _) => "given an order that only a later version knows",
+        (GivenOrderKind::Lapse, _) => {
+            return "counts again: the time for which it was set aside is over".to_owned();
+        }
+        (GivenOrderKind::Reset, _) if given.re_tare => {
+            "replaced, and its reference re-tared,".to_owned()
+        }
+        (GivenOrderKind::Acknowledge, _) => "acknowledged".to_owned(),
+        (GivenOrderKind::Reset, false) => "reset".to_owned(),
+        (GivenOrderKind::Reset, true) => "reset by force".to_owned(),
+        (GivenOrderKind::Shelve, _) => format!("shelved{end}"),
+        (GivenOrderKind::Unshelve, _) => "unshelved".to_owned(),
+        (GivenOrderKind::Suppress, _) => format!("suppressed{end}"),
+        (GivenOrderKind::Unsuppress, _) => "no longer suppressed, ordered".to_owned(),
+        (GivenOrderKind::Other, _) => "given an order that only a later version knows".to_owned(),
     };
     let note =
         given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));
-    format!("{what} by {}{note}", printable(&given.by))
+    format!("{what} by {}{note}", by_whom(&given.by, given.on_behalf_of.as_deref()))
 }

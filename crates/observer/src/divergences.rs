@@ -1,0 +1,58 @@
+//! A module's divergences as they are published. A diagnoser publishes them only as long as somebody subscribes.
+
+use names::{ModuleName, StructureName};
+use tokio::sync::mpsc::{Receiver, channel};
+use wire::keys::Watched;
+use wire::{Divergences, Key, Topic};
+use zenoh::Session;
+use zenoh::pubsub::Subscriber;
+
+use super::presence::AttendanceError;
+
+/// Messages that may wait; later ones are dropped.
+const QUEUE: usize = 256;
+
+/// The divergences of one module. It ends when it is dropped.
+#[derive(Debug)]
+pub struct DivergenceFeed {
+    inbox: Receiver<Divergences>,
+    _subscriber: Subscriber<()>,
+}
+
+impl DivergenceFeed {
+    /// Subscribes.
+    ///
+    /// # Errors
+    /// The network refuses.
+    pub async fn open(
+        session: &Session,
+        structure: &StructureName,
+        module: &ModuleName,
+    ) -> Result<Self, AttendanceError> {
+        let (outlet, inbox) = channel(QUEUE);
+        let watched = Watched { structure: Some(structure), module: Some(module) };
+        let subscriber = session
+            .declare_subscriber(watched.divergences())
+            .callback(move |sample| {
+                let key = sample.key_expr().as_str().parse::<Key>();
+                let Ok(Key::Module { structure, module, topic: Topic::Divergence }) = key else {
+                    return;
+                };
+                let message = wire::decode::<Divergences>(&sample.payload().to_bytes());
+                let own = |read: &Divergences| read.structure == structure && read.module == module;
+                if let Ok(message) = message
+                    && own(&message)
+                {
+                    let _ = outlet.try_send(message);
+                }
+            })
+            .await
+            .map_err(|error| AttendanceError::Network(error.to_string()))?;
+        Ok(Self { inbox, _subscriber: subscriber })
+    }
+
+    /// The next; `None` once the session is closed.
+    pub async fn next(&mut self) -> Option<Divergences> {
+        self.inbox.recv().await
+    }
+}

@@ -1,0 +1,1 @@
+//! The terminal view: what operators look at without a browser.

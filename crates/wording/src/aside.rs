@@ -1,0 +1,32 @@
+//! Alarms that are set aside, and who did it.
+
+use wire::{Aside, FaultTransition, Shelving};
+
+use super::{printable, utc};
+
+/// Until when, by whom and why the component's alarm is set aside; none if it counts.
+#[must_use]
+pub fn aside(transition: &FaultTransition) -> Option<String> {
+    transition.aside().map(|aside| match aside {
+        Aside::Shelved(shelving) => format!("shelved {}", until(shelving)),
+        Aside::Suppressed(shelving) => format!("suppressed {}", until(shelving)),
+    })
+}
+
+/// Until when, by whom and why.
+#[must_use]
+pub fn until(shelving: &Shelving) -> String {
+    let Shelving { until_unix_ns, by, on_behalf_of, reason, .. } = shelving;
+    let (end, who) = (utc(*until_unix_ns), by_whom(by, on_behalf_of.as_deref()));
+    format!("until {end} by {who}: {}", printable(reason))
+}
+
+/// A person, and the program if he used one.
+#[must_use]
+pub fn by_whom(by: &str, on_behalf_of: Option<&str>) -> String {
+    let by = printable(by);
+    match on_behalf_of {
+        Some(person) => format!("{} (through {by})", printable(person)),
+        None => by,
+    }
+}

@@ -1,0 +1,15 @@
+//! Phases of modules.
+
+use wire::ModulePhase;
+
+/// In words.
+#[must_use]
+pub fn phase_in_words(phase: ModulePhase) -> &'static str {
+    match phase {
+        ModulePhase::Waiting => "waiting for samples",
+        ModulePhase::Initialising => "initialising",
+        ModulePhase::InService => "in service",
+        ModulePhase::Stale => "STALE",
+        ModulePhase::Other => "unknown phase",
+    }
+}
