@@ -38,6 +38,7 @@ pub mod throttle;
 pub mod timeline;
 pub mod turn;
 pub mod verdict;
+pub mod web_page;
 pub mod worst;
 
 use std::future::Future;

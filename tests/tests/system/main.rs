@@ -29,3 +29,4 @@ mod stalled_subscriber;
 mod tls_traffic;
 mod upgrade;
 mod upgrade_secured;
+mod web_load;
