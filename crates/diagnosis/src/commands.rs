@@ -1,11 +1,12 @@
 //! Commands of operators: when they are accepted, and what follows.
 
-use names::{Component, Step};
+use names::{Component, RunId, Step};
 
 use crate::channels::Channels;
 use crate::comparing::Comparing;
 use crate::event::Action;
 use crate::judging::Judging;
+use crate::ledger::Blank;
 use crate::order::{GivenOrder, Order, OrderKind, OrderRefusal};
 use crate::state::Condition;
 use crate::verdict::{Symptom, Verdict};
@@ -19,6 +20,8 @@ pub(crate) struct Commands<'a> {
     pub(crate) channels: &'a mut Channels,
     pub(crate) judging: &'a mut Judging,
     pub(crate) comparing: &'a mut Comparing,
+    /// The run being diagnosed.
+    pub(crate) run: Option<RunId>,
     /// The latest step processed.
     pub(crate) now: Step,
 }
@@ -40,14 +43,29 @@ impl Commands<'_> {
             OrderKind::Acknowledge => self.acknowledge(channel, component)?,
             OrderKind::Reset { force } => self.reset(channel, component, force)?,
             OrderKind::ReTare => self.re_tare(channel, component)?,
-            // TODO base: carried out by the ledger
             OrderKind::Shelve(_)
             | OrderKind::Unshelve
             | OrderKind::Suppress(_)
             | OrderKind::Unsuppress
-            | OrderKind::Lapse { .. } => return Err(OrderRefusal::Unknown(component)),
+            | OrderKind::Lapse { .. } => return self.set_aside(channel, given, actions),
         };
         Ok(self.enter_order(channel, verdict, given, actions))
+    }
+
+    /// Whether the alarm counts, which no verdict depends on.
+    fn set_aside(
+        &mut self,
+        channel: usize,
+        given: GivenOrder,
+        actions: &mut Vec<Action>,
+    ) -> Result<u64, OrderRefusal> {
+        let run = self.run.unwrap_or(RunId(0));
+        let evidence = *self.channels.monitor(channel).evidence();
+        let blank = Blank { run, now: self.now, evidence };
+        let transition = self.judging.ledger_mut().set_aside(channel, given, blank)?;
+        let sequence = transition.sequence;
+        actions.push(Action::Publish(transition));
+        Ok(sequence)
     }
 
     fn acknowledge(&self, channel: usize, component: Component) -> Result<Verdict, OrderRefusal> {

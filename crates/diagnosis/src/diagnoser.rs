@@ -78,7 +78,7 @@ impl Diagnoser {
             }
         }
         self.judging.recall_verdicts(sequence, latest);
-        self.identifying.recall(self.judging.ledger(), self.channels.components());
+        self.identifying.recall(self.judging.ledger());
         let Some(past) = watch else { return };
         self.intake.recall(past.run);
         if let Some((since, until)) = past.watched {
@@ -213,6 +213,7 @@ impl Diagnoser {
             channels: &mut self.channels,
             judging: &mut self.judging,
             comparing: &mut self.comparing,
+            run: self.intake.run(),
             now,
         };
         match commands.carry_out(order, actions) {

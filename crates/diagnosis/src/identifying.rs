@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use names::{Component, RunId, Step};
+use names::{RunId, Step};
 
 use crate::channels::Channels;
 use crate::event::Action;
@@ -103,9 +103,9 @@ impl Identifying {
     }
 
     /// What was faulty before a restart is not identified anew: nothing is known of its onset.
-    pub(crate) fn recall(&mut self, ledger: &Ledger, components: &[Component]) {
-        for (known, component) in self.known.iter_mut().zip(components) {
-            *known = ledger.latest(component).map_or(0, |latest| latest.sequence);
+    pub(crate) fn recall(&mut self, ledger: &Ledger) {
+        for (channel, known) in self.known.iter_mut().enumerate() {
+            *known = ledger.judged(channel);
         }
     }
 
@@ -142,11 +142,12 @@ impl Identifying {
 
     fn begin(&mut self, channel: usize, run: RunId, channels: &Channels, ledger: &Ledger) {
         let Some(latest) = ledger.latest(&channels.components()[channel]) else { return };
-        let is_new = latest.run == run && latest.sequence > self.known[channel];
-        if !is_new || latest.order.is_some() {
+        let sequence = ledger.judged(channel);
+        let is_new = latest.run == run && sequence > self.known[channel];
+        if !is_new || latest.commanded {
             return;
         }
-        self.known[channel] = latest.sequence;
+        self.known[channel] = sequence;
         let seen = seen(latest);
         let due = match seen {
             Seen::Change { onset, .. } => {
@@ -156,7 +157,7 @@ impl Identifying {
             Seen::Departure { .. } => None,
         };
         self.subjects[channel] = Some(Subject {
-            sequence: latest.sequence,
+            sequence,
             seen,
             has_signal: latest.symptom != Symptom::NoSignal,
             due: Some(due.unwrap_or(latest.decided)),

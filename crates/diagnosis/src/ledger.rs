@@ -4,8 +4,9 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::evidence::Evidence;
 use crate::isolation::Case;
-use crate::order::GivenOrder;
+use crate::order::{GivenOrder, OrderRefusal};
 use crate::question::Alarm;
+use crate::shelving::aside_after;
 use crate::verdict::{Doubt, Symptom, Transition, Verdict};
 
 /// The verdict on one component.
@@ -14,6 +15,8 @@ struct Entry {
     component: Component,
     verdict: Verdict,
     latest: Option<Transition>,
+    /// The number of the latest transition that was about the verdict.
+    judged: u64,
     tare: Option<f64>,
     /// The steps of the latest transition are those of a run that is over.
     over: bool,
@@ -36,7 +39,7 @@ impl FaultySince {
         }
         let change = latest.detection;
         // A command that left it faulty was issued later than it was found.
-        let found = if latest.order.is_some() { change } else { latest.decided };
+        let found = if latest.commanded { change } else { latest.decided };
         Self { change, found }
     }
 }
@@ -63,6 +66,7 @@ impl Ledger {
             component: component.clone(),
             verdict: Verdict::Normal,
             latest: None,
+            judged: 0,
             tare: None,
             over: false,
         };
@@ -77,6 +81,7 @@ impl Ledger {
             if let Some(entry) = own {
                 entry.verdict = transition.verdict.clone();
                 entry.tare = transition.tare;
+                entry.judged = transition.sequence;
                 entry.latest = Some(transition);
             }
         }
@@ -92,6 +97,11 @@ impl Ledger {
 
     pub(crate) fn latest(&self, component: &Component) -> Option<&Transition> {
         self.entries.iter().find(|e| e.component == *component).and_then(|e| e.latest.as_ref())
+    }
+
+    /// The number of the latest transition that was about the verdict on a component; 0 if there was none.
+    pub(crate) fn judged(&self, channel: usize) -> u64 {
+        self.entries[channel].judged
     }
 
     pub(crate) fn next_sequence(&self) -> u64 {
@@ -118,7 +128,7 @@ impl Ledger {
             let latest = entry.latest.as_ref()?;
             let since = FaultySince::of(latest, run, entry.over);
             let faulty = entry.verdict.is_latched();
-            let was_reset = entry.verdict == Verdict::Normal && latest.order.is_some();
+            let was_reset = entry.verdict == Verdict::Normal && latest.commanded;
             let is_open = matches!(entry.verdict, Verdict::Unconfirmed { .. });
             let raised = faulty && since.found <= as_of || is_open || was_reset;
             let (component, step) = (entry.component.clone(), since.change);
@@ -266,12 +276,36 @@ impl Ledger {
             verdict: verdict.clone(),
             decided,
             order,
+            commanded: true,
             tare,
             ..latest.clone()
         };
         entry.verdict = verdict;
+        entry.judged = sequence;
         self.sequence = sequence;
         Some(latest.clone())
+    }
+
+    /// Sets the alarm of a component aside, or lets it count again. The verdict stays what it is; `blank` is what there
+    /// is to say of it where it never had a transition.
+    ///
+    /// # Errors
+    /// There is nothing to end.
+    pub(crate) fn set_aside(
+        &mut self,
+        channel: usize,
+        order: GivenOrder,
+        blank: Blank,
+    ) -> Result<Transition, OrderRefusal> {
+        let sequence = self.next_sequence();
+        let entry = &mut self.entries[channel];
+        let before = entry.latest.clone().unwrap_or_else(|| blank.transition(entry));
+        let (shelved, suppressed) = aside_after(&before, &order)?;
+        let order = Some(order);
+        let transition = Transition { sequence, order, shelved, suppressed, ..before };
+        entry.latest = Some(transition.clone());
+        self.sequence = sequence;
+        Ok(transition)
     }
 
     fn record(
@@ -308,11 +342,50 @@ impl Ledger {
             disputed,
             tare: entry.tare,
             order: None,
+            commanded: false,
+            shelved: entry.latest.as_ref().and_then(|latest| latest.shelved.clone()),
+            suppressed: entry.latest.as_ref().and_then(|latest| latest.suppressed.clone()),
         };
         entry.verdict = verdict;
+        entry.judged = sequence;
         entry.latest = Some(transition.clone());
         entry.over = false;
         Some(transition)
+    }
+}
+
+/// How a component without any transition is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Blank {
+    /// The present run; before the first sample, the one of the number 0.
+    pub(crate) run: RunId,
+    /// The latest step.
+    pub(crate) now: Step,
+    /// The channel at it.
+    pub(crate) evidence: Evidence,
+}
+
+impl Blank {
+    fn transition(self, entry: &Entry) -> Transition {
+        let Self { run, now, evidence } = self;
+        Transition {
+            sequence: 0,
+            run,
+            component: entry.component.clone(),
+            verdict: entry.verdict.clone(),
+            symptom: Symptom::default(),
+            onset: now,
+            detection: now,
+            decided: now,
+            evidence,
+            before_service: false,
+            disputed: None,
+            tare: entry.tare,
+            order: None,
+            commanded: false,
+            shelved: None,
+            suppressed: None,
+        }
     }
 }
 

@@ -30,6 +30,7 @@ mod question;
 mod recent;
 mod sample;
 mod settings;
+mod shelving;
 mod shift;
 pub mod state;
 #[cfg(test)]
@@ -47,7 +48,7 @@ pub use freeze::{FreezeFrame, Trace};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
-pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Span};
+pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken};
 pub use phase::Phase;
 pub use question::{
     ActuatorFault, Alarm, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal,
@@ -56,4 +57,5 @@ pub use sample::{Sample, SampleRejection, Signal};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };
+pub use shelving::{Shelving, Span};
 pub use verdict::{Doubt, Symptom, Transition, Verdict};

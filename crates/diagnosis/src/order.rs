@@ -6,6 +6,8 @@
 use names::Component;
 use serde::{Deserialize, Serialize};
 
+use crate::shelving::Span;
+
 /// The shell's token of a command it passed in, returned with the outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct OrderToken(pub u64);
@@ -44,15 +46,6 @@ impl OrderKind {
     pub fn is_about_verdict(self) -> bool {
         matches!(self, OrderKind::Acknowledge | OrderKind::ReTare | OrderKind::Reset { .. })
     }
-}
-
-/// From when to when an alarm is set aside, by the shell's clock: the diagnoser has none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Span {
-    /// When it began \[ns since 1970\].
-    pub since_unix_ns: u64,
-    /// When it is over \[ns since 1970\].
-    pub until_unix_ns: u64,
 }
 
 /// A command, who issued it and why; recorded in the transition that it led to.
@@ -101,6 +94,15 @@ pub enum OrderRefusal {
         /// Its state.
         state: &'static str,
     },
+    /// There is nothing to unshelve.
+    #[error("`{0}` is not shelved")]
+    NotShelved(Component),
+    /// There is nothing to unsuppress.
+    #[error("`{0}` is not suppressed")]
+    NotSuppressed(Component),
+    /// Nothing that sets its alarm aside is over.
+    #[error("nothing that sets the alarm of `{0}` aside is over")]
+    NothingIsOver(Component),
     /// The fault is not acknowledged yet.
     #[error("`{0}` is not acknowledged; acknowledge it first, or force the reset")]
     NotAcknowledged(Component),

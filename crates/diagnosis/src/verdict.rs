@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::evidence::Evidence;
 use crate::order::GivenOrder;
+use crate::shelving::Shelving;
 
 /// The verdict of a module on one of its components.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -152,4 +153,11 @@ pub struct Transition {
     pub tare: Option<f64>,
     /// The command that led to this, if one did.
     pub order: Option<GivenOrder>,
+    /// Whether the verdict is what an operator commanded, by this command or by an earlier one since when nothing but
+    /// its shelving has changed.
+    pub commanded: bool,
+    /// If its alarm is set aside by an operator, by whom, why and until when. No verdict depends on it.
+    pub shelved: Option<Shelving>,
+    /// If its alarm is set aside while its module is maintained, the same.
+    pub suppressed: Option<Shelving>,
 }

@@ -7,7 +7,7 @@ mod sequence;
 
 use diagnosis::{Action, Rule, Verdict};
 use proptest::prelude::*;
-use sequence::{Driver, Happening, Said, happening};
+use sequence::{Driver, Happening, Said, happening, shelving, unshelved};
 
 /// Drives a diagnoser through everything; each event is held against the invariants.
 fn drive(rule: Rule, root_ratio: f64, peers: &[&str], happenings: &[Happening]) -> Driver {
@@ -46,6 +46,35 @@ proptest! {
         let again = drive(rule, root_ratio, peers, &happenings);
         prop_assert_eq!(&driver.history, &again.history, "same events, same actions");
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+    /// Whatever is set aside and whenever, the diagnosis goes on as if it were not.
+    #[test]
+    fn no_verdict_question_or_answer_depends_on_what_is_set_aside(
+        rule in rule(),
+        root_ratio in root_ratio(),
+        peers in peers(),
+        happenings in prop::collection::vec(
+            prop_oneof![3 => happening(), 2 => shelving()],
+            1..100,
+        ),
+    ) {
+        let plain: Vec<Happening> =
+            happenings.iter().filter(|one| !is_shelving(one)).cloned().collect();
+        let with = drive(rule, root_ratio, peers, &happenings);
+        let without = drive(rule, root_ratio, peers, &plain);
+        let (with, without) = (unshelved(&with.history), unshelved(&without.history));
+        prop_assert_eq!(with.len(), without.len());
+        let other = with.iter().zip(&without).find(|(one, other)| one != other);
+        prop_assert!(other.is_none(), "{:?}", other);
+    }
+}
+
+fn is_shelving(happening: &Happening) -> bool {
+    matches!(happening, Happening::Ordered { kind, .. } if !kind.is_about_verdict())
 }
 
 /// Found at random: after a restart a change that was seen before it shows a step earlier.

@@ -5,14 +5,21 @@ mod configuration;
 mod freeze_frame;
 mod identification;
 mod input;
+mod order;
+mod shelving;
 
 pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
+pub use order::from_wire_order;
+pub use shelving::to_wire_shelving;
 
 use diagnosis::state::{self, CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use diagnosis::{Answer, Counters, Doubt, Phase, Question, Symptom, Transition, Verdict};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
-use wire::{Agreement, FaultState, FaultTransition, GivenOrderKind, ModulePhase};
+use wire::{Agreement, FaultState, FaultTransition, ModulePhase};
+
+use order::{from_given_order, to_wire_order};
+use shelving::from_wire_shelving;
 
 /// The publishing module.
 #[derive(Debug, Clone)]
@@ -72,6 +79,9 @@ impl Speaker {
             disputed,
             tare,
             order,
+            commanded,
+            shelved,
+            suppressed,
         } = transition;
         let mut message = self.untouched(&component, time_unix_ns);
         message.sequence = sequence;
@@ -81,6 +91,9 @@ impl Speaker {
         message.decided_step = Some(decided);
         message.evidence = Some(to_wire_evidence(&evidence));
         message.order = order.map(to_wire_order);
+        message.ordered = Some(commanded);
+        message.shelved = shelved.map(to_wire_shelving);
+        message.suppressed = suppressed.map(to_wire_shelving);
         message.state = to_state(&verdict);
         message.disputed = disputed;
         message.before_service = before_service;
@@ -187,51 +200,6 @@ fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
     });
 }
 
-fn to_wire_order(given: diagnosis::GivenOrder) -> wire::GivenOrder {
-    let diagnosis::GivenOrder { kind, by, on_behalf_of, note } = given;
-    let (order, until_unix_ns) = match kind {
-        diagnosis::OrderKind::Acknowledge => (GivenOrderKind::Acknowledge, None),
-        diagnosis::OrderKind::Reset { .. } | diagnosis::OrderKind::ReTare => {
-            (GivenOrderKind::Reset, None)
-        }
-        diagnosis::OrderKind::Shelve(span) => (GivenOrderKind::Shelve, Some(span.until_unix_ns)),
-        diagnosis::OrderKind::Unshelve => (GivenOrderKind::Unshelve, None),
-        diagnosis::OrderKind::Suppress(span) => {
-            (GivenOrderKind::Suppress, Some(span.until_unix_ns))
-        }
-        diagnosis::OrderKind::Unsuppress => (GivenOrderKind::Unsuppress, None),
-        diagnosis::OrderKind::Lapse { now_unix_ns } => (GivenOrderKind::Lapse, Some(now_unix_ns)),
-    };
-    let force = kind == diagnosis::OrderKind::Reset { force: true };
-    let re_tare = kind == diagnosis::OrderKind::ReTare;
-    wire::GivenOrder { order, by, on_behalf_of, note, force, re_tare, until_unix_ns }
-}
-
-/// An order about a component as the diagnosis takes it, at the time when it is given \[ns since 1970\].
-#[must_use]
-pub fn from_wire_order(
-    kind: wire::OrderKind,
-    component: Component,
-    order: wire::Order,
-    now_unix_ns: u64,
-) -> diagnosis::Order {
-    let wire::Order { component: _, by, on_behalf_of, note, for_s, force, re_tare } = order;
-    let span = diagnosis::Span {
-        since_unix_ns: now_unix_ns,
-        until_unix_ns: now_unix_ns.saturating_add(for_s.unwrap_or(0).saturating_mul(1_000_000_000)),
-    };
-    let kind = match kind {
-        wire::OrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
-        wire::OrderKind::Reset if re_tare => diagnosis::OrderKind::ReTare,
-        wire::OrderKind::Reset => diagnosis::OrderKind::Reset { force },
-        wire::OrderKind::Shelve => diagnosis::OrderKind::Shelve(span),
-        wire::OrderKind::Unshelve => diagnosis::OrderKind::Unshelve,
-        wire::OrderKind::Suppress => diagnosis::OrderKind::Suppress(span),
-        wire::OrderKind::Unsuppress => diagnosis::OrderKind::Unsuppress,
-    };
-    diagnosis::Order { component, given: diagnosis::GivenOrder { kind, by, on_behalf_of, note } }
-}
-
 /// A transition as it was before it was sent; `None` for a component that never had one, and for a state of a later
 /// version, which is no verdict of this one.
 #[must_use]
@@ -270,29 +238,11 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
         before_service: message.before_service,
         disputed: message.disputed,
         tare: message.tare,
+        commanded: message.ordered.unwrap_or_else(|| message.order.is_some()),
         order: message.order.map(from_given_order),
+        shelved: message.shelved.map(from_wire_shelving),
+        suppressed: message.suppressed.map(from_wire_shelving),
     })
-}
-
-fn from_given_order(given: wire::GivenOrder) -> diagnosis::GivenOrder {
-    let kind = match given.order {
-        GivenOrderKind::Acknowledge => diagnosis::OrderKind::Acknowledge,
-        GivenOrderKind::Reset | GivenOrderKind::Other if given.re_tare => {
-            diagnosis::OrderKind::ReTare
-        }
-        // What counts of one of a later version is that a person gave it; what it led to stands in the state.
-        GivenOrderKind::Reset | GivenOrderKind::Other => {
-            diagnosis::OrderKind::Reset { force: given.force }
-        }
-        // TODO base
-        GivenOrderKind::Shelve
-        | GivenOrderKind::Unshelve
-        | GivenOrderKind::Suppress
-        | GivenOrderKind::Unsuppress
-        | GivenOrderKind::Lapse => diagnosis::OrderKind::Unshelve,
-    };
-    let wire::GivenOrder { by, on_behalf_of, note, .. } = given;
-    diagnosis::GivenOrder { kind, by, on_behalf_of, note }
 }
 
 fn from_wire_evidence(evidence: &wire::Evidence) -> diagnosis::Evidence {

@@ -4,7 +4,7 @@
 use diagnosis::state::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use diagnosis::{
     ActuatorFault, Alarm, Answer, Change, Event, Evidence, GivenOrder, Memory, Order, OrderKind,
-    OrderToken, PastWatch, PeerFailure, Question, Symptom, Transition, Verdict,
+    OrderToken, PastWatch, PeerFailure, Question, Shelving, Span, Symptom, Transition, Verdict,
 };
 use names::{Component, ModuleName, RunId, Step};
 use proptest::collection::vec;
@@ -104,15 +104,38 @@ fn answer() -> impl Strategy<Value = Answer> {
         })
 }
 
+fn span() -> impl Strategy<Value = Span> {
+    any::<(u64, u64)>()
+        .prop_map(|(since_unix_ns, until_unix_ns)| Span { since_unix_ns, until_unix_ns })
+}
+
+fn order_kind() -> impl Strategy<Value = OrderKind> {
+    prop_oneof![
+        Just(OrderKind::Acknowledge),
+        Just(OrderKind::ReTare),
+        any::<bool>().prop_map(|force| OrderKind::Reset { force }),
+        span().prop_map(OrderKind::Shelve),
+        Just(OrderKind::Unshelve),
+        span().prop_map(OrderKind::Suppress),
+        Just(OrderKind::Unsuppress),
+        any::<u64>().prop_map(|now_unix_ns| OrderKind::Lapse { now_unix_ns }),
+    ]
+}
+
 fn given() -> impl Strategy<Value = GivenOrder> {
-    let kinds = vec![
-        OrderKind::Acknowledge,
-        OrderKind::ReTare,
-        OrderKind::Reset { force: false },
-        OrderKind::Reset { force: true },
-    ];
-    (proptest::sample::select(kinds), any::<String>(), option::of(any::<String>()))
-        .prop_map(|(kind, by, note)| GivenOrder { kind, by, on_behalf_of: None, note })
+    let person = option::of(any::<String>());
+    (order_kind(), any::<String>(), person, option::of(any::<String>()))
+        .prop_map(|(kind, by, on_behalf_of, note)| GivenOrder { kind, by, on_behalf_of, note })
+}
+
+fn shelving() -> impl Strategy<Value = Option<Shelving>> {
+    let shelving = (span(), any::<String>(), option::of(any::<String>()), any::<String>());
+    option::of(shelving.prop_map(|(span, by, on_behalf_of, reason)| Shelving {
+        span,
+        by,
+        on_behalf_of,
+        reason,
+    }))
 }
 
 fn event() -> impl Strategy<Value = Event> {
@@ -170,6 +193,7 @@ proptest! {
         watched in option::of((step(), step())),
         (component, given, tare) in (component(), option::of(given()), option::of(finite())),
         numbers in (finite(), finite(), option::of(0.0..1e30), 0.001..1e30),
+        (commanded, shelved, suppressed) in (any::<bool>(), shelving(), shelving()),
     ) {
         let (residual, level, divergence, threshold) = numbers;
         let transition = Transition {
@@ -186,6 +210,9 @@ proptest! {
             disputed: None,
             tare,
             order: given,
+            commanded,
+            shelved,
+            suppressed,
         };
         let watch = Some(PastWatch { run: RunId(run), watched, changes });
         let memory = Memory { sequence: 9, latest: vec![transition], watch };

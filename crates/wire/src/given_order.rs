@@ -60,6 +60,9 @@ pub struct GivenOrder {
     /// Whether the reference of the component was shifted to what it measured.
     #[serde(default)]
     pub re_tare: bool,
+    /// When it was given, if the alarm was set aside \[ns since 1970\].
+    #[serde(default)]
+    pub since_unix_ns: Option<u64>,
     /// When the alarm counts again, if it was set aside \[ns since 1970\]; of a lapse, when it was noticed.
     #[serde(default)]
     pub until_unix_ns: Option<u64>,

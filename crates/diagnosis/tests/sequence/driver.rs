@@ -11,7 +11,7 @@ use names::{Component, RunId, Step};
 use super::happening::{Happening, Said};
 use super::inquiries::Inquiries;
 use super::journal::Journal;
-use super::life::Lives;
+use super::life::{Lives, is_about_verdict};
 use super::peer::Peer;
 use crate::fixture::{Bench, HOLD, WARM_UP, name, setup};
 
@@ -166,7 +166,9 @@ impl Driver {
             [Action::Publish(transition), Action::Obeyed { token: replied, sequence }] => {
                 assert_eq!((*replied, *sequence), (token, transition.sequence));
                 assert_eq!((&transition.component, &transition.order), (&component, &Some(given)));
-                self.recalled.remove(&component);
+                if kind.is_about_verdict() {
+                    self.recalled.remove(&component);
+                }
             }
             other => panic!("a command has one outcome: {other:?}"),
         }
@@ -218,7 +220,7 @@ impl Driver {
             Action::Publish(transition) => {
                 self.check_commitment(transition);
                 self.lives.note(transition);
-                if transition.verdict == Verdict::Tentative {
+                if transition.verdict == Verdict::Tentative && is_about_verdict(transition) {
                     self.recalled.remove(&transition.component);
                 }
             }
@@ -230,7 +232,7 @@ impl Driver {
     /// the paper, actuators are.
     fn check_commitment(&self, transition: &Transition) {
         let alone = self.rule == Rule::Paper && is_actuator(&transition.component);
-        if transition.verdict != Verdict::Latched || alone {
+        if transition.verdict != Verdict::Latched || alone || !is_about_verdict(transition) {
             return;
         }
         let Transition { detection, decided, .. } = *transition;

@@ -1,6 +1,6 @@
 //! Something that may happen to a diagnoser.
 
-use diagnosis::OrderKind;
+use diagnosis::{OrderKind, Span};
 use proptest::prelude::*;
 
 /// What a peer answers; steps are shares of the stretch that it was asked about.
@@ -88,6 +88,26 @@ fn order() -> impl Strategy<Value = OrderKind> {
     ]
 }
 
+fn span() -> impl Strategy<Value = Span> {
+    let at = 0..1000_u64;
+    (at.clone(), at).prop_map(|(since_unix_ns, length)| Span {
+        since_unix_ns,
+        until_unix_ns: since_unix_ns + length,
+    })
+}
+
+/// An order that no verdict depends on.
+pub fn shelving() -> impl Strategy<Value = Happening> {
+    let kind = prop_oneof![
+        3 => span().prop_map(OrderKind::Shelve),
+        2 => span().prop_map(OrderKind::Suppress),
+        1 => Just(OrderKind::Unshelve),
+        1 => Just(OrderKind::Unsuppress),
+        1 => (0..2000_u64).prop_map(|now_unix_ns| OrderKind::Lapse { now_unix_ns }),
+    ];
+    (0..6_usize, kind).prop_map(|(component, kind)| Happening::Ordered { component, kind })
+}
+
 /// Anything.
 pub fn happening() -> impl Strategy<Value = Happening> {
     prop_oneof![
@@ -109,6 +129,7 @@ pub fn happening() -> impl Strategy<Value = Happening> {
         1 => (0..3_usize).prop_map(|peer| Happening::Returned { peer }),
         3 => (0..6_usize, order())
             .prop_map(|(component, kind)| Happening::Ordered { component, kind }),
+        1 => shelving(),
         2 => (prop_oneof![3 => Just(0), 2 => 1..50_u16], prop_oneof![1 => Just(0), 3 => 1..900_u16])
             .prop_map(|(missed, again)| Happening::Restart { missed, again }),
     ]

@@ -22,9 +22,28 @@ impl Lives {
         check_explanation(transition);
         check_order(transition);
         let before = self.verdict(&transition.component);
-        check_step(&before, transition);
+        if is_about_verdict(transition) {
+            check_step(&before, transition);
+        } else {
+            assert_eq!(transition.verdict, before, "{transition:?}");
+        }
+        self.check_aside(transition);
         self.sequence = transition.sequence;
         self.latest.insert(transition.component.clone(), transition.clone());
+    }
+
+    /// Whether it is set aside changes by orders about that and by nothing else.
+    fn check_aside(&self, transition: &Transition) {
+        let latest = self.latest.get(&transition.component);
+        let aside = |one: &Transition| (one.shelved.clone(), one.suppressed.clone());
+        let before = latest.map(aside).unwrap_or_default();
+        if is_about_verdict(transition) {
+            assert_eq!(aside(transition), before, "{transition:?}");
+        }
+        let same_verdict = |before: &Transition| before.commanded == transition.commanded;
+        if !is_about_verdict(transition) {
+            assert!(latest.is_none_or(same_verdict), "{transition:?}");
+        }
     }
 
     /// The present verdict on a component.
@@ -41,6 +60,11 @@ impl Lives {
     pub fn sequence(&self) -> u64 {
         self.sequence
     }
+}
+
+/// Whether it is more than a change of what is set aside.
+pub fn is_about_verdict(transition: &Transition) -> bool {
+    transition.order.as_ref().is_none_or(|order| order.kind.is_about_verdict())
 }
 
 /// Nothing explains itself.
@@ -60,6 +84,13 @@ fn check_order(transition: &Transition) {
         Some(OrderKind::Reset { .. } | OrderKind::ReTare) => {
             assert_eq!(transition.verdict, Verdict::Normal);
         }
+        Some(
+            OrderKind::Shelve(_)
+            | OrderKind::Unshelve
+            | OrderKind::Suppress(_)
+            | OrderKind::Unsuppress
+            | OrderKind::Lapse { .. },
+        ) => {}
         None => assert_ne!(transition.verdict, Verdict::Acknowledged),
     }
 }

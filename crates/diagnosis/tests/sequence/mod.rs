@@ -8,6 +8,7 @@
 //! | `peer` | what one peer has answered validly, and what it was asked |
 //! | `inquiries` | questions and commands, and whether each had its one reply |
 //! | `life` | what may become of the verdict on a component |
+//! | `unshelved` | a history as it would be without any order that sets an alarm aside |
 
 mod driver;
 mod happening;
@@ -15,6 +16,8 @@ mod inquiries;
 mod journal;
 mod life;
 mod peer;
+mod unshelved;
 
 pub use driver::Driver;
-pub use happening::{Happening, Said, happening};
+pub use happening::{Happening, Said, happening, shelving};
+pub use unshelved::unshelved;

@@ -4,7 +4,7 @@ use wire::{OrderKind, PlantTopic, Topic};
 
 /// A module's topics but for faults and identifications, which have one for each component.
 pub fn plain_topics() -> Vec<Topic> {
-    let topics = vec![
+    let mut topics = vec![
         Topic::Sample,
         Topic::Divergence,
         Topic::Change,
@@ -16,20 +16,23 @@ pub fn plain_topics() -> Vec<Topic> {
         Topic::Input,
         Topic::Configuration,
         Topic::FreezeFrame,
-        Topic::Command(OrderKind::Acknowledge),
-        Topic::Command(OrderKind::Reset),
-        Topic::CommandOf(OrderKind::Acknowledge, "ada".parse().unwrap()),
-        Topic::CommandOf(OrderKind::Reset, "ada".parse().unwrap()),
         Topic::Alive,
     ];
+    for kind in OrderKind::ALL {
+        topics.push(Topic::Command(kind));
+        topics.push(Topic::CommandOf(kind, "ada".parse().unwrap()));
+    }
     for topic in &topics {
         match topic {
             Topic::Sample | Topic::Divergence | Topic::Change | Topic::State => {}
             Topic::Fault(_) | Topic::Identification(_) => {}
             Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
             Topic::Input | Topic::Configuration | Topic::FreezeFrame => {}
-            Topic::Command(OrderKind::Acknowledge | OrderKind::Reset) => {}
-            Topic::CommandOf(OrderKind::Acknowledge | OrderKind::Reset, _) => {}
+            Topic::Command(kind) | Topic::CommandOf(kind, _) => match kind {
+                OrderKind::Acknowledge | OrderKind::Reset => {}
+                OrderKind::Shelve | OrderKind::Unshelve => {}
+                OrderKind::Suppress | OrderKind::Unsuppress => {}
+            },
         }
     }
     topics

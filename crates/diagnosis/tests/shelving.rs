@@ -1,0 +1,149 @@
+//! Alarms that are set aside: by whom, how long, and what becomes of it.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+mod fixture;
+
+use diagnosis::{
+    Action, Event, GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Rule, Span, Transition,
+    Verdict,
+};
+use fixture::{Bench, HOLD};
+use names::{RunId, Step};
+use proptest::prelude::*;
+
+const BIAS_M: f64 = 50e-6;
+const SPAN: Span = Span { since_unix_ns: 1_000, until_unix_ns: 5_000 };
+const LATER: Span = Span { since_unix_ns: 2_000, until_unix_ns: 9_000 };
+
+fn give(bench: &mut Bench, kind: OrderKind) -> Result<Transition, OrderRefusal> {
+    let given = GivenOrder {
+        kind,
+        by: "web".into(),
+        on_behalf_of: Some("ada".into()),
+        note: Some("painting".into()),
+    };
+    let order = Order { component: "sensor/g1".parse().unwrap(), given: given.clone() };
+    bench.give(Event::Ordered { token: OrderToken(7), order });
+    match &bench.actions[bench.actions.len().saturating_sub(2)..] {
+        [.., Action::OrderRefused { refusal, .. }] => Err(refusal.clone()),
+        [Action::Publish(transition), Action::Obeyed { sequence, .. }] => {
+            assert_eq!((transition.sequence, &transition.order), (*sequence, &Some(given)));
+            Ok(transition.clone())
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Until when it is shelved, until when suppressed.
+fn ends(transition: &Transition) -> (Option<u64>, Option<u64>) {
+    let end = |aside: &Option<diagnosis::Shelving>| Some(aside.as_ref()?.span.until_unix_ns);
+    (end(&transition.shelved), end(&transition.suppressed))
+}
+
+fn latched() -> Bench {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    bench
+}
+
+#[test]
+fn a_shelved_fault_stays_latched_and_says_by_whom_why_and_until_when() {
+    let mut bench = latched();
+    let before = bench.transitions().pop().unwrap().clone();
+    bench.run(30);
+    let shelved = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    let (order, by_whom) = (shelved.order.clone(), shelved.shelved.clone().unwrap());
+    assert_eq!(
+        (by_whom.span, by_whom.by.as_str(), by_whom.reason.as_str()),
+        (SPAN, "web", "painting")
+    );
+    assert_eq!(by_whom.on_behalf_of.as_deref(), Some("ada"));
+    let sequence = before.sequence + 1;
+    let expected = Transition { sequence, order, shelved: Some(by_whom), ..before };
+    assert_eq!(shelved, expected, "the rest is as it was");
+}
+
+#[test]
+fn what_is_not_set_aside_cannot_be_brought_back() {
+    let mut bench = latched();
+    let component = || "sensor/g1".parse().unwrap();
+    let refusal = give(&mut bench, OrderKind::Unshelve).unwrap_err();
+    assert_eq!(refusal, OrderRefusal::NotShelved(component()));
+    assert_eq!(refusal.to_string(), "`sensor/g1` is not shelved");
+    let refused = give(&mut bench, OrderKind::Unsuppress);
+    assert_eq!(refused, Err(OrderRefusal::NotSuppressed(component())));
+    let lapse = OrderKind::Lapse { now_unix_ns: 6_000 };
+    assert_eq!(give(&mut bench, lapse), Err(OrderRefusal::NothingIsOver(component())));
+    give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    let refused = give(&mut bench, OrderKind::Unsuppress);
+    assert_eq!(refused, Err(OrderRefusal::NotSuppressed(component())), "shelved is not suppressed");
+}
+
+#[test]
+fn shelving_and_suppression_are_independent_and_the_later_order_replaces_the_earlier() {
+    let mut bench = latched();
+    let mut step = |kind| ends(&give(&mut bench, kind).unwrap());
+    assert_eq!(step(OrderKind::Shelve(LATER)), (Some(9_000), None));
+    assert_eq!(step(OrderKind::Shelve(SPAN)), (Some(5_000), None));
+    assert_eq!(step(OrderKind::Suppress(LATER)), (Some(5_000), Some(9_000)));
+    assert_eq!(step(OrderKind::Unshelve), (None, Some(9_000)));
+    assert_eq!(step(OrderKind::Shelve(SPAN)), (Some(5_000), Some(9_000)));
+    assert_eq!(step(OrderKind::Lapse { now_unix_ns: 5_000 }), (None, Some(9_000)));
+    assert_eq!(step(OrderKind::Lapse { now_unix_ns: 9_000 }), (None, None));
+}
+
+#[test]
+fn acknowledging_and_resetting_keep_what_is_set_aside_and_are_not_kept_by_it() {
+    let mut bench = latched();
+    give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    let acknowledged = give(&mut bench, OrderKind::Acknowledge).unwrap();
+    assert_eq!(acknowledged.verdict, Verdict::Acknowledged);
+    let reset = give(&mut bench, OrderKind::Reset { force: true }).unwrap();
+    assert_eq!((reset.verdict.clone(), ends(&reset)), (Verdict::Normal, (Some(5_000), None)));
+}
+
+#[test]
+fn a_component_that_never_changed_is_shelved_even_before_the_first_sample_and_found_faulty_all_the_same()
+ {
+    let mut bench = Bench::new("lower", Rule::FirstChange);
+    let early = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    assert_eq!((early.run, early.decided, early.verdict), (RunId(0), Step(0), Verdict::Normal));
+    let mut bench = Bench::alone(Rule::FirstChange);
+    let shelved = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    assert_eq!((shelved.run, shelved.decided), (bench.signals.run, bench.now()));
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
+    let found = bench.transitions();
+    assert!(found.iter().all(|transition| ends(transition) == (Some(5_000), None)), "{found:?}");
+}
+
+#[test]
+fn it_survives_a_restart() {
+    let mut bench = latched();
+    give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    give(&mut bench, OrderKind::Suppress(LATER)).unwrap();
+    let mut again = bench.restarted();
+    let lapse = OrderKind::Lapse { now_unix_ns: 5_000 };
+    let lapsed = give(&mut again, lapse).unwrap();
+    assert_eq!((ends(&lapsed), lapsed.verdict), ((None, Some(9_000)), Verdict::Latched));
+}
+
+proptest! {
+    /// A minute is nothing, for clocks are adjusted; a clock that was set back must not keep an alarm away.
+    #[test]
+    fn a_span_is_over_at_its_end_and_long_before_its_beginning(
+        since_unix_ns in 0..u64::MAX / 2,
+        length in 0..u64::MAX / 4,
+        now in any::<u64>(),
+    ) {
+        let span = Span { since_unix_ns, until_unix_ns: since_unix_ns + length };
+        let minute = 60_000_000_000;
+        let goes_on = now < since_unix_ns + length && now >= since_unix_ns.saturating_sub(minute);
+        prop_assert_eq!(span.is_over(now), !goes_on);
+        prop_assert!(span.is_over(span.until_unix_ns));
+        prop_assert!(length == 0 || !span.is_over(since_unix_ns));
+    }
+}
