@@ -49,7 +49,11 @@ fn faults(status: &ModuleStatus) -> String {
         (1, _) => vec!["1 fault".to_owned()],
         (several, _) => vec![format!("{several} faults")],
     };
-    for (count, what) in [(status.unconfirmed, "unconfirmed"), (status.unknown, "unknown")] {
+    for (count, what) in [
+        (status.unconfirmed, "unconfirmed"),
+        (status.unknown, "unknown"),
+        (status.shelved, "set aside"),
+    ] {
         if count > 0 {
             words.push(format!("{count} {what}"));
         }
@@ -132,6 +136,13 @@ mod tests {
             of_module(&status),
             "in service, step 4711, 2 faults and 1 unconfirmed, lag 0.8 ms"
         );
+    }
+
+    #[test]
+    fn alarms_that_are_set_aside_are_counted_beside_the_faults() {
+        let mut status = module(ModulePhase::InService);
+        (status.latched, status.shelved) = (1, 2);
+        assert_eq!(of_module(&status), "in service, 1 fault and 2 set aside");
     }
 
     #[test]

@@ -308,6 +308,11 @@ impl Diagnoser {
         self.judging.ledger().latest(component)
     }
 
+    /// The latest transition of each component that ever had one.
+    pub fn last_transitions(&self) -> impl Iterator<Item = &Transition> {
+        self.judging.ledger().transitions()
+    }
+
     /// The number that the next transition will have.
     #[must_use]
     pub fn next_sequence(&self) -> u64 {

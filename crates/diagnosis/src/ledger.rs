@@ -99,6 +99,10 @@ impl Ledger {
         self.entries.iter().find(|e| e.component == *component).and_then(|e| e.latest.as_ref())
     }
 
+    pub(crate) fn transitions(&self) -> impl Iterator<Item = &Transition> {
+        self.entries.iter().filter_map(|entry| entry.latest.as_ref())
+    }
+
     /// The number of the latest transition that was about the verdict on a component; 0 if there was none.
     pub(crate) fn judged(&self, channel: usize) -> u64 {
         self.entries[channel].judged

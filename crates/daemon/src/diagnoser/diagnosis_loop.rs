@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use diagnosis::state::WindowLength;
 use diagnosis::{Action, Diagnoser, Event, Question};
-use names::Step;
+use names::{Component, Step};
 use shell::clock;
 use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
@@ -29,8 +29,10 @@ use super::intake::{Arrival, Fetched, Flow, IntakeTally, Receiver, Sequencer, St
 use super::namesakes::Namesakes;
 use super::outgoing::{Outgoing, Routine};
 use super::peers::{Backoff, PeerBook};
+use super::pending_replies::{PendingOrder, UNAWAITED};
 use super::performer::Performer;
 use super::service::Service;
+use super::set_aside;
 use super::staleness::Staleness;
 use super::state::{JournalBoard, Watch};
 use super::status::{self, Surroundings};
@@ -278,27 +280,47 @@ impl DiagnosisLoop {
 
     fn order(&mut self, inquiry: OrderInquiry) {
         let OrderInquiry { kind, order, query } = inquiry;
-        let Some(mention) = order.component.clone() else {
-            self.performer.refuse_order(query, "orders about modules are not known yet".to_owned());
-            return;
+        let components = match self.concerned(kind, &order) {
+            Ok(components) => components,
+            Err(reason) => return self.performer.refuse_order(query, reason),
+        };
+        let (now, is_of_module) = (clock::unix_ns(), kind.is_of_module());
+        let awaited = self.performer.pending.put_order(PendingOrder { query, is_of_module });
+        let mut left = components.len();
+        for component in components {
+            left -= 1;
+            // The reply comes after the last.
+            let token = if left == 0 { awaited } else { UNAWAITED };
+            let order = from_wire_order(kind, component, order.clone(), now);
+            self.handle(Event::Ordered { token, order });
+        }
+        self.performer.status_is_due = true;
+        self.tell_phase();
+    }
+
+    /// The components that an order is about; or why it is refused.
+    fn concerned(&self, kind: OrderKind, order: &wire::Order) -> Result<Vec<Component>, String> {
+        let Some(mention) = &order.component else {
+            return set_aside::concerned(kind, &self.diagnoser);
         };
         let own = self.performer.speaker.path(&mention.component);
         if !mention.may_be(&own) {
             let module = &own.module;
-            let reason = format!("`{mention}` is none of this module, `{module}`");
-            self.performer.refuse_order(query, reason);
-            return;
+            return Err(format!("`{mention}` is none of this module, `{module}`"));
         }
         if kind == OrderKind::Reset && !order.force && self.staleness.is_stale() {
             let why = self.staleness.reason(ModulePhase::Stale);
-            let reason = format!("{why}: nothing is known of `{mention}` now");
-            self.performer.refuse_order(query, reason);
-            return;
+            return Err(format!("{why}: nothing is known of `{mention}` now"));
         }
-        let token = self.performer.pending.put_order(query);
-        let order = from_wire_order(kind, mention.component, order, clock::unix_ns());
-        self.handle(Event::Ordered { token, order });
-        self.tell_phase();
+        Ok(vec![mention.component.clone()])
+    }
+
+    /// What set alarms aside ends by itself, whether samples come or not.
+    fn end_what_is_over(&mut self) {
+        for order in set_aside::lapses(&self.diagnoser, clock::unix_ns()) {
+            self.handle(Event::Ordered { token: UNAWAITED, order });
+            self.performer.status_is_due = true;
+        }
     }
 
     fn take_answer(&mut self, event: Event) {
@@ -349,6 +371,7 @@ impl DiagnosisLoop {
             self.end_freeze_frames();
         }
         self.tell_phase();
+        self.end_what_is_over();
         self.ask_again(now);
         self.give_up_questions(now);
         self.repeat_progress(now);

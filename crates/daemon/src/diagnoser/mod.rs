@@ -33,6 +33,7 @@ mod peers;
 mod pending_replies;
 mod performer;
 mod service;
+mod set_aside;
 mod staleness;
 mod state;
 mod status;

@@ -13,11 +13,22 @@ struct Held {
     until: Instant,
 }
 
+/// What a command that nobody waits for is passed in with; nothing pending has this token.
+pub(crate) const UNAWAITED: OrderToken = OrderToken(0);
+
+/// A command that waits for its outcome.
+#[derive(Debug)]
+pub(crate) struct PendingOrder {
+    pub(crate) query: Query,
+    /// Whether it is about the module with all its components.
+    pub(crate) is_of_module: bool,
+}
+
 /// The pending queries and commands.
 #[derive(Debug)]
 pub(crate) struct PendingReplies {
     questions: HashMap<QuestionToken, Held>,
-    orders: HashMap<OrderToken, Query>,
+    orders: HashMap<OrderToken, PendingOrder>,
     hold: Duration,
     next: u64,
 }
@@ -52,15 +63,15 @@ impl PendingReplies {
     }
 
     /// Adds a command.
-    pub(crate) fn put_order(&mut self, query: Query) -> OrderToken {
+    pub(crate) fn put_order(&mut self, order: PendingOrder) -> OrderToken {
         self.next += 1;
         let token = OrderToken(self.next);
-        self.orders.insert(token, query);
+        self.orders.insert(token, order);
         token
     }
 
     /// Removes a command.
-    pub(crate) fn take_order(&mut self, token: OrderToken) -> Option<Query> {
+    pub(crate) fn take_order(&mut self, token: OrderToken) -> Option<PendingOrder> {
         self.orders.remove(&token)
     }
 }

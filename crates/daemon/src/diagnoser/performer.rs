@@ -16,8 +16,8 @@ use super::inquiry;
 use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};
 use super::peers::{PeerQueries, QueryPause};
-use super::pending_replies::PendingReplies;
-use translation::{Speaker, to_change};
+use super::pending_replies::{PendingOrder, PendingReplies};
+use translation::{Speaker, to_change, to_state};
 
 /// Everything that actions reach.
 #[derive(Debug)]
@@ -102,8 +102,8 @@ impl Performer {
             }
             Action::Obeyed { token, sequence } => self.obeyed(token, sequence, diagnoser),
             Action::OrderRefused { token, refusal } => {
-                if let Some(query) = self.pending.take_order(token) {
-                    self.refuse_order(query, refusal.to_string());
+                if let Some(pending) = self.pending.take_order(token) {
+                    self.refuse_order(pending.query, refusal.to_string());
                 }
             }
             Action::Phase(_) => self.status_is_due = true,
@@ -175,16 +175,15 @@ impl Performer {
 
     /// The reply goes the way of the transition, which learns whether the journal has it.
     fn obeyed(&mut self, token: diagnosis::OrderToken, sequence: u64, diagnoser: &Diagnoser) {
-        self.inquiries.order_obeyed();
-        let Some(query) = self.pending.take_order(token) else { return };
-        let mut components = diagnoser.components().iter();
-        let of = |component: &&names::Component| {
-            diagnoser.last_transition(component).is_some_and(|t| t.sequence == sequence)
+        let Some(PendingOrder { query, is_of_module }) = self.pending.take_order(token) else {
+            return;
         };
-        let Some(component) = components.find(of) else { return };
-        let Some(transition) = diagnoser.last_transition(component) else { return };
-        let state = self.speaker.transition(transition.clone(), 0).state;
-        let obeyed = Obeyed { component: Some(component.clone()), state, sequence, durable: false };
+        self.inquiries.order_obeyed();
+        let mut latest = diagnoser.last_transitions();
+        let Some(transition) = latest.find(|latest| latest.sequence == sequence) else { return };
+        let state = to_state(&transition.verdict);
+        let component = (!is_of_module).then(|| transition.component.clone());
+        let obeyed = Obeyed { component, state, sequence, durable: false };
         self.outbox.event(Outgoing::Obeyed { query, obeyed });
     }
 

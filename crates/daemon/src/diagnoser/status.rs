@@ -1,7 +1,7 @@
 //! How the diagnoser is.
 
 use diagnosis::state::Condition;
-use diagnosis::{Diagnoser, Evidence, Verdict};
+use diagnosis::{Diagnoser, Evidence, Transition, Verdict};
 use names::Component;
 use shell::clock;
 use wire::{
@@ -9,8 +9,9 @@ use wire::{
     ModuleStatus, PeerStatus, PublisherCounters,
 };
 
-use crate::metrics::ComponentReport;
-use translation::{Speaker, to_condition, to_counters, to_phase, to_state};
+use super::set_aside;
+use crate::metrics::{AsideReport, ComponentReport};
+use translation::{Speaker, to_condition, to_counters, to_phase, to_state, to_wire_shelving};
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]
@@ -57,8 +58,8 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
         unconfirmed: count(|verdict| matches!(verdict, Verdict::Unconfirmed { .. })),
         unknown,
         verified: diagnoser.conditions().filter(agrees).count() as u64,
-        shelved: 0,
-        suppressed: None,
+        shelved: set_aside::count(diagnoser),
+        suppressed: set_aside::suppression(diagnoser).map(to_wire_shelving),
         waiting_questions: diagnoser.waiting_questions() as u64,
         next_sequence: diagnoser.next_sequence(),
         journal: around.journal,
@@ -86,7 +87,15 @@ pub(crate) fn of_components(diagnoser: &Diagnoser, phase: ModulePhase) -> Vec<Co
             FaultState::Normal if is_hidden => FaultState::Unknown,
             state => state,
         };
-        ComponentReport { component: component.clone(), state, ratio }
+        let aside = diagnoser.last_transition(component).map(aside).unwrap_or_default();
+        ComponentReport { component: component.clone(), state, ratio, aside }
     };
     each.map(report).collect()
+}
+
+fn aside(latest: &Transition) -> Vec<AsideReport> {
+    let spans = set_aside::spans(latest);
+    spans
+        .map(|(how, shelving)| AsideReport { how, until_unix_ns: shelving.span.until_unix_ns })
+        .collect()
 }

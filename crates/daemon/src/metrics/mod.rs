@@ -18,7 +18,9 @@ use std::fmt;
 use shell::health::{ProcessReport, render};
 use wire::PlantStatus;
 
-pub(crate) use module::{ComponentReport, IdentificationReport, KindReport, ModuleReport};
+pub(crate) use module::{
+    AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport,
+};
 use translation::Speaker;
 
 /// What a diagnoser counts; as long as it has not reported, what every process counts.
@@ -168,6 +170,33 @@ mod tests {
     }
 
     #[test]
+    fn what_is_set_aside_is_named_with_how_and_until_when() {
+        let text = module_text();
+        let own = r#"structure="tower",module="module1""#;
+        let of = |component: &str, how: &str| {
+            let labels = format!("{{{own},component=\"{component}\",how=\"{how}\"}}");
+            value(&text, &format!("trusswatch_component_set_aside{labels}"))
+        };
+        assert_eq!((of("sensor/g1", "shelved"), of("sensor/g1", "suppressed")), (1.0, 0.0));
+        assert_eq!((of("sensor/g2", "shelved"), of("sensor/g2", "suppressed")), (0.0, 0.0));
+        let end = "trusswatch_component_set_aside_end_timestamp_seconds";
+        let labels = format!("{{{own},component=\"sensor/g1\",how=\"shelved\"}}");
+        assert_eq!(value(&text, &format!("{end}{labels}")), 1_800_000_000.5);
+        assert_eq!(samples(&text).iter().filter(|(name, _)| name.starts_with(end)).count(), 1);
+        assert_eq!(value(&text, &format!("trusswatch_module_suppressed{{{own}}}")), 0.0);
+        let mut report = module_report(ModulePhase::Stale);
+        report.status.suppressed = Some(wire::Shelving {
+            since_unix_ns: 1,
+            until_unix_ns: 2,
+            by: "ada".to_owned(),
+            on_behalf_of: None,
+            reason: "painting".to_owned(),
+        });
+        let text = of_module(&speaker(), Some(&report), &process()).unwrap();
+        assert_eq!(value(&text, &format!("trusswatch_module_suppressed{{{own}}}")), 1.0);
+    }
+
+    #[test]
     fn what_faults_are_is_told_with_its_probability_and_how_it_was_found() {
         let text = module_text();
         let own = r#"structure="tower",module="module1""#;
@@ -213,6 +242,7 @@ mod tests {
             "peer",
             "version",
             "fingerprint",
+            "how",
         ];
         for text in [module_text(), plant_text()] {
             for (sample, _) in samples(&text) {

@@ -24,6 +24,9 @@ const STATES: [FaultState; 7] = [
     FaultState::Acknowledged,
 ];
 
+/// The ways in which an alarm is set aside.
+const HOW: [&str; 2] = ["shelved", "suppressed"];
+
 /// A diagnoser as it was when it last published its status.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModuleReport {
@@ -44,6 +47,17 @@ pub(crate) struct ComponentReport {
     pub(crate) state: FaultState,
     /// Divergence by threshold; `None` while undefined.
     pub(crate) ratio: Option<f64>,
+    /// Which ways its alarm is set aside.
+    pub(crate) aside: Vec<AsideReport>,
+}
+
+/// That an alarm is set aside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct AsideReport {
+    /// `shelved` or `suppressed`.
+    pub(crate) how: &'static str,
+    /// When that is over \[ns since 1970\].
+    pub(crate) until_unix_ns: u64,
 }
 
 /// What was identified since the process began.
@@ -73,6 +87,7 @@ pub(super) fn write(report: &ModuleReport, sheet: &mut Sheet<'_>) -> fmt::Result
     let ModuleReport { status, components, identifications, reason: _ } = report;
     write_present(status, sheet)?;
     write_components(components, sheet)?;
+    write_set_aside(status, components, sheet)?;
     let help = "Components that agree with their reference as of the latest window.";
     sheet.gauge("trusswatch_components_verified", help, status.verified)?;
     write_identifications(identifications, sheet)?;
@@ -131,6 +146,36 @@ fn write_components(components: &[ComponentReport], sheet: &mut Sheet<'_>) -> fm
     });
     let help = "Divergence by threshold; from 1 on it is a change.";
     sheet.gauges("trusswatch_divergence_ratio", help, "component", ratios)
+}
+
+fn write_set_aside(
+    status: &ModuleStatus,
+    components: &[ComponentReport],
+    sheet: &mut Sheet<'_>,
+) -> fmt::Result {
+    let help = "Components whose alarm is set aside, shelved or suppressed.";
+    sheet.gauge("trusswatch_components_set_aside", help, status.shelved)?;
+    let help = "1 while the alarms of all components are suppressed, for the module is maintained.";
+    let is_suppressed = u64::from(status.suppressed.is_some());
+    sheet.gauge("trusswatch_module_suppressed", help, is_suppressed)?;
+    let name = "trusswatch_component_set_aside";
+    let each = components.iter().flat_map(|component| {
+        HOW.map(|how| {
+            let is_aside = component.aside.iter().any(|aside| aside.how == how);
+            ([component.component.to_string(), how.to_owned()], u64::from(is_aside))
+        })
+    });
+    let help = "1 for a component whose alarm is set aside this way.";
+    sheet.gauges_of_two(name, help, ["component", "how"], each)?;
+    let ends = components.iter().flat_map(|component| {
+        component.aside.iter().map(|aside| {
+            let labels = [component.component.to_string(), aside.how.to_owned()];
+            (labels, seconds_of_ns(aside.until_unix_ns))
+        })
+    });
+    let help = "When the alarm counts again that is set aside this way.";
+    let name = "trusswatch_component_set_aside_end_timestamp";
+    sheet.seconds_of_two(name, help, ["component", "how"], ends)
 }
 
 fn write_identifications(report: &IdentificationReport, sheet: &mut Sheet<'_>) -> fmt::Result {

@@ -12,7 +12,7 @@ use wire::{
     PublisherCounters,
 };
 
-use super::{ComponentReport, IdentificationReport, KindReport, ModuleReport};
+use super::{AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport};
 use translation::Speaker;
 
 /// Who reports.
@@ -79,13 +79,18 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         component: name.parse().unwrap(),
         state,
         ratio,
+        aside: Vec::new(),
+    };
+    let shelved = ComponentReport {
+        aside: vec![AsideReport { how: "shelved", until_unix_ns: 1_800_000_000_500_000_000 }],
+        ..component("sensor/g1", FaultState::Acknowledged, Some(0.25))
     };
     ModuleReport {
         status: numbered(&status),
         reason: "as it is".into(),
         components: vec![
             component("actuator/a1", FaultState::Latched, Some(422.5)),
-            component("sensor/g1", FaultState::Acknowledged, Some(0.25)),
+            shelved,
             component("sensor/g2", FaultState::Normal, None),
         ],
         identifications: identifications(),

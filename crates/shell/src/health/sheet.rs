@@ -120,6 +120,23 @@ impl Sheet<'_> {
         Ok(())
     }
 
+    /// A time \[s\] for each pair of values of two labels.
+    pub fn seconds_of_two(
+        &mut self,
+        name: &str,
+        help: &str,
+        labels: [&str; 2],
+        values: impl IntoIterator<Item = ([String; 2], f64)>,
+    ) -> fmt::Result {
+        let unit = Some(&Unit::Seconds);
+        let mut family = self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?;
+        for ([first, second], time_s) in values {
+            let labels = [(labels[0], first), (labels[1], second)];
+            family.encode_family(&labels)?.encode_gauge(&time_s)?;
+        }
+        Ok(())
+    }
+
     /// A counter for each value of a label.
     pub fn counters<'l>(
         &mut self,

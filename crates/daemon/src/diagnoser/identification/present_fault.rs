@@ -27,9 +27,9 @@ impl PresentFault {
             return;
         }
         self.sequence = transition.sequence;
-        // What is acknowledged was declared before, perhaps in a part of the journal that is gone.
+        // What is acknowledged, or shelved, was declared before, perhaps in a part of the journal that is gone.
         let declared = match transition.state {
-            FaultState::Latched => transition.sequence,
+            FaultState::Latched if !is_of_earlier_fault(transition) => transition.sequence,
             _ => 0,
         };
         let carried = transition.identification.as_ref();
@@ -76,6 +76,11 @@ impl PresentFault {
         self.declared.is_some_and(|declared| found.sequence >= declared.max(known))
             && found.sequence <= self.sequence
     }
+}
+
+/// Whether this transition is about its alarm, and the fault was there before.
+fn is_of_earlier_fault(transition: &FaultTransition) -> bool {
+    transition.state == FaultState::Latched && transition.order.is_some()
 }
 
 #[cfg(test)]
@@ -157,6 +162,29 @@ mod tests {
         let mut fault = after(&[(9, FaultState::Latched)]);
         fault.recall(identification(4, 100));
         assert_eq!(fault.published(), None, "of a fault before this one");
+    }
+
+    #[test]
+    fn a_fault_of_which_only_the_shelving_is_left_is_recalled() {
+        let order = wire::GivenOrder {
+            order: wire::GivenOrderKind::Shelve,
+            by: "ada".to_owned(),
+            on_behalf_of: None,
+            note: None,
+            force: false,
+            re_tare: false,
+            since_unix_ns: Some(1),
+            until_unix_ns: Some(2),
+        };
+        let shelved = FaultTransition { order: Some(order), ..transition(9, FaultState::Latched) };
+        let mut fault = PresentFault::default();
+        fault.enter(&shelved);
+        fault.recall(identification(4, 100));
+        assert_eq!(fault.published().unwrap().sequence, 4);
+        let mut fault = after(&[(4, FaultState::Latched)]);
+        fault.find(identification(4, 100));
+        fault.enter(&shelved);
+        assert_eq!(fault.latest().unwrap().sequence, 4, "it goes on");
     }
 
     #[test]

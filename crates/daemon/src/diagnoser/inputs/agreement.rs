@@ -5,7 +5,7 @@ use std::path::Path;
 use diagnosis::divergence::Interval;
 use diagnosis::{
     Action, Answer, Diagnoser, Event, GivenOrder, ModuleSetup, Order, OrderKind, OrderToken,
-    PeerFailure, Question, Sample, Verdict,
+    PeerFailure, Question, Sample, Span, Verdict,
 };
 use names::{RunId, Step};
 use translation::{Speaker, from_taken, to_memory};
@@ -237,12 +237,17 @@ fn from_samples_and_inputs_a_second_diagnoser_does_the_same() {
     live.signals.bias_m = BIAS_M;
     live.run(1, 700..900);
     live.order(OrderKind::Acknowledge);
+    let span = Span { since_unix_ns: 5, until_unix_ns: 9 };
+    live.order(OrderKind::Shelve(span));
+    live.order(OrderKind::Suppress(span));
+    live.order(OrderKind::Unsuppress);
     let questions = live.give(Event::Returned { peer: "upper".parse().unwrap() });
     live.reply(questions);
     // A single jump of more than ten seconds is not believed; of two in a row, the second is.
     live.run(1, 50_000..50_001);
     live.run(1, 900..950);
     live.run(1, 20_000..20_600);
+    live.order(OrderKind::Lapse { now_unix_ns: 9 });
     live.order(OrderKind::Reset { force: true });
     live.run(1, 20_600..21_000);
     // Another run, and then the same once more from its beginning.
