@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use names::{ComponentPath, ModuleName, StructureName};
 use wire::keys::Watched;
-use wire::{FaultState, FaultTransition, Key, ModulePhase, Topic, Unknown};
+use wire::{FaultState, FaultTransition, Key, ModulePhase, Shelving, Topic, Unknown};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
 use zenoh::session::ZenohId;
@@ -59,6 +59,28 @@ impl ModulePicture {
             component.state == FaultState::Normal && component.is_verified()
         };
         self.components.iter().filter(verified).count()
+    }
+
+    /// How many of its components have their alarm set aside.
+    #[must_use]
+    pub fn set_aside(&self) -> usize {
+        self.components.iter().filter(|component| component.aside().is_some()).count()
+    }
+
+    /// How many of its components are in this state, and their alarm counts.
+    #[must_use]
+    pub fn alarms(&self, state: FaultState) -> usize {
+        let counts =
+            |component: &&FaultTransition| component.state == state && component.aside().is_none();
+        self.components.iter().filter(counts).count()
+    }
+
+    /// If the alarms of all its components are suppressed, since it is maintained: the suppression that ends first.
+    #[must_use]
+    pub fn suppression(&self) -> Option<&Shelving> {
+        let suppressed = self.components.iter().map(|component| component.suppressed.as_ref());
+        let suppressed: Option<Vec<&Shelving>> = suppressed.collect();
+        suppressed?.into_iter().min_by_key(|shelving| shelving.until_unix_ns)
     }
 
     /// Since when and why it does not monitor its components, by what it reports of itself.

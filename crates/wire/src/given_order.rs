@@ -30,6 +30,21 @@ pub enum GivenOrderKind {
     Other,
 }
 
+impl GivenOrderKind {
+    /// Whether it is about the alarm being set aside, and leaves the state as it is.
+    #[must_use]
+    pub fn is_about_shelving(self) -> bool {
+        match self {
+            GivenOrderKind::Acknowledge | GivenOrderKind::Reset | GivenOrderKind::Other => false,
+            GivenOrderKind::Shelve
+            | GivenOrderKind::Unshelve
+            | GivenOrderKind::Suppress
+            | GivenOrderKind::Unsuppress
+            | GivenOrderKind::Lapse => true,
+        }
+    }
+}
+
 impl From<OrderKind> for GivenOrderKind {
     fn from(kind: OrderKind) -> Self {
         match kind {

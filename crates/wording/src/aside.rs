@@ -2,7 +2,7 @@
 
 use wire::{Aside, FaultTransition, Shelving};
 
-use super::{printable, utc};
+use super::{printable, state_in_words, utc};
 
 /// Until when, by whom and why the component's alarm is set aside; none if it counts.
 #[must_use]
@@ -11,6 +11,24 @@ pub fn aside(transition: &FaultTransition) -> Option<String> {
         Aside::Shelved(shelving) => format!("shelved {}", until(shelving)),
         Aside::Suppressed(shelving) => format!("suppressed {}", until(shelving)),
     })
+}
+
+/// Each way in which the component's alarm is set aside, with until when, by whom and why.
+pub(crate) fn asides(transition: &FaultTransition) -> impl Iterator<Item = String> {
+    let both = [("shelved", &transition.shelved), ("suppressed", &transition.suppressed)];
+    both.into_iter()
+        .filter_map(|(how, shelving)| Some(format!("{how} {}", until(shelving.as_ref()?))))
+}
+
+/// The state, and how its alarm is set aside: two words that stand where there is little room.
+#[must_use]
+pub fn state_and_aside(transition: &FaultTransition) -> String {
+    let state = state_in_words(transition);
+    match transition.aside() {
+        None => state,
+        Some(Aside::Shelved(_)) => format!("{state}, shelved"),
+        Some(Aside::Suppressed(_)) => format!("{state}, suppressed"),
+    }
 }
 
 /// Until when, by whom and why.

@@ -101,7 +101,27 @@ pub fn decimals(difference: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::identification;
+    use names::{RunId, Step};
+
+    /// Without sizes.
+    fn identification(decided: bool, kinds: &[&str]) -> Identification {
+        let candidate = |kind: &&str| {
+            let probability = if decided { 0.987 } else { 0.5 };
+            Candidate { kind: (*kind).to_owned(), probability, size: None }
+        };
+        Identification {
+            structure: "tower".parse().unwrap(),
+            module: "m1".parse().unwrap(),
+            component: "m1/sensor/g2".parse().unwrap(),
+            run: RunId(1),
+            sequence: 1,
+            as_of_step: Step(142),
+            decided,
+            candidates: kinds.iter().map(candidate).collect(),
+            signature: None,
+            time_unix_ns: 1_100_000_000,
+        }
+    }
 
     fn sized(kind: &str, unit: &str, [low, value, high]: [f64; 3]) -> Candidate {
         let size = Some(FaultSize { value, low, high, unit: unit.to_owned() });

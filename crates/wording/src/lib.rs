@@ -13,14 +13,16 @@ mod tone;
 
 pub use names::printable;
 
-pub use aside::{aside, by_whom, until};
+pub use aside::{aside, by_whom, state_and_aside, until};
+
+use aside::asides;
 pub use doubt::why_unconfirmed;
 pub use identification::{
     brief, candidate, decimals, fault_size, identified, in_small_units, kind, percent,
 };
 pub use phase::phase_in_words;
 pub use quantity::{force, ratio, residual, span};
-pub use reason::reason;
+pub use reason::{ordered, reason};
 pub use state::{later_state, state_in_words};
 pub use time::utc;
 pub use tone::{Tone, phase_tone, state_tone};

@@ -2,7 +2,7 @@
 
 use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
 
-use super::{by_whom, later_state, printable, residual, utc, why_unconfirmed};
+use super::{asides, by_whom, later_state, printable, residual, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
 pub fn reason(transition: &FaultTransition) -> String {
@@ -35,11 +35,24 @@ pub fn reason(transition: &FaultTransition) -> String {
         let since = utc(unknown.since_unix_ns);
         reasons.push(format!("not monitored since {since}: {}", printable(&unknown.reason)));
     }
-    reasons.extend(transition.order.as_ref().map(ordered));
+    reasons.extend(asides(transition));
+    reasons.extend(transition.order.as_ref().and_then(|order| beside(transition, order)));
     if !transition.durable {
         reasons.push("NOT IN THE JOURNAL".to_owned());
     }
     reasons.join("; ")
+}
+
+/// The order, unless what it began is said already.
+fn beside(transition: &FaultTransition, given: &GivenOrder) -> Option<String> {
+    match given.order {
+        GivenOrderKind::Shelve if transition.shelved.is_some() => None,
+        GivenOrderKind::Suppress if transition.suppressed.is_some() => None,
+        GivenOrderKind::Lapse if transition.aside().is_some() => {
+            Some("one of two ways in which it was set aside is over".to_owned())
+        }
+        _ => Some(ordered(given)),
+    }
 }
 
 fn symptom(transition: &FaultTransition) -> Option<String> {
@@ -65,7 +78,9 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
     }
 }
 
-fn ordered(given: &GivenOrder) -> String {
+/// What was ordered, by whom and why.
+#[must_use]
+pub fn ordered(given: &GivenOrder) -> String {
     let end = given.until_unix_ns.map_or_else(String::new, |end| format!(" until {}", utc(end)));
     let what = match (given.order, given.force) {
         (GivenOrderKind::Lapse, _) => {
@@ -86,4 +101,71 @@ fn ordered(given: &GivenOrder) -> String {
     let note =
         given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));
     format!("{what} by {}{note}", by_whom(&given.by, given.on_behalf_of.as_deref()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::Shelving;
+
+    fn shelving(until_unix_ns: u64) -> Shelving {
+        Shelving {
+            since_unix_ns: 1,
+            until_unix_ns,
+            by: "web".to_owned(),
+            on_behalf_of: Some("ada".to_owned()),
+            reason: "painting\u{1b}[2J".to_owned(),
+        }
+    }
+
+    fn given(order: GivenOrderKind) -> GivenOrder {
+        GivenOrder {
+            order,
+            by: "web".to_owned(),
+            on_behalf_of: Some("ada".to_owned()),
+            note: Some("painting".to_owned()),
+            force: false,
+            re_tare: false,
+            since_unix_ns: None,
+            until_unix_ns: None,
+        }
+    }
+
+    fn transition(shelved: bool, suppressed: bool, order: GivenOrderKind) -> FaultTransition {
+        let component = "m1/sensor/g1".parse().unwrap();
+        let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 5);
+        FaultTransition {
+            shelved: shelved.then(|| shelving(2_000_000_000)),
+            suppressed: suppressed.then(|| shelving(3_000_000_000)),
+            order: Some(given(order)),
+            ..untouched
+        }
+    }
+
+    #[test]
+    fn what_is_set_aside_says_until_when_by_whom_and_why_and_says_it_once() {
+        let shelved =
+            r"shelved until 1970-01-01T00:00:02.000Z by ada (through web): painting\u{1b}[2J";
+        let suppressed =
+            r"suppressed until 1970-01-01T00:00:03.000Z by ada (through web): painting\u{1b}[2J";
+        let of = |transition: FaultTransition| reason(&transition);
+        assert_eq!(of(transition(true, false, GivenOrderKind::Shelve)), shelved);
+        let both = format!("{shelved}; {suppressed}");
+        assert_eq!(of(transition(true, true, GivenOrderKind::Suppress)), both);
+        let acknowledged = format!("{shelved}; acknowledged by ada (through web): painting");
+        assert_eq!(of(transition(true, false, GivenOrderKind::Acknowledge)), acknowledged);
+        let over = format!("{shelved}; one of two ways in which it was set aside is over");
+        assert_eq!(of(transition(true, false, GivenOrderKind::Lapse)), over);
+    }
+
+    #[test]
+    fn what_counts_again_says_why() {
+        let of = |order| reason(&transition(false, false, order));
+        let lapsed = "counts again: the time for which it was set aside is over";
+        assert_eq!(of(GivenOrderKind::Lapse), lapsed);
+        let unshelved = "unshelved by ada (through web): painting";
+        assert_eq!(of(GivenOrderKind::Unshelve), unshelved);
+        let unsuppressed = "no longer suppressed, ordered by ada (through web): painting";
+        assert_eq!(of(GivenOrderKind::Unsuppress), unsuppressed);
+    }
 }

@@ -96,6 +96,7 @@ fn tells_of(transition: &FaultTransition, done: &Done) -> bool {
         note: order.note.clone(),
         force: order.force,
         re_tare: order.re_tare,
+        since_unix_ns: None,
         until_unix_ns: None,
     };
     Some(&transition.component.component) == obeyed.component.as_ref()

@@ -36,6 +36,13 @@ pub(super) enum Entry {
     Unanswered { step: Step, module: ModuleName, questions: u64 },
     /// A module found something about a component.
     Verdict(Verdict),
+    /// An alarm is set aside, or counts again.
+    SetAside {
+        step: Step,
+        component: ComponentPath,
+        /// What was ordered, or is over.
+        what: String,
+    },
     /// A module knows what kind of fault a component has.
     Identified { step: Step, component: ComponentPath, found: Candidate },
     /// Something is not as it should be.
@@ -55,6 +62,7 @@ impl Entry {
             | Entry::Change { step, .. }
             | Entry::Unanswered { step, .. }
             | Entry::Identified { step, .. }
+            | Entry::SetAside { step, .. }
             | Entry::Verdict(Verdict { step, .. }) => Some(*step),
             Entry::InService { since_step, .. } => Some(*since_step),
             Entry::Started { .. }

@@ -106,6 +106,7 @@ impl Printer {
             Entry::Verdict(found) => {
                 paint.in_colour(state_colour(found.state), &finding::of(found))
             }
+            Entry::SetAside { component, what, .. } => format!("aside      {component}, {what}"),
             Entry::Identified { component, found, .. } => {
                 format!("identified {component}, {}", candidate(found))
             }

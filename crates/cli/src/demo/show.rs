@@ -12,6 +12,7 @@ use super::entry::{Departure, Entry, Summary, Verdict};
 use super::ledger::Ledger;
 use super::news::News;
 use super::story::{Act, Pace};
+use wording::ordered;
 
 /// What is known of a module.
 #[derive(Debug, Clone, Copy, Default)]
@@ -192,6 +193,11 @@ impl Show {
     }
 
     fn transition(&mut self, transition: FaultTransition, entries: &mut Vec<Entry>) {
+        if let Some(order) = transition.order.as_ref().filter(|o| o.order.is_about_shelving()) {
+            let (step, component, what) = (self.now, transition.component, ordered(order));
+            entries.push(Entry::SetAside { step, component, what });
+            return;
+        }
         let step = transition.decided_step.unwrap_or(self.now);
         self.time_is(step, entries);
         self.ledger.take(&transition);

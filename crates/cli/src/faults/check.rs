@@ -1,10 +1,11 @@
 //! Whether all is well.
 
-use observer::{ModulePicture, Picture};
-use wire::{FaultState, ModulePhase};
+use observer::{ModulePicture, Picture, Urgency};
+use wire::{FaultTransition, ModulePhase};
 
-/// Every module is one process that answers and is in service, and no component is faulty or possibly so. False
-/// without any module, and where a module that is down might not be on the list.
+/// Every module is one process that answers and is in service, and no component is faulty or possibly so. What is set
+/// aside does not count, nor that a module is not in service while it is suppressed; a silent one does. False without any
+/// module, and where a module that is down might not be on the list.
 pub(super) fn all_is_well(picture: &Picture) -> bool {
     let structures: Vec<&[ModulePicture]> = picture.modules.chunk_by(of_one_structure).collect();
     let only = structures.len() == 1;
@@ -30,20 +31,19 @@ fn is_complete(modules: &[ModulePicture], only: bool) -> bool {
 }
 
 fn is_well(module: &ModulePicture) -> bool {
-    let troubled = |state: FaultState| {
-        state.is_fault() || matches!(state, FaultState::Unconfirmed | FaultState::Unknown)
-    };
+    let is_in_service = module.member.phase() == Some(ModulePhase::InService);
+    let troubled = |component: &FaultTransition| Urgency::of(component).needs_attention();
     module.answers()
         && !module.has_several_processes()
-        && module.member.phase() == Some(ModulePhase::InService)
-        && !module.components.iter().any(|component| troubled(component.state))
+        && (is_in_service || module.suppression().is_some())
+        && !module.components.iter().any(troubled)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{module, picture, silent, state};
-    use wire::PhaseChange;
+    use crate::faults::testing::{module, picture, shelved, silent, state, suppressed};
+    use wire::{FaultState, PhaseChange};
 
     #[test]
     fn faults_doubts_and_silences_are_not_well() {
@@ -75,6 +75,28 @@ mod tests {
             vec![module("m1", ModulePhase::InService, normal()), silent("m2", Some("m1"))];
         assert!(!all_is_well(&picture(one_silent)));
         assert!(!all_is_well(&Picture::default()));
+    }
+
+    #[test]
+    fn what_is_set_aside_does_not_count_and_the_rest_does() {
+        let gage = |state_is| state("m1/sensor/g1", state_is);
+        let other = |state_is| state("m1/sensor/g2", state_is);
+        let of = |phase, components| all_is_well(&picture(vec![module("m1", phase, components)]));
+        let (in_service, stale) = (ModulePhase::InService, ModulePhase::Stale);
+        for trouble in [FaultState::Latched, FaultState::Unconfirmed, FaultState::Unknown] {
+            let beside = |second| vec![shelved(gage(trouble)), other(second)];
+            assert!(of(in_service, beside(FaultState::Normal)), "{trouble}");
+            assert!(!of(in_service, beside(FaultState::Latched)), "another one, {trouble}");
+            assert!(!of(stale, beside(FaultState::Normal)), "the module is not suppressed");
+        }
+        let both = |first, second| vec![first, second];
+        let unknown = || suppressed(gage(FaultState::Unknown));
+        for phase in [stale, ModulePhase::Waiting, ModulePhase::Initialising] {
+            assert!(of(phase, both(unknown(), suppressed(other(FaultState::Latched)))));
+            assert!(!of(phase, both(unknown(), other(FaultState::Normal))), "not all of it");
+        }
+        let silenced = picture(vec![module("m1", in_service, Vec::new())]);
+        assert!(!all_is_well(&silenced), "it does not answer");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use wire::{FaultTransition, Symptom};
 use crate::paint::Colour;
 use crate::paint::state_colour;
 use crate::table::{TextTable, table};
-use wording::{NOTHING, identified, or_nothing, ratio, reason, residual, state_in_words, utc};
+use wording::{NOTHING, identified, or_nothing, ratio, reason, residual, state_and_aside, utc};
 
 const HEADING: [&str; 9] = [
     "component",
@@ -38,7 +38,7 @@ fn row(transition: &FaultTransition) -> [String; 9] {
     let why = reason(transition);
     [
         transition.component.to_string(),
-        state_in_words(transition),
+        state_and_aside(transition),
         or_nothing(transition.identification.as_deref().map(identified)),
         step(transition.onset_step),
         step(transition.decided_step),

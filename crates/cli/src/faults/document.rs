@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use names::{ModuleName, RunId, Step, StructureName};
 use observer::{ModulePicture, Picture};
 use serde::Serialize;
-use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase};
+use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase, Shelving};
 
 use super::check::all_is_well;
 use super::roll_up::{RollUp, by_urgency};
@@ -55,6 +55,10 @@ struct Module<'a> {
     verified: usize,
     unknown: usize,
     not_normal: usize,
+    /// Those of any state whose alarm is set aside.
+    set_aside: usize,
+    /// If the alarms of all of them are suppressed, the suppression that ends first.
+    suppressed: Option<&'a Shelving>,
 }
 
 #[derive(Debug, Serialize)]
@@ -64,10 +68,13 @@ struct ComponentEntry<'a> {
     time: String,
 }
 
-/// Components that are other than normal, or all of them; modules are always all there.
+/// Components that are other than normal or set aside, or all of them; modules are always all there.
 pub(super) fn document(picture: &Picture, all: bool) -> Document<'_> {
     let components = picture.modules.iter().flat_map(|module| &module.components);
-    let shown = components.filter(|component| all || component.state != FaultState::Normal);
+    let is_shown = |component: &&FaultTransition| {
+        all || component.state != FaultState::Normal || component.aside().is_some()
+    };
+    let shown = components.filter(is_shown);
     Document {
         time: utc(unix_ns()),
         all_is_well: all_is_well(picture),
@@ -111,5 +118,7 @@ fn module(picture: &ModulePicture) -> Module<'_> {
         verified: picture.verified(),
         unknown: picture.count(FaultState::Unknown),
         not_normal: picture.components.len() - normal,
+        set_aside: picture.set_aside(),
+        suppressed: picture.suppression(),
     }
 }

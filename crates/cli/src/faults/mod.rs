@@ -23,7 +23,8 @@ use crate::versioned;
 
 /// Show which components are faulty at present, and how the modules are
 ///
-/// Asks every diagnoser for the state of its components and shows those that are other than normal.
+/// Asks every diagnoser for the state of its components and shows those that are other than normal, or whose alarm is
+/// shelved or suppressed: by whom, why and until when.
 /// Components of a module that does not monitor them, because no samples come or for another reason, are
 /// unknown. Modules that are expected, or that another module names as its peer, and do not answer are shown as
 /// not answering: nothing is known of their components. Of several structures, each has a line in a table, the most
@@ -37,7 +38,9 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
     /// End with exit code 1 unless all is well: every module is one process that answers and is in service, and
-    /// no component is latched, acknowledged, unconfirmed or unknown. Behind a gateway, which passes no statuses on, every
+    /// no component is latched, acknowledged, unconfirmed or unknown. Components whose alarm is shelved or suppressed do not
+    /// count, nor does it that a module is not in service while all its components are suppressed; one that does not answer
+    /// counts. Behind a gateway, which passes no statuses on, every
     /// module has to be named by `--expect`, with its `--structure`: no peer names one that is down
     #[arg(long)]
     exit_code: bool,

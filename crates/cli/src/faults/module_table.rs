@@ -7,7 +7,7 @@ use wire::{JournalStatus, ModuleStatus};
 use crate::paint::Colour;
 use crate::paint::phase_colour;
 use crate::table::{TextTable, table};
-use wording::{NOTHING, or_nothing, phase_in_words, printable, span};
+use wording::{NOTHING, or_nothing, phase_in_words, printable, span, until};
 
 /// The table, and the colour of each row.
 pub(super) fn modules(modules: &[ModulePicture]) -> (TextTable, Vec<Option<Colour>>) {
@@ -78,6 +78,9 @@ fn remarks(module: &ModulePicture) -> String {
         if !member.present {
             remarks.push("no liveliness token".to_owned());
         }
+        let suppression =
+            module.suppression().map(|shelving| format!("suppressed {}", until(shelving)));
+        remarks.extend(suppression);
         let difference = member.status.as_ref().and_then(ModuleStatus::clock_difference);
         remarks.extend(difference.map(|difference| difference.to_string()));
     } else {

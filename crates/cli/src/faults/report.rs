@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use names::StructureName;
-use observer::{ModulePicture, Picture};
+use observer::{ModulePicture, Picture, Urgency};
 use wire::{FaultState, FaultTransition};
 
 use super::component_table::components;
@@ -40,9 +40,13 @@ pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Pa
 
 fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint) -> String {
     let every = modules.iter().flat_map(|module| &module.components);
-    let listed = |state| !matches!(state, FaultState::Normal | FaultState::Unknown);
-    let shown: Vec<&FaultTransition> =
-        every.filter(|component| all || listed(component.state)).collect();
+    let listed = |component: &FaultTransition| {
+        !matches!(component.state, FaultState::Normal | FaultState::Unknown)
+            || component.aside().is_some()
+    };
+    let mut shown: Vec<&FaultTransition> =
+        every.filter(|component| all || listed(component)).collect();
+    shown.sort_by_key(|component| Urgency::of(component));
     let mut lines = Vec::new();
     if !shown.is_empty() {
         let (table, colours) = components(&shown);
@@ -66,7 +70,8 @@ fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint
     lines.join("\n")
 }
 
-/// How many components are in each state, the normal ones first, then the most urgent.
+/// How many components are in each state, the normal ones first, then the most urgent; at last those of any state that
+/// are set aside.
 fn counts(modules: &[ModulePicture]) -> String {
     let count = |state| modules.iter().map(|module| module.count(state)).sum::<usize>();
     let total: usize = modules.iter().map(|module| module.components.len()).sum();
@@ -88,7 +93,9 @@ fn counts(modules: &[ModulePicture]) -> String {
         ),
     };
     let others = others.map(|(state, n)| format!("{n} {state}"));
-    std::iter::once(first).chain(others).collect::<Vec<_>>().join(", ")
+    let aside = modules.iter().map(ModulePicture::set_aside).sum::<usize>();
+    let aside = (aside > 0).then(|| format!("{aside} set aside"));
+    std::iter::once(first).chain(others).chain(aside).collect::<Vec<_>>().join(", ")
 }
 
 /// What is not known of a module that answers, since when and why.
@@ -109,7 +116,8 @@ fn unknown(module: &ModulePicture) -> Option<String> {
 mod tests {
     use super::*;
     use crate::faults::testing::{
-        agreeing, at, identification, latched, module, picture, silent, state, unknown_state,
+        agreeing, at, identification, latched, module, picture, shelved, silent, state, suppressed,
+        unknown_state,
     };
     use wire::ModulePhase;
 
@@ -156,16 +164,46 @@ nothing is known of the components of m3";
         let report = |all| report(&picture, all, None, Paint::for_terminal(false));
         let text = report(false);
         let table = "\
-  structure   modules in service   not answering   latched   acknowledged   unconfirmed   unknown   normal and verified
-─────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
-  west                    1 of 2               1         1              0             0         0                0 of 1
-  east                    1 of 1               0         0              0             0         0                1 of 1
+  structure   modules in service   not answering   latched   acknowledged   unconfirmed   unknown   set aside   normal and verified
+─────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+  west                    1 of 2               1         1              0             0         0           0                0 of 1
+  east                    1 of 1               0         0              0             0         0           0                1 of 1
 
 west
   module   phase";
         assert!(text.trim_start().starts_with(table), "\n{text}");
         assert!(!text.contains("\neast\n"), "{text}");
         assert!(report(true).contains("\neast\n"));
+    }
+
+    #[test]
+    fn what_is_set_aside_is_listed_with_by_whom_why_and_until_when_after_what_needs_attention() {
+        let quiet = shelved(state("m1/sensor/g1", FaultState::Normal));
+        let fault = FaultTransition { durable: true, ..latched("m1/sensor/g2") };
+        let known = shelved(FaultTransition { durable: true, ..latched("m1/actuator/a1") });
+        let first = module("m1", ModulePhase::InService, vec![known, quiet, fault]);
+        let stopped = suppressed(state("m2/sensor/g1", FaultState::Unknown));
+        let second = module("m2", ModulePhase::Stale, vec![stopped]);
+        let text = report(&picture(vec![first, second]), false, None, Paint::for_terminal(false));
+        let rows: Vec<&str> = text
+            .lines()
+            .filter(|line| line.contains("sensor/g") || line.contains("actuator/a"))
+            .collect();
+        let starts = ["m1/sensor/g2", "m1/actuator/a1", "m2/sensor/g1", "m1/sensor/g1"];
+        for (row, start) in rows.iter().zip(starts) {
+            assert!(row.trim_start().starts_with(start), "{text}");
+        }
+        let shelved = "shelved until 1970-01-01T02:00:00.000Z by ada: the gage is being rewired";
+        assert!(
+            rows[1].contains("latched, shelved") && rows[1].trim_end().ends_with(shelved),
+            "{text}"
+        );
+        assert!(rows[3].contains("normal, not verified, shelved"), "{text}");
+        let suppressed = "suppressed until 1970-01-01T02:00:00.000Z by ada: painting";
+        assert!(rows[2].trim_end().ends_with(suppressed), "{text}");
+        let of_module = text.lines().find(|line| line.trim_start().starts_with("m2 ")).unwrap();
+        assert!(of_module.trim_end().ends_with(suppressed), "{text}");
+        assert!(text.contains("2 latched, 1 unknown, 3 set aside"), "{text}");
     }
 
     #[test]

@@ -28,6 +28,8 @@ pub(super) struct RollUp<'a> {
     pub(super) normal: usize,
     /// Those of the normal ones that agree with their reference.
     pub(super) verified: usize,
+    /// Those of any state whose alarm is set aside.
+    pub(super) set_aside: usize,
     #[serde(skip)]
     pub(super) members: &'a [ModulePicture],
 }
@@ -51,19 +53,30 @@ impl<'a> RollUp<'a> {
             unknown: count(FaultState::Unknown),
             normal: count(FaultState::Normal),
             verified: members.iter().map(ModulePicture::verified).sum(),
+            set_aside: members.iter().map(ModulePicture::set_aside).sum(),
             members,
         }
     }
 
-    /// How many modules there are that do not answer, or are not in service.
+    /// How many modules there are that do not answer, or are not in service, though they are not suppressed.
     fn without_service(&self) -> usize {
-        self.modules - self.modules_in_service
+        let suppressed = |module: &&ModulePicture| {
+            module.suppression().is_some() && module.member.phase() != Some(ModulePhase::InService)
+        };
+        self.modules - self.modules_in_service - self.members.iter().filter(suppressed).count()
+    }
+
+    /// How many components are in this state, and their alarm counts.
+    pub(super) fn alarms(&self, state: FaultState) -> usize {
+        self.members.iter().map(|module| module.alarms(state)).sum()
     }
 
     /// The more urgent, the greater.
     fn urgency(&self) -> impl Ord + use<> {
-        let doubtful = self.unconfirmed + self.unknown;
-        (!self.all_is_well, self.latched, self.without_service(), doubtful, self.acknowledged)
+        let alarms = |state| self.alarms(state);
+        let doubtful = alarms(FaultState::Unconfirmed) + alarms(FaultState::Unknown);
+        let (latched, seen) = (alarms(FaultState::Latched), alarms(FaultState::Acknowledged));
+        (!self.all_is_well, latched, self.without_service(), doubtful, seen)
     }
 }
 

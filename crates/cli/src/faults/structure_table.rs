@@ -1,6 +1,7 @@
 //! Several structures as a table.
 
 use names::StructureName;
+use wire::FaultState;
 
 use super::roll_up::RollUp;
 use crate::paint::Colour;
@@ -9,7 +10,7 @@ use crate::table::{TextTable, table};
 /// What stands in the place of the name of a structure that is not known.
 pub(super) const NO_STRUCTURE: &str = "(no structure seen)";
 
-const HEADING: [&str; 8] = [
+const HEADING: [&str; 9] = [
     "structure",
     "modules in service",
     "not answering",
@@ -17,6 +18,7 @@ const HEADING: [&str; 8] = [
     "acknowledged",
     "unconfirmed",
     "unknown",
+    "set aside",
     "normal and verified",
 ];
 
@@ -30,7 +32,7 @@ pub(super) fn structures(structures: &[RollUp<'_>]) -> (TextTable, Vec<Option<Co
     (table, structures.iter().map(colour).collect())
 }
 
-fn row(of: &RollUp<'_>) -> [String; 8] {
+fn row(of: &RollUp<'_>) -> [String; 9] {
     let components: usize = of.members.iter().map(|module| module.components.len()).sum();
     [
         of.structure.map_or(NO_STRUCTURE, StructureName::as_str).to_owned(),
@@ -40,12 +42,13 @@ fn row(of: &RollUp<'_>) -> [String; 8] {
         of.acknowledged.to_string(),
         of.unconfirmed.to_string(),
         of.unknown.to_string(),
+        of.set_aside.to_string(),
         format!("{} of {components}", of.verified),
     ]
 }
 
 fn colour(of: &RollUp<'_>) -> Option<Colour> {
-    let urgent = of.latched > 0 || of.modules_answering < of.modules;
+    let urgent = of.alarms(FaultState::Latched) > 0 || of.modules_answering < of.modules;
     match (of.all_is_well, urgent) {
         (true, _) => None,
         (false, true) => Some(Colour::Red),

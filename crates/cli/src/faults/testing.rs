@@ -6,7 +6,7 @@ use names::{RunId, Step};
 use observer::{Member, ModulePicture, Picture};
 use wire::{
     Agreement, Candidate, Condition, Evidence, FaultState, FaultTransition, Identification,
-    ModulePhase, ModuleStatus, Unknown,
+    ModulePhase, ModuleStatus, Shelving, Unknown,
 };
 
 pub(crate) fn picture(modules: Vec<ModulePicture>) -> Picture {
@@ -47,6 +47,26 @@ pub(super) fn at(structure: &str, mut module: ModulePicture) -> ModulePicture {
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+}
+
+/// Its alarm is set aside by an operator.
+pub(crate) fn shelved(state: FaultTransition) -> FaultTransition {
+    FaultTransition { shelved: Some(shelving("the gage is being rewired")), ..state }
+}
+
+/// Its alarm is set aside while its module is maintained.
+pub(super) fn suppressed(state: FaultTransition) -> FaultTransition {
+    FaultTransition { suppressed: Some(shelving("painting")), ..state }
+}
+
+fn shelving(reason: &str) -> Shelving {
+    Shelving {
+        since_unix_ns: 1_000_000_000,
+        until_unix_ns: 7_200_000_000_000,
+        by: "ada".to_owned(),
+        on_behalf_of: None,
+        reason: reason.to_owned(),
+    }
 }
 
 /// It agrees with its reference.

@@ -32,6 +32,7 @@ pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
     let order = GivenOrder {
         order: GivenOrderKind::Acknowledge,
         on_behalf_of: None,
+        since_unix_ns: None,
         until_unix_ns: None,
         by: "ada@station".to_owned(),
         note: Some("looks loose".to_owned()),

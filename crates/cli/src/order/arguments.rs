@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use names::{ComponentPath, OperatorName};
-use wire::Order;
 
-use super::issuer::{self, Issuer};
+use super::issuer;
 use crate::failure::Failure;
 use crate::link::{Link, seconds};
 
@@ -42,18 +41,25 @@ pub(crate) struct ResetArguments {
     pub(super) wait: Option<Duration>,
 }
 
-/// What both take.
+/// What those take that are about components.
 #[derive(Debug, clap::Args)]
 pub(super) struct Orders {
     /// Components, e.g. `module1/sensor/g2`
     #[arg(required = true, value_name = "COMPONENT")]
     pub(super) components: Vec<ComponentPath>,
+    /// Why
+    #[arg(long, value_name = "TEXT")]
+    pub(super) note: Option<String>,
+    #[command(flatten)]
+    pub(super) signature: Signature,
+}
+
+/// What every command takes.
+#[derive(Debug, clap::Args)]
+pub(super) struct Signature {
     /// Who issued the command, where no operator's certificate says so [default: the user and this machine, USER@HOST]
     #[arg(long, value_name = "WHO")]
     by: Option<String>,
-    /// Why
-    #[arg(long, value_name = "TEXT")]
-    note: Option<String>,
     /// Print one JSON object
     #[arg(long)]
     pub(super) json: bool,
@@ -61,9 +67,9 @@ pub(super) struct Orders {
     pub(super) link: Link,
 }
 
-impl Orders {
-    /// Who issued the command and why. Checked before anything is sent. `operator`: whose certificate is shown.
-    pub(super) fn issuer(&self, operator: Option<&OperatorName>) -> Result<Issuer, Failure> {
+impl Signature {
+    /// Who issued the command. `operator`: whose certificate is shown.
+    pub(super) fn by(&self, operator: Option<&OperatorName>) -> Result<String, Failure> {
         if let (Some(by), Some(operator)) = (&self.by, operator)
             && by != operator.as_str()
         {
@@ -74,12 +80,6 @@ impl Orders {
         }
         let shown = operator.map(ToString::to_string);
         let by = shown.or_else(|| self.by.clone()).or_else(issuer::from_environment);
-        let by = by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))?;
-        let issuer = Issuer { by, note: self.note.clone() };
-        for component in &self.components {
-            let order: Order = issuer.order(component, false, false);
-            order.check(wire::OrderKind::Reset).map_err(Failure::usage)?;
-        }
-        Ok(issuer)
+        by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))
     }
 }

@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use names::{ComponentPath, StructureName};
+use names::StructureName;
 use observer::Command;
 use tokio::time::{Instant, sleep};
 use wire::OrderKind;
 use zenoh::Session;
 
-use super::arguments::Orders;
 use super::homes::homes;
 use super::issuer::Issuer;
 use super::outcome::{CommandOutcome, Outcome};
+use super::subject::Subject;
 use crate::failure::Failure;
 use crate::link::Target;
 
@@ -24,35 +24,44 @@ pub(super) struct Manner {
     pub(super) kind: OrderKind,
     pub(super) force: bool,
     pub(super) re_tare: bool,
+    /// For how long an alarm is set aside \[s\].
+    pub(super) for_s: Option<u64>,
     /// How long to try again while it is refused.
     pub(super) wait: Option<Duration>,
+}
+
+impl Manner {
+    /// Without anything else.
+    pub(super) fn of(kind: OrderKind) -> Self {
+        Self { kind, force: false, re_tare: false, for_s: None, wait: None }
+    }
 }
 
 /// Sends every command, whatever the outcome of the others.
 pub(super) async fn carry_out(
     session: &Session,
     target: &Target,
-    orders: &Orders,
+    subjects: &[Subject],
     (issuer, command): (&Issuer, &Command),
     manner: Manner,
 ) -> Result<Vec<CommandOutcome>, Failure> {
-    let homes = homes(session, target, orders).await?;
+    let homes = homes(session, target, subjects).await?;
     let timeout = target.timeout;
     // One span of time for all: what the second waits for passes while the first is waited for.
     let until = manner.wait.map(|wait| Instant::now() + wait);
     let mut outcomes = Vec::new();
-    for component in &orders.components {
-        let structure = homes.get(&component.module);
+    for subject in subjects {
+        let structure = homes.get(subject.module());
         let outcome = match structure {
             Some(structure) => {
                 let place = Place { session, structure, command, timeout };
-                place.give(component, issuer, manner, until).await
+                place.give(subject, issuer, manner, until).await
             }
             None => Outcome::not_there(timeout),
         };
         outcomes.push(CommandOutcome {
             structure: structure.cloned(),
-            component: component.clone(),
+            subject: subject.clone(),
             order: manner.kind,
             by: issuer.by.clone(),
             outcome,
@@ -74,14 +83,14 @@ impl Place<'_> {
     /// answer is not repeated: it may have been carried out.
     async fn give(
         &self,
-        component: &ComponentPath,
+        subject: &Subject,
         issuer: &Issuer,
         manner: Manner,
         until: Option<Instant>,
     ) -> Outcome {
-        let order = issuer.order(component, manner.force, manner.re_tare);
+        let order = issuer.order(subject, manner);
         loop {
-            let (structure, module) = (self.structure, &component.module);
+            let (structure, module) = (self.structure, subject.module());
             let result = observer::order(
                 self.session,
                 structure,

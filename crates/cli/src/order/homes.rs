@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use names::{ModuleName, StructureName};
 use zenoh::Session;
 
-use super::arguments::Orders;
+use super::subject::Subject;
 use crate::failure::Failure;
 use crate::link::{self, Target};
 
@@ -14,10 +14,10 @@ use crate::link::{self, Target};
 pub(super) async fn homes(
     session: &Session,
     target: &Target,
-    orders: &Orders,
+    subjects: &[Subject],
 ) -> Result<BTreeMap<ModuleName, StructureName>, Failure> {
     let modules: BTreeSet<ModuleName> =
-        orders.components.iter().map(|component| component.module.clone()).collect();
+        subjects.iter().map(|subject| subject.module().clone()).collect();
     let modules: Vec<ModuleName> = modules.into_iter().collect();
     let (structure, timeout) = (target.structure.as_ref(), target.timeout);
     let seen = observer::homes(session, structure, &modules, timeout).await;

@@ -1,7 +1,9 @@
 //! Who issues a command.
 
-use names::ComponentPath;
 use wire::Order;
+
+use super::carry_out::Manner;
+use super::subject::Subject;
 
 /// A person, and the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -11,11 +13,12 @@ pub(super) struct Issuer {
 }
 
 impl Issuer {
-    /// A command concerning a component.
-    pub(super) fn order(&self, component: &ComponentPath, force: bool, re_tare: bool) -> Order {
+    /// A command concerning a component or a module.
+    pub(super) fn order(&self, subject: &Subject, manner: Manner) -> Order {
         let Issuer { by, note } = self.clone();
-        let component = Some(component.component.clone().into());
-        Order { component, by, note, force, re_tare, ..Order::default() }
+        let Manner { force, re_tare, for_s, .. } = manner;
+        let component = subject.mention();
+        Order { component, by, on_behalf_of: None, note, for_s, force, re_tare }
     }
 }
 

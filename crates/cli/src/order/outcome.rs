@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use names::{ComponentPath, StructureName};
+use names::{ComponentPath, ModuleName, StructureName};
 use observer::OrderError;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use wire::{FaultState, Obeyed, OrderKind};
 
+use super::subject::Subject;
 use crate::failure::Failure;
 use wording::printable;
 
@@ -28,11 +29,24 @@ pub(super) enum Outcome {
     NotSent { reason: String },
 }
 
+/// What a command is about, for machines.
+#[derive(Serialize)]
+struct Named<'a> {
+    module: &'a ModuleName,
+    /// `null` if it is about the module.
+    component: Option<&'a ComponentPath>,
+}
+
+fn named<S: Serializer>(subject: &Subject, serializer: S) -> Result<S::Ok, S::Error> {
+    Named { module: subject.module(), component: subject.component() }.serialize(serializer)
+}
+
 /// A command and its outcome.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(super) struct CommandOutcome {
     pub(super) structure: Option<StructureName>,
-    pub(super) component: ComponentPath,
+    #[serde(flatten, serialize_with = "named")]
+    pub(super) subject: Subject,
     pub(super) order: OrderKind,
     pub(super) by: String,
     #[serde(flatten)]
@@ -63,21 +77,20 @@ impl CommandOutcome {
 
     /// What went wrong, if anything did.
     fn complaint(&self) -> Option<String> {
-        let component = &self.component;
+        let (subject, module) = (&self.subject, self.subject.module());
         match &self.outcome {
             Outcome::Obeyed { durable: true, .. } => None,
             Outcome::Obeyed { durable: false, .. } => Some(format!(
-                "{component}: carried out, but not saved: the disk of `{}` is full or does not answer, and a \
-                 restart may forget it; see `trusswatch health`, and repeat the command when the disk is well",
-                component.module
+                "{subject}: carried out, but not saved: the disk of `{module}` is full or does not answer, and a \
+                 restart may forget it; see `trusswatch health`, and repeat the command when the disk is well"
             )),
-            Outcome::Refused { reason } => Some(format!("{component}: refused: {reason}")),
+            Outcome::Refused { reason } => Some(format!("{subject}: refused: {reason}")),
             Outcome::Unanswered { reason } => Some(format!(
-                "{component}: {reason}; the command may or may not have been carried out; \
+                "{subject}: {reason}; the command may or may not have been carried out; \
                  check with `trusswatch faults`"
             )),
             Outcome::NotSent { reason } => {
-                Some(format!("{component}: {reason}; no command was sent"))
+                Some(format!("{subject}: {reason}; no command was sent"))
             }
         }
     }

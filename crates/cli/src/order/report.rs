@@ -6,6 +6,7 @@ use serde::Serialize;
 use wire::OrderKind;
 
 use super::outcome::{CommandOutcome, Outcome};
+use super::subject::Subject;
 use crate::failure::Failure;
 use crate::paint::{Colour, Paint};
 use crate::versioned;
@@ -40,6 +41,11 @@ fn line(command: &CommandOutcome) -> Option<String> {
         OrderKind::Suppress => "suppressed",
         OrderKind::Unsuppress => "no longer suppressed",
     };
-    let CommandOutcome { component, by, .. } = command;
-    Some(format!("{what:<12} {component} by {by}: now {state}, transition {sequence}"))
+    let CommandOutcome { subject, by, .. } = command;
+    // The state is that of one of its components.
+    let now = match subject {
+        Subject::Component(_) => format!("now {state}, transition {sequence}"),
+        Subject::Module(_) => format!("up to transition {sequence}"),
+    };
+    Some(format!("{what:<12} {subject} by {by}: {now}"))
 }

@@ -2,7 +2,9 @@
 
 use names::Step;
 use serde_json::Value;
-use wire::{Doubt, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModulePhase, Topic};
+use wire::{
+    Doubt, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModulePhase, Shelving, Topic,
+};
 
 use crate::binary::{Outcome, outcome, run, trusswatch};
 use crate::stand_in::{StandIn, bias, identification, nowhere};
@@ -30,6 +32,7 @@ async fn troubled() -> StandIn {
         order: Some(GivenOrder {
             order: GivenOrderKind::Acknowledge,
             on_behalf_of: None,
+            since_unix_ns: None,
             until_unix_ns: None,
             by: "ada@station".to_owned(),
             note: Some("looks loose".to_owned()),
@@ -120,6 +123,67 @@ async fn a_check_fails_unless_all_is_well() {
     let latched = vec![tower.transition("module3/sensor/g1", FaultState::Latched, 1)];
     tower.module("module3", ModulePhase::InService, &[], latched).await;
     assert_eq!(tower.run(&["faults", "--exit-code"]).code, Some(1), "a fault");
+}
+
+fn shelving(reason: &str) -> Shelving {
+    Shelving {
+        since_unix_ns: 1_795_000_000_000_000_000,
+        until_unix_ns: 1_795_007_200_000_000_000,
+        by: "web".to_owned(),
+        on_behalf_of: Some("ada".to_owned()),
+        reason: reason.to_owned(),
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_set_aside_is_shown_and_does_not_fail_a_check() {
+    let mut tower = StandIn::open("tower").await;
+    let latched = FaultTransition {
+        shelved: Some(shelving("rewired")),
+        ..tower.transition("module1/sensor/g1", FaultState::Latched, 1)
+    };
+    let normal = FaultTransition {
+        shelved: Some(shelving("rewired too")),
+        ..tower.transition("module1/sensor/g2", FaultState::Normal, 2)
+    };
+    tower.module("module1", ModulePhase::InService, &[], vec![latched, normal]).await;
+    let stale = FaultTransition {
+        suppressed: Some(shelving("painting")),
+        ..tower.transition("module2/sensor/g3", FaultState::Normal, 1)
+    };
+    tower.module("module2", ModulePhase::Stale, &[], vec![stale]).await;
+    let outcome = tower.run(&["faults", "--exit-code"]);
+    outcome.succeeds();
+    for (component, state, aside) in [
+        (
+            "module1/sensor/g1",
+            "latched, shelved",
+            "shelved until 2026-11-18T13:06:40.000Z by ada (through web): rewired",
+        ),
+        ("module1/sensor/g2", "normal, not verified, shelved", "(through web): rewired too"),
+        ("module2/sensor/g3", "unknown, suppressed", "(through web): painting"),
+        (
+            "module2 ",
+            "STALE",
+            "suppressed until 2026-11-18T13:06:40.000Z by ada (through web): painting",
+        ),
+    ] {
+        let line = line(&outcome, component);
+        assert!(line.contains(state) && line.contains(aside), "{line}");
+    }
+    let document = json(&tower.run(&["faults", "--json"]));
+    assert_eq!(document["all_is_well"], true);
+    assert_eq!(document["structures"][0]["set_aside"], 3);
+    assert_eq!(document["modules"][0]["set_aside"], 2);
+    assert_eq!(document["modules"][0]["suppressed"], Value::Null);
+    assert_eq!(document["modules"][1]["suppressed"]["reason"], "painting");
+    let components = list(&document, "components");
+    assert_eq!(components.len(), 3);
+    assert_eq!(components[0]["shelved"]["on_behalf_of"], "ada");
+    let expected = tower.run(&["faults", "--exit-code", "--expect", "module3"]);
+    assert_eq!(expected.code, Some(1), "a silent one counts");
+    let shown = tower.run(&["fault", "show", "module1/sensor/g1"]);
+    assert!(shown.stdout.contains("shelved until"), "{}", shown.stdout);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,4 +1,4 @@
-//! `trusswatch ack` and `trusswatch reset` against a stand-in for the diagnosers.
+//! `trusswatch ack`, `reset`, `fault shelve` and the like against a stand-in for the diagnosers.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,7 +16,7 @@ fn reasonable(kind: OrderKind, order: &Order) -> Result<Obeyed, String> {
     }
     let state = match kind {
         OrderKind::Acknowledge => FaultState::Acknowledged,
-        OrderKind::Reset => FaultState::Normal,
+        _ => FaultState::Normal,
     };
     Ok(Obeyed {
         component: order.component.as_ref().map(|m| m.component.clone()),
@@ -46,6 +46,64 @@ async fn a_command_arrives_as_it_was_given_and_its_outcome_is_printed() {
         ..Order::default()
     };
     assert_eq!(*orders.lock().unwrap(), [order(Some("seen on site"), false), order(None, true)]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn alarms_are_set_aside_for_a_time_and_for_a_reason() {
+    let mut tower = StandIn::open("tower").await;
+    let orders = tower.orders("module1", Arc::new(reasonable)).await;
+    tower.token("module1").await;
+    let run = |arguments: &[&str]| {
+        let outcome = tower.run(&[&["fault"], arguments, &["--by", "ada"]].concat());
+        outcome.succeeds();
+        outcome.stdout
+    };
+    let (span, reason) = (["--for", "1h 30m"], ["--reason", "painting"]);
+    let shelved =
+        run(&[&["shelve", "module1/sensor/g1", "module1/sensor/g2"][..], &span, &reason].concat());
+    let line =
+        |gage| format!("shelved      module1/sensor/{gage} by ada: now normal, transition 7\n");
+    assert_eq!(shelved, line("g1") + &line("g2"));
+    let suppressed = run(&[&["suppress", "module1"][..], &span, &reason].concat());
+    assert_eq!(suppressed, "suppressed   module1 by ada: up to transition 7\n");
+    assert!(run(&["unshelve", "module1/sensor/g1", "--note", "done"]).starts_with("unshelved"));
+    let ended: Value = serde_json::from_str(&run(&["unsuppress", "module1", "--json"])).unwrap();
+    let ended = &ended["orders"][0];
+    assert_eq!((&ended["module"], &ended["component"]), (&"module1".into(), &Value::Null));
+    assert_eq!((&ended["order"], &ended["outcome"]), (&"unsuppress".into(), &"obeyed".into()));
+    let order = |component: Option<&str>, for_s, note: Option<&str>| Order {
+        component: component.map(|component| component.parse().unwrap()),
+        by: "ada".to_owned(),
+        note: note.map(str::to_owned),
+        for_s,
+        ..Order::default()
+    };
+    let expected = [
+        order(Some("sensor/g1"), Some(5400), Some("painting")),
+        order(Some("sensor/g2"), Some(5400), Some("painting")),
+        order(None, Some(5400), Some("painting")),
+        order(Some("sensor/g1"), None, Some("done")),
+        order(None, None, None),
+    ];
+    assert_eq!(*orders.lock().unwrap(), expected);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_cannot_be_set_aside_is_refused_with_the_reason() {
+    let mut tower = StandIn::open("tower").await;
+    let judge = |_, order: &Order| match &order.component {
+        Some(mention) => Err(format!("`{mention}` is not shelved")),
+        None => Err("no component of `module1` is suppressed".to_owned()),
+    };
+    tower.orders("module1", Arc::new(judge)).await;
+    tower.token("module1").await;
+    let run = |arguments: &[&str]| tower.run(&[&["fault"], arguments, &["--by", "ada"]].concat());
+    let refused = "module1/sensor/g1: refused: `sensor/g1` is not shelved";
+    run(&["unshelve", "module1/sensor/g1"]).fails(1, &[refused]);
+    let refused = "module1: refused: no component of `module1` is suppressed";
+    run(&["unsuppress", "module1"]).fails(1, &[refused]);
+    run(&["unsuppress", "module2", "--timeout", "0.5"])
+        .fails(4, &["module2: its diagnoser is not there", "no command was sent"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -140,6 +198,15 @@ fn orders_that_cannot_be_meant_are_not_sent() {
     order(&["ack", "module1/valve/x"]).fails(2, &["actuator/NAME"]);
     order(&["ack", "m/sensor/g", "--by", " "]).fails(2, &["state who issues the command"]);
     order(&["reset", "m/sensor/g", "--force", "--wait", "3"]).fails(2, &["--wait"]);
+    let shelve = |span, reason| {
+        order(&["fault", "shelve", "m/sensor/g", "--by", "a", "--for", span, "--reason", reason])
+    };
+    shelve("soon", "painting").fails(2, &["use whole seconds", "`1h 30m`"]);
+    shelve("32days", "painting").fails(2, &["from 1s to 31days"]);
+    shelve("2h", " ").fails(2, &["needs a reason"]);
+    order(&["fault", "shelve", "m/sensor/g", "--for", "2h"]).fails(2, &["--reason"]);
+    order(&["fault", "suppress", "m/sensor/g", "--for", "2h", "--reason", "x"])
+        .fails(2, &["m/sensor/g"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -171,7 +171,7 @@ impl StandIn {
     /// Takes orders; returns those that came.
     pub(crate) async fn orders(&self, module: &str, judge: Arc<Judge>) -> Arc<Mutex<Vec<Order>>> {
         let orders = Arc::new(Mutex::new(Vec::new()));
-        for kind in [OrderKind::Acknowledge, OrderKind::Reset] {
+        for kind in OrderKind::ALL {
             let key = self.key(module, Topic::Command(kind));
             let (judge, orders) = (judge.clone(), orders.clone());
             self.serve(key.clone(), move |query| {

@@ -80,7 +80,7 @@ impl PresentFault {
 
 /// Whether this transition is about its alarm, and the fault was there before.
 fn is_of_earlier_fault(transition: &FaultTransition) -> bool {
-    transition.state == FaultState::Latched && transition.order.is_some()
+    transition.order.as_ref().is_some_and(|order| order.order.is_about_shelving())
 }
 
 #[cfg(test)]
