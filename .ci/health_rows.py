@@ -32,7 +32,7 @@ os.chdir(ROOT)
 
 BIN = ROOT / "target/release"
 CONFIGS = {"plant": "plant.toml", "module1": "module1.toml", "module2": "module2.toml"}
-LABELS = {"structure", "module", "phase", "state", "component", "reason", "outcome", "peer", "version", "fingerprint"}
+LABELS = {"structure", "module", "phase", "state", "component", "reason", "outcome", "peer", "version", "fingerprint", "how"}
 # Nothing takes longer, on however busy a machine.
 LIMIT_S = 60
 # Below the ephemeral ports, so that no outgoing connection takes one meanwhile.
@@ -167,6 +167,8 @@ def of_module(status):
     if status["reference"] is not None:
         expect("trusswatch_reference_info", 1, fingerprint=status["reference"])
     expect("trusswatch_components_verified", status["verified"])
+    expect("trusswatch_components_set_aside", status["shelved"])
+    expect("trusswatch_module_suppressed", float(status["suppressed"] is not None))
     expect("trusswatch_build_info", 1, version=status["software"])
     expect("trusswatch_components", status["unconfirmed"], state="unconfirmed")
     expect("trusswatch_components", status["unknown"], state="unknown")
@@ -213,7 +215,8 @@ BESIDES = {"trusswatch_loop_age_seconds", "process_cpu_seconds_total", "process_
            "trusswatch_status_timestamp_seconds", "trusswatch_components", "trusswatch_component_faulty",
            "trusswatch_divergence_ratio", "trusswatch_fault_kind_probability", "trusswatch_identifications_total",
            "trusswatch_identification_seconds_total", "trusswatch_identifications_published_total",
-           "trusswatch_identifications_missed_total"}
+           "trusswatch_identifications_missed_total", "trusswatch_component_set_aside",
+           "trusswatch_component_set_aside_end_timestamp_seconds"}
 
 
 def module_agrees(process, onlooker):

@@ -23,6 +23,7 @@ mod recordings;
 mod restart;
 mod scaling;
 mod security;
+mod shelving;
 mod silent_peer;
 mod soak;
 mod stalled_subscriber;
