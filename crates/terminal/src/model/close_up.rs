@@ -1,0 +1,108 @@
+//! One component, closely: what is asked of it once, and what comes of it all the time.
+
+use std::collections::VecDeque;
+
+use wire::{Divergences, FaultTransition, FreezeFrame, Identification};
+
+use super::exchange::Effect;
+use super::subject::{Subject, Whose};
+
+/// Divergences that are kept.
+const LATEST: usize = 600;
+/// From one question for a freeze frame that was not there to the next \[ns\]: it is complete two seconds after the fault.
+const AGAIN_AFTER_NS: u64 = 2_000_000_000;
+
+/// What is had of a module on request.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Had<T> {
+    /// It is on its way.
+    Awaited,
+    /// This.
+    Here(T),
+    /// It could not be had, for this reason.
+    Missing(String),
+}
+
+/// A channel at one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Latest {
+    pub(crate) step: u64,
+    pub(crate) residual: f64,
+    /// The divergence over its threshold; not a number while undefined.
+    pub(crate) ratio: f64,
+}
+
+/// What is known of a component beside its state.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CloseUp {
+    pub(crate) subject: Subject,
+    pub(crate) frame: Had<Box<FreezeFrame>>,
+    pub(crate) identification: Had<Option<Box<Identification>>>,
+    pub(crate) latest: VecDeque<Latest>,
+    run: Option<names::RunId>,
+    /// The transition whose frame was asked for, and when.
+    asked_for: Option<u64>,
+    asked_unix_ns: u64,
+}
+
+impl CloseUp {
+    pub(crate) fn new(subject: Subject) -> Self {
+        Self {
+            subject,
+            frame: Had::Missing("it has no fault".to_owned()),
+            identification: Had::Here(None),
+            latest: VecDeque::new(),
+            run: None,
+            asked_for: None,
+            asked_unix_ns: 0,
+        }
+    }
+
+    /// What is to be had by a question now, of the component in its present state.
+    pub(crate) fn questions(&mut self, present: &FaultTransition, now_unix_ns: u64) -> Vec<Effect> {
+        if !present.state.is_fault() {
+            self.asked_for = None;
+            self.identification = Had::Here(None);
+            self.frame = Had::Missing("it has no fault".to_owned());
+            return Vec::new();
+        }
+        let is_new = self.asked_for != Some(present.sequence);
+        let is_missing = matches!(self.frame, Had::Missing(_));
+        let is_due = now_unix_ns.saturating_sub(self.asked_unix_ns) >= AGAIN_AFTER_NS;
+        let is_worth_it = is_new || is_missing && is_due;
+        if !is_worth_it {
+            return Vec::new();
+        }
+        if is_new {
+            (self.frame, self.identification) = (Had::Awaited, Had::Awaited);
+        }
+        (self.asked_for, self.asked_unix_ns) = (Some(present.sequence), now_unix_ns);
+        let frame = Effect::Frame(Box::new(present.clone()));
+        vec![frame, Effect::Identification(self.subject.clone())]
+    }
+
+    /// Takes the divergences of its module.
+    pub(crate) fn listen(&mut self, message: &Divergences) {
+        let Subject { structure, component } = &self.subject;
+        if message.structure != *structure || message.module != component.module {
+            return;
+        }
+        let own = message.channels.iter().find(|channel| channel.component == component.component);
+        let Some(channel) = own else { return };
+        if self.run.replace(message.run) != Some(message.run) {
+            self.latest.clear();
+        }
+        if self.latest.len() == LATEST {
+            self.latest.pop_front();
+        }
+        let ratio = channel.divergence.map_or(f64::NAN, |value| value / channel.threshold);
+        let (step, residual) = (message.step.0, channel.residual);
+        self.latest.push_back(Latest { step, residual, ratio });
+    }
+
+    /// Its module.
+    pub(crate) fn module(&self) -> Whose {
+        let Subject { structure, component } = self.subject.clone();
+        Whose { structure: Some(structure), module: component.module }
+    }
+}

@@ -1,0 +1,204 @@
+//! An order while it is being worded: for how long, why, and once more what is to be sent.
+
+use wire::{Order, OrderKind};
+use wording::printable;
+
+use super::exchange::Given;
+use super::key::Key;
+use super::subject::Subject;
+
+/// For how long an alarm is shelved unless something else is typed.
+const USUAL_SPAN: &str = "2h";
+
+/// What is being typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stage {
+    Span,
+    Note,
+    Confirm,
+}
+
+/// An order that is not complete yet.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Dialog {
+    pub(crate) subject: Subject,
+    pub(crate) kind: OrderKind,
+    pub(crate) by: String,
+    pub(crate) stage: Stage,
+    pub(crate) span: String,
+    pub(crate) note: String,
+    /// What is wrong with what was typed.
+    pub(crate) problem: Option<String>,
+}
+
+/// What a key leads to.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Turn {
+    Stay,
+    Cancel,
+    Send(Box<Given>),
+}
+
+impl Dialog {
+    pub(crate) fn new(subject: Subject, kind: OrderKind, by: String) -> Self {
+        let stage = if kind.sets_aside() { Stage::Span } else { Stage::Note };
+        let (span, note, problem) = (USUAL_SPAN.to_owned(), String::new(), None);
+        Self { subject, kind, by, stage, span, note, problem }
+    }
+
+    pub(crate) fn on_key(&mut self, key: Key) -> Turn {
+        match key {
+            Key::Esc => return Turn::Cancel,
+            Key::Enter => return self.next(),
+            Key::Char(character) => self.text().into_iter().for_each(|text| text.push(character)),
+            Key::Backspace => {
+                self.text().map(String::pop);
+            }
+            Key::Control('u') => self.text().into_iter().for_each(String::clear),
+            Key::Up | Key::BackTab => self.back(),
+            _ => {}
+        }
+        Turn::Stay
+    }
+
+    fn text(&mut self) -> Option<&mut String> {
+        match self.stage {
+            Stage::Span => Some(&mut self.span),
+            Stage::Note => Some(&mut self.note),
+            Stage::Confirm => None,
+        }
+    }
+
+    fn back(&mut self) {
+        self.problem = None;
+        self.stage = match self.stage {
+            Stage::Confirm => Stage::Note,
+            Stage::Note if self.kind.sets_aside() => Stage::Span,
+            stage => stage,
+        };
+    }
+
+    fn next(&mut self) -> Turn {
+        self.problem = None;
+        match (self.stage, self.order()) {
+            (Stage::Span, _) => {
+                self.problem = self.seconds().err();
+                if self.problem.is_none() {
+                    self.stage = Stage::Note;
+                }
+            }
+            (Stage::Note, Ok(_)) => self.stage = Stage::Confirm,
+            (_, Err(problem)) => self.problem = Some(problem),
+            (Stage::Confirm, Ok(order)) => {
+                let (subject, kind) = (self.subject.clone(), self.kind);
+                return Turn::Send(Box::new(Given { subject, kind, order }));
+            }
+        }
+        Turn::Stay
+    }
+
+    fn seconds(&self) -> Result<Option<u64>, String> {
+        if !self.kind.sets_aside() {
+            return Ok(None);
+        }
+        let wrong =
+            || format!("`{}` is no span of time; use e.g. 90min, 2h or 1d", printable(&self.span));
+        humantime::parse_duration(self.span.trim())
+            .map(|span| Some(span.as_secs()))
+            .map_err(|_| wrong())
+    }
+
+    /// The order as it would be sent.
+    pub(crate) fn order(&self) -> Result<Order, String> {
+        let note = Some(self.note.trim().to_owned()).filter(|note| !note.is_empty());
+        if self.kind.sets_aside() && note.is_none() {
+            return Err("a reason is needed: type why".to_owned());
+        }
+        let component = Some(self.subject.component.component.clone().into());
+        let (by, for_s) = (self.by.clone(), self.seconds()?);
+        let order = Order { component, by, note, for_s, ..Order::default() };
+        order.check(self.kind)?;
+        Ok(order)
+    }
+
+    /// What is to be sent, in words.
+    pub(crate) fn words(&self) -> String {
+        let Self { subject, kind, by, span, note, .. } = self;
+        let span = if kind.sets_aside() {
+            format!(" for {}", printable(span.trim()))
+        } else {
+            String::new()
+        };
+        let note = printable(note.trim());
+        let why = if note.is_empty() { ", without a note".to_owned() } else { format!(": {note}") };
+        let (kind, by) = (kind.as_str(), printable(by));
+        format!("{kind} {} of {}{span} by {by}{why}", subject.component, subject.structure)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dialog(kind: OrderKind) -> Dialog {
+        let component = "m1/sensor/g2".parse().unwrap();
+        Dialog::new(
+            Subject { structure: "tower".parse().unwrap(), component },
+            kind,
+            "ada".to_owned(),
+        )
+    }
+
+    fn typed(dialog: &mut Dialog, text: &str) -> Turn {
+        text.chars().for_each(|c| drop(dialog.on_key(Key::Char(c))));
+        dialog.on_key(Key::Enter)
+    }
+
+    #[test]
+    fn an_order_is_sent_only_after_it_was_shown_once_more() {
+        let mut dialog = dialog(OrderKind::Acknowledge);
+        assert_eq!(typed(&mut dialog, "seen"), Turn::Stay);
+        assert_eq!(dialog.stage, Stage::Confirm);
+        assert_eq!(dialog.words(), "acknowledge m1/sensor/g2 of tower by ada: seen");
+        let Turn::Send(given) = dialog.on_key(Key::Enter) else { panic!("{dialog:?}") };
+        assert_eq!((given.order.by.as_str(), given.order.note.as_deref()), ("ada", Some("seen")));
+        assert_eq!((given.kind, given.order.for_s), (OrderKind::Acknowledge, None));
+    }
+
+    #[test]
+    fn shelving_needs_a_time_that_is_one_and_a_reason() {
+        let mut dialog = dialog(OrderKind::Shelve);
+        typed(&mut dialog, "x");
+        assert_eq!(
+            dialog.problem.as_deref(),
+            Some("`2hx` is no span of time; use e.g. 90min, 2h or 1d")
+        );
+        dialog.on_key(Key::Control('u'));
+        typed(&mut dialog, "90min");
+        assert_eq!((dialog.stage, &dialog.problem), (Stage::Note, &None));
+        typed(&mut dialog, " ");
+        assert_eq!(dialog.problem.as_deref(), Some("a reason is needed: type why"));
+        typed(&mut dialog, "painting");
+        assert_eq!(dialog.words(), "shelve m1/sensor/g2 of tower for 90min by ada: painting");
+        let Turn::Send(given) = dialog.on_key(Key::Enter) else { panic!("{dialog:?}") };
+        assert_eq!(given.order.for_s, Some(5400));
+    }
+
+    #[test]
+    fn a_time_that_no_diagnoser_takes_is_refused_before_anything_is_sent() {
+        let mut dialog = dialog(OrderKind::Shelve);
+        dialog.on_key(Key::Control('u'));
+        typed(&mut dialog, "40d");
+        typed(&mut dialog, "painting");
+        let problem = dialog.problem.clone().unwrap();
+        assert!(problem.contains("use 1 to 2678400 seconds"), "{problem}");
+        assert_ne!(dialog.stage, Stage::Confirm);
+    }
+
+    #[test]
+    fn escape_sends_nothing() {
+        let mut dialog = dialog(OrderKind::Reset);
+        typed(&mut dialog, "repaired");
+        assert_eq!(dialog.on_key(Key::Esc), Turn::Cancel);
+    }
+}

@@ -1,0 +1,203 @@
+//! What sequences of keys, scenes and answers lead to.
+
+use wire::{FaultState, Obeyed, OrderKind};
+
+use super::exchange::{Answer, Effect, Outcome};
+use super::*;
+use crate::settings::Issuer;
+use crate::testing::{NOW, SECOND, heard, latched, scene, settings, state};
+
+fn tower() -> Arc<Scene> {
+    let first = vec![
+        state("m1/sensor/g1", FaultState::Normal, 60),
+        latched("m1/sensor/g2", 12),
+        latched("m1/sensor/g3", 30),
+    ];
+    let second = vec![state("m2/sensor/g1", FaultState::Explained, 12)];
+    Arc::new(scene(vec![heard("m1", first), heard("m2", second)]))
+}
+
+fn model() -> Model {
+    let mut model = Model::new(settings(), NOW);
+    assert_eq!(model.on_scene(tower(), NOW), []);
+    model
+}
+
+fn keys(model: &mut Model, text: &str) -> Vec<Effect> {
+    text.chars().flat_map(|character| model.on_key(key(character))).collect()
+}
+
+fn key(character: char) -> Key {
+    match character {
+        '\n' => Key::Enter,
+        '\t' => Key::Tab,
+        '\x1b' => Key::Esc,
+        other => Key::Char(other),
+    }
+}
+
+fn selected(model: &Model) -> String {
+    let rows = model.rows();
+    match &rows[model.fault_place(&rows)] {
+        Row::Module(whose) => whose.module.to_string(),
+        Row::Component(subject) => subject.component.to_string(),
+    }
+}
+
+#[test]
+fn enter_asks_for_what_there_is_of_a_fault_and_escape_ends_listening() {
+    let mut model = model();
+    let effects = keys(&mut model, "j\n");
+    let seen = model.close_up.as_ref().unwrap();
+    assert_eq!(seen.subject.component.to_string(), "m1/sensor/g3");
+    let [Effect::Listen(Some(module)), Effect::Frame(of), Effect::Identification(_)] = &effects[..]
+    else {
+        panic!("{effects:?}")
+    };
+    assert_eq!(
+        (module.module.as_str(), of.component.to_string()),
+        ("m1", "m1/sensor/g3".to_owned())
+    );
+    assert_eq!(keys(&mut model, "\x1b"), [Effect::Listen(None)]);
+    assert!(model.close_up.is_none());
+}
+
+#[test]
+fn a_frame_that_is_not_there_yet_is_asked_for_again_and_one_that_is_there_is_not() {
+    let mut model = model();
+    keys(&mut model, "\n");
+    let subject = model.close_up.as_ref().unwrap().subject.clone();
+    assert_eq!(model.on_tick(NOW + 9 * SECOND), [], "the first question is still open");
+    model.on_answer(Answer::Frame(subject.clone(), Err("none is kept".to_owned())));
+    let again = model.on_tick(NOW + 10 * SECOND);
+    assert!(matches!(again[..], [Effect::Frame(_), Effect::Identification(_)]), "{again:?}");
+    assert_eq!(model.on_tick(NOW + 11 * SECOND), []);
+    let frame = Box::new(crate::screens::frame());
+    model.on_answer(Answer::Frame(subject, Ok(frame)));
+    assert_eq!(model.on_tick(NOW + 60 * SECOND), []);
+}
+
+#[test]
+fn over_a_new_session_it_listens_again_to_what_is_looked_at() {
+    let mut model = model();
+    keys(&mut model, "\n");
+    let lost = Scene { network: NetworkState::Closed, ..(*tower()).clone() };
+    assert_eq!(model.on_scene(Arc::new(lost), NOW), []);
+    let effects = model.on_scene(tower(), NOW);
+    let [Effect::Listen(Some(module))] = &effects[..] else { panic!("{effects:?}") };
+    assert_eq!(module.module.as_str(), "m1");
+    assert_eq!(model.on_scene(tower(), NOW), []);
+}
+
+#[test]
+fn an_answer_about_another_component_than_the_one_looked_at_is_passed_over() {
+    let mut model = model();
+    keys(&mut model, "\n");
+    let other = Subject::of(&latched("m1/sensor/g3", 1));
+    model.on_answer(Answer::Frame(other, Err("elsewhere".to_owned())));
+    assert_eq!(model.close_up.unwrap().frame, Had::Awaited);
+}
+
+#[test]
+fn an_acknowledgement_goes_to_what_was_selected_when_it_was_begun() {
+    let mut model = model();
+    assert_eq!(keys(&mut model, "aseen"), []);
+    let newer = scene(vec![heard("m0", vec![latched("m0/sensor/g9", 0)])]);
+    model.on_scene(Arc::new(newer), NOW);
+    let effects = keys(&mut model, "\n\n");
+    let [Effect::Order(given)] = &effects[..] else { panic!("{effects:?}") };
+    assert_eq!(given.subject.component.to_string(), "m1/sensor/g2");
+    assert_eq!((given.kind, given.order.note.as_deref()), (OrderKind::Acknowledge, Some("seen")));
+    assert!(model.notice.as_ref().unwrap().text.contains("no answer yet"));
+    let obeyed =
+        Obeyed { component: None, state: FaultState::Acknowledged, sequence: 8, durable: true };
+    model.on_answer(Answer::Order(given.clone(), Outcome::Obeyed(obeyed)));
+    let text = &model.notice.as_ref().unwrap().text;
+    assert_eq!(text, "m1/sensor/g2 acknowledged: now acknowledged, transition 8");
+}
+
+#[test]
+fn letters_typed_into_a_note_are_no_commands() {
+    let mut model = model();
+    assert_eq!(keys(&mut model, "rq?f/ah"), []);
+    assert_eq!(model.dialog.as_ref().unwrap().note, "q?f/ah");
+    assert!(!model.helps && model.frozen.is_none());
+}
+
+#[test]
+fn who_may_give_no_orders_is_refused_with_the_reason() {
+    let refused =
+        Settings { issuer: Err("the certificate is an observer's".to_owned()), ..settings() };
+    let mut model = Model::new(refused, NOW);
+    model.on_scene(tower(), NOW);
+    for kind in ["a", "r", "s", "u"] {
+        assert_eq!(keys(&mut model, kind), []);
+        assert!(model.dialog.is_none());
+        let notice = model.notice.take().unwrap();
+        assert_eq!(notice.text, "no orders from here: the certificate is an observer's");
+    }
+    model.settings.issuer = Ok(Issuer { by: "ada".to_owned(), operator: None });
+    keys(&mut model, "a");
+    assert!(model.dialog.is_some());
+}
+
+#[test]
+fn frozen_nothing_moves_until_it_is_thawed() {
+    let mut model = model();
+    keys(&mut model, "f");
+    model.on_scene(Arc::new(scene(Vec::new())), NOW + 5 * SECOND);
+    assert_eq!((model.shown().modules.len(), model.shown_unix_ns()), (2, NOW));
+    assert_eq!(model.frozen_for_ns(), Some(5 * SECOND));
+    keys(&mut model, " ");
+    assert_eq!((model.shown().modules.len(), model.frozen_for_ns()), (0, None));
+}
+
+#[test]
+fn the_filter_narrows_while_it_is_typed_and_escape_widens_step_by_step() {
+    let mut model = model();
+    keys(&mut model, "/g3");
+    assert_eq!((model.rows().len(), selected(&model)), (1, "m1/sensor/g3".to_owned()));
+    keys(&mut model, "\n");
+    assert!(!model.types_filter && !model.filter.is_empty());
+    keys(&mut model, "\x1b");
+    assert_eq!((model.rows().len(), model.filter.is_empty()), (3, true));
+}
+
+#[test]
+fn enter_on_a_module_lists_all_its_components() {
+    let mut model = model();
+    keys(&mut model, "\t\t\n");
+    assert_eq!((model.pane, model.rows().len()), (Pane::Faults, 3));
+    keys(&mut model, "G");
+    assert_eq!(selected(&model), "m1/sensor/g1");
+    keys(&mut model, "\x1b");
+    assert_eq!(model.scope, None);
+}
+
+#[test]
+fn without_anything_selected_no_order_begins() {
+    let mut model = Model::new(settings(), NOW);
+    assert_eq!(keys(&mut model, "a\n\n"), []);
+    assert_eq!(model.notice.as_ref().unwrap().text, "no component is selected");
+}
+
+#[test]
+fn history_is_asked_for_and_without_a_network_says_so() {
+    let mut model = model();
+    let effects = keys(&mut model, "h");
+    let [Effect::History(of)] = &effects[..] else { panic!("{effects:?}") };
+    model.on_answer(Answer::NoHistory(of.clone()));
+    let journal = model.journal.as_ref().unwrap();
+    assert_eq!(journal.transitions, Had::Missing("there is no network".to_owned()));
+    keys(&mut model, "\x1b");
+    assert!(model.journal.is_none());
+}
+
+#[test]
+fn q_and_control_c_end_it_and_control_z_suspends_it() {
+    let mut model = model();
+    assert_eq!(keys(&mut model, "q"), [Effect::Quit]);
+    keys(&mut model, "a");
+    assert_eq!(model.on_key(Key::Control('c')), [Effect::Quit]);
+    assert_eq!(model.on_key(Key::Control('z')), [Effect::Suspend]);
+}

@@ -1,0 +1,157 @@
+//! Everything that waits: keyboard, screen, signals, the network. What is drawn is decided by the model alone.
+//!
+//! | file | what |
+//! |---|---|
+//! | `screen` | the terminal taken over, and given back however the process ends |
+//! | `keyboard` | keys, read on a thread of their own |
+//! | `signals` | what ends, suspends and continues the process |
+//! | `errands` | orders and questions, each a task |
+
+mod errands;
+mod keyboard;
+mod screen;
+mod signals;
+
+use std::fmt::Display;
+use std::future::Future;
+use std::io;
+use std::time::Duration;
+
+use observer::Live;
+use shell::clock::unix_ns;
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
+use zenoh::Session;
+
+use crate::model::Model;
+use crate::model::exchange::Effect;
+use crate::settings::Settings;
+use errands::Errands;
+use keyboard::Input;
+use screen::Screen;
+use signals::{Signal, Signals};
+
+/// From one drawing to the next at least.
+const DRAW_EVERY: Duration = Duration::from_millis(100);
+/// How often ages are brought up to date.
+const TICK: Duration = Duration::from_secs(1);
+
+/// Why the view ended other than by a key or a signal.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The terminal cannot be taken over, or cannot be drawn on any more.
+    #[error("the terminal cannot be used: {0}")]
+    Terminal(#[from] io::Error),
+    /// Nothing can be typed any more.
+    #[error("the keyboard cannot be read: {0}")]
+    Keyboard(String),
+    /// A part of the program has panicked; what it printed stands above.
+    #[error("a part of the view has failed; please report it with what is printed above")]
+    Panicked,
+}
+
+/// Shows the view until it is ended by a key or a signal; `open` is called until there is a session. The terminal is given
+/// back in any case.
+///
+/// # Errors
+/// The terminal or the keyboard cannot be used, or a part of the program has panicked.
+pub async fn run<F, E>(
+    settings: Settings,
+    open: impl Fn() -> F + Send + 'static,
+) -> Result<(), ViewError>
+where
+    F: Future<Output = Result<Session, E>> + Send + 'static,
+    E: Display + Send + 'static,
+{
+    let mut signals = Signals::new()?;
+    let live = Live::start(open, settings.structure.clone(), settings.expected.clone());
+    let mut screen = Screen::enter()?;
+    let mut station =
+        Station { errands: Errands::new(&settings), model: Model::new(settings, unix_ns()), live };
+    let outcome = station.attend(&mut screen, &mut signals).await;
+    // Before anything is printed.
+    drop(screen);
+    outcome
+}
+
+struct Station {
+    model: Model,
+    live: Live,
+    errands: Errands,
+}
+
+/// What the loop goes on with.
+enum Next {
+    Go,
+    Quit,
+    Suspend,
+}
+
+impl Station {
+    async fn attend(
+        &mut self,
+        screen: &mut Screen,
+        signals: &mut Signals,
+    ) -> Result<(), ViewError> {
+        let mut keys = keyboard::start()?;
+        let mut scenes = self.live.scenes();
+        let mut ticks = interval(TICK);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let (mut drawn, mut is_drawn) = (Instant::now(), false);
+        loop {
+            let next = tokio::select! {
+                // Keys first: whatever comes in, it can be ended.
+                biased;
+                signal = signals.next() => match signal {
+                    Signal::End => return Ok(()),
+                    Signal::Suspend => Next::Suspend,
+                    Signal::Continued => {
+                        screen.take_again()?;
+                        Next::Go
+                    }
+                },
+                input = keys.recv() => match input {
+                    Some(Input::Key(key)) => self.carry_out(|model| model.on_key(key)),
+                    Some(Input::Resized) => Next::Go,
+                    Some(Input::Broken(reason)) => return Err(ViewError::Keyboard(reason)),
+                    None => return Err(ViewError::Keyboard("it is closed".to_owned())),
+                },
+                () = sleep_until(drawn + DRAW_EVERY), if !is_drawn => {
+                    if screen::has_panicked() {
+                        return Err(ViewError::Panicked);
+                    }
+                    screen.draw(&self.model)?;
+                    (drawn, is_drawn) = (Instant::now(), true);
+                    continue;
+                }
+                Ok(()) = scenes.changed() => {
+                    let scene = scenes.borrow_and_update().clone();
+                    self.carry_out(|model| model.on_scene(scene, unix_ns()))
+                }
+                Some(answer) = self.errands.next() => {
+                    self.model.on_answer(answer);
+                    Next::Go
+                }
+                _ = ticks.tick() => self.carry_out(|model| model.on_tick(unix_ns())),
+            };
+            is_drawn = false;
+            match next {
+                Next::Go => {}
+                Next::Quit => return Ok(()),
+                Next::Suspend => screen.suspend()?,
+            }
+        }
+    }
+
+    /// Does what the model wants done. Nothing here waits.
+    fn carry_out(&mut self, change: impl FnOnce(&mut Model) -> Vec<Effect>) -> Next {
+        let mut next = Next::Go;
+        for effect in change(&mut self.model) {
+            match effect {
+                Effect::Quit => next = Next::Quit,
+                Effect::Suspend => next = Next::Suspend,
+                errand => self.errands.send(errand, self.live.session()),
+            }
+        }
+        next
+    }
+}

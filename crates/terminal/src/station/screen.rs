@@ -1,0 +1,94 @@
+//! The terminal taken over, and given back however the process ends: by a key, a signal, an error or a panic.
+
+use std::io::{self, Stdout, Write, stdout};
+use std::panic;
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nix::sys::signal::{Signal, raise};
+use ratatui::Terminal;
+use ratatui::backend::CrosstermBackend;
+use ratatui::crossterm::cursor::{Hide, Show};
+use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{
+    EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+};
+
+use crate::model::Model;
+use crate::view;
+
+static PANICKED: AtomicBool = AtomicBool::new(false);
+static HOOK: Once = Once::new();
+
+/// The terminal while it is ours.
+pub(super) struct Screen {
+    terminal: Terminal<CrosstermBackend<Stdout>>,
+}
+
+/// Whether any thread or task has panicked. The terminal has been given back then.
+pub(super) fn has_panicked() -> bool {
+    PANICKED.load(Ordering::Acquire)
+}
+
+impl Screen {
+    /// Takes the terminal over.
+    ///
+    /// # Errors
+    /// It is none, or does not take what is written; it is as it was then.
+    pub(super) fn enter() -> io::Result<Self> {
+        HOOK.call_once(|| {
+            let former = panic::take_hook();
+            panic::set_hook(Box::new(move |what| {
+                PANICKED.store(true, Ordering::Release);
+                give_back();
+                former(what);
+            }));
+        });
+        take().inspect_err(|_| give_back())?;
+        match Terminal::new(CrosstermBackend::new(stdout())) {
+            Ok(terminal) => Ok(Self { terminal }),
+            Err(error) => {
+                give_back();
+                Err(error)
+            }
+        }
+    }
+
+    pub(super) fn draw(&mut self, model: &Model) -> io::Result<()> {
+        self.terminal.draw(|frame| view::draw(model, frame.area(), frame.buffer_mut()))?;
+        Ok(())
+    }
+
+    /// Gives the terminal back and stops until the process is continued.
+    pub(super) fn suspend(&mut self) -> io::Result<()> {
+        give_back();
+        raise(Signal::SIGSTOP)?;
+        self.take_again()
+    }
+
+    /// After others may have used the terminal.
+    pub(super) fn take_again(&mut self) -> io::Result<()> {
+        take()?;
+        // Draws everything anew. `clear` would query the cursor's position, whose answer the keyboard's thread takes.
+        let size = self.terminal.size()?;
+        self.terminal.resize(size.into())
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        give_back();
+    }
+}
+
+fn take() -> io::Result<()> {
+    enable_raw_mode()?;
+    execute!(stdout(), EnterAlternateScreen, Hide)
+}
+
+/// As much of it as works: the terminal may be gone.
+fn give_back() {
+    let _ = execute!(stdout(), Show, LeaveAlternateScreen);
+    let _ = disable_raw_mode();
+    let _ = stdout().flush();
+}

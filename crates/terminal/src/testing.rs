@@ -1,0 +1,92 @@
+//! Made-up scenes for the tests of this crate.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use names::Step;
+use observer::{LiveModule, Member, ModulePicture, NetworkState, Scene};
+use wire::{Evidence, FaultState, FaultTransition, ModuleStatus};
+
+use crate::settings::{Issuer, Settings};
+
+pub(crate) const SECOND: u64 = 1_000_000_000;
+/// 2026-11-21T10:00:00Z.
+pub(crate) const NOW: u64 = 1_795_255_200 * SECOND;
+
+pub(crate) fn settings() -> Settings {
+    Settings {
+        places: "tcp/192.0.2.10:7447".to_owned(),
+        structure: None,
+        expected: Vec::new(),
+        timeout: Duration::from_secs(1),
+        issuer: Ok(Issuer { by: "ada@desk".to_owned(), operator: None }),
+        colours: true,
+    }
+}
+
+/// A component of the tower in a state since so many seconds.
+pub(crate) fn state(component: &str, state: FaultState, ago_s: u64) -> FaultTransition {
+    let component = component.parse().unwrap();
+    let time = NOW - ago_s * SECOND;
+    FaultTransition {
+        state,
+        sequence: 7,
+        ..FaultTransition::untouched("tower".parse().unwrap(), component, time)
+    }
+}
+
+/// A fault with steps and evidence.
+pub(crate) fn latched(component: &str, ago_s: u64) -> FaultTransition {
+    let evidence = Evidence {
+        step: Step(3110),
+        residual: -6.1e-4,
+        level: 0.0,
+        divergence: Some(4226.0),
+        threshold: 10.0,
+        ratio: 422.6,
+    };
+    FaultTransition {
+        run: Some(names::RunId(3)),
+        onset_step: Some(Step(3108)),
+        detection_step: Some(Step(3110)),
+        decided_step: Some(Step(3118)),
+        evidence: Some(evidence),
+        ..state(component, FaultState::Latched, ago_s)
+    }
+}
+
+/// A module of the tower that is heard and in service.
+pub(crate) fn heard(module: &str, components: Vec<FaultTransition>) -> LiveModule {
+    let member = Member {
+        structure: Some("tower".parse().unwrap()),
+        module: module.parse().unwrap(),
+        present: true,
+        status: Some(status(module)),
+        phase_change: None,
+        expected: false,
+        peer_of: BTreeSet::new(),
+    };
+    let picture = ModulePicture { components, ..ModulePicture::of(member) };
+    LiveModule { picture, silent_since_unix_ns: None }
+}
+
+pub(crate) fn scene(modules: Vec<LiveModule>) -> Scene {
+    let network = NetworkState::Open;
+    Scene { number: 1, time_unix_ns: NOW, network, modules, ..Scene::default() }
+}
+
+fn status(module: &str) -> ModuleStatus {
+    let text = format!(
+        r#"{{"v":1,"structure":"tower","module":"{module}","software":"0","thresholds":"",
+        "phase":"in_service","in_service_since_step":1,"run":3,"step":4711,"lag_ms":0.8,
+        "sample_age_ms":1.1,"queued_samples":0,"latched":0,"unconfirmed":0,"waiting_questions":0,
+        "next_sequence":1,"journal":{{"directory":"/var/lib","bytes":1,"problem":null,
+        "unsaved":0,"lost":0,"damaged":0}},"peers":[],"intake":{{"received":0,"dropped":0,
+        "malformed":0,"unknown_version":0,"wrong_message":0,"other_module":0}},
+        "diagnosis":{{"samples":0,"samples_missing":0,"samples_repeated":0,
+        "samples_wrong_length":0,"samples_non_finite":0,"runs":0,"restarts":0,"changes":0,
+        "questions_asked":0,"questions_unanswered":0,"answers_malformed":0,"answers_given":0,
+        "questions_refused":0}},"publisher":{{"events":0,"events_lost":0}},"time_unix_ns":{NOW}}}"#
+    );
+    wire::decode(text.as_bytes()).unwrap()
+}

@@ -1,0 +1,126 @@
+//! Texts in their places, cut where the place ends.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::Span;
+
+use super::palette::Palette;
+
+/// What stands at the end of a text that is cut.
+const CUT: &str = "…";
+/// Between columns.
+const GAP: u16 = 2;
+
+/// Where everything is drawn.
+pub(super) struct Cells<'a> {
+    pub(super) buffer: &'a mut Buffer,
+    pub(super) palette: Palette,
+}
+
+/// So many lines of an area, from this one on.
+pub(super) fn part(area: Rect, from: u16, lines: u16) -> Rect {
+    let from = from.min(area.height);
+    let height = lines.min(area.height - from);
+    Rect { y: area.y + from, height, ..area }
+}
+
+impl Cells<'_> {
+    /// A text on a line of an area; nothing if the area has no such line.
+    pub(super) fn text(&mut self, area: Rect, line: u16, text: &str, style: Style) {
+        if line < area.height {
+            let text = cut(text, area.width);
+            let width = usize::from(area.width);
+            self.buffer.set_stringn(area.x, area.y + line, text, width, style);
+        }
+    }
+
+    /// The same at the right.
+    pub(super) fn right(&mut self, area: Rect, line: u16, text: &str, style: Style) {
+        let width = columns(text).min(area.width);
+        let place = Rect { x: area.x + area.width - width, width, ..area };
+        self.text(place, line, text, style);
+    }
+
+    /// Cells of a table in columns of these widths; the last takes what is left.
+    pub(super) fn row(&mut self, area: Rect, line: u16, cells: &[(&str, u16)], style: Style) {
+        if line >= area.height {
+            return;
+        }
+        let whole = Rect { y: area.y + line, height: 1, ..area };
+        self.buffer.set_style(whole, style);
+        let mut left = area.x;
+        for (place, (text, width)) in cells.iter().enumerate() {
+            let rest = (area.x + area.width).saturating_sub(left);
+            let is_last = place + 1 == cells.len();
+            let width = if is_last { rest } else { rest.min(*width) };
+            self.text(Rect { x: left, width, ..area }, line, text, style);
+            left += width + GAP;
+        }
+    }
+}
+
+/// How wide columns have to be for these rows, but no wider than `most`.
+pub(super) fn widths<const N: usize>(rows: &[[String; N]], most: [u16; N]) -> [u16; N] {
+    std::array::from_fn(|column| {
+        let needed = rows.iter().map(|row| columns(&row[column])).max().unwrap_or_default();
+        needed.min(most[column])
+    })
+}
+
+/// The text, or as much of it as fits.
+pub(super) fn cut(text: &str, width: u16) -> String {
+    if columns(text) <= width {
+        return text.to_owned();
+    }
+    let mut kept = String::new();
+    for character in text.chars() {
+        kept.push(character);
+        if columns(&kept) + columns(CUT) > width {
+            kept.pop();
+            break;
+        }
+    }
+    if width == 0 { String::new() } else { kept + CUT }
+}
+
+/// The text on as many lines as there are, broken between words.
+pub(super) fn folded(text: &str, width: u16, lines: usize) -> Vec<String> {
+    let mut folded: Vec<String> = vec![String::new()];
+    for word in text.split(' ') {
+        let last = folded.len() - 1;
+        let line = &mut folded[last];
+        if line.is_empty() {
+            line.push_str(word);
+        } else if columns(line) + 1 + columns(word) <= width || folded.len() == lines {
+            folded[last].push(' ');
+            folded[last].push_str(word);
+        } else {
+            folded.push(word.to_owned());
+        }
+    }
+    folded.iter().map(|line| cut(line, width)).collect()
+}
+
+/// How many columns a text takes.
+pub(super) fn columns(text: &str) -> u16 {
+    u16::try_from(Span::raw(text).width()).unwrap_or(u16::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_ends_in_a_mark() {
+        assert_eq!(cut("module1", 7), "module1");
+        assert_eq!(cut("module1", 4), "mod…");
+        assert_eq!((cut("塔塔塔", 5), cut("x", 0)), ("塔塔…".to_owned(), String::new()));
+    }
+
+    #[test]
+    fn words_stay_whole_and_what_is_left_is_cut() {
+        assert_eq!(folded("one two three four", 9, 3), ["one two", "three", "four"]);
+        assert_eq!(folded("one two three four", 9, 2), ["one two", "three fo…"]);
+    }
+}

@@ -1,0 +1,198 @@
+//! One component: its state, why, what it is, and its residual and divergence around the onset and now.
+
+use observer::Urgency;
+use ratatui::layout::Rect;
+use wire::{FaultTransition, FreezeFrame, Trace};
+use wording::{
+    NOTHING, Tone, aside, candidate, identified, in_small_units, percent, printable, ratio, reason,
+    residual, state_in_words, state_tone, utc,
+};
+
+use super::age::age;
+use super::cells::{Cells, folded, part};
+use super::palette::symbol;
+use super::plot::{self, Plot};
+use crate::model::Model;
+use crate::model::close_up::{CloseUp, Had};
+
+/// Columns of the names of facts.
+const NAMES: u16 = 10;
+/// Lines of a reason.
+const REASON: usize = 3;
+
+pub(super) fn draw(model: &Model, seen: &CloseUp, area: Rect, cells: &mut Cells) {
+    let Some(present) = seen.subject.find(model.shown()) else {
+        let text = format!("{} is not heard of any more", seen.subject.component);
+        return cells.text(area, 0, &text, cells.palette.tone(Tone::Alarm));
+    };
+    title(present, model.shown_unix_ns(), area, cells);
+    let mut line = 1;
+    for (name, text) in facts(present, seen) {
+        let place = Rect { x: area.x + NAMES, width: area.width - NAMES, ..area };
+        cells.text(Rect { width: NAMES, ..area }, line, name, cells.palette.dim());
+        for text in folded(&text, place.width, REASON) {
+            cells.text(place, line, &text, cells.palette.plain());
+            line += 1;
+        }
+    }
+    plots(seen, part(area, line, area.height), cells);
+}
+
+fn title(present: &FaultTransition, now_unix_ns: u64, area: Rect, cells: &mut Cells) {
+    let title = format!(
+        "{} {} of {}: {} for {}",
+        symbol(Urgency::of(present)),
+        present.component,
+        present.structure,
+        state_in_words(present),
+        age(present.time_unix_ns, now_unix_ns)
+    );
+    let style = cells.palette.tone(state_tone(present.state));
+    cells.text(area, 0, &title, style.add_modifier(ratatui::style::Modifier::REVERSED));
+}
+
+fn facts(present: &FaultTransition, seen: &CloseUp) -> Vec<(&'static str, String)> {
+    let mut facts = vec![("published", utc(present.time_unix_ns))];
+    let steps = [
+        ("onset step", present.onset_step),
+        ("detection", present.detection_step),
+        ("decided", present.decided_step),
+    ];
+    let steps = steps.iter().filter_map(|(what, step)| Some(format!("{what} {}", (*step)?)));
+    let steps = steps.collect::<Vec<_>>().join(", ");
+    facts.extend(Some(steps).filter(|steps| !steps.is_empty()).map(|steps| ("steps", steps)));
+    facts.extend(present.evidence.as_ref().map(|evidence| {
+        let kind = present.component.component.kind();
+        (
+            "evidence",
+            format!("residual {}, {}", residual(kind, evidence.residual), ratio(evidence.ratio)),
+        )
+    }));
+    facts.extend(what_it_is(present, seen).map(|text| ("kind", text)));
+    facts.extend(aside(present).map(|text| ("aside", text)));
+    let why = reason(present);
+    facts.push(("why", if why.is_empty() { NOTHING.to_owned() } else { why }));
+    facts
+}
+
+/// The latest word on its kind, with the other contenders.
+fn what_it_is(present: &FaultTransition, seen: &CloseUp) -> Option<String> {
+    if !present.state.is_fault() {
+        return None;
+    }
+    let found = match &seen.identification {
+        Had::Here(found) => found.as_deref(),
+        Had::Missing(why) => return Some(format!("not to be had: {}", printable(why))),
+        Had::Awaited => None,
+    };
+    let Some(found) = found.or(present.identification.as_deref()) else {
+        return Some("not identified yet".to_owned());
+    };
+    let others = found.candidates.iter().skip(usize::from(found.kind().is_some())).take(2);
+    let others: Vec<String> =
+        others.map(|one| format!("{} {}", candidate(one), percent(one.probability))).collect();
+    let others =
+        if others.is_empty() { String::new() } else { format!("; else {}", others.join(", ")) };
+    Some(format!("{}{others}", identified(found)))
+}
+
+fn plots(seen: &CloseUp, area: Rect, cells: &mut Cells) {
+    let upper = part(area, 0, area.height / 2);
+    let lower = part(area, area.height / 2, area.height);
+    let halves = |area: Rect| {
+        let width = area.width / 2;
+        [Rect { width, ..area }, Rect { x: area.x + width, width: area.width - width, ..area }]
+    };
+    let [onset_residual, latest_residual] = halves(upper);
+    let [onset_ratio, latest_ratio] = halves(lower);
+    let [first, second] = of_frame(&seen.frame);
+    plot::draw(&first, onset_residual, cells);
+    plot::draw(&second, onset_ratio, cells);
+    let [first, second] = of_latest(seen);
+    plot::draw(&first, latest_residual, cells);
+    plot::draw(&second, latest_ratio, cells);
+}
+
+/// Around the onset.
+fn of_frame(frame: &Had<Box<FreezeFrame>>) -> [Plot; 2] {
+    let empty = |title: &str, why: &str| Plot {
+        title: title.to_owned(),
+        points: Vec::new(),
+        level: None,
+        marks: Vec::new(),
+        otherwise: why.to_owned(),
+    };
+    let titles = ["residual, at the onset", "D/γ, power of ten, at the onset"];
+    let frame = match frame {
+        Had::Here(frame) => frame,
+        Had::Awaited => return titles.map(|title| empty(title, "no answer yet")),
+        Had::Missing(why) => return titles.map(|title| empty(title, &printable(why))),
+    };
+    let marks: Vec<f64> =
+        [frame.onset_step, frame.detection_step].map(|step| number(step.0)).to_vec();
+    let unit = trace(frame, "residual").map(|trace| in_small_units(&trace.unit));
+    let (scale, unit) = unit.unwrap_or((1.0, String::new()));
+    let residuals = points(frame, "residual", |value| scale * value);
+    let powers = points(frame, "divergence", |value| (value / frame.threshold).log10());
+    let title = format!("residual [{unit}], ┊ onset and detection");
+    let nothing = "the freeze frame has none".to_owned();
+    [
+        Plot {
+            title,
+            points: residuals,
+            level: None,
+            marks: marks.clone(),
+            otherwise: nothing.clone(),
+        },
+        Plot {
+            title: "D/γ, power of ten, ╌ threshold".to_owned(),
+            points: powers,
+            level: Some(0.0),
+            marks,
+            otherwise: nothing,
+        },
+    ]
+}
+
+fn trace<'a>(frame: &'a FreezeFrame, name: &str) -> Option<&'a Trace> {
+    frame.traces.iter().find(|trace| trace.name == name)
+}
+
+fn points(frame: &FreezeFrame, name: &str, of: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let values = trace(frame, name).map_or(&[][..], |trace| &trace.values);
+    let steps = frame.steps.iter().map(|step| number(step.0));
+    steps.zip(values).map(|(step, value)| (step, value.map_or(f64::NAN, &of))).collect()
+}
+
+/// As they come in.
+fn of_latest(seen: &CloseUp) -> [Plot; 2] {
+    let (scale, unit) = match seen.subject.component.component.kind() {
+        names::ComponentKind::Sensor => (1e6, "µm"),
+        names::ComponentKind::Actuator => (1.0, "N"),
+    };
+    let latest = || seen.latest.iter();
+    let residuals = latest().map(|one| (number(one.step), scale * one.residual)).collect();
+    let powers = latest().map(|one| (number(one.step), one.ratio.log10())).collect();
+    let nothing = "nothing published yet".to_owned();
+    [
+        Plot {
+            title: format!("residual [{unit}], live"),
+            points: residuals,
+            level: None,
+            marks: Vec::new(),
+            otherwise: nothing.clone(),
+        },
+        Plot {
+            title: "D/γ, power of ten, live".to_owned(),
+            points: powers,
+            level: Some(0.0),
+            marks: Vec::new(),
+            otherwise: nothing,
+        },
+    ]
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a drawing")]
+fn number(step: u64) -> f64 {
+    step as f64
+}

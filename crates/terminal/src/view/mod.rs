@@ -1,0 +1,78 @@
+//! The model drawn into a buffer of cells.
+//!
+//! | file | what |
+//! |---|---|
+//! | `header` | structure, counts, network |
+//! | `module_table`, `fault_table`, `event_tail` | the main screen |
+//! | `close_up` | one component with its plots |
+//! | `journal` | its history |
+//! | `help` | keys and symbols |
+//! | `dialog` | an order while it is being worded |
+//! | `footer` | what became of it, and which keys there are |
+//! | `plot` | one curve with a level and marks |
+//! | `palette` | symbols and colours |
+//! | `cells` | texts in their places |
+//! | `age` | how long ago |
+
+mod age;
+mod cells;
+mod close_up;
+mod dialog;
+mod event_tail;
+mod fault_table;
+mod footer;
+mod header;
+mod help;
+mod journal;
+mod module_table;
+mod palette;
+mod plot;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+
+use crate::model::Model;
+use cells::{Cells, part};
+use palette::Palette;
+
+/// Lines of header and footer.
+const HEADER: u16 = 2;
+const FOOTER: u16 = 2;
+/// Smaller screens show what fits.
+const LEAST: (u16, u16) = (40, 10);
+
+/// Draws the whole screen.
+pub(crate) fn draw(model: &Model, area: Rect, buffer: &mut Buffer) {
+    let palette = Palette { colours: model.settings.colours };
+    let mut cells = Cells { buffer, palette };
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        cells.text(area, 0, "too small: 40×10 at least", palette.plain());
+        return;
+    }
+    header::draw(model, part(area, 0, HEADER), &mut cells);
+    let body = part(area, HEADER, area.height - HEADER - FOOTER);
+    if model.helps {
+        help::draw(body, &mut cells);
+    } else if let Some(journal) = &model.journal {
+        journal::draw(journal, body, &mut cells);
+    } else if let Some(seen) = &model.close_up {
+        close_up::draw(model, seen, body, &mut cells);
+    } else {
+        lists(model, body, &mut cells);
+    }
+    footer::draw(model, part(area, area.height - FOOTER, FOOTER), &mut cells);
+    if let Some(dialog) = &model.dialog {
+        dialog::draw(dialog, area, &mut cells);
+    }
+}
+
+/// A quarter for the modules at most and a quarter for the events at least; the rest for what needs attention.
+fn lists(model: &Model, area: Rect, cells: &mut Cells) {
+    let modules = u16::try_from(model.modules().len()).unwrap_or(u16::MAX);
+    let above = 1 + modules.clamp(1, area.height / 4);
+    let below = 1 + (area.height / 4).max(4);
+    let middle = area.height.saturating_sub(above + below);
+    module_table::draw(model, part(area, 0, above), cells);
+    fault_table::draw(model, part(area, above, middle), cells);
+    event_tail::draw(model, part(area, above + middle, below), cells);
+}
