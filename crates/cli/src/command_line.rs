@@ -6,7 +6,7 @@ use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, completions, demo, detect, export, fault, faults,
     follow, generate, health, history, inject, join, model, order, record, replay, replicate,
-    router, schema, stroke, study,
+    router, schema, stroke, study, watch,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -28,6 +28,7 @@ pub(crate) enum Command {
     Faults(faults::Arguments),
     Fault(fault::Arguments),
     Follow(follow::Arguments),
+    Watch(watch::Arguments),
     #[command(visible_alias = "acknowledge")]
     Ack(order::AcknowledgeArguments),
     Reset(order::ResetArguments),
@@ -59,7 +60,10 @@ pub(crate) enum Command {
 const GROUPS: [(&str, &[&str]); 4] = [
     (
         "Operate",
-        &["faults", "fault", "follow", "ack", "reset", "history", "health", "router", "record"],
+        &[
+            "faults", "fault", "follow", "watch", "ack", "reset", "history", "health", "router",
+            "record",
+        ],
     ),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
     ("Simulate", &["demo", "inject", "stroke"]),

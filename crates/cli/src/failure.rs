@@ -112,6 +112,11 @@ impl Failure {
         Failure { kind: Kind::Network, messages }
     }
 
+    /// The messages on one line.
+    pub(crate) fn in_words(&self) -> String {
+        self.messages.join("; ")
+    }
+
     /// Prints the messages on standard error.
     pub(crate) fn report(&self) -> ExitCode {
         let mut stderr = io::stderr().lock();

@@ -43,6 +43,7 @@ mod stroke;
 mod study;
 mod table;
 mod versioned;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -76,6 +77,7 @@ pub fn run() -> ExitCode {
         Command::Completions(arguments) => completions::run(&arguments, command_line::command()),
         Command::Generate(arguments) => generate::run(&arguments, programs()),
         Command::Fault(arguments) => fault::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
         Command::History(arguments) => history::run(&arguments),
         Command::Inject(arguments) => inject::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),

@@ -7,6 +7,7 @@ use std::time::Duration;
 use names::{OperatorName, StructureName};
 use observer::AttendanceError;
 use session::{Mode, Network, NetworkFlags};
+use tokio::runtime::{Builder, Runtime};
 use zenoh::Session;
 
 use crate::context::Context;
@@ -157,13 +158,26 @@ impl Target {
 
 /// Runs what has to do with the network.
 pub(crate) fn block_on<T>(future: impl Future<Output = Result<T, Failure>>) -> Result<T, Failure> {
+    runtime()?.block_on(future)
+}
+
+/// The same for the last thing that a process does: a session that is being opened is not waited for.
+pub(crate) fn block_on_and_leave<T>(
+    future: impl Future<Output = Result<T, Failure>>,
+) -> Result<T, Failure> {
+    let runtime = runtime()?;
+    let outcome = runtime.block_on(future);
+    runtime.shutdown_background();
+    outcome
+}
+
+fn runtime() -> Result<Runtime, Failure> {
     // Zenoh needs more than one worker thread.
-    let runtime = tokio::runtime::Builder::new_multi_thread()
+    Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
         .build()
-        .map_err(|error| Failure::runtime(format!("cannot start the runtime: {error}")))?;
-    runtime.block_on(future)
+        .map_err(|error| Failure::runtime(format!("cannot start the runtime: {error}")))
 }
 
 fn unusable(error: impl std::fmt::Display) -> Failure {

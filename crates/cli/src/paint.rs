@@ -43,6 +43,11 @@ impl Paint {
         Paint(is_terminal && !refused)
     }
 
+    /// Whether colours are shown.
+    pub(crate) fn has_colours(self) -> bool {
+        self.0
+    }
+
     pub(crate) fn in_colour(self, colour: Colour, text: &str) -> String {
         let code = match colour {
             Colour::Red => "1;31",

@@ -70,16 +70,6 @@ pub(super) struct Signature {
 impl Signature {
     /// Who issued the command. `operator`: whose certificate is shown.
     pub(super) fn by(&self, operator: Option<&OperatorName>) -> Result<String, Failure> {
-        if let (Some(by), Some(operator)) = (&self.by, operator)
-            && by != operator.as_str()
-        {
-            return Err(Failure::usage(format!(
-                "--by {by}: the certificate is that of `{operator}`, whose name is recorded; leave --by out, or \
-                 show the certificate of `{by}`"
-            )));
-        }
-        let shown = operator.map(ToString::to_string);
-        let by = shown.or_else(|| self.by.clone()).or_else(issuer::from_environment);
-        by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))
+        issuer::name(self.by.as_deref(), operator)
     }
 }

@@ -3,7 +3,7 @@
 mod arguments;
 mod carry_out;
 mod homes;
-mod issuer;
+pub(crate) mod issuer;
 mod outcome;
 mod report;
 mod set_aside;
