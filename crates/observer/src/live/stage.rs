@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use names::{ModuleName, StructureName};
+use wire::keys::PLANT;
 use wire::{FaultTransition, ModuleStatus, Unknown};
 use zenoh::session::ZenohId;
 
@@ -72,7 +73,10 @@ impl Stage {
                 module.heard_unix_ns = now_unix_ns;
             }
             News::Presence { structure, who, there } => {
-                if let Ok(module) = who.parse::<ModuleName>() {
+                // The plant has a token too, and is no module.
+                if let Ok(module) = who.parse::<ModuleName>()
+                    && who != PLANT
+                {
                     self.module(structure, &module).picture.member.present = *there;
                 }
             }
@@ -212,6 +216,18 @@ mod tests {
             stage.status(testing::status("m1", &[]), 11 * SECOND);
             assert_eq!(state(&stage.scene(3, 11 * SECOND)), known);
         }
+    }
+
+    #[test]
+    fn the_plant_is_no_module_of_the_scene() {
+        let mut stage = Stage::default();
+        for who in ["plant", "m1"] {
+            let (structure, who) = ("tower".parse().unwrap(), who.to_owned());
+            stage.news(News::Presence { structure, who, there: true }, SECOND);
+        }
+        let scene = stage.scene(1, SECOND);
+        let modules = scene.modules.iter().map(|module| module.picture.member.module.as_str());
+        assert_eq!((modules.collect::<Vec<_>>(), scene.events.len()), (vec!["m1"], 2));
     }
 
     #[test]
