@@ -92,3 +92,36 @@ fn give_back() {
     let _ = disable_raw_mode();
     let _ = stdout().flush();
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    /// Set for the process that panics.
+    const PANICS: &str = "TRUSSWATCH_TEST_PANICS";
+    const NAME: &str = "station::screen::tests::a_panic_of_any_thread_gives_the_terminal_back";
+
+    /// With a terminal of its own, which `script` (util-linux) makes.
+    #[test]
+    fn a_panic_of_any_thread_gives_the_terminal_back() {
+        if std::env::var_os(PANICS).is_some() {
+            let _screen = Screen::enter().unwrap();
+            assert!(std::thread::spawn(|| panic!("deliberate")).join().is_err());
+            assert!(has_panicked());
+            // Nothing else gives it back.
+            std::process::exit(0);
+        }
+        let program = std::env::current_exe().unwrap();
+        let command = format!("{} --exact {NAME} --nocapture; stty -a", program.display());
+        let run = Command::new("script")
+            .args(["-q", "-e", "-c", &command, "/dev/null"])
+            .env(PANICS, "1")
+            .output()
+            .unwrap();
+        let seen = String::from_utf8_lossy(&run.stdout);
+        let places = ["\x1b[?1049h", "\x1b[?1049l", "deliberate"].map(|text| seen.find(text));
+        assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?} in {seen:?}");
+        assert!(seen.contains(" icanon") && !seen.contains("-icanon"), "{seen:?}");
+    }
+}
