@@ -123,8 +123,8 @@ class Terminal:
         subprocess.run(["tmux", "-S", self.socket, "kill-server"], capture_output=True)
 
 
-def view(terminal, endpoint):
-    terminal.type(f"{BIN}/trusswatch watch --connect {endpoint} --by ada")
+def view(terminal, endpoint, who="--by ada"):
+    terminal.type(f"{BIN}/trusswatch watch --connect {endpoint} {who}")
     terminal.keys("Enter")
     until("the view is there", LIMIT_S, lambda: terminal.state()[0] == "1")
 
@@ -214,7 +214,49 @@ def story(folder, running, terminal):
     terminal.shows("silent among the modules and the alarms", r"✖ +module2 +SILENT +- +\d+ s ago", r"✖ +module2 +SILENT +\d+ s ")
     seen("a diagnoser killed", "SILENT among the modules and the alarms")
     endings(terminal, module1)
+    the_network_goes_and_comes(folder, running, terminal, module1)
+    certificates_bound_it(folder, terminal)
+    the_terminal_is_closed(terminal, module1)
+
+
+def the_network_goes_and_comes(folder, running, terminal, module1):
+    """The view is a client of module1's diagnoser: without that there is no network."""
+    view(terminal, module1)
+    terminal.shows("in service", "module1 +in service")
     running[1].kill()
+    running[1].wait()
+    silent = re.compile(r"✖ +module1 +SILENT +- +(\d+) s ago")
+    screen = terminal.shows("nothing is called normal that is not known to be", silent.pattern, "unknown")
+    age = int(silent.search(screen)[1])
+    until("its age grows", LIMIT_S, lambda: (now := silent.search(terminal.screen())) and int(now[1]) > age)
+    running.append(start(folder, "module1"))
+    terminal.shows("it is back", "module1 +in service")
+    terminal.keys("q")
+    terminal.is_as_before("q, after the network was away")
+    seen("the network away", "SILENT, older every second; in service again when it came back")
+
+
+def certificates_bound_it(folder, terminal):
+    """Nobody listens there; who may give orders is known all the same."""
+    pki = folder / "pki"
+    trusswatch("pki", "authority", "tower", "--dir", pki)
+    trusswatch("pki", "issue", "operator.ada", "observer.wall", "--dir", pki)
+    for holder, answer in (("observer.wall", "no orders from here: the certificate that is shown is not an"),
+                           ("operator.ada", "no component is selected")):
+        view(terminal, "tls/127.0.0.1:1", f"--tls {pki}/{holder}")
+        terminal.keys("a")
+        terminal.shows(f"what {holder} may do", answer)
+        terminal.keys("q")
+        terminal.is_as_before(f"q, as {holder}")
+        seen(f"{holder} orders", answer)
+
+
+def the_terminal_is_closed(terminal, module1):
+    view(terminal, module1)
+    program = Path(f"/proc/{terminal.program()}")
+    terminal.end()
+    until("the view ends with its terminal", LIMIT_S, lambda: not program.exists())
+    seen("the terminal closed", "the view has ended")
 
 
 def endings(terminal, module1):

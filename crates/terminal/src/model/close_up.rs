@@ -9,7 +9,8 @@ use super::subject::{Subject, Whose};
 
 /// Divergences that are kept.
 const LATEST: usize = 600;
-/// From one question for a freeze frame that was not there to the next \[ns\]: it is complete two seconds after the fault.
+/// From one question for a freeze frame that was not there to the next \[ns\]: it is complete two seconds after the
+/// fault.
 const AGAIN_AFTER_NS: u64 = 2_000_000_000;
 
 /// What is had of a module on request.

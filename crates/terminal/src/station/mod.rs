@@ -49,8 +49,8 @@ pub enum ViewError {
     Panicked,
 }
 
-/// Shows the view until it is ended by a key or a signal; `open` is called until there is a session. The terminal is given
-/// back in any case.
+/// Shows the view until it is ended by a key or a signal; `open` is called until there is a session. The terminal is
+/// given back in any case.
 ///
 /// # Errors
 /// The terminal or the keyboard cannot be used, or a part of the program has panicked.
