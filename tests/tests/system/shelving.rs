@@ -13,7 +13,7 @@ use wire::{FaultState, FaultTransition, GivenOrderKind};
 
 const RUN: RunId = RunId(1);
 const SEED: u64 = 11;
-const CYLINDER: &str = "module1/actuator/a3";
+const CYLINDER: &str = "module1/actuator/a1";
 const BY: [&str; 4] = ["--by", "ada", "--reason", "its seal is on order"];
 /// More than the test takes.
 const FOR_LONG: u64 = 1_000_000;
@@ -61,26 +61,34 @@ fn is_cylinder(transition: &FaultTransition) -> bool {
     transition.component.to_string() == CYLINDER
 }
 
+/// What the cylinder explains in the other module.
+fn is_effect(transition: &FaultTransition) -> bool {
+    let root = transition.explained_by.as_ref().map(ToString::to_string);
+    transition.module.as_str() == "module2" && root.as_deref() == Some(CYLINDER)
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_shelved_fault_is_found_explains_others_survives_a_kill_and_counts_again_by_itself() {
     let _turn = turn::side_by_side().await;
-    let leak = Fault::InternalLeakage { area_m2: 3e-7 };
-    let deployment = Deployment::of_watched_tower(&scenarios::single(CYLINDER, leak));
+    let fault = Fault::HardOver {};
+    let deployment = Deployment::of_watched_tower(&scenarios::single(CYLINDER, fault));
     let observer = Observer::of(&deployment).await;
     let mut faults = observer.faults().await;
     let mut diagnosers = deployment.start_diagnosers();
     observer.wait_for(&MODULES, false).await;
     shelve(&deployment, "1h").await;
     let plant = deployment.start_plant("real", FOR_LONG, SEED, RUN);
-    let latched = |one: &FaultTransition| is_cylinder(one) && one.state == FaultState::Latched;
-    let found = find(&mut faults, "the fault, latched", latched).await;
+    let (mut found, mut explains) = (None, false);
+    let both = |_: u64, one: FaultTransition| {
+        explains |= is_effect(&one);
+        if is_cylinder(&one) && one.state == FaultState::Latched {
+            found = Some(one);
+        }
+        found.clone().filter(|_| explains)
+    };
+    let found = faults.find("the fault, latched, and an effect in the other module", both).await;
     let shelved = found.shelved.unwrap();
     assert_eq!((shelved.by.as_str(), shelved.reason.as_str()), ("ada", "its seal is on order"));
-    let explained = |one: &FaultTransition| {
-        let root = one.explained_by.as_ref().map(ToString::to_string);
-        one.module.as_str() == "module2" && root.as_deref() == Some(CYLINDER)
-    };
-    find(&mut faults, "an effect in the other module, explained", explained).await;
     let picture = check_until(&deployment, 0).await;
     assert_eq!(shown(&picture, CYLINDER)["state"], "latched", "{picture:#}");
 
