@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
+use names::{ModuleName, StructureName, printable};
 use tokio::time::{Instant, timeout_at};
-use wire::{FreezeFrame, FreezeFrameQuestion, Key, Topic};
+use wire::{FaultTransition, FreezeFrame, FreezeFrameQuestion, Key, Topic};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
@@ -51,6 +51,48 @@ pub async fn freeze_frames(
         frames.push(check(read(&reply, timeout)?)?);
     }
     if frames.is_empty() { Err(QueryError::Unanswered(timeout)) } else { Ok(frames) }
+}
+
+/// The frame of the fault that a component has.
+///
+/// # Errors
+/// Why there is none, in words that can be printed.
+pub async fn freeze_frame_of(
+    session: &Session,
+    found: &FaultTransition,
+    timeout: Duration,
+) -> Result<FreezeFrame, String> {
+    let (structure, module) = (&found.structure, &found.module);
+    let kept = freeze_frames(session, structure, module, timeout).await;
+    let kept = kept.map_err(|error| why(&error))?;
+    let Some(head) = kept.iter().find(|frame| is_of(frame, found)) else {
+        return Err("none of this fault is kept: it takes until two seconds after the latching, \
+                    and only the latest are kept"
+            .to_owned());
+    };
+    let frame = freeze_frame(session, structure, module, head.sequence, timeout).await;
+    match frame {
+        Ok(frame) if is_of(&frame, found) => Ok(frame),
+        Ok(frame) => Err(format!("the answer is of another fault, of {}", frame.component)),
+        Err(error) => Err(why(&error)),
+    }
+}
+
+/// An acknowledgement is a transition of its own, on the same onset.
+fn is_of(frame: &FreezeFrame, found: &FaultTransition) -> bool {
+    frame.component == found.component
+        && frame.incarnation == found.incarnation
+        && found.run.is_none_or(|run| run == frame.run)
+        && Some(frame.onset_step) == found.onset_step
+        && frame.sequence <= found.sequence
+}
+
+fn why(error: &QueryError) -> String {
+    match error {
+        QueryError::Refused(reason) => printable(reason),
+        QueryError::Unanswered(_) => "its module gives none".to_owned(),
+        other => printable(&other.to_string()),
+    }
 }
 
 /// Every trace has a value for every step.

@@ -36,7 +36,7 @@ pub use attendance::{Attendance, Member, attendance};
 pub use diagnoser_orders::{Command, order};
 pub use divergences::DivergenceFeed;
 pub use feed::{Feed, News};
-pub use freeze_frame::{freeze_frame, freeze_frames};
+pub use freeze_frame::{freeze_frame, freeze_frame_of, freeze_frames};
 pub use history::{Gap, ModuleHistory, history};
 pub use identification::identification;
 pub use live::{Event, Live, LiveModule, NetworkState, Scene};

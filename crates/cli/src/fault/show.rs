@@ -127,7 +127,7 @@ async fn look(session: &Session, target: &Target, component: &Mention) -> Result
             Failure::runtime(format!("{component}: {}", printable(&error.to_string())))
         })?;
         state.identification = latest.map(Box::new).or(state.identification);
-        frame = Some(frame::fetch(session, &state, target.timeout).await);
+        frame = Some(observer::freeze_frame_of(session, &state, target.timeout).await);
     }
     Ok(Found { state, frame })
 }

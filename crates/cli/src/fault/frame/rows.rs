@@ -1,8 +1,7 @@
 //! A freeze frame as CSV: one row a step.
 
+use freeze_chart::seconds;
 use wire::FreezeFrame;
-
-use super::seconds;
 
 /// The step, the time since the detection, and the traces with their units in the header; a value that is not there is
 /// empty.
@@ -25,8 +24,8 @@ pub(in crate::fault) fn csv(frame: &FreezeFrame) -> Result<Vec<u8>, csv::Error> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::frame;
     use super::*;
+    use freeze_chart::testing::frame;
 
     #[test]
     fn every_step_has_a_row_and_what_is_undefined_is_empty() {

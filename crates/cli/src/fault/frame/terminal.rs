@@ -1,8 +1,8 @@
 //! A freeze frame drawn with characters.
 
+use freeze_chart::{ratios, shown_in, trace};
 use wire::{FreezeFrame, Trace};
 
-use super::{ratios, shown_in, trace};
 use crate::chart::{Curve, curve};
 use crate::paint::Paint;
 
@@ -59,8 +59,8 @@ fn of_divergence(frame: &FreezeFrame) -> Curve {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::frame;
     use super::*;
+    use freeze_chart::testing::frame;
 
     #[test]
     fn a_frame_is_drawn_like_this() {

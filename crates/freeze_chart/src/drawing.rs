@@ -3,8 +3,9 @@
 use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
 use wire::{FreezeFrame, Trace};
 
-use super::{ratios, seconds, shown_in, trace};
 use wording::utc;
+
+use crate::signals::{ratios, seconds, shown_in, trace};
 
 /// Height of a plot \[px\].
 const HEIGHT: f64 = 130.0;
@@ -13,7 +14,8 @@ const LOWEST: f64 = 1e-6;
 
 /// What was measured, the residual and the divergence over its threshold; of a cylinder also its pressures. Time counts
 /// from the detection.
-pub(in crate::fault) fn svg(frame: &FreezeFrame) -> String {
+#[must_use]
+pub fn svg(frame: &FreezeFrame) -> String {
     let panels = [
         panel(frame, "what was measured", &["reading", "demand", "force"]),
         panel(frame, "residual", &["residual"]),
@@ -100,8 +102,8 @@ fn marked(frame: &FreezeFrame, panel: Panel) -> Panel {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::frame;
     use super::*;
+    use crate::testing::frame;
 
     #[test]
     fn the_drawing_has_a_panel_for_each_signal_and_is_the_same_every_time() {
