@@ -4,7 +4,7 @@
 #[path = "../../truss/tests/shared/mod.rs"]
 mod shared;
 
-use figure::structure::drawing;
+use figure::structure::{Look, Plan, drawing};
 use svg::parser::Event;
 
 fn texts(drawing: &str) -> Vec<String> {
@@ -61,5 +61,32 @@ fn every_coordinate_is_finite_and_the_drawing_is_always_the_same() {
         let first = drawing(&structure);
         assert!(!first.contains("NaN") && !first.contains("inf"));
         assert_eq!(first, drawing(&structure));
+    }
+}
+
+#[test]
+fn a_plan_has_a_link_with_title_and_badge_for_every_component() {
+    for structure in shared::all() {
+        let plan = Plan::of(&structure);
+        let look = |component: &names::ComponentPath| Look {
+            class: "latched".to_owned(),
+            badge: "sign-latched".to_owned(),
+            title: format!("{component}: <script>"),
+            href: format!("/component/{component}"),
+        };
+        let signs = plan.signs(look);
+        let components = structure.modules.iter().flat_map(|module| {
+            module.components().map(|component| format!("{}/{component}", module.name))
+        });
+        let mut count = 0;
+        for component in components {
+            assert!(signs.contains(&format!("href=\"/component/{component}\"")), "{component}");
+            count += 1;
+        }
+        assert_eq!(signs.matches("href=\"#sign-latched\"").count(), count);
+        assert_eq!(plan.components().count(), count);
+        assert!(!signs.contains("<script>") && !signs.contains("NaN"), "{signs}");
+        let page = format!("<svg viewBox=\"{}\">{}{signs}</svg>", plan.view_box(), plan.ground());
+        assert!(texts(&page).len() > count);
     }
 }

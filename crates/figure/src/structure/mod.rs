@@ -3,15 +3,18 @@
 
 mod legend;
 mod placement;
+mod plan;
 mod projection;
 mod support;
 mod symbols;
 
+use names::{Component, ComponentKind, ComponentPath};
 use svg::Document;
 use svg::node::element::{Group, Polygon, Rectangle};
-use truss::{Actuator, Gage, Member, Module, Node, Structure};
+use truss::{Actuator, Member, Module, Node, Structure};
 
 use self::placement::Placement;
+pub use self::plan::{Look, Plan};
 use self::projection::{Point, Projection, hull, range};
 use self::support::{SupportKind, kind_of_support};
 use self::symbols::Style;
@@ -196,8 +199,21 @@ impl Drawing<'_> {
         })
     }
 
-    /// Actuators and gages with their names, each where there is room.
+    /// Actuators and gages with their names.
     fn equipment(&self) -> Group {
+        let places = self.places();
+        let mut group = Group::new();
+        for kind in [ComponentKind::Actuator, ComponentKind::Sensor] {
+            let of_kind = |place: &&Place| place.component.component.kind() == kind;
+            for Place { sign, .. } in places.iter().filter(of_kind) {
+                group = group.add(sign.clone());
+            }
+        }
+        places.iter().fold(group, |group, place| group.add(place.label()))
+    }
+
+    /// Where every actuator and gage is drawn, each with its name where there is room.
+    fn places(&self) -> Vec<Place> {
         let mut placement = Placement::default();
         for member in &self.structure.members {
             placement.line(self.points(member.ends));
@@ -205,36 +221,37 @@ impl Drawing<'_> {
         for node in &self.structure.nodes {
             placement.mark(self.projection.point(node.position_m));
         }
-        let mut signs = Group::new();
-        let mut names = Group::new();
-        for module in &self.structure.modules {
-            for actuator in &module.actuators {
-                let line = self.beside(actuator);
-                for part in [0.3, 0.4, 0.5, 0.6, 0.7] {
-                    placement.mark(line[0].towards(line[1], part));
-                }
-                placement.line(line);
-                signs = signs.add(symbols::cylinder(line));
+        let modules = &self.structure.modules;
+        let actuators =
+            || modules.iter().flat_map(|module| module.actuators.iter().map(move |a| (module, a)));
+        for (_, actuator) in actuators() {
+            let line = self.beside(actuator);
+            for part in [0.3, 0.4, 0.5, 0.6, 0.7] {
+                placement.mark(line[0].towards(line[1], part));
             }
+            placement.line(line);
         }
-        for module in &self.structure.modules {
+        let mut places = Vec::new();
+        for module in modules {
             for gage in &module.gages {
                 let line = self.points(self.structure.gage_member(gage).ends);
                 let at = gage_place(&placement, line);
                 placement.mark(at);
-                signs = signs.add(symbols::gage(at, line));
-                names = names.add(gage_name(&mut placement, gage, at));
+                let name_at = gage_name_place(&mut placement, at);
+                let component = Component::Sensor(gage.name.clone());
+                let sign = symbols::gage(at, line);
+                places.push(Place { component: path(module, component), at, sign, name_at });
             }
         }
-        for module in &self.structure.modules {
-            for actuator in &module.actuators {
-                let at = self.actuator_name_place(&placement, actuator);
-                placement.mark(at);
-                let words = actuator.name.as_str();
-                names = names.add(symbols::label(at, words, symbols::ACTUATOR_INK));
-            }
+        for (module, actuator) in actuators() {
+            let line = self.beside(actuator);
+            let name_at = self.actuator_name_place(&placement, actuator);
+            placement.mark(name_at);
+            let component = Component::Actuator(actuator.name.clone());
+            let (at, sign) = (line[0].towards(line[1], 0.5), symbols::cylinder(line));
+            places.push(Place { component: path(module, component), at, sign, name_at });
         }
-        signs.add(names)
+        places
     }
 
     /// The line of an actuator, moved outwards so that it does not hide what it stands beside.
@@ -275,7 +292,29 @@ fn gage_place(placement: &Placement, line: [Point; 2]) -> Point {
     placement.roomiest(places, Some(line)).unwrap_or(places[0])
 }
 
-fn gage_name(placement: &mut Placement, gage: &Gage, at: Point) -> svg::node::element::Text {
+/// Where a component is drawn, and its name beside it.
+struct Place {
+    component: ComponentPath,
+    at: Point,
+    sign: Group,
+    name_at: Point,
+}
+
+impl Place {
+    fn label(&self) -> svg::node::element::Text {
+        let ink = match self.component.component.kind() {
+            ComponentKind::Actuator => symbols::ACTUATOR_INK,
+            ComponentKind::Sensor => symbols::GAGE_INK,
+        };
+        symbols::label(self.name_at, self.component.component.name(), ink)
+    }
+}
+
+fn path(module: &Module, component: Component) -> ComponentPath {
+    ComponentPath { module: module.name.clone(), component }
+}
+
+fn gage_name_place(placement: &mut Placement, at: Point) -> Point {
     let around = [
         (-22.0, 0.0),
         (22.0, 0.0),
@@ -289,7 +328,7 @@ fn gage_name(placement: &mut Placement, gage: &Gage, at: Point) -> svg::node::el
     let places = around.map(|(x, y)| at.offset(x, y));
     let place = placement.roomiest(places, None).unwrap_or(places[0]);
     placement.mark(place);
-    symbols::label(place, gage.name.as_str(), symbols::GAGE_INK)
+    place
 }
 
 /// The first lane in which a bracket overlaps none that is there.
