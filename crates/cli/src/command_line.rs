@@ -6,7 +6,7 @@ use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, completions, demo, detect, export, fault, faults,
     follow, generate, health, history, inject, join, model, order, record, replay, replicate,
-    router, schema, stroke, study, watch,
+    router, schema, stroke, study, watch, web,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -36,6 +36,7 @@ pub(crate) enum Command {
     Health(health::Arguments),
     Router(router::Arguments),
     Record(Box<record::Arguments>),
+    Web(Box<web::Arguments>),
     Check(check::Arguments),
     Model(model::Arguments),
     Pki(certificates::Arguments),
@@ -61,8 +62,8 @@ const GROUPS: [(&str, &[&str]); 4] = [
     (
         "Operate",
         &[
-            "faults", "fault", "follow", "watch", "ack", "reset", "history", "health", "router",
-            "record",
+            "faults", "fault", "follow", "watch", "web", "ack", "reset", "history", "health",
+            "router", "record",
         ],
     ),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),

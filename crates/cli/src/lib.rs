@@ -44,6 +44,7 @@ mod study;
 mod table;
 mod versioned;
 mod watch;
+mod web;
 
 use std::process::ExitCode;
 
@@ -87,6 +88,7 @@ pub fn run() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Join(arguments) => join::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
+        Command::Web(arguments) => web::run(&arguments),
         Command::Router(arguments) => return router::run(arguments),
     };
     match done {

@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Reads a description, or reports every mistake in it.
-fn read(file: &Path) -> Result<Structure, Failure> {
+pub(crate) fn read(file: &Path) -> Result<Structure, Failure> {
     let name = file.display();
     let text = fs::read_to_string(file)
         .map_err(|e| Failure::input(format!("cannot read `{name}`: {e}")))?;

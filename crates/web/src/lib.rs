@@ -2,8 +2,43 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `config` | where it is served, and what it shows |
+//! | `server` | the process, from its start to its end |
+//! | `router` | which path leads where |
 //! | `app` | what every request sees |
 //! | `access` | who it is, and what he may do |
+//! | `view` | a scene with the links that lead on from it |
+//! | `look`, `drawing` | how a state looks; the structure drawn with the states of its components |
+//! | `layout`, `assets` | what all pages have in common; style sheet and script |
+//! | `overview`, `component`, `module`, `history`, `events` | the pages |
+//! | `forms` | the forms in which orders are given |
+//! | `stream` | parts of pages as they change |
+//! | `desk` | what is asked of modules, once for all pages |
+//! | `hub` | work that goes on only while somebody looks |
+//! | `metrics` | what is counted, and whether the process is well |
 
 mod access;
 mod app;
+mod assets;
+mod component;
+mod config;
+mod desk;
+mod drawing;
+mod events;
+mod forms;
+mod history;
+mod hub;
+mod layout;
+mod look;
+mod metrics;
+mod module;
+mod overview;
+mod router;
+mod server;
+mod stream;
+#[cfg(test)]
+mod testing;
+mod view;
+
+pub use config::WebConfig;
+pub use server::run;

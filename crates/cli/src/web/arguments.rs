@@ -1,0 +1,34 @@
+//! What `trusswatch web` takes.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use names::ModuleName;
+use shell::shutdown::ShutdownFlags;
+
+use crate::link::Link;
+
+/// Serve a web page of the structure: what needs attention, the drawing, evidence, history
+///
+/// It is a client of the network like the other commands, and may be started before anything else: the page then
+/// shows that no module answers, and fills itself when they come. It needs nothing from elsewhere. The address is
+/// logged. Without an address that others reach, only this computer sees the page.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The address on which the page is served
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8480")]
+    pub(super) listen: SocketAddr,
+    /// Description of the structure (TOML), which is drawn with the states of its components
+    #[arg(long, value_name = "FILE")]
+    pub(super) drawing: Option<PathBuf>,
+    /// Modules that should be there: they are shown even if they are never heard
+    #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
+    pub(super) expect: Vec<ModuleName>,
+    /// Where what outlives the process is kept
+    #[arg(long, value_name = "DIRECTORY", env = "STATE_DIRECTORY")]
+    pub(super) state_dir: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) shutdown: ShutdownFlags,
+    #[command(flatten)]
+    pub(super) link: Link,
+}

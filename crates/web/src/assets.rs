@@ -1,0 +1,26 @@
+//! Style sheet, script and icon, embedded in the program.
+
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
+use axum::response::IntoResponse;
+
+/// The style sheet.
+pub(crate) const STYLE: &str = include_str!("assets/page.css");
+/// The script.
+pub(crate) const SCRIPT: &str = include_str!("assets/page.js");
+/// The icon.
+pub(crate) const ICON: &str = include_str!("assets/icon.svg");
+
+/// Another version of the program may have others: they are asked for again, and are small.
+const CACHING: &str = "max-age=60";
+
+pub(crate) async fn style() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "text/css; charset=utf-8"), (CACHE_CONTROL, CACHING)], STYLE)
+}
+
+pub(crate) async fn script() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "text/javascript; charset=utf-8"), (CACHE_CONTROL, CACHING)], SCRIPT)
+}
+
+pub(crate) async fn icon() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "image/svg+xml"), (CACHE_CONTROL, CACHING)], ICON)
+}

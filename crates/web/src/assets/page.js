@@ -1,0 +1,70 @@
+// Keeps a page up to date: parts of it come as they change, by server-sent events or, where there are too many of
+// these, by polling. Without this script the page is whole, and as of its time.
+"use strict";
+(() => {
+  const wanted = document.body.dataset.live;
+  const live = document.getElementById("live");
+  if (!wanted || !live) return;
+  const SILENT_MS = 5000, RENEW_MS = 12000, POLL_MS = 2000, STREAM_AGAIN_MS = 30000;
+  let stream = null, polling = null, last = performance.now(), opened = last;
+
+  const replace = (element, html) => {
+    // Whoever uses the keyboard stays where he was.
+    const focused = element.contains(document.activeElement) ? document.activeElement.getAttribute("href") : null;
+    element.innerHTML = html;
+    if (focused) element.querySelector(`[href="${CSS.escape(focused)}"]`)?.focus();
+  };
+  const take = (parts) => {
+    last = performance.now();
+    for (const { id, html } of parts) {
+      const element = document.getElementById(id);
+      if (element) replace(element, html);
+    }
+    show();
+  };
+
+  const poll = async () => {
+    try {
+      const answer = await fetch(`/fragments?${wanted}`, { cache: "no-store", signal: AbortSignal.timeout(4000) });
+      if (answer.ok) take(await answer.json());
+    } catch { /* The age of what is shown says it. */ }
+  };
+  const fallBack = () => {
+    if (polling) return;
+    poll();
+    polling = setInterval(poll, POLL_MS);
+    setTimeout(open, STREAM_AGAIN_MS);
+  };
+  const stop = () => {
+    stream?.close();
+    clearInterval(polling);
+    stream = polling = null;
+  };
+  function open() {
+    if (document.hidden) return;
+    stop();
+    opened = performance.now();
+    stream = new EventSource(`/stream?${wanted}`);
+    stream.onmessage = (event) => take(JSON.parse(event.data));
+    // A refusal closes it for good; a lost connection is opened again by the browser.
+    stream.onerror = () => { if (stream?.readyState === EventSource.CLOSED) { stop(); fallBack(); } };
+  }
+
+  // How old what is shown is, at every moment.
+  const words = document.createElement("span"), clock = document.getElementById("clock");
+  live.replaceChildren(words, clock);
+  const show = () => {
+    const now = performance.now(), age = now - last, lost = age > SILENT_MS;
+    document.body.classList.toggle("lost", lost);
+    live.dataset.age = Math.round(age / 1000);
+    words.textContent = lost ? `NOT LIVE: nothing new for ${Math.round(age / 1000)} s, as of ` : "live ";
+    // A connection that is open and carries nothing.
+    if (stream && age > RENEW_MS && now - opened > RENEW_MS) open();
+  };
+  setInterval(show, 500);
+  document.addEventListener("visibilitychange", () => (document.hidden ? stop() : open()));
+  addEventListener("pagehide", stop);
+  addEventListener("pageshow", (event) => { if (event.persisted) open(); });
+  open();
+  show();
+})();

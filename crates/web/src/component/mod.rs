@@ -1,0 +1,156 @@
+//! The page of a component: its state and why, the evidence, its history.
+//!
+//! | file | what |
+//! |---|---|
+//! | `facts` | its state with reasons, what kind of fault it is |
+//! | `trail` | which change explains which, drawn |
+//! | `plot` | residual and divergence of the last minute |
+//! | `evidence` | journal and freeze frame, as its module answers |
+//! | `watch` | what of the page changes while somebody looks at it |
+
+mod evidence;
+mod facts;
+mod plot;
+mod trail;
+mod watch;
+
+use std::sync::Arc;
+
+use axum::extract::{Path, Query, State};
+use axum::http::StatusCode;
+use axum::response::Response;
+use maud::{Markup, PreEscaped, html};
+use names::{ComponentPath, StructureName};
+use observer::Scene;
+use serde::Deserialize;
+use wire::FaultTransition;
+use wording::printable;
+
+use crate::access::Viewer;
+use crate::app::Shared;
+use crate::desk::{Traces, traces};
+use crate::forms;
+use crate::layout::Page;
+use crate::stream::{Part, Subject, Whose, part};
+use crate::view::{View, find_module};
+use evidence::Evidence;
+
+pub(crate) use watch::Watch;
+
+/// Of which structure something is, where there are several.
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct Of {
+    structure: Option<String>,
+}
+
+impl Of {
+    /// The structure that is named.
+    pub(crate) fn structure(&self) -> Result<Option<StructureName>, String> {
+        let parsed = self.structure.as_deref().map(str::parse).transpose();
+        parsed.map_err(|error: names::NameError| format!("structure: {error}"))
+    }
+}
+
+/// `/component/{module}/{kind}/{name}`
+pub(crate) async fn page(
+    State(app): State<Shared>,
+    Path((module, kind, name)): Path<(String, String, String)>,
+    Query(of): Query<Of>,
+    viewer: Viewer,
+) -> Response {
+    let scene = app.live.scene();
+    let parsed = format!("{module}/{kind}/{name}").parse::<ComponentPath>();
+    let whose = parsed
+        .map_err(|error| error.to_string())
+        .and_then(|name| of.structure().map(|structure| Whose { structure, name }));
+    let whose = match whose {
+        Ok(whose) => whose,
+        Err(problem) => return unknown(&viewer, &scene, &problem),
+    };
+    let view = View::new(&scene, app.drawing.as_ref());
+    let Some(transition) = scene.component(whose.structure.as_ref(), &whose.name) else {
+        return unknown(&viewer, &scene, &format!("nothing is known of `{}`", whose.name));
+    };
+    let of = find_module(&scene, Some(&transition.structure), &transition.module);
+    let evidence = Evidence::fetch(&app, transition, of).await;
+    let live = traces(&app, &transition.structure, &transition.module);
+    let traces = Arc::clone(&live.borrow());
+    let shown = Shown { view: &view, transition, evidence: &evidence, traces: &traces };
+    let page = Page {
+        title: &crate::drawing::title(transition),
+        place: "",
+        live: Subject::Component(whose.clone()).parameters(),
+        viewer: &viewer,
+        scene: &scene,
+    };
+    page.around(&main(&shown, &viewer))
+}
+
+fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response {
+    let live = String::new();
+    let page = Page { title: "Not known", place: "", live, viewer, scene };
+    page.refusing(
+        StatusCode::NOT_FOUND,
+        &html! {
+            h1 { "Not known" }
+            p { (printable(problem)) ". " a href="/" { "The overview" } " has what is." }
+        },
+    )
+}
+
+/// What is shown of a component.
+struct Shown<'a> {
+    view: &'a View<'a>,
+    transition: &'a FaultTransition,
+    evidence: &'a Evidence,
+    traces: &'a Traces,
+}
+
+impl Shown<'_> {
+    fn parts(&self) -> Vec<Part> {
+        vec![
+            part("facts", facts::facts(self.view, self.transition)),
+            part("trail", trail::trail(self.view, self.transition, self.evidence.history())),
+            part("frame", self.frame()),
+            part("plot", plot::plot(self.transition, self.traces)),
+            part("journal", self.journal()),
+        ]
+    }
+
+    fn frame(&self) -> Markup {
+        match &self.evidence.frame {
+            None => html! { p.nothing { "It has no fault, so nothing is kept." } },
+            Some(Err(why)) => html! { p.nothing { "No freeze frame: " (why) "." } },
+            Some(Ok(drawing)) => html! { div.plot { (PreEscaped(drawing)) } },
+        }
+    }
+
+    fn journal(&self) -> Markup {
+        let Some(journal) = &self.evidence.journal else {
+            return html! { p.nothing { "Not read yet." } };
+        };
+        crate::history::of_component(self.view, journal, &self.transition.component)
+    }
+}
+
+fn main(shown: &Shown<'_>, viewer: &Viewer) -> Markup {
+    let FaultTransition { component, structure, module, .. } = shown.transition;
+    let parts = shown.parts();
+    let slot = |id: &'static str| {
+        let html = parts.iter().find(|part| part.id == id).map_or("", |part| part.html.as_str());
+        html! { div id=(id) { (PreEscaped(html)) } }
+    };
+    let history = format!("/history?module={module}&component={component}");
+    html! {
+        nav.trace aria-label="Place" {
+            a href="/" { (structure) } " / " a href=(shown.view.module(Some(structure), module)) { (module) }
+        }
+        h1 { (component) }
+        (slot("facts"))
+        (forms::of_component(viewer, shown.transition, &shown.view.component(Some(structure), component)))
+        section { h2 { "What explains what" } (slot("trail")) }
+        section { h2 { "Around the onset" } (slot("frame")) }
+        section { h2 { "The last minute" } (slot("plot")) }
+        section { h2 { "History" } (slot("journal")) p { a href=(history) { "With filters" } } }
+    }
+}

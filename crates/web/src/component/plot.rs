@@ -1,0 +1,81 @@
+//! Residual and divergence of the last minute, as they are published.
+
+use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
+use maud::{Markup, PreEscaped, html};
+use names::ComponentKind;
+use wire::{Channel, FaultTransition};
+
+use crate::desk::Traces;
+
+/// Height of a plot \[px\].
+const HEIGHT: f64 = 120.0;
+/// The divergence is drawn from here on, in thresholds.
+const LOWEST: f64 = 1e-6;
+
+/// A point in time \[s, 0 is the latest\], and the channel then.
+type Point<'a> = (f64, &'a Channel);
+
+/// The plots, or that there is nothing to plot.
+pub(super) fn plot(transition: &FaultTransition, traces: &Traces) -> Markup {
+    let points = points(transition, traces);
+    if points.len() < 2 {
+        return html! {
+            p.nothing { "No divergences have come yet: the diagnoser publishes them from now on, if it is there." }
+        };
+    }
+    let latest = traces.back().map_or(0, |latest| latest.step.0);
+    let figure = Figure {
+        title: "Residual and divergence".to_owned(),
+        subtitle: format!("up to step {latest}"),
+        description: format!(
+            "Residual and divergence of {} in the last minute.",
+            transition.component
+        ),
+        rows: [residual(transition, &points), divergence(&points)]
+            .map(|panel| Row::new(HEIGHT, vec![panel]))
+            .into(),
+    };
+    html! { div.plot { (PreEscaped(figure.svg())) } }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a minute")]
+fn points<'a>(transition: &FaultTransition, traces: &'a Traces) -> Vec<Point<'a>> {
+    let latest = traces.back().map_or(0, |latest| latest.time_unix_ns);
+    let own = |channel: &&Channel| channel.component == transition.component.component;
+    let point = |message: &'a std::sync::Arc<wire::Divergences>| {
+        let channel = message.channels.iter().find(own)?;
+        Some((-(latest.saturating_sub(message.time_unix_ns) as f64) / 1e9, channel))
+    };
+    traces.iter().filter_map(point).collect()
+}
+
+fn residual(transition: &FaultTransition, points: &[Point<'_>]) -> Panel {
+    let (scale, unit) = match transition.component.component.kind() {
+        ComponentKind::Actuator => (1e-3, "kN"),
+        ComponentKind::Sensor => (1e6, "µm"),
+    };
+    let values = points.iter().map(|(time, channel)| [*time, scale * channel.residual]).collect();
+    Panel::new("residual", time(), Axis::linear(format!("[{unit}]")), vec![line(values)])
+}
+
+fn divergence(points: &[Point<'_>]) -> Panel {
+    let ratio = |channel: &Channel| {
+        channel.divergence.map_or(f64::NAN, |divergence| divergence / channel.threshold)
+    };
+    let values: Vec<[f64; 2]> =
+        points.iter().map(|(time, channel)| [*time, ratio(channel)]).collect();
+    let ratios = || values.iter().map(|[_, ratio]| *ratio);
+    let highest = ratios().filter(|ratio| ratio.is_finite()).fold(3.0, f64::max);
+    let lowest = ratios().filter(|ratio| *ratio > 0.0).fold(0.1, f64::min);
+    let y = Axis::log("D / γ").over([lowest.max(LOWEST), 1.3 * highest]);
+    let level = Mark::new(MarkKind::Level, 1.0, "threshold");
+    Panel::new("divergence over its threshold", time(), y, vec![line(values)]).marked([level])
+}
+
+fn line(points: Vec<[f64; 2]>) -> Series {
+    Series::new("", Shape::Line, Stroke::nth(0).solid(), points)
+}
+
+fn time() -> Axis {
+    Axis::linear("time [s]")
+}

@@ -1,0 +1,93 @@
+//! What of a component's page changes while somebody looks at it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use names::ComponentPath;
+use tokio::sync::watch::Receiver;
+use tokio::task::JoinSet;
+use tokio::time::Instant;
+use wire::{FaultState, FaultTransition};
+
+use super::Shown;
+use super::evidence::Evidence;
+use crate::app::Shared;
+use crate::desk::{Traces, traces};
+use crate::stream::{Part, Whose};
+use crate::view::{View, find_module};
+
+/// What was lacking is asked for again after this time.
+const ASK_AGAIN_AFTER: Duration = Duration::from_secs(4);
+
+/// A component that somebody looks at.
+pub(crate) struct Watch {
+    app: Shared,
+    whose: Whose<ComponentPath>,
+    traces: Option<Receiver<Arc<Traces>>>,
+    evidence: Evidence,
+    fetching: JoinSet<Evidence>,
+    /// What the evidence was asked for, and when.
+    asked: Option<(Version, Instant)>,
+}
+
+/// Another one has another history.
+type Version = ((Option<u64>, u64), FaultState);
+
+impl Watch {
+    pub(crate) fn new(app: &Shared, whose: Whose<ComponentPath>) -> Self {
+        Self {
+            app: Arc::clone(app),
+            whose,
+            traces: None,
+            evidence: Evidence::default(),
+            fetching: JoinSet::new(),
+            asked: None,
+        }
+    }
+
+    /// Waits for something that is not in the scene.
+    pub(crate) async fn news(&mut self) {
+        let traces = async {
+            match &mut self.traces {
+                // Without a sender it is begun once more with the next rendering.
+                Some(traces) => traces.changed().await.is_ok(),
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            lasting = traces => if !lasting { self.traces = None },
+            Some(fetched) = self.fetching.join_next() => self.evidence = fetched.unwrap_or_default(),
+        }
+    }
+
+    /// What the page shows of it now; nothing if it is no longer in the scene.
+    pub(crate) fn parts(&mut self, view: &View<'_>) -> Vec<Part> {
+        let known = view.scene.component(self.whose.structure.as_ref(), &self.whose.name);
+        let Some(transition) = known else { return Vec::new() };
+        self.ask_if_due(view, transition);
+        let (structure, module) = (&transition.structure, &transition.module);
+        let app = &self.app;
+        let live = self.traces.get_or_insert_with(|| traces(app, structure, module));
+        let traces = Arc::clone(&live.borrow_and_update());
+        Shown { view, transition, evidence: &self.evidence, traces: &traces }.parts()
+    }
+
+    fn ask_if_due(&mut self, view: &View<'_>, transition: &FaultTransition) {
+        let version = (transition.place(), transition.state);
+        let due = match self.asked {
+            None => true,
+            Some((asked, at)) => {
+                asked != version || (self.evidence.lacks() && at.elapsed() >= ASK_AGAIN_AFTER)
+            }
+        };
+        if !due || !self.fetching.is_empty() {
+            return;
+        }
+        self.asked = Some((version, Instant::now()));
+        let (app, transition) = (Arc::clone(&self.app), transition.clone());
+        let module =
+            find_module(view.scene, Some(&transition.structure), &transition.module).cloned();
+        self.fetching
+            .spawn(async move { Evidence::fetch(&app, &transition, module.as_ref()).await });
+    }
+}

@@ -1,0 +1,78 @@
+//! Answers that are kept for a moment: whoever wants the same meanwhile gets the same, and waits for the same.
+
+use std::collections::HashMap;
+use std::future::Future;
+use std::hash::Hash;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::Mutex as Turn;
+use tokio::time::Instant;
+
+/// Answers beyond this many are looked through for old ones.
+const MANY: usize = 64;
+
+type Entry<V> = Arc<Turn<Option<(Instant, V)>>>;
+
+/// Answers by what was wanted.
+#[derive(Debug)]
+pub(super) struct Answers<K, V> {
+    entries: Mutex<HashMap<K, Entry<V>>>,
+    keep: Duration,
+}
+
+impl<K: Clone + Eq + Hash, V: Clone> Answers<K, V> {
+    pub(super) fn new(keep: Duration) -> Self {
+        Self { entries: Mutex::default(), keep }
+    }
+
+    /// The answer, had by `fetch` unless a fresh one is there.
+    pub(super) async fn get<F>(&self, key: K, fetch: impl FnOnce() -> F) -> V
+    where
+        F: Future<Output = V>,
+    {
+        let entry = self.entry(key);
+        let mut turn = entry.lock().await;
+        if let Some((had, answer)) = &*turn
+            && had.elapsed() < self.keep
+        {
+            return answer.clone();
+        }
+        let answer = fetch().await;
+        *turn = Some((Instant::now(), answer.clone()));
+        answer
+    }
+
+    fn entry(&self, key: K) -> Entry<V> {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        if entries.len() >= MANY {
+            let fresh = |had: &Instant| had.elapsed() < self.keep;
+            entries.retain(|_, entry| match entry.try_lock() {
+                Ok(turn) => turn.as_ref().is_some_and(|(had, _)| fresh(had)),
+                Err(_) => true,
+            });
+        }
+        Arc::clone(entries.entry(key).or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    #[tokio::test(start_paused = true)]
+    async fn whoever_wants_the_same_meanwhile_gets_the_same() {
+        let answers: Answers<&str, u32> = Answers::new(Duration::from_secs(2));
+        let fetched = AtomicU32::new(0);
+        let fetch = || async {
+            tokio::time::sleep(Duration::from_secs(1)).await;
+            fetched.fetch_add(1, Ordering::Relaxed)
+        };
+        let both = tokio::join!(answers.get("m1", fetch), answers.get("m1", fetch));
+        assert_eq!(both, (0, 0));
+        assert_eq!(answers.get("m2", fetch).await, 1);
+        tokio::time::sleep(Duration::from_secs(3)).await;
+        assert_eq!(answers.get("m1", fetch).await, 2);
+    }
+}

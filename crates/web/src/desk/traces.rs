@@ -1,0 +1,104 @@
+//! A module's divergences of the last minute. Its diagnoser publishes them only while somebody subscribes, and here one
+//! subscription serves all pages.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use names::{ModuleName, StructureName};
+use observer::DivergenceFeed;
+use tokio::sync::watch::{Receiver, Sender};
+use tokio::time::{Instant, sleep};
+use wire::Divergences;
+use zenoh::Session;
+
+use crate::app::Shared;
+
+/// How far back they reach.
+const MINUTE_NS: u64 = 60_000_000_000;
+/// Messages that are kept, however often they come.
+const MOST: usize = 1200;
+/// From one showing to the next.
+const SHOW_EVERY: Duration = Duration::from_millis(500);
+/// From one attempt to subscribe to the next.
+const AGAIN_AFTER: Duration = Duration::from_secs(1);
+
+/// The messages of the last minute, oldest first.
+pub(crate) type Traces = VecDeque<Arc<Divergences>>;
+
+/// The divergences of a module as they come.
+pub(crate) fn traces(
+    app: &Shared,
+    structure: &StructureName,
+    module: &ModuleName,
+) -> Receiver<Arc<Traces>> {
+    let key = (structure.clone(), module.clone());
+    let (app_of_work, whose) = (Arc::clone(app), key.clone());
+    app.desk.traces.look(key, Arc::default(), move |sender| watch(app_of_work, whose, sender))
+}
+
+async fn watch(app: Shared, whose: (StructureName, ModuleName), shown: Sender<Arc<Traces>>) {
+    loop {
+        if let Some(session) = app.live.session() {
+            follow(&session, &whose, &shown).await;
+        }
+        sleep(AGAIN_AFTER).await;
+    }
+}
+
+/// Until the session ends.
+async fn follow(
+    session: &Session,
+    (structure, module): &(StructureName, ModuleName),
+    shown: &Sender<Arc<Traces>>,
+) {
+    let feed = DivergenceFeed::open(session, structure, module).await;
+    let mut feed = match feed {
+        Ok(feed) => feed,
+        Err(error) => return tracing::debug!("the divergences of {module} are not had: {error}"),
+    };
+    let mut traces = Traces::new();
+    let mut show_at = Instant::now();
+    while let Some(message) = feed.next().await {
+        keep(&mut traces, message);
+        if Instant::now() >= show_at {
+            shown.send_replace(Arc::new(traces.clone()));
+            show_at = Instant::now() + SHOW_EVERY;
+        }
+    }
+}
+
+fn keep(traces: &mut Traces, message: Divergences) {
+    let begin = message.time_unix_ns.saturating_sub(MINUTE_NS);
+    traces.push_back(Arc::new(message));
+    while traces.len() > MOST || traces.front().is_some_and(|first| first.time_unix_ns < begin) {
+        traces.pop_front();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use names::{RunId, Step};
+
+    #[test]
+    fn a_minute_is_kept_and_no_more_than_there_is_room_for() {
+        let at = |time_unix_ns| Divergences {
+            structure: "t".parse().unwrap(),
+            module: "m1".parse().unwrap(),
+            run: RunId(1),
+            step: Step(1),
+            time_unix_ns,
+            channels: Vec::new(),
+        };
+        let mut traces = Traces::new();
+        for second in 0..100_u64 {
+            keep(&mut traces, at(second * 1_000_000_000));
+        }
+        assert_eq!((traces.len(), traces[0].time_unix_ns), (61, 39_000_000_000));
+        for _ in 0..2 * MOST {
+            keep(&mut traces, at(100_000_000_000));
+        }
+        assert_eq!(traces.len(), MOST);
+    }
+}

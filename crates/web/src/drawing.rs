@@ -1,0 +1,81 @@
+//! The structure drawn with the states of its components.
+
+use figure::structure::{Look, Plan};
+use maud::{Markup, PreEscaped, html};
+use names::{ComponentPath, StructureName};
+use truss::Structure;
+use wire::FaultTransition;
+use wording::{aside, identified, state_in_words};
+
+use crate::look;
+use crate::view::View;
+
+/// A structure that is laid out.
+#[derive(Debug)]
+pub(crate) struct Drawing {
+    structure: StructureName,
+    plan: Plan,
+}
+
+impl Drawing {
+    pub(crate) fn of(structure: &Structure) -> Self {
+        Self { structure: structure.name.clone(), plan: Plan::of(structure) }
+    }
+
+    /// Whether it shows this structure.
+    pub(crate) fn is_of(&self, structure: &StructureName) -> bool {
+        self.structure == *structure
+    }
+
+    /// The drawing, in which only the signs change.
+    pub(crate) fn markup(&self, view: &View<'_>) -> Markup {
+        let name = &self.structure;
+        html! {
+            svg.drawing viewBox=(self.plan.view_box()) role="group" aria-label={ "Drawing of " (name) } {
+                g.ground aria-hidden="true" { (PreEscaped(self.plan.ground())) }
+                g #signs { (self.signs(view)) }
+            }
+        }
+    }
+
+    /// A link for each component, as it is now.
+    pub(crate) fn signs(&self, view: &View<'_>) -> Markup {
+        PreEscaped(self.plan.signs(|component| self.look(view, component)))
+    }
+
+    fn look(&self, view: &View<'_>, component: &ComponentPath) -> Look {
+        let href = view.component(Some(&self.structure), component);
+        match view.scene.component(Some(&self.structure), component) {
+            // Nobody diagnoses it, or nothing has been heard of it.
+            None => Look {
+                class: "absent".to_owned(),
+                badge: String::new(),
+                title: format!("{component}: nothing is known of it"),
+                href,
+            },
+            Some(transition) => Look {
+                class: look::classes(transition),
+                badge: badge(transition),
+                title: title(transition),
+                href,
+            },
+        }
+    }
+}
+
+/// What is normal draws no attention to itself.
+fn badge(transition: &FaultTransition) -> String {
+    match look::class(transition) {
+        "normal" | "unverified" => String::new(),
+        class => format!("sign-{class}"),
+    }
+}
+
+/// A component and its state in a line.
+pub(crate) fn title(transition: &FaultTransition) -> String {
+    let kind = transition.identification.as_ref().filter(|_| transition.state.is_fault());
+    let parts =
+        [Some(state_in_words(transition)), kind.map(|found| identified(found)), aside(transition)];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    format!("{}: {}", transition.component, parts.join("; "))
+}

@@ -1,0 +1,97 @@
+//! The forms in which orders are given. They stand outside what is replaced while somebody looks, so that nothing that
+//! is being typed is lost. Who may not order gets none.
+
+use maud::{Markup, html};
+use observer::LiveModule;
+use wire::FaultTransition;
+
+use crate::access::{Person, Viewer};
+
+/// Orders about a component.
+pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: &str) -> Markup {
+    let Some(person) = may_order(viewer) else { return refusal(viewer) };
+    let target = Target { what: "component", name: &transition.component.to_string(), back };
+    html! {
+        section.orders aria-labelledby="orders-title" {
+            h2 #orders-title { "Orders" }
+            div.forms {
+                (target.form(person, "acknowledge", "Acknowledge", &note("Note", false)))
+                (target.form(person, "reset", "Reset", &reset_fields()))
+                (target.form(person, "shelve", "Shelve", &aside_fields()))
+                (target.form(person, "unshelve", "Unshelve", &note("Note", false)))
+            }
+        }
+    }
+}
+
+/// Orders about a module.
+pub(crate) fn of_module(viewer: &Viewer, module: &LiveModule, back: &str) -> Markup {
+    let Some(person) = may_order(viewer) else { return refusal(viewer) };
+    let target = Target { what: "module", name: module.picture.member.module.as_str(), back };
+    html! {
+        section.orders aria-labelledby="orders-title" {
+            h2 #orders-title { "Maintenance" }
+            div.forms {
+                (target.form(person, "suppress", "Suppress all alarms", &aside_fields()))
+                (target.form(person, "unsuppress", "End the suppression", &note("Note", false)))
+            }
+        }
+    }
+}
+
+fn may_order(viewer: &Viewer) -> Option<&Person> {
+    viewer.person.as_ref().filter(|person| person.may_order)
+}
+
+fn refusal(viewer: &Viewer) -> Markup {
+    let words = match viewer.person {
+        None => "To acknowledge, reset or shelve, sign in.",
+        Some(_) => "You may look, and order nothing.",
+    };
+    html! { p.note { (words) } }
+}
+
+/// What an order is about, and where the page goes on afterwards.
+struct Target<'a> {
+    what: &'a str,
+    name: &'a str,
+    back: &'a str,
+}
+
+impl Target<'_> {
+    fn form(&self, person: &Person, kind: &str, words: &str, fields: &Markup) -> Markup {
+        html! {
+            form method="post" action={ "/order/" (kind) } {
+                fieldset {
+                    legend { (words) }
+                    input type="hidden" name="token" value=(person.form_token);
+                    input type="hidden" name=(self.what) value=(self.name);
+                    input type="hidden" name="back" value=(self.back);
+                    (fields)
+                    button type="submit" { (words) }
+                }
+            }
+        }
+    }
+}
+
+fn note(words: &str, required: bool) -> Markup {
+    html! {
+        label { (words) input type="text" name="note" maxlength="500" autocomplete="off" required[required]; }
+    }
+}
+
+fn reset_fields() -> Markup {
+    html! {
+        (note("Note", false))
+        label.check { input type="checkbox" name="force" value="true"; "although it has not gone" }
+        label.check { input type="checkbox" name="re_tare" value="true"; "replaced: re-tare its reference" }
+    }
+}
+
+fn aside_fields() -> Markup {
+    html! {
+        label { "For" input type="text" name="for" value="2h" size="6" required; }
+        (note("Reason", true))
+    }
+}

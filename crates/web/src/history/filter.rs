@@ -1,0 +1,175 @@
+//! What is wanted of the journals, as the address says.
+
+use std::time::UNIX_EPOCH;
+
+use maud::{Markup, html};
+use names::{ComponentPath, ModuleName};
+use observer::LiveModule;
+use serde::Deserialize;
+use wire::FaultState;
+
+use super::table::Entry;
+use crate::view::View;
+
+const STATES: [FaultState; 6] = [
+    FaultState::Normal,
+    FaultState::Tentative,
+    FaultState::Unconfirmed,
+    FaultState::Explained,
+    FaultState::Latched,
+    FaultState::Acknowledged,
+];
+
+/// The parameters of the address. Empty ones count as absent: a form sends them.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Asked {
+    from: String,
+    to: String,
+    module: String,
+    component: String,
+    state: String,
+}
+
+/// The same, understood.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Filter {
+    from_unix_ns: Option<u64>,
+    to_unix_ns: Option<u64>,
+    module: Option<ModuleName>,
+    component: Option<ComponentPath>,
+    state: Option<FaultState>,
+}
+
+impl Asked {
+    /// What is wanted, or which parameter is wrong and what would be right.
+    pub(super) fn filter(&self) -> Result<Filter, String> {
+        let state = |text: &str| {
+            let known = STATES.into_iter().find(|state| state.as_str() == text);
+            known.ok_or_else(|| {
+                format!("there is no state `{text}`; use one of {}", names_of_states())
+            })
+        };
+        Ok(Filter {
+            from_unix_ns: given("from", &self.from, time)?,
+            to_unix_ns: given("to", &self.to, time)?,
+            module: given("module", &self.module, |text| {
+                text.parse().map_err(|e: names::NameError| e.to_string())
+            })?,
+            component: given("component", &self.component, |text| {
+                text.parse().map_err(|error: names::ComponentError| error.to_string())
+            })?,
+            state: given("state", &self.state, state)?,
+        })
+    }
+
+    /// The form that asks for it.
+    pub(super) fn form(&self, view: &View<'_>) -> Markup {
+        let modules = view.scene.modules.iter().map(|module| module.picture.member.module.as_str());
+        html! {
+            form.filter method="get" action="/history" {
+                label { "From [UTC]" input type="datetime-local" step="1" name="from" value=(local(&self.from)); }
+                label { "To [UTC]" input type="datetime-local" step="1" name="to" value=(local(&self.to)); }
+                label { "Module" select name="module" {
+                    option value="" { "all" }
+                    @for name in modules { option value=(name) selected[name == self.module] { (name) } }
+                } }
+                label { "Component" input type="text" name="component" value=(self.component) placeholder="module1/sensor/g1"; }
+                label { "State" select name="state" {
+                    option value="" { "all" }
+                    @for state in STATES { option value=(state) selected[state.as_str() == self.state] { (state) } }
+                } }
+                button type="submit" { "Show" }
+                a href="/history" { "No filter" }
+            }
+        }
+    }
+}
+
+impl Filter {
+    pub(super) fn wants_module(&self, module: &LiveModule) -> bool {
+        let name = &module.picture.member.module;
+        self.module.as_ref().is_none_or(|wanted| wanted == name)
+            && self.component.as_ref().is_none_or(|wanted| wanted.module == *name)
+    }
+
+    pub(super) fn wants(&self, entry: &Entry<'_>) -> bool {
+        let time = entry.time_unix_ns();
+        let state = match entry {
+            Entry::Transition(transition) => Some(transition.state),
+            Entry::Identification(_) => None,
+        };
+        self.from_unix_ns.is_none_or(|from| time >= from)
+            && self.to_unix_ns.is_none_or(|to| time <= to)
+            && self.component.as_ref().is_none_or(|wanted| wanted == entry.component())
+            && self.state.is_none_or(|wanted| state == Some(wanted))
+    }
+}
+
+fn given<T>(
+    name: &str,
+    text: &str,
+    read: impl Fn(&str) -> Result<T, String>,
+) -> Result<Option<T>, String> {
+    if text.is_empty() {
+        return Ok(None);
+    }
+    read(text).map(Some).map_err(|problem| format!("{name}: {problem}"))
+}
+
+/// A time in UTC, with or without seconds, fractions of them and `Z`.
+fn time(text: &str) -> Result<u64, String> {
+    let whole =
+        if text.len() == "2026-11-21T10:00".len() { format!("{text}:00") } else { text.to_owned() };
+    let wrong = || format!("`{text}` is no time; use one like `2026-11-21T10:00:00Z`");
+    let time = humantime::parse_rfc3339_weak(&whole).map_err(|_| wrong())?;
+    let since = time.duration_since(UNIX_EPOCH).map_err(|_| wrong())?;
+    u64::try_from(since.as_nanos()).map_err(|_| wrong())
+}
+
+/// The same as the field for a time has it.
+fn local(text: &str) -> &str {
+    text.trim_end_matches('Z')
+}
+
+fn names_of_states() -> String {
+    STATES.map(|state| format!("`{state}`")).join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn asked(from: &str, component: &str, state: &str) -> Asked {
+        let [from, component, state] = [from, component, state].map(str::to_owned);
+        Asked { from, component, state, ..Asked::default() }
+    }
+
+    #[test]
+    fn times_are_read_as_people_and_fields_write_them() {
+        let second = 1_792_540_801_000_000_000;
+        for text in ["2026-10-21T00:00:01Z", "2026-10-21T00:00:01", "2026-10-21 00:00:01"] {
+            assert_eq!(asked(text, "", "").filter().unwrap().from_unix_ns, Some(second), "{text}");
+        }
+        let minute = asked("2026-10-21T00:00", "", "").filter().unwrap();
+        assert_eq!(minute.from_unix_ns, Some(second - 1_000_000_000));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_would_be_right() {
+        for (asked, words) in [
+            (asked("yesterday", "", ""), "from: `yesterday` is no time; use one like"),
+            (asked("1960-01-01T00:00:00Z", "", ""), "from: `1960-01-01T00:00:00Z` is no time"),
+            (asked("", "g1", ""), "component: "),
+            (asked("", "", "healthy"), "state: there is no state `healthy`; use one of `normal`"),
+        ] {
+            let problem = asked.filter().unwrap_err();
+            assert!(problem.starts_with(words), "{problem}");
+        }
+    }
+
+    #[test]
+    fn an_empty_form_wants_everything() {
+        assert_eq!(asked("", "", "").filter(), Ok(Filter::default()));
+    }
+}

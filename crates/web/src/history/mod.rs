@@ -1,0 +1,93 @@
+//! What the journals of the modules hold, as one, with filters that can be linked to.
+//!
+//! | file | what |
+//! |---|---|
+//! | `filter` | what is wanted, as the address says |
+//! | `table` | transitions and kinds of faults, the latest first |
+
+mod filter;
+mod table;
+
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::Response;
+use futures_util::future::join_all;
+use maud::{Markup, html};
+use names::ComponentPath;
+use wording::printable;
+
+use crate::access::Viewer;
+use crate::app::Shared;
+use crate::desk::Journal;
+use crate::layout::Page;
+use crate::view::View;
+use filter::{Asked, Filter};
+
+/// Entries on a page.
+const MOST: usize = 500;
+/// Entries of a component on its own page.
+const MOST_OF_COMPONENT: usize = 60;
+
+/// `/history`
+pub(crate) async fn page(
+    State(app): State<Shared>,
+    Query(asked): Query<Asked>,
+    viewer: Viewer,
+) -> Response {
+    let scene = app.live.scene();
+    let view = View::new(&scene, app.drawing.as_ref());
+    let page = Page {
+        title: "History",
+        place: "/history",
+        live: String::new(),
+        viewer: &viewer,
+        scene: &scene,
+    };
+    match asked.filter() {
+        Ok(filter) => {
+            let wanted = scene.modules.iter().filter(|module| filter.wants_module(module));
+            let journals = join_all(wanted.map(|module| app.desk.journals.of(&app, module))).await;
+            page.around(&main(&view, &asked, &filter, &journals))
+        }
+        Err(problem) => page.refusing(
+            StatusCode::BAD_REQUEST,
+            &html! {
+                h1 { "History" }
+                (asked.form(&view))
+                p.trouble.latched role="alert" { (printable(&problem)) }
+            },
+        ),
+    }
+}
+
+fn main(view: &View<'_>, asked: &Asked, filter: &Filter, journals: &[Journal]) -> Markup {
+    let notes: Vec<String> = journals.iter().flat_map(Journal::notes).collect();
+    html! {
+        h1 { "History" }
+        p { "What the modules' journals hold, ordered by the clocks of the modules, the latest first." }
+        (asked.form(view))
+        (remarks(&notes))
+        @if journals.is_empty() { p.nothing { "No module whose journal could be read is known." } }
+        @else { (table::table(view, journals, |entry| filter.wants(entry), MOST)) }
+    }
+}
+
+/// What the journal of its module holds of a component.
+pub(crate) fn of_component(
+    view: &View<'_>,
+    journal: &Journal,
+    component: &ComponentPath,
+) -> Markup {
+    let own = |entry: &table::Entry<'_>| entry.component() == component;
+    html! {
+        (remarks(&journal.notes()))
+        (table::table(view, std::slice::from_ref(journal), own, MOST_OF_COMPONENT))
+    }
+}
+
+/// What is missing from the journals.
+fn remarks(notes: &[String]) -> Markup {
+    html! {
+        @if !notes.is_empty() { ul.notes { @for note in notes { li { (printable(note)) } } } }
+    }
+}

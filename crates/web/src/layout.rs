@@ -1,0 +1,119 @@
+//! What all pages have in common.
+
+use axum::http::StatusCode;
+use axum::response::{Html, IntoResponse, Response};
+use maud::{DOCTYPE, Markup, html};
+use observer::{NetworkState, Scene};
+use wording::printable;
+
+use crate::access::Viewer;
+use crate::look;
+
+/// A page.
+pub(crate) struct Page<'a> {
+    /// What it shows, for the title.
+    pub(crate) title: &'a str,
+    /// The place in the navigation that it is reached from.
+    pub(crate) place: &'a str,
+    /// What the script asks for to keep it up to date; empty if nothing in it changes.
+    pub(crate) live: String,
+    pub(crate) viewer: &'a Viewer,
+    pub(crate) scene: &'a Scene,
+}
+
+const PLACES: [(&str, &str); 3] =
+    [("/", "Overview"), ("/events", "Events"), ("/history", "History")];
+
+impl Page<'_> {
+    /// The page with this main part.
+    pub(crate) fn around(&self, main: &Markup) -> Response {
+        Html(self.markup(main).into_string()).into_response()
+    }
+
+    /// The same, for what could not be done.
+    pub(crate) fn refusing(&self, status: StatusCode, main: &Markup) -> Response {
+        (status, self.around(main)).into_response()
+    }
+
+    pub(crate) fn markup(&self, main: &Markup) -> Markup {
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    title { (self.title) " · trusswatch" }
+                    link rel="icon" href="/icon.svg" type="image/svg+xml";
+                    link rel="stylesheet" href="/page.css";
+                    script src="/page.js" defer {}
+                }
+                body data-live=(self.live) {
+                    a.skip href="#main" { "To the content" }
+                    (look::signs())
+                    (self.header())
+                    main #main tabindex="-1" {
+                        @if let Some(message) = &self.viewer.message {
+                            p.message role="status" { (printable(message)) }
+                        }
+                        div #network role="status" { (network(self.scene)) }
+                        (main)
+                    }
+                }
+            }
+        }
+    }
+
+    fn header(&self) -> Markup {
+        html! {
+            header.bar {
+                a.brand href="/" { "trusswatch" }
+                nav aria-label="Pages" {
+                    @for (href, words) in PLACES {
+                        a href=(href) aria-current=[(href == self.place).then_some("page")] { (words) }
+                    }
+                }
+                div.right {
+                    @if let Some(person) = &self.viewer.person {
+                        span.person { "signed in as " b { (printable(&person.name)) } }
+                    }
+                    p.live #live {
+                        @if self.live.is_empty() { "as of " } @else { "not live: as of " }
+                        span #clock { (clock(self.scene)) }
+                        @if !self.live.is_empty() { ", reload for the present" }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The time of what is shown, by the clock here. With a network it is that of the scene: should what keeps the scene up
+/// to date hang, the page grows old. Without one, that nothing is known is true now.
+pub(crate) fn clock(scene: &Scene) -> Markup {
+    look::when(match scene.network {
+        NetworkState::Open => scene.time_unix_ns,
+        _ => shell::clock::unix_ns(),
+    })
+}
+
+/// What stands between this process and the structure; nothing if all is well.
+pub(crate) fn network(scene: &Scene) -> Markup {
+    let words = match &scene.network {
+        NetworkState::Opening => {
+            "The network is not reached yet: nothing is known of the present.".to_owned()
+        }
+        NetworkState::Failed(reason) => {
+            let reason = printable(reason);
+            format!(
+                "No connection to the network: {reason}. It is tried again; nothing is known of the present."
+            )
+        }
+        NetworkState::Closed => {
+            "The connection to the network has ended. It is tried again.".to_owned()
+        }
+        NetworkState::Open if scene.modules.is_empty() => "No module answers.".to_owned(),
+        NetworkState::Open => return html! {},
+    };
+    html! { p.banner { (look::sign("unknown")) (words) } }
+}

@@ -1,0 +1,103 @@
+//! How a state looks: never by colour alone, but by a sign and by words as well.
+
+use maud::{Markup, html};
+use observer::LiveModule;
+use wire::{FaultState, FaultTransition};
+use wording::{Tone, phase_tone, state_in_words, utc};
+
+/// Every sign: its name, its outline and what is written in it, on a field of 16 × 16.
+const SIGNS: [(&str, &str, &str); 8] = [
+    ("latched", "M5 .8h6L15.2 5v6L11 15.2H5L.8 11V5z", "M8 3.6v5.6M8 11.4v1.4"),
+    ("acknowledged", "M5 .8h6L15.2 5v6L11 15.2H5L.8 11V5z", "M4.6 8.2l2.4 2.5 4.4-5"),
+    (
+        "unconfirmed",
+        "M8 1l7.4 13.6H.6z",
+        "M6.5 7.2c.2-1.7 3-1.6 3 .2 0 1.2-1.5 1.2-1.5 2.6M8 11.6v1.3",
+    ),
+    (
+        "unknown",
+        "M1.4 1.4h13.2v13.2H1.4z",
+        "M6 5.8c.3-2.4 4.2-2.2 4.1.3 0 1.7-2.1 1.7-2.1 3.6M8 11.2v1.4",
+    ),
+    ("explained", "M8 .6L15.4 8 8 15.4.6 8z", "M4.6 8h6M8.4 5.6L11 8l-2.6 2.4"),
+    (
+        "tentative",
+        "M8 1.2a6.8 6.8 0 1 1 0 13.6A6.8 6.8 0 0 1 8 1.2z",
+        "M4.4 8.6c1.4-2.4 2.8-1.7 3.6-.6s2.2 1.8 3.6-.6",
+    ),
+    ("unverified", "M8 2.6a5.4 5.4 0 1 1 0 10.8A5.4 5.4 0 0 1 8 2.6z", ""),
+    ("normal", "M8 2.6a5.4 5.4 0 1 1 0 10.8A5.4 5.4 0 0 1 8 2.6z", "M5.6 8.2l1.7 1.7 3.1-3.6"),
+];
+
+/// The signs, to be drawn once in a page and referred to from everywhere.
+pub(crate) fn signs() -> Markup {
+    html! {
+        svg.signs width="0" height="0" aria-hidden="true" focusable="false" {
+            @for (name, outline, within) in SIGNS {
+                symbol id={ "sign-" (name) } viewBox="0 0 16 16" {
+                    path.outline d=(outline) {}
+                    path.within d=(within) {}
+                }
+            }
+        }
+    }
+}
+
+/// A sign beside words.
+pub(crate) fn sign(class: &str) -> Markup {
+    html! {
+        svg.sign aria-hidden="true" focusable="false" { use href={ "#sign-" (class) } {} }
+    }
+}
+
+/// The class of a component's state, which is also the name of its sign.
+pub(crate) fn class(transition: &FaultTransition) -> &'static str {
+    match transition.state {
+        FaultState::Normal if !transition.is_verified() => "unverified",
+        state => state.as_str(),
+    }
+}
+
+/// The same, and whether its alarm is set aside.
+pub(crate) fn classes(transition: &FaultTransition) -> String {
+    let aside = if transition.aside().is_some() { " aside" } else { "" };
+    format!("{}{aside}", class(transition))
+}
+
+/// A component's state: sign and words.
+pub(crate) fn state(transition: &FaultTransition) -> Markup {
+    html! {
+        span.state.(class(transition)).aside[transition.aside().is_some()] {
+            (sign(class(transition))) (state_in_words(transition))
+        }
+    }
+}
+
+/// A module's phase: sign and words. Of a module that is not heard, the phase is that of the past.
+pub(crate) fn phase(module: &LiveModule) -> Markup {
+    let silent = module.silent_since_unix_ns.is_some();
+    let phase = module.picture.member.phase().filter(|_| !silent);
+    let (class, words) = match phase {
+        None if silent => ("latched", "NOT HEARD"),
+        None => ("unknown", "phase unknown"),
+        Some(phase) => (tone_class(phase_tone(phase)), wording::phase_in_words(phase)),
+    };
+    html! { span.state.(class) { (sign(class)) (words) } }
+}
+
+/// The sign for a module or a remark of this tone.
+pub(crate) fn tone_class(tone: Tone) -> &'static str {
+    match tone {
+        Tone::Alarm => "latched",
+        Tone::Doubt => "unknown",
+        Tone::Explained => "explained",
+        Tone::Calm => "normal",
+    }
+}
+
+/// A time to the second; to the millisecond for machines and for those who point at it.
+pub(crate) fn when(time_unix_ns: u64) -> Markup {
+    let exact = utc(time_unix_ns);
+    let shown = exact.split('.').next().unwrap_or_default().replace('T', " ");
+    html! { time datetime=(exact) title=(exact) { (shown) " UTC" } }
+}

@@ -1,0 +1,96 @@
+//! What is counted, and whether the process is well.
+
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use shell::health::{ProcessReport, Sheet, live, render};
+
+use crate::app::Shared;
+
+const TEXT: &str = "text/plain; charset=utf-8";
+const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+
+/// What is counted as long as the process lives.
+#[derive(Debug, Default)]
+pub(crate) struct Counters {
+    requests: AtomicU64,
+    streams_opened: AtomicU64,
+    streams_closed: AtomicU64,
+    streams_refused: AtomicU64,
+    updates: AtomicU64,
+}
+
+impl Counters {
+    pub(crate) fn request(&self) {
+        self.requests.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn stream_opened(&self) {
+        self.streams_opened.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn stream_closed(&self) {
+        self.streams_closed.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn stream_refused(&self) {
+        self.streams_refused.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn update(&self) {
+        self.updates.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Streams that are open.
+    pub(crate) fn streams(&self) -> u64 {
+        let closed = self.streams_closed.load(Ordering::Relaxed);
+        self.streams_opened.load(Ordering::Relaxed).saturating_sub(closed)
+    }
+}
+
+/// What is written of it at one moment.
+struct Report {
+    process: ProcessReport,
+    requests: u64,
+    streams: u64,
+    streams_refused: u64,
+    updates: u64,
+}
+
+impl Report {
+    fn write(&self, sheet: &mut Sheet<'_>) -> fmt::Result {
+        self.process.write(sheet)?;
+        sheet.counter("trusswatch_web_requests", "Requests.", self.requests)?;
+        sheet.gauge("trusswatch_web_streams", "Pages that are kept up to date.", self.streams)?;
+        let help = "Streams refused because too many were open.";
+        sheet.counter("trusswatch_web_streams_refused", help, self.streams_refused)?;
+        sheet.counter("trusswatch_web_updates", "Updates sent to pages.", self.updates)
+    }
+}
+
+/// `/metrics`, in the text format of OpenMetrics.
+pub(crate) async fn metrics(State(app): State<Shared>) -> Response {
+    let read = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+    let report = Report {
+        process: ProcessReport::read(app.pulse.sign(Instant::now())),
+        requests: read(&app.counters.requests),
+        streams: app.counters.streams(),
+        streams_refused: read(&app.counters.streams_refused),
+        updates: read(&app.counters.updates),
+    };
+    match render(Vec::new(), move |sheet| report.write(sheet)) {
+        Ok(text) => ([(header::CONTENT_TYPE, OPEN_METRICS)], text).into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+    }
+}
+
+/// `/healthz`: whether the process is live. Whether anything is known of the structure, the page shows.
+pub(crate) async fn healthz(State(app): State<Shared>) -> Response {
+    let condition = live(app.pulse.sign(Instant::now()));
+    let status = if condition.well { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
+    (status, [(header::CONTENT_TYPE, TEXT)], format!("{}\n", condition.words)).into_response()
+}

@@ -1,0 +1,151 @@
+//! The page of a module: components, status, journal, peers.
+
+use axum::extract::{Path, Query, State};
+use axum::http::StatusCode;
+use axum::response::Response;
+use maud::{Markup, html};
+use names::ModuleName;
+use observer::LiveModule;
+use wire::{ModuleStatus, PeerStatus};
+use wording::{NOTHING, printable};
+
+use crate::access::Viewer;
+use crate::app::Shared;
+use crate::component::Of;
+use crate::forms;
+use crate::layout::Page;
+use crate::look;
+use crate::overview::alarms::component_line;
+use crate::overview::{modules, trouble};
+use crate::stream::{Part, Subject, Whose, part};
+use crate::view::{View, find_module};
+
+/// `/module/{name}`
+pub(crate) async fn page(
+    State(app): State<Shared>,
+    Path(name): Path<String>,
+    Query(of): Query<Of>,
+    viewer: Viewer,
+) -> Response {
+    let scene = app.live.scene();
+    let view = View::new(&scene, app.drawing.as_ref());
+    let parsed = name.parse::<ModuleName>().map_err(|error| error.to_string());
+    let whose = parsed.and_then(|name| of.structure().map(|structure| Whose { structure, name }));
+    let found = whose.and_then(|whose| {
+        let found = find_module(&scene, whose.structure.as_ref(), &whose.name);
+        let unknown = || format!("nothing is known of a module `{}`", whose.name);
+        found.map(|module| (whose.clone(), module)).ok_or_else(unknown)
+    });
+    match found {
+        Ok((whose, module)) => {
+            let title = format!("Module {}", whose.name);
+            let live = Subject::Module(whose.clone()).parameters();
+            let page = Page { title: &title, place: "", live, viewer: &viewer, scene: &scene };
+            page.around(&main(&view, &viewer, &whose, module))
+        }
+        Err(problem) => {
+            let live = String::new();
+            let page = Page { title: "Not known", place: "", live, viewer: &viewer, scene: &scene };
+            page.refusing(
+                StatusCode::NOT_FOUND,
+                &html! {
+                    h1 { "Not known" }
+                    p { (printable(&problem)) ". " a href="/" { "The overview" } " has what is." }
+                },
+            )
+        }
+    }
+}
+
+/// What changes in it.
+pub(crate) fn parts(view: &View<'_>, whose: &Whose<ModuleName>) -> Vec<Part> {
+    match find_module(view.scene, whose.structure.as_ref(), &whose.name) {
+        Some(module) => vec![part("module", body(view, module))],
+        None => Vec::new(),
+    }
+}
+
+fn main(
+    view: &View<'_>,
+    viewer: &Viewer,
+    whose: &Whose<ModuleName>,
+    module: &LiveModule,
+) -> Markup {
+    let back = view.module(module.picture.member.structure.as_ref(), &whose.name);
+    html! {
+        @if let Some(structure) = &module.picture.member.structure {
+            nav.trace aria-label="Place" { a href="/" { (structure) } }
+        }
+        h1 { (whose.name) }
+        div #module { (body(view, module)) }
+        (forms::of_module(viewer, module, &back))
+        p { a href={ "/history?module=" (whose.name) } { "What its journal holds" } }
+    }
+}
+
+fn body(view: &View<'_>, module: &LiveModule) -> Markup {
+    html! {
+        p.headline { (look::phase(module)) }
+        @for trouble in trouble::troubles(module) {
+            p.trouble.(look::tone_class(trouble.tone)) { (trouble.words) }
+        }
+        (modules::facts(view, module))
+        section {
+            h2 { "Components" }
+            @if module.picture.components.is_empty() { p.nothing { "Nothing is known of them." } }
+            ol.list { @for component in &module.picture.components { (component_line(view, component)) } }
+        }
+        @if let Some(status) = &module.picture.member.status { (peers(view, module, status)) (software(status)) }
+    }
+}
+
+fn peers(view: &View<'_>, module: &LiveModule, status: &ModuleStatus) -> Markup {
+    let structure = module.picture.member.structure.as_ref();
+    let row = |peer: &PeerStatus| {
+        html! {
+            tr {
+                th scope="row" { a href=(view.module(structure, &peer.module)) { (peer.module) } }
+                td { @if peer.present { "is there" } @else { "IS NOT THERE" } }
+                td.number { (peer.answered) }
+                td.number { (peer.refused) }
+                td.number { (peer.timed_out + peer.absent) }
+                td.number { (peer.disputed) }
+                td { (peer.reason.as_ref().map_or_else(|| NOTHING.to_owned(), |reason| printable(reason))) }
+            }
+        }
+    };
+    html! {
+        section {
+            h2 { "Peers, as it sees them" }
+            @if status.peers.is_empty() { p.nothing { "It has none." } }
+            @else {
+                div.wide tabindex="0" role="region" aria-label="Peers" { table {
+                    thead { tr {
+                        @for name in ["peer", "presence", "answered", "refused", "unanswered", "disputed", "latest refusal"] {
+                            th scope="col" { (name) }
+                        }
+                    } }
+                    tbody { @for peer in &status.peers { (row(peer)) } }
+                } }
+            }
+        }
+    }
+}
+
+fn software(status: &ModuleStatus) -> Markup {
+    html! {
+        section {
+            h2 { "Set up with" }
+            dl.facts {
+                div { dt { "software" } dd { (printable(&status.software)) } }
+                div { dt { "thresholds" } dd { (printable(&status.thresholds)) } }
+                div { dt { "reference" } dd {
+                    (status.reference.as_ref().map_or_else(|| "none: nothing is verified".to_owned(), |name| printable(name)))
+                } }
+                div { dt { "step" } dd { (wording::or_nothing(status.step)) } }
+                div { dt { "samples used" } dd { (status.diagnosis.samples) } }
+                div { dt { "samples missing" } dd { (status.diagnosis.samples_missing) } }
+            }
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Which path leads where.
+
+use axum::Router;
+use axum::extract::{Request, State};
+use axum::http::StatusCode;
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::Response;
+use axum::routing::get;
+use maud::html;
+
+use crate::access::Viewer;
+use crate::app::Shared;
+use crate::layout::Page;
+use crate::{assets, component, events, history, metrics, module, overview, stream};
+
+/// Everything that can be looked at.
+pub(crate) fn router(app: Shared) -> Router {
+    Router::new()
+        .route("/", get(overview::page))
+        .route("/component/{module}/{kind}/{name}", get(component::page))
+        .route("/module/{name}", get(module::page))
+        .route("/history", get(history::page))
+        .route("/events", get(events::page))
+        .route("/stream", get(stream::stream))
+        .route("/fragments", get(stream::fragments))
+        .route("/page.css", get(assets::style))
+        .route("/page.js", get(assets::script))
+        .route("/icon.svg", get(assets::icon))
+        .route("/healthz", get(metrics::healthz))
+        .route("/metrics", get(metrics::metrics))
+        .fallback(nothing)
+        .layer(from_fn_with_state(app.clone(), count))
+        .with_state(app)
+}
+
+async fn count(State(app): State<Shared>, request: Request, next: Next) -> Response {
+    app.counters.request();
+    next.run(request).await
+}
+
+async fn nothing(State(app): State<Shared>, viewer: Viewer) -> Response {
+    let scene = app.live.scene();
+    let live = String::new();
+    let page = Page { title: "Not found", place: "", live, viewer: &viewer, scene: &scene };
+    page.refusing(StatusCode::NOT_FOUND, &html! {
+        h1 { "Not found" }
+        p { "There is no such page. " a href="/" { "The overview" } " leads to those that there are." }
+    })
+}

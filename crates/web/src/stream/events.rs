@@ -1,0 +1,91 @@
+//! `/stream`: parts of a page as server-sent events.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::{Query, State};
+use axum::http::{StatusCode, header};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use futures_util::stream::{Stream, unfold};
+use shell::shutdown::Shutdown;
+use tokio::sync::watch::Receiver;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+
+use super::part::Parts;
+use super::rendering;
+use super::subject::Wanted;
+use crate::app::Shared;
+
+/// Streams at a time; further pages poll.
+const MOST: usize = 256;
+/// After this time, whoever was refused may try again \[s\].
+const AGAIN_S: u64 = 30;
+/// A comment is sent this often, so that nobody between takes the connection for dead.
+const HEARTBEAT: Duration = Duration::from_secs(15);
+
+/// Places for streams.
+#[derive(Debug, Clone)]
+pub(crate) struct Places(Arc<Semaphore>);
+
+impl Default for Places {
+    fn default() -> Self {
+        Self(Arc::new(Semaphore::new(MOST)))
+    }
+}
+
+/// `/stream`
+pub(crate) async fn stream(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
+    let subject = match wanted.subject(&app.live.scene()) {
+        Ok(subject) => subject,
+        Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
+    };
+    let Ok(place) = Arc::clone(&app.desk.places.0).try_acquire_owned() else {
+        app.counters.stream_refused();
+        let words = format!("{MOST} streams are open: poll, or try again in {AGAIN_S} s");
+        let again = [(header::RETRY_AFTER, AGAIN_S.to_string())];
+        return (StatusCode::SERVICE_UNAVAILABLE, again, words).into_response();
+    };
+    app.counters.stream_opened();
+    let parts = rendering::look(&app, &subject);
+    let shutdown = app.shutdown.clone();
+    let viewing = Viewing { parts, sent: 0, shutdown, app, _place: place };
+    let events = Sse::new(events(viewing)).keep_alive(KeepAlive::new().interval(HEARTBEAT));
+    // A proxy that gathers what it passes on would hold events back.
+    ([(header::HeaderName::from_static("x-accel-buffering"), "no")], events).into_response()
+}
+
+/// Somebody who looks.
+struct Viewing {
+    parts: Receiver<Arc<Parts>>,
+    /// The version that he has.
+    sent: u64,
+    shutdown: Shutdown,
+    app: Shared,
+    _place: OwnedSemaphorePermit,
+}
+
+impl Drop for Viewing {
+    fn drop(&mut self) {
+        self.app.counters.stream_closed();
+    }
+}
+
+/// What has changed since the latest event, whenever the browser takes one. It ends with the process.
+fn events(viewing: Viewing) -> impl Stream<Item = Result<Event, Infallible>> {
+    unfold(viewing, |mut viewing| async move {
+        loop {
+            let parts = Arc::clone(&viewing.parts.borrow_and_update());
+            if let Some(changed) = parts.since(viewing.sent) {
+                viewing.sent = parts.version();
+                viewing.app.counters.update();
+                return Some((Ok(Event::default().data(changed)), viewing));
+            }
+            tokio::select! {
+                changed = viewing.parts.changed() => if changed.is_err() { return None },
+                () = viewing.shutdown.requested() => return None,
+            }
+        }
+    })
+}

@@ -1,0 +1,92 @@
+//! A part of a page, with the number of its latest change.
+
+use std::sync::Arc;
+
+use maud::Markup;
+use serde::Serialize;
+
+/// A part as it was rendered: the identifier of its element, and what stands in that.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct Part {
+    pub(crate) id: &'static str,
+    pub(crate) html: String,
+}
+
+pub(crate) fn part(id: &'static str, html: Markup) -> Part {
+    Part { id, html: html.into_string() }
+}
+
+/// The parts of a page, each ready to be sent.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Parts(Vec<Ready>);
+
+#[derive(Debug, Clone)]
+struct Ready {
+    part: Part,
+    /// As JSON, written once for all who get it.
+    json: Arc<str>,
+    /// In which of the parts' versions it changed last.
+    version: u64,
+}
+
+impl Parts {
+    /// The version of the latest change; 0 before there is anything.
+    pub(crate) fn version(&self) -> u64 {
+        self.0.iter().map(|ready| ready.version).max().unwrap_or_default()
+    }
+
+    /// The next version, if anything has changed. Parts that have not keep theirs.
+    pub(crate) fn next(&self, parts: Vec<Part>) -> Option<Parts> {
+        let version = self.version() + 1;
+        let next: Vec<Ready> = parts
+            .into_iter()
+            .map(|part| {
+                let known = self.0.iter().find(|ready| ready.part.id == part.id);
+                match known.filter(|ready| ready.part == part) {
+                    Some(same) => same.clone(),
+                    None => {
+                        // Two strings: they can always be written.
+                        let json = serde_json::to_string(&part).unwrap_or_default().into();
+                        Ready { part, json, version }
+                    }
+                }
+            })
+            .collect();
+        let next = Parts(next);
+        (next.version() == version).then_some(next)
+    }
+
+    /// What has changed since a version, as a list in JSON; `None` if nothing has.
+    pub(crate) fn since(&self, version: u64) -> Option<String> {
+        let changed: Vec<&str> = self
+            .0
+            .iter()
+            .filter(|ready| ready.version > version)
+            .map(|ready| &*ready.json)
+            .collect();
+        (!changed.is_empty()).then(|| format!("[{}]", changed.join(",")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(html: &str) -> Part {
+        Part { id: if html.len() > 1 { "long" } else { "short" }, html: html.to_owned() }
+    }
+
+    #[test]
+    fn only_what_has_changed_is_sent() {
+        let first = Parts::default().next(vec![of("a"), of("bb")]).unwrap();
+        let all = r#"[{"id":"short","html":"a"},{"id":"long","html":"bb"}]"#;
+        assert_eq!(first.since(0).as_deref(), Some(all));
+        assert!(first.next(vec![of("a"), of("bb")]).is_none());
+        let second = first.next(vec![of("a"), of("b\"b")]).unwrap();
+        let changed = r#"[{"id":"long","html":"b\"b"}]"#;
+        assert_eq!(second.since(first.version()).as_deref(), Some(changed));
+        assert_eq!(second.since(second.version()), None);
+        let everything = second.since(0).unwrap();
+        assert!(everything.contains("short") && everything.contains("long"));
+    }
+}

@@ -1,0 +1,32 @@
+//! `/fragments`: all parts of a page at once, for who polls.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::{Query, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+
+use super::part::Parts;
+use super::rendering;
+use super::subject::Wanted;
+use crate::app::Shared;
+
+/// How long the first rendering is waited for.
+const FIRST_WITHIN: Duration = Duration::from_secs(2);
+
+/// `/fragments`
+pub(crate) async fn fragments(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
+    let subject = match wanted.subject(&app.live.scene()) {
+        Ok(subject) => subject,
+        Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
+    };
+    let mut parts = rendering::look(&app, &subject);
+    let is_there = |parts: &Arc<Parts>| parts.version() > 0;
+    let first = tokio::time::timeout(FIRST_WITHIN, parts.wait_for(is_there)).await;
+    let Some(all) = first.ok().and_then(Result::ok).and_then(|parts| parts.since(0)) else {
+        return (StatusCode::SERVICE_UNAVAILABLE, "not rendered yet: try again").into_response();
+    };
+    let head = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
+    (head, all).into_response()
+}

@@ -1,0 +1,72 @@
+//! Keeps the parts of a page up to date while somebody looks at it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::watch::{Receiver, Sender};
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+use super::part::{Part, Parts};
+use super::subject::Subject;
+use crate::app::Shared;
+use crate::component::Watch;
+use crate::layout;
+use crate::view::View;
+use crate::{events, module, overview, stream::part};
+
+/// From one rendering to the next at least: well within what a person calls at once.
+const PAUSE: Duration = Duration::from_millis(150);
+/// And at most: ages grow.
+const AT_LEAST_EVERY: Duration = Duration::from_secs(1);
+
+/// The parts of a page as they change.
+pub(super) fn look(app: &Shared, subject: &Subject) -> Receiver<Arc<Parts>> {
+    let work = |sender| render(Arc::clone(app), subject.clone(), sender);
+    app.desk.pages.look(subject.clone(), Arc::default(), work)
+}
+
+/// Goes on until nobody looks.
+async fn render(app: Shared, subject: Subject, parts: Sender<Arc<Parts>>) {
+    let mut scenes = app.live.scenes();
+    let mut watch = match &subject {
+        Subject::Component(whose) => Some(Watch::new(&app, whose.clone())),
+        _ => None,
+    };
+    let mut ticks = interval(AT_LEAST_EVERY);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        let rendered = rendered(&app, &subject, watch.as_mut());
+        let next = parts.borrow().next(rendered);
+        if let Some(next) = next {
+            parts.send_replace(Arc::new(next));
+        }
+        sleep(PAUSE).await;
+        tokio::select! {
+            changed = scenes.changed() => if changed.is_err() { return },
+            () = news(watch.as_mut()) => {}
+            _ = ticks.tick() => {}
+        }
+    }
+}
+
+async fn news(watch: Option<&mut Watch>) {
+    match watch {
+        Some(watch) => watch.news().await,
+        None => std::future::pending().await,
+    }
+}
+
+fn rendered(app: &Shared, subject: &Subject, watch: Option<&mut Watch>) -> Vec<Part> {
+    let scene = app.live.scene();
+    let view = View::new(&scene, app.drawing.as_ref());
+    let mut parts = match (subject, watch) {
+        (Subject::Overview, _) => overview::parts(&view),
+        (Subject::Events, _) => events::parts(&view),
+        (Subject::Module(whose), _) => module::parts(&view, whose),
+        (Subject::Component(_), Some(watch)) => watch.parts(&view),
+        (Subject::Component(_), None) => Vec::new(),
+    };
+    parts.push(part("network", layout::network(&scene)));
+    parts.push(part("clock", layout::clock(&scene)));
+    parts
+}
