@@ -98,28 +98,49 @@ mod tests {
     use super::*;
     use std::sync::atomic::{AtomicU32, Ordering};
 
-    #[tokio::test(start_paused = true)]
+    const SOON: Duration = Duration::from_secs(60);
+
+    async fn until_idle<V: Send + Sync + 'static>(hub: &Hub<&'static str, V>) {
+        let idle = async {
+            while hub.len() > 0 {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        tokio::time::timeout(SOON, idle).await.unwrap();
+    }
+
+    #[tokio::test]
     async fn work_is_done_once_for_all_who_look_and_ends_after_the_last_has_looked_away() {
-        let hub: Hub<&str, u32> = Hub::new(Duration::from_secs(10));
         let begun = Arc::new(AtomicU32::new(0));
-        let look = || {
+        let look = |hub: &Hub<&'static str, u32>| {
             let begun = Arc::clone(&begun);
             hub.look("m1", 0, move |sender| async move {
                 sender.send_replace(1 + begun.fetch_add(1, Ordering::Relaxed));
                 std::future::pending::<()>().await;
             })
         };
-        let (mut first, second) = (look(), look());
+        let hub = Hub::new(Duration::from_millis(20));
+        let (mut first, second) = (look(&hub), look(&hub));
         first.changed().await.unwrap();
         assert_eq!((*first.borrow(), *second.borrow(), hub.len()), (1, 1, 1));
         drop((first, second));
-        tokio::time::sleep(Duration::from_secs(5)).await;
-        assert_eq!(*look().borrow(), 1, "somebody looks again in time");
-        tokio::time::sleep(Duration::from_secs(25)).await;
-        assert_eq!(hub.len(), 0);
-        let mut again = look();
+        until_idle(&hub).await;
+        let mut again = look(&hub);
         again.changed().await.unwrap();
         assert_eq!(*again.borrow(), 2);
+    }
+
+    #[tokio::test]
+    async fn whoever_looks_again_soon_finds_the_same_work() {
+        let hub: Hub<&str, u32> = Hub::new(SOON);
+        let mut first = hub.look("m1", 0, |sender| async move {
+            sender.send_replace(5);
+            std::future::pending::<()>().await;
+        });
+        first.changed().await.unwrap();
+        drop(first);
+        tokio::task::yield_now().await;
+        assert_eq!(*hub.look("m1", 0, |_| std::future::pending()).borrow(), 5);
     }
 
     #[tokio::test]
@@ -128,6 +149,7 @@ mod tests {
         let mut first = hub.look("m1", 0, |_| async {});
         // The sender is dropped with the work.
         assert!(first.changed().await.is_err());
+        until_idle(&hub).await;
         let second = hub.look("m1", 7, |_| std::future::pending());
         assert_eq!(*second.borrow(), 7);
     }

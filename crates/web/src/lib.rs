@@ -38,6 +38,8 @@ mod server;
 mod stream;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 mod view;
 
 pub use config::WebConfig;

@@ -29,13 +29,16 @@ const SIGNS: [(&str, &str, &str); 8] = [
     ("normal", "M8 2.6a5.4 5.4 0 1 1 0 10.8A5.4 5.4 0 0 1 8 2.6z", "M5.6 8.2l1.7 1.7 3.1-3.6"),
 ];
 
+/// Signs that are not filled: what somebody knows of already, what is not certain.
+const HOLLOW: [&str; 3] = ["acknowledged", "tentative", "unverified"];
+
 /// The signs, to be drawn once in a page and referred to from everywhere.
 pub(crate) fn signs() -> Markup {
     html! {
         svg.signs width="0" height="0" aria-hidden="true" focusable="false" {
             @for (name, outline, within) in SIGNS {
                 symbol id={ "sign-" (name) } viewBox="0 0 16 16" {
-                    path.outline d=(outline) {}
+                    path.outline.hollow[HOLLOW.contains(&name)] d=(outline) {}
                     path.within d=(within) {}
                 }
             }

@@ -1,1 +1,113 @@
 //! Made-up scenes for tests.
+
+use std::collections::BTreeSet;
+
+use names::{RunId, Step};
+use observer::{LiveModule, Member, ModulePicture, NetworkState, Scene};
+use wire::{
+    Agreement, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModuleStatus,
+    Shelving, Unknown,
+};
+
+/// When the scenes were made \[ns since 1970\].
+pub(crate) const NOW_NS: u64 = 1_795_000_000_000_000_000;
+
+/// A component of the tower in this state, which agrees with its reference if it is normal.
+pub(crate) fn component(path: &str, state: FaultState) -> FaultTransition {
+    let untouched =
+        FaultTransition::untouched("tower".parse().unwrap(), path.parse().unwrap(), NOW_NS);
+    let agreement =
+        if state == FaultState::Normal { Agreement::Agrees } else { Agreement::CannotTell };
+    let condition = Some(Condition { agreement, as_of_step: None, reason: None });
+    FaultTransition { state, condition, ..untouched }
+}
+
+/// A latched fault with an onset.
+pub(crate) fn latched(path: &str) -> FaultTransition {
+    FaultTransition {
+        sequence: 3,
+        run: Some(RunId(1)),
+        onset_step: Some(Step(1234)),
+        decided_step: Some(Step(1240)),
+        ..component(path, FaultState::Latched)
+    }
+}
+
+/// The same, acknowledged with a note.
+pub(crate) fn acknowledged(path: &str, note: &str) -> FaultTransition {
+    let order = GivenOrder {
+        order: GivenOrderKind::Acknowledge,
+        by: "web".to_owned(),
+        on_behalf_of: Some("ada".to_owned()),
+        note: Some(note.to_owned()),
+        force: false,
+        re_tare: false,
+        until_unix_ns: None,
+    };
+    FaultTransition { state: FaultState::Acknowledged, order: Some(order), ..latched(path) }
+}
+
+/// An alarm that is set aside.
+pub(crate) fn shelving(reason: &str) -> Shelving {
+    Shelving {
+        since_unix_ns: NOW_NS,
+        until_unix_ns: NOW_NS + 3_600_000_000_000,
+        by: "ada".to_owned(),
+        on_behalf_of: None,
+        reason: reason.to_owned(),
+    }
+}
+
+/// A status of a module of the tower, in service.
+pub(crate) fn status(module: &str) -> ModuleStatus {
+    let counters = r#"{"samples":0,"samples_missing":0,"samples_repeated":0,
+        "samples_wrong_length":0,"samples_non_finite":0,"runs":0,"restarts":0,"changes":0,
+        "questions_asked":0,"questions_unanswered":0,"answers_malformed":0,"answers_given":0,
+        "questions_refused":0}"#;
+    let text = format!(
+        r#"{{"v":1,"structure":"tower","module":"{module}","software":"0","thresholds":"",
+        "phase":"in_service","in_service_since_step":1,"run":1,"step":9,"lag_ms":1.0,
+        "queued_samples":0,"latched":0,"unconfirmed":0,"waiting_questions":0,"next_sequence":1,
+        "peers":[],"intake":{{"received":0,"dropped":0,"malformed":0,"unknown_version":0,
+        "wrong_message":0,"other_module":0}},"diagnosis":{counters},
+        "publisher":{{"events":0,"events_lost":0}},"time_unix_ns":{NOW_NS}}}"#
+    );
+    wire::decode(text.as_bytes()).unwrap()
+}
+
+/// A module that is heard and in service.
+pub(crate) fn module(name: &str, components: Vec<FaultTransition>) -> LiveModule {
+    let member = Member {
+        structure: Some("tower".parse().unwrap()),
+        module: name.parse().unwrap(),
+        present: true,
+        status: Some(status(name)),
+        phase_change: None,
+        expected: false,
+        peer_of: BTreeSet::new(),
+    };
+    let picture = ModulePicture { member, components, processes: BTreeSet::new() };
+    LiveModule { picture, silent_since_unix_ns: None }
+}
+
+/// The same when it is not heard any more.
+pub(crate) fn silent(mut module: LiveModule) -> LiveModule {
+    let since_unix_ns = NOW_NS - 9_000_000_000;
+    let unknown = Unknown { since_unix_ns, reason: "its diagnoser is not heard".to_owned() };
+    for component in &mut module.picture.components {
+        *component = component.clone().while_unknown(unknown.clone());
+    }
+    module.silent_since_unix_ns = Some(since_unix_ns);
+    module
+}
+
+/// A scene of these modules, with a network.
+pub(crate) fn scene(modules: Vec<LiveModule>) -> Scene {
+    Scene {
+        number: 1,
+        time_unix_ns: NOW_NS,
+        network: NetworkState::Open,
+        modules,
+        ..Scene::default()
+    }
+}

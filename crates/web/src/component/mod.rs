@@ -32,7 +32,7 @@ use crate::desk::{Traces, traces};
 use crate::forms;
 use crate::layout::Page;
 use crate::stream::{Part, Subject, Whose, part};
-use crate::view::{View, find_module};
+use crate::view::View;
 use evidence::Evidence;
 
 pub(crate) use watch::Watch;
@@ -71,8 +71,7 @@ pub(crate) async fn page(
     let Some(transition) = scene.component(whose.structure.as_ref(), &whose.name) else {
         return unknown(&viewer, &scene, &format!("nothing is known of `{}`", whose.name));
     };
-    let of = find_module(&scene, Some(&transition.structure), &transition.module);
-    let evidence = Evidence::fetch(&app, transition, of).await;
+    let evidence = Evidence::fetch(&app, &scene, transition).await;
     let live = traces(&app, &transition.structure, &transition.module);
     let traces = Arc::clone(&live.borrow());
     let shown = Shown { view: &view, transition, evidence: &evidence, traces: &traces };
@@ -110,7 +109,7 @@ impl Shown<'_> {
     fn parts(&self) -> Vec<Part> {
         vec![
             part("facts", facts::facts(self.view, self.transition)),
-            part("trail", trail::trail(self.view, self.transition, self.evidence.history())),
+            part("trail", trail::trail(self.view, self.transition, self.evidence)),
             part("frame", self.frame()),
             part("plot", plot::plot(self.transition, self.traces)),
             part("journal", self.journal()),
@@ -126,7 +125,7 @@ impl Shown<'_> {
     }
 
     fn journal(&self) -> Markup {
-        let Some(journal) = &self.evidence.journal else {
+        let Some(journal) = self.evidence.journal(&self.transition.module) else {
             return html! { p.nothing { "Not read yet." } };
         };
         crate::history::of_component(self.view, journal, &self.transition.component)

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
 use names::ComponentPath;
-use observer::ModuleHistory;
 use wire::FaultTransition;
 
+use super::evidence::Evidence;
 use crate::look;
 use crate::view::View;
 
@@ -28,12 +28,8 @@ struct Edge {
 type Edges = BTreeMap<ComponentPath, Edge>;
 
 /// The picture, or that there is nothing to be drawn.
-pub(super) fn trail(
-    view: &View<'_>,
-    transition: &FaultTransition,
-    history: Option<&ModuleHistory>,
-) -> Markup {
-    let edges = edges(view, transition, history);
+pub(super) fn trail(view: &View<'_>, transition: &FaultTransition, evidence: &Evidence) -> Markup {
+    let edges = edges(view, transition, evidence);
     let shown = connected(&edges, &transition.component);
     if shown.len() < 2 {
         return html! { p.nothing { "It explains no other change, and none explains it." } };
@@ -58,12 +54,12 @@ pub(super) fn trail(
     }
 }
 
-fn edges(view: &View<'_>, transition: &FaultTransition, history: Option<&ModuleHistory>) -> Edges {
+fn edges(view: &View<'_>, transition: &FaultTransition, evidence: &Evidence) -> Edges {
     let mut edges = Edges::new();
-    let past = history.map_or(&[][..], |history| &history.transitions);
     let present = view.scene.components().filter(|c| c.structure == transition.structure);
     // The present overwrites the past, and of the past the latest the earlier ones.
-    let dated = past.iter().map(|one| (one, false)).chain(present.map(|one| (one, true)));
+    let dated =
+        evidence.transitions().map(|one| (one, false)).chain(present.map(|one| (one, true)));
     for (one, present) in dated {
         if let Some(root) = &one.explained_by {
             edges.insert(one.component.clone(), Edge { root: root.clone(), present });

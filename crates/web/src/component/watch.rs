@@ -14,10 +14,12 @@ use super::evidence::Evidence;
 use crate::app::Shared;
 use crate::desk::{Traces, traces};
 use crate::stream::{Part, Whose};
-use crate::view::{View, find_module};
+use crate::view::View;
 
 /// What was lacking is asked for again after this time.
 const ASK_AGAIN_AFTER: Duration = Duration::from_secs(4);
+/// And everything after this: another component may have come to be explained by this one.
+const ASK_ANEW_AFTER: Duration = Duration::from_secs(20);
 
 /// A component that somebody looks at.
 pub(crate) struct Watch {
@@ -64,7 +66,7 @@ impl Watch {
     pub(crate) fn parts(&mut self, view: &View<'_>) -> Vec<Part> {
         let known = view.scene.component(self.whose.structure.as_ref(), &self.whose.name);
         let Some(transition) = known else { return Vec::new() };
-        self.ask_if_due(view, transition);
+        self.ask_if_due(transition);
         let (structure, module) = (&transition.structure, &transition.module);
         let app = &self.app;
         let live = self.traces.get_or_insert_with(|| traces(app, structure, module));
@@ -72,22 +74,24 @@ impl Watch {
         Shown { view, transition, evidence: &self.evidence, traces: &traces }.parts()
     }
 
-    fn ask_if_due(&mut self, view: &View<'_>, transition: &FaultTransition) {
+    fn ask_if_due(&mut self, transition: &FaultTransition) {
         let version = (transition.place(), transition.state);
         let due = match self.asked {
             None => true,
             Some((asked, at)) => {
-                asked != version || (self.evidence.lacks() && at.elapsed() >= ASK_AGAIN_AFTER)
+                let wait = if self.evidence.lacks() { ASK_AGAIN_AFTER } else { ASK_ANEW_AFTER };
+                asked != version || at.elapsed() >= wait
             }
         };
         if !due || !self.fetching.is_empty() {
             return;
         }
         self.asked = Some((version, Instant::now()));
+        // The scene of the moment: it is had when the question is put.
         let (app, transition) = (Arc::clone(&self.app), transition.clone());
-        let module =
-            find_module(view.scene, Some(&transition.structure), &transition.module).cloned();
-        self.fetching
-            .spawn(async move { Evidence::fetch(&app, &transition, module.as_ref()).await });
+        self.fetching.spawn(async move {
+            let scene = app.live.scene();
+            Evidence::fetch(&app, &scene, &transition).await
+        });
     }
 }

@@ -61,18 +61,27 @@ mod tests {
     use super::*;
     use std::sync::atomic::{AtomicU32, Ordering};
 
-    #[tokio::test(start_paused = true)]
+    #[tokio::test]
     async fn whoever_wants_the_same_meanwhile_gets_the_same() {
-        let answers: Answers<&str, u32> = Answers::new(Duration::from_secs(2));
+        let answers: Answers<&str, u32> = Answers::new(Duration::from_secs(3600));
         let fetched = AtomicU32::new(0);
         let fetch = || async {
-            tokio::time::sleep(Duration::from_secs(1)).await;
+            tokio::task::yield_now().await;
             fetched.fetch_add(1, Ordering::Relaxed)
         };
         let both = tokio::join!(answers.get("m1", fetch), answers.get("m1", fetch));
         assert_eq!(both, (0, 0));
         assert_eq!(answers.get("m2", fetch).await, 1);
-        tokio::time::sleep(Duration::from_secs(3)).await;
-        assert_eq!(answers.get("m1", fetch).await, 2);
+        assert_eq!(answers.get("m1", fetch).await, 0);
+    }
+
+    #[tokio::test]
+    async fn what_is_old_is_had_anew_and_not_kept_for_ever() {
+        let answers: Answers<usize, usize> = Answers::new(Duration::ZERO);
+        for number in 0..10 * MANY {
+            assert_eq!(answers.get(number, || async { number }).await, number);
+        }
+        assert_eq!(answers.get(7, || async { 8 }).await, 8);
+        assert!(answers.entries.lock().unwrap().len() <= MANY);
     }
 }

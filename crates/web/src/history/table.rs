@@ -10,6 +10,16 @@ use crate::events::verdict_state;
 use crate::look;
 use crate::view::View;
 
+/// The columns, and whether numbers stand in them.
+const COLUMNS: [(&str, bool); 6] = [
+    ("time", false),
+    ("number", true),
+    ("component", false),
+    ("state", false),
+    ("step", true),
+    ("why", false),
+];
+
 /// Something that a journal holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Entry<'a> {
@@ -56,7 +66,11 @@ pub(super) fn table(
         @else {
             div.wide tabindex="0" role="region" aria-label="Entries" {
                 table.history {
-                    thead { tr { @for name in ["time", "number", "component", "state", "step", "why"] { th scope="col" { (name) } } } }
+                    thead { tr {
+                        @for (name, is_number) in COLUMNS {
+                            th.number[is_number] scope="col" { (name) }
+                        }
+                    } }
                     tbody { @for entry in entries.iter().take(most) { (row(view, entry)) } }
                 }
             }

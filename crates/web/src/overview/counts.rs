@@ -19,10 +19,13 @@ pub(super) fn sentence(view: &View<'_>) -> String {
     let count = |state| components.iter().filter(|component| component.state == state).count();
     let verified = modules.iter().map(|module| module.picture.verified()).sum::<usize>();
     let unverified = count(FaultState::Normal) - verified;
-    let mut parts = vec![
-        faults(&components),
-        format!("{verified} of {} verified", plural(components.len(), "component")),
-    ];
+    let mut parts = match components.len() {
+        0 => vec!["No component is known".to_owned()],
+        count => vec![
+            faults(&components),
+            format!("{verified} of {} verified", plural(count, "component")),
+        ],
+    };
     let others = [
         (unverified, "normal, not verified"),
         (count(FaultState::Unconfirmed), "unconfirmed"),
@@ -37,7 +40,7 @@ pub(super) fn sentence(view: &View<'_>) -> String {
         sentence.push_str(": ");
         sentence.push_str(&because.join(", "));
     }
-    if view.scene.network != NetworkState::Open {
+    if view.scene.network != NetworkState::Open && !components.is_empty() {
         sentence.push_str("; as it was when there was a network");
     }
     sentence

@@ -53,7 +53,7 @@ pub(crate) fn facts(view: &View<'_>, module: &LiveModule) -> Markup {
             div { dt { "verified" } dd { (module.picture.verified()) " of " (module.picture.components.len()) } }
             div { dt { "lag" } dd { (of(status.lag_ms)) } }
             div { dt { "age of samples" } dd { (of(status.sample_age_ms)) } }
-            div { dt { "age of status" } dd { (span(age_ms(view, status))) } }
+            div { dt { "age of status" } dd { (age(view, status)) } }
             div { dt { "journal" } dd { (journal(&status.journal)) } }
             div { dt { "set aside" } dd { (status.shelved) } }
         }
@@ -63,9 +63,13 @@ pub(crate) fn facts(view: &View<'_>, module: &LiveModule) -> Markup {
     }
 }
 
+/// A status comes once a second: as long as it does, its age is of no interest.
 #[expect(clippy::cast_precision_loss, reason = "ages are short")]
-fn age_ms(view: &View<'_>, status: &ModuleStatus) -> f64 {
-    view.scene.time_unix_ns.saturating_sub(status.time_unix_ns) as f64 / 1e6
+fn age(view: &View<'_>, status: &ModuleStatus) -> String {
+    match view.scene.time_unix_ns.saturating_sub(status.time_unix_ns) {
+        0..2_000_000_000 => "current".to_owned(),
+        age => span((age / 1_000_000_000 * 1000) as f64),
+    }
 }
 
 fn journal(journal: &JournalStatus) -> String {

@@ -1,0 +1,4 @@
+//! Tests of the whole: what is rendered of a scene, and what a real server sends.
+
+mod pages;
+mod serving;
