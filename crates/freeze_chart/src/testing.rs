@@ -5,6 +5,7 @@ use wire::{FreezeFrame, Trace};
 
 /// A gage's frame: 0.2 s with a jump in the middle, and a step that is missing.
 #[must_use]
+#[expect(clippy::unwrap_used, reason = "names that are right")]
 pub fn frame() -> FreezeFrame {
     let steps: Vec<u64> = (1000..1200).filter(|step| *step != 1010).collect();
     let trace = |name: &str, unit: &str, [before, after]: [f64; 2]| Trace {

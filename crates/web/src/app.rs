@@ -18,7 +18,7 @@ use crate::metrics::Counters;
 pub(crate) struct App {
     /// The structure as it is at every moment.
     pub(crate) live: Live,
-    /// Who may do what.
+    /// Who has signed in, and what each may order.
     pub(crate) access: Access,
     /// Only this structure; otherwise every one that is seen.
     pub(crate) structure: Option<StructureName>,

@@ -10,8 +10,8 @@ pub(crate) const SCRIPT: &str = include_str!("assets/page.js");
 /// The icon.
 pub(crate) const ICON: &str = include_str!("assets/icon.svg");
 
-/// Another version of the program may have others: they are asked for again, and are small.
-const CACHING: &str = "max-age=60";
+/// Another version of the program has others: they are fetched with every page, and are small.
+const CACHING: &str = "no-cache";
 
 pub(crate) async fn style() -> impl IntoResponse {
     ([(CONTENT_TYPE, "text/css; charset=utf-8"), (CACHE_CONTROL, CACHING)], STYLE)

@@ -87,7 +87,7 @@ fn sign(place: &Place, look: &Look) -> Anchor {
         .set("class", "target")
         .set("cx", symbols::tenths(x))
         .set("cy", symbols::tenths(y))
-        .set("r", 15)
+        .set("r", 17)
         .set("fill", "none")
         .set("pointer-events", "all");
     let link = Anchor::new()

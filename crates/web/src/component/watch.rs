@@ -21,12 +21,16 @@ const ASK_AGAIN_AFTER: Duration = Duration::from_secs(4);
 /// And everything after this: another component may have come to be explained by this one.
 const ASK_ANEW_AFTER: Duration = Duration::from_secs(20);
 
+/// Parts that show what the modules answered.
+const OF_EVIDENCE: [&str; 3] = ["trail", "frame", "journal"];
+
 /// A component that somebody looks at.
 pub(crate) struct Watch {
     app: Shared,
     whose: Whose<ComponentPath>,
     traces: Option<Receiver<Arc<Traces>>>,
-    evidence: Evidence,
+    /// None until it has been had: the page has its own meanwhile, which is not replaced by nothing.
+    evidence: Option<Evidence>,
     fetching: JoinSet<Evidence>,
     /// What the evidence was asked for, and when.
     asked: Option<(Version, Instant)>,
@@ -41,7 +45,7 @@ impl Watch {
             app: Arc::clone(app),
             whose,
             traces: None,
-            evidence: Evidence::default(),
+            evidence: None,
             fetching: JoinSet::new(),
             asked: None,
         }
@@ -58,7 +62,7 @@ impl Watch {
         };
         tokio::select! {
             lasting = traces => if !lasting { self.traces = None },
-            Some(fetched) = self.fetching.join_next() => self.evidence = fetched.unwrap_or_default(),
+            Some(fetched) = self.fetching.join_next() => self.evidence = fetched.ok().or(self.evidence.take()),
         }
     }
 
@@ -71,7 +75,11 @@ impl Watch {
         let app = &self.app;
         let live = self.traces.get_or_insert_with(|| traces(app, structure, module));
         let traces = Arc::clone(&live.borrow_and_update());
-        Shown { view, transition, evidence: &self.evidence, traces: &traces }.parts()
+        let nothing = Evidence::default();
+        let evidence = self.evidence.as_ref().unwrap_or(&nothing);
+        let mut parts = Shown { view, transition, evidence, traces: &traces }.parts();
+        parts.retain(|part| self.evidence.is_some() || !OF_EVIDENCE.contains(&part.id));
+        parts
     }
 
     fn ask_if_due(&mut self, transition: &FaultTransition) {
@@ -79,7 +87,11 @@ impl Watch {
         let due = match self.asked {
             None => true,
             Some((asked, at)) => {
-                let wait = if self.evidence.lacks() { ASK_AGAIN_AFTER } else { ASK_ANEW_AFTER };
+                let wait = if self.evidence.as_ref().is_none_or(Evidence::lacks) {
+                    ASK_AGAIN_AFTER
+                } else {
+                    ASK_ANEW_AFTER
+                };
                 asked != version || at.elapsed() >= wait
             }
         };

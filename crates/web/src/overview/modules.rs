@@ -32,13 +32,18 @@ fn card(view: &View<'_>, module: &LiveModule) -> Markup {
     html! {
         article.card.(class) {
             header {
-                h4 { a href=(view.module(structure, &member.module)) { (member.module) } }
+                (heading(view, &html! { a href=(view.module(structure, &member.module)) { (member.module) } }))
                 (look::phase(module))
             }
             (facts(view, module))
             @if !drawn { (components(view, module)) }
         }
     }
+}
+
+/// Below that of its structure, if there is one.
+fn heading(view: &View<'_>, words: &Markup) -> Markup {
+    html! { @if view.structures().len() > 1 { h4 { (words) } } @else { h3 { (words) } } }
 }
 
 /// What a module reports of itself; what it reported last, if it is not heard.

@@ -186,6 +186,9 @@ async fn a_fault_comes_over_the_stream_and_by_polling_and_is_rendered_once() {
     let (_, polled) = server.text("/fragments?page=overview").await;
     assert!(polled.starts_with('[') && polled.contains("onset step 1234"), "{polled}");
     assert_eq!(server.app.desk.pages.len(), 1, "one rendering for all who look");
+    let mut component = server.get("/stream?page=component&of=m1/sensor/g1").await;
+    let text = until(&mut component, "No freeze frame").await;
+    assert!(!text.contains("It has no fault"), "nothing was answered yet, and it was said: {text}");
     let (status, page) = server.text("/component/m1/sensor/g1").await;
     assert_eq!(status, StatusCode::OK);
     assert!(page.contains("latched") && page.contains("data-live=\"page=component"), "{page}");
