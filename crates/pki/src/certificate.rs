@@ -57,6 +57,12 @@ impl Certificate {
         Self::from_pem(&std::fs::read(file)?)
     }
 
+    /// The common name in a certificate as TLS has it, if it has one.
+    #[must_use]
+    pub fn common_name_in(der: &CertificateDer<'_>) -> Option<String> {
+        Self::from_der(der.clone().into_owned(), Vec::new())?.common_name
+    }
+
     pub(crate) fn from_pem(text: &[u8]) -> Result<Self, ReadError> {
         let all: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(text).collect();
         let mut all = all.map_err(|_| ReadError::NotOne)?.into_iter();

@@ -63,18 +63,10 @@ impl Library {
     /// # Errors
     /// There are some, but their directory cannot be read.
     pub fn revoked(&self) -> io::Result<Vec<Issued>> {
-        let entries = match std::fs::read_dir(self.revoked_directory()) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-            entries => entries?,
-        };
-        let mut revoked = Vec::new();
-        for entry in entries {
-            let name = entry?.file_name();
-            let name = name.to_str().and_then(|name| name.strip_suffix(PEM));
-            revoked.extend(name.and_then(|name| name.parse::<Issued>().ok()));
+        match revoked_in(&self.revoked_directory()) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+            revoked => revoked,
         }
-        revoked.sort();
-        Ok(revoked)
     }
 
     /// Where a revoked certificate is or would be.
@@ -105,4 +97,19 @@ impl Library {
         let name: CommonName = read.common_name?.parse().ok()?;
         (name.issued.holder == *holder).then_some(name.issued)
     }
+}
+
+/// Every certificate in a directory of revoked ones, such as a copy of `pki/revoked`, by the names of the files.
+///
+/// # Errors
+/// The directory is not there or cannot be read.
+pub fn revoked_in(directory: &Path) -> io::Result<Vec<Issued>> {
+    let mut revoked = Vec::new();
+    for entry in std::fs::read_dir(directory)? {
+        let name = entry?.file_name();
+        let name = name.to_str().and_then(|name| name.strip_suffix(PEM));
+        revoked.extend(name.and_then(|name| name.parse::<Issued>().ok()));
+    }
+    revoked.sort();
+    Ok(revoked)
 }

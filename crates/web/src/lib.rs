@@ -7,6 +7,8 @@
 //! | `router` | which path leads where |
 //! | `app` | what every request sees |
 //! | `access` | who it is, and what he may do |
+//! | `orders` | forms that order something |
+//! | `listener` | addresses, TLS, limits |
 //! | `view` | a scene with the links that lead on from it |
 //! | `look`, `drawing` | how a state looks; the structure drawn with the states of its components |
 //! | `layout`, `assets` | what all pages have in common; style sheet and script |
@@ -29,18 +31,26 @@ mod forms;
 mod history;
 mod hub;
 mod layout;
+mod listener;
 mod look;
 mod metrics;
 mod module;
+mod orders;
 mod overview;
 mod router;
 mod server;
 mod stream;
+#[cfg(test)]
+mod test_server;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;
 mod view;
 
+pub use access::{
+    LinkError, NoRandomness, Origin, OriginError, PersonName, PersonNameError, VALID, one_time_link,
+};
 pub use config::WebConfig;
+pub use listener::{ListenError, ListenerSettings, TlsFiles};
 pub use server::run;

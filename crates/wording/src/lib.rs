@@ -4,6 +4,7 @@
 mod aside;
 mod doubt;
 mod identification;
+mod order;
 mod phase;
 mod quantity;
 mod reason;
@@ -20,6 +21,7 @@ pub use doubt::why_unconfirmed;
 pub use identification::{
     brief, candidate, decimals, fault_size, identified, in_small_units, kind, percent,
 };
+pub use order::{UNTAKEN, done, not_saved, perhaps};
 pub use phase::phase_in_words;
 pub use quantity::{force, ratio, residual, span};
 pub use reason::{ordered, reason};

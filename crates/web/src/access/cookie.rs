@@ -1,0 +1,88 @@
+//! The cookie that has the secret of a session.
+
+use axum::http::{HeaderMap, HeaderValue, header};
+
+use super::secret::Secret;
+
+/// Over TLS. Browsers take it from this very host over TLS only: no neighbour can plant it.
+const SECURE_NAME: &str = "__Host-trusswatch";
+/// Over plain HTTP on this machine.
+const PLAIN_NAME: &str = "trusswatch";
+
+/// How the cookie is called and sent.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cookie {
+    /// Whether the browser is on TLS.
+    pub(crate) is_secure: bool,
+}
+
+impl Cookie {
+    /// The session that a request names. Of several cookies of the name none counts: somebody has planted one.
+    pub(crate) fn read(self, headers: &HeaderMap) -> Option<Secret> {
+        let values = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+        let pairs =
+            values.flat_map(|value| value.split(';')).filter_map(|pair| pair.split_once('='));
+        let mut own = pairs.filter(|(name, _)| name.trim() == self.name());
+        match (own.next(), own.next()) {
+            (Some((_, value)), None) => Secret::from_text(value.trim()),
+            _ => None,
+        }
+    }
+
+    /// Gives the browser a session.
+    pub(crate) fn set(self, session: &Secret) -> Option<HeaderValue> {
+        let value = format!("{}={}{}", self.name(), session.as_str(), self.attributes());
+        HeaderValue::from_str(&value).ok()
+    }
+
+    /// Takes it away.
+    pub(crate) fn clear(self) -> Option<HeaderValue> {
+        HeaderValue::from_str(&format!("{}={}; Max-Age=0", self.name(), self.attributes())).ok()
+    }
+
+    fn name(self) -> &'static str {
+        if self.is_secure { SECURE_NAME } else { PLAIN_NAME }
+    }
+
+    fn attributes(self) -> &'static str {
+        if self.is_secure {
+            "; Path=/; HttpOnly; SameSite=Strict; Secure"
+        } else {
+            "; Path=/; HttpOnly; SameSite=Strict"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headers(cookies: &[String]) -> HeaderMap {
+        cookies.iter().map(|text| (header::COOKIE, HeaderValue::from_str(text).unwrap())).collect()
+    }
+
+    #[test]
+    fn a_session_is_read_from_its_own_cookie_alone() {
+        let secret = Secret::new().unwrap();
+        let (secure, plain) = (Cookie { is_secure: true }, Cookie { is_secure: false });
+        let own = format!("a=b; __Host-trusswatch={}; c=d", secret.as_str());
+        let read = secure.read(&headers(&[own.clone()])).unwrap();
+        assert_eq!(read.fingerprint(), secret.fingerprint());
+        assert!(plain.read(&headers(&[own.clone()])).is_none());
+        assert!(secure.read(&headers(&[own.clone(), own])).is_none());
+        assert!(secure.read(&headers(&["__Host-trusswatch=guess".to_owned()])).is_none());
+    }
+
+    #[test]
+    fn scripts_and_other_sites_do_not_get_it() {
+        let secret = Secret::new().unwrap();
+        let set = Cookie { is_secure: true }.set(&secret).unwrap();
+        let expected = format!(
+            "__Host-trusswatch={}; Path=/; HttpOnly; SameSite=Strict; Secure",
+            secret.as_str()
+        );
+        assert_eq!(set, expected.as_str());
+        let cleared = Cookie { is_secure: false }.clear().unwrap();
+        assert_eq!(cleared, "trusswatch=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
+    }
+}

@@ -1,0 +1,208 @@
+//! What every request has to pass, whatever page it is for. A page behind it need not think of any of this.
+
+use std::time::Instant;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::{IntoResponse, Redirect, Response};
+use maud::html;
+
+use super::refusals::Refused;
+use super::secret::Secret;
+use super::{Access, Person, certificate, form, headers, plain};
+use crate::app::Shared;
+use crate::listener::Connection;
+
+/// Where people sign in.
+pub(super) const SIGN_IN: &str = "/sign-in";
+/// What is there for everybody even if pages are not: it says nothing of the structure.
+const OPEN: [&str; 6] = [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js", "/icon.svg"];
+
+/// Who has sent a request, as far as it says.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Visit {
+    pub(super) person: Option<Person>,
+    /// The session, also of a person whose certificate is not shown any more.
+    pub(super) session: Option<Secret>,
+}
+
+/// Why a request goes no further.
+struct Stop {
+    refused: Refused,
+    status: StatusCode,
+    words: String,
+}
+
+impl Stop {
+    fn new(refused: Refused, status: StatusCode, words: impl Into<String>) -> Self {
+        Self { refused, status, words: words.into() }
+    }
+}
+
+/// Lets through what is a browser's of ours, and says to every browser what it has to know. Requests need the
+/// [`Connection`] that [`crate::listener`] gives them.
+pub(crate) fn protect(router: Router, shared: Shared) -> Router {
+    router.layer(from_fn_with_state(shared, guard))
+}
+
+async fn guard(State(shared): State<Shared>, request: Request, next: Next) -> Response {
+    let access = &shared.access;
+    let Some(connection) = request.extensions().get::<Connection>().cloned() else {
+        return StatusCode::INTERNAL_SERVER_ERROR.into_response();
+    };
+    let (parts, body) = request.into_parts();
+    let mut response = match judge(access, &connection, parts, body).await {
+        Ok(Passed::On(request)) => next.run(*request).await,
+        Ok(Passed::ToSignIn) => Redirect::to(SIGN_IN).into_response(),
+        Err(stop) => {
+            access.refusals.note(stop.refused, connection.peer.ip(), &stop.words);
+            answer(&stop)
+        }
+    };
+    headers::add(response.headers_mut(), access.settings.site.is_tls);
+    response
+}
+
+/// A request that was not refused.
+enum Passed {
+    On(Box<Request>),
+    ToSignIn,
+}
+
+async fn judge(
+    access: &Access,
+    connection: &Connection,
+    mut parts: Parts,
+    body: Body,
+) -> Result<Passed, Stop> {
+    if !matches!(parts.method, Method::GET | Method::HEAD | Method::POST) {
+        let words = "a page takes GET, HEAD and POST";
+        return Err(Stop::new(Refused::Method, StatusCode::METHOD_NOT_ALLOWED, words));
+    }
+    let origin = own_origin(access, connection, &parts)?;
+    let visit = visit(access, connection, &parts);
+    if parts.method == Method::POST {
+        is_from_here(&parts.headers, &origin)?;
+        let fields = form::read(&parts, body).await;
+        let fields = fields.map_err(|(status, words)| Stop::new(Refused::Form, status, words))?;
+        may_send(&parts, &visit, fields.get("token"))?;
+        parts.extensions.insert(fields);
+    } else if let Some(instead) = may_see(access, &parts, &visit)? {
+        return Ok(instead);
+    }
+    parts.extensions.insert(visit);
+    // Nothing that follows has to read a body: what a form has is in its fields.
+    Ok(Passed::On(Box::new(Request::from_parts(parts, Body::empty()))))
+}
+
+/// The origin of the page that the request is for, if that is this one.
+fn own_origin(access: &Access, connection: &Connection, parts: &Parts) -> Result<String, Stop> {
+    let host = only(&parts.headers, header::HOST);
+    // A request line may name a host as well; then both have to be the same.
+    let in_line = parts.uri.authority().map(axum::http::uri::Authority::as_str);
+    let host = host.filter(|host| in_line.is_none_or(|named| named == *host));
+    let origin = host.and_then(|host| access.settings.site.origin(host, connection.local));
+    origin.ok_or_else(|| {
+        let words = format!(
+            "`{}` is no name of this page; open it by its address, or name it to `trusswatch web`",
+            names::quotation(host.unwrap_or_default(), 200)
+        );
+        Stop::new(Refused::Host, StatusCode::MISDIRECTED_REQUEST, words)
+    })
+}
+
+/// A browser says which page a form is of.
+fn is_from_here(headers: &HeaderMap, own: &str) -> Result<(), Stop> {
+    let is_own = if headers.contains_key(header::ORIGIN) {
+        only(headers, header::ORIGIN).is_some_and(|origin| origin.eq_ignore_ascii_case(own))
+    } else {
+        headers.get("sec-fetch-site").is_some_and(|site| site == "same-origin")
+    };
+    let words = "the form was not sent by a page of this site";
+    is_own.then_some(()).ok_or_else(|| Stop::new(Refused::Origin, StatusCode::FORBIDDEN, words))
+}
+
+/// Forms of people who are signed in have the token of their session. Those who are not can sign in.
+fn may_send(parts: &Parts, visit: &Visit, token: Option<&String>) -> Result<(), Stop> {
+    let is_sign_in = parts.uri.path() == SIGN_IN;
+    match &visit.person {
+        _ if is_sign_in => Ok(()),
+        None => Err(Stop::new(Refused::Permission, StatusCode::UNAUTHORIZED, "sign in first")),
+        Some(person) if has_token(person, token) => Ok(()),
+        Some(_) => {
+            let words = "the form is of a session that is over; open the page again";
+            Err(Stop::new(Refused::Token, StatusCode::FORBIDDEN, words))
+        }
+    }
+}
+
+fn has_token(person: &Person, token: Option<&String>) -> bool {
+    let secret = |text: &str| Secret::from_text(text).map(|secret| secret.fingerprint());
+    let given = token.and_then(|token| secret(token));
+    given.is_some() && given == secret(&person.form_token)
+}
+
+/// Where pages are for those who have signed in, others are led to where they can.
+fn may_see(access: &Access, parts: &Parts, visit: &Visit) -> Result<Option<Passed>, Stop> {
+    let path = parts.uri.path();
+    let is_open = OPEN.contains(&path);
+    if !access.settings.require_sign_in || visit.person.is_some() || is_open {
+        return Ok(None);
+    }
+    if is_page(&parts.headers) {
+        return Ok(Some(Passed::ToSignIn));
+    }
+    Err(Stop::new(Refused::Permission, StatusCode::UNAUTHORIZED, "sign in first"))
+}
+
+/// The session that the request names, if it is not over and the certificate that it began with is there.
+fn visit(access: &Access, connection: &Connection, parts: &Parts) -> Visit {
+    let is_use = parts.method == Method::POST || is_page(&parts.headers);
+    let session = access.cookie().read(&parts.headers);
+    let found = session.as_ref().and_then(|id| access.sessions.find(id, is_use, Instant::now()));
+    let Some(found) = found else { return Visit::default() };
+    let signed_in = found.signed_in;
+    if let Some(begun_with) = &signed_in.certificate {
+        let revoked = access.settings.revoked.as_ref();
+        let is_shown = connection.shown.as_ref() == Some(begun_with);
+        if !is_shown || certificate::person(begun_with, revoked).is_err() {
+            return Visit::default();
+        }
+    }
+    let person = Person {
+        name: signed_in.name,
+        may_order: signed_in.may_order && access.read_only().is_none(),
+        form_token: found.form_token.as_str().to_owned(),
+    };
+    Visit { person: Some(person), session }
+}
+
+fn is_page(headers: &HeaderMap) -> bool {
+    let accepts = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
+    accepts.is_some_and(|kinds| kinds.contains("text/html"))
+}
+
+/// The value of a header that is there once.
+fn only(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
+    let mut values = headers.get_all(name).iter();
+    match (values.next(), values.next()) {
+        (Some(value), None) => value.to_str().ok(),
+        _ => None,
+    }
+}
+
+fn answer(stop: &Stop) -> Response {
+    let words = html! {
+        p { (names::printable(&stop.words)) "." }
+        p { a href="/" { "To the overview" } }
+    };
+    let mut response = plain(stop.status, "Refused", &words);
+    if stop.status == StatusCode::METHOD_NOT_ALLOWED {
+        response.headers_mut().insert(header::ALLOW, HeaderValue::from_static("GET, HEAD, POST"));
+    }
+    response
+}

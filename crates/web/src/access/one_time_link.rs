@@ -1,0 +1,259 @@
+//! One-time links: files in a directory of the web page's state, each named by the fingerprint of the secret in its
+//! link. Whoever may write there may let people in; whoever reads there learns no link.
+
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io::{self, Read, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, chown};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use serde::{Deserialize, Serialize};
+
+use super::person_name::PersonName;
+use super::secret::{NoRandomness, Secret};
+
+/// The directory of links within that of the state.
+const DIRECTORY: &str = "links";
+/// Links at a time.
+const MOST: usize = 100;
+/// The extension of a file that is being written, and after which time it is an abandoned one.
+const BEING_WRITTEN: &str = "new";
+const WRITTEN_WITHIN: Duration = Duration::from_secs(60);
+/// Longest file that is read, in bytes.
+const LONGEST_FILE: u64 = 4096;
+/// For how long a link may be good.
+pub const VALID: std::ops::RangeInclusive<Duration> =
+    Duration::from_secs(1)..=Duration::from_secs(24 * 3600);
+
+/// Whom a link lets in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Invitation {
+    /// The person's name.
+    pub(crate) person: String,
+    /// Whether that person may order anything.
+    pub(crate) may_order: bool,
+    /// When the link is over \[s since 1970\].
+    pub(crate) until_unix_s: u64,
+}
+
+/// Why no link was made.
+#[derive(Debug, thiserror::Error)]
+pub enum LinkError {
+    /// The directory or a file in it.
+    #[error("{}: {error}; name the directory that `trusswatch web` has as --state-dir, and run this as its owner", path.display())]
+    Directory {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// There are many that nobody has used.
+    #[error("{}: there are {MOST} links that nobody has used; wait until they are over, or remove them", .0.display())]
+    TooMany(PathBuf),
+    /// Too short or too long.
+    #[error("a link is good for 1s to 24h, not for {0:?}")]
+    Valid(Duration),
+    /// No secret can be made.
+    #[error(transparent)]
+    Randomness(#[from] NoRandomness),
+}
+
+/// Makes a link that lets a person in once, and returns its path with query, `/sign-in?link=…`, to be put behind the
+/// page's address. `state` is the directory of the web page's state, which has to be there.
+///
+/// # Errors
+/// The directory cannot be written, too many links are unused, or `valid` is outside [`VALID`]; no link was made.
+pub fn one_time_link(
+    state: &Path,
+    person: &PersonName,
+    may_order: bool,
+    valid: Duration,
+) -> Result<String, LinkError> {
+    if !VALID.contains(&valid) {
+        return Err(LinkError::Valid(valid));
+    }
+    let now = unix_s();
+    let until_unix_s = now.saturating_add(valid.as_secs());
+    let person = person.as_str().to_owned();
+    let secret = invite(state, &Invitation { person, may_order, until_unix_s }, now)?;
+    Ok(format!("/sign-in?link={}", secret.as_str()))
+}
+
+pub(crate) fn invite(state: &Path, invitation: &Invitation, now: u64) -> Result<Secret, LinkError> {
+    let wrong = |path: &Path| {
+        let path = path.to_owned();
+        move |error: io::Error| LinkError::Directory { path, error }
+    };
+    let owner = fs::metadata(state).map_err(wrong(state))?;
+    let directory = state.join(DIRECTORY);
+    match DirBuilder::new().mode(0o700).create(&directory) {
+        Ok(()) => give(&directory, &owner).map_err(wrong(&directory))?,
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+        Err(error) => return Err(wrong(&directory)(error)),
+    }
+    tidy(&directory, now);
+    if fs::read_dir(&directory).map_err(wrong(&directory))?.count() >= MOST {
+        return Err(LinkError::TooMany(directory));
+    }
+    let secret = Secret::new()?;
+    let file = directory.join(secret.fingerprint().as_str());
+    write(&file, invitation, &owner).map_err(wrong(&file))?;
+    Ok(secret)
+}
+
+/// Lets in whoever has this secret, once: the file is gone for good before anybody is let in.
+pub(crate) fn accept(state: &Path, secret: &Secret) -> Option<Invitation> {
+    accept_at(state, secret, unix_s())
+}
+
+fn accept_at(state: &Path, secret: &Secret, now: u64) -> Option<Invitation> {
+    let directory = state.join(DIRECTORY);
+    tidy(&directory, now);
+    let file = directory.join(secret.fingerprint().as_str());
+    let invitation = read(&file)?;
+    // Of several who come at the same time, one removes it.
+    fs::remove_file(&file).ok()?;
+    // After a power cut it is not there again.
+    File::open(&directory).and_then(|directory| directory.sync_all()).ok()?;
+    invitation.is_good(now).then_some(invitation)
+}
+
+impl Invitation {
+    fn is_good(&self, now: u64) -> bool {
+        now < self.until_unix_s && self.person.parse::<PersonName>().is_ok()
+    }
+}
+
+/// Removes what is over and what is no link. One that cannot be removed is not good either.
+fn tidy(directory: &Path, now: u64) {
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    for file in entries.map(|entry| entry.path()) {
+        let is_good = read(&file).is_some_and(|invitation| invitation.is_good(now));
+        if !is_good && !is_being_written(&file) {
+            let _ = fs::remove_file(&file);
+        }
+    }
+}
+
+fn is_being_written(file: &Path) -> bool {
+    let age = || file.metadata().ok()?.modified().ok()?.elapsed().ok();
+    file.extension().is_some_and(|extension| extension == BEING_WRITTEN)
+        && age().is_none_or(|age| age < WRITTEN_WITHIN)
+}
+
+fn read(file: &Path) -> Option<Invitation> {
+    let mut text = String::new();
+    File::open(file).ok()?.take(LONGEST_FILE).read_to_string(&mut text).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
+/// In one piece: who reads the directory meanwhile finds the whole file or none.
+fn write(file: &Path, invitation: &Invitation, owner: &fs::Metadata) -> io::Result<()> {
+    let beside = file.with_extension(BEING_WRITTEN);
+    let mut written = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&beside)?;
+    let text = serde_json::to_string(invitation).map_err(io::Error::other)?;
+    let done = written
+        .write_all(text.as_bytes())
+        .and_then(|()| written.sync_all())
+        .and_then(|()| give(&beside, owner))
+        .and_then(|()| fs::rename(&beside, file));
+    if done.is_err() {
+        let _ = fs::remove_file(&beside);
+    }
+    done
+}
+
+/// Made by root, it becomes the web page's.
+fn give(path: &Path, owner: &fs::Metadata) -> io::Result<()> {
+    let made = fs::metadata(path)?;
+    if made.uid() == owner.uid() {
+        return Ok(());
+    }
+    chown(path, Some(owner.uid()), Some(owner.gid()))
+}
+
+fn unix_s() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
+
+    const NOW: u64 = 1_795_000_000;
+
+    fn ada(until_unix_s: u64) -> Invitation {
+        Invitation { person: "Ada Lovelace".to_owned(), may_order: true, until_unix_s }
+    }
+
+    fn files(state: &Path) -> Vec<PathBuf> {
+        fs::read_dir(state.join(DIRECTORY)).unwrap().map(|entry| entry.unwrap().path()).collect()
+    }
+
+    #[test]
+    fn a_link_lets_in_once_and_its_file_is_the_owners_and_has_no_secret() {
+        let state = tempfile::tempdir().unwrap();
+        let secret = invite(state.path(), &ada(NOW + 60), NOW).unwrap();
+        let file = files(state.path()).pop().unwrap();
+        assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o600);
+        assert_eq!(file.parent().unwrap().metadata().unwrap().permissions().mode() & 0o777, 0o700);
+        let shown = format!("{}{}", file.display(), fs::read_to_string(&file).unwrap());
+        assert!(!shown.contains(secret.as_str()));
+        assert_eq!(accept_at(state.path(), &secret, NOW), Some(ada(NOW + 60)));
+        assert_eq!(accept_at(state.path(), &secret, NOW), None);
+    }
+
+    #[test]
+    fn of_many_who_use_a_link_at_once_one_is_let_in() {
+        let state = tempfile::tempdir().unwrap();
+        let secret = invite(state.path(), &ada(NOW + 60), NOW).unwrap();
+        let accepted = std::thread::scope(|scope| {
+            let attempt = || accept_at(state.path(), &secret, NOW).is_some();
+            let attempts: Vec<_> = (0..8).map(|_| scope.spawn(attempt)).collect();
+            attempts.into_iter().map(|one| one.join().unwrap()).filter(|let_in| *let_in).count()
+        });
+        assert_eq!(accepted, 1);
+    }
+
+    #[test]
+    fn a_link_that_is_over_lets_nobody_in_and_is_removed() {
+        let state = tempfile::tempdir().unwrap();
+        let secret = invite(state.path(), &ada(NOW + 60), NOW).unwrap();
+        let another = invite(state.path(), &ada(NOW + 61), NOW).unwrap();
+        assert_eq!(accept_at(state.path(), &secret, NOW + 60), None);
+        assert_eq!(files(state.path()).len(), 1);
+        assert!(accept_at(state.path(), &another, NOW + 60).is_some());
+    }
+
+    #[test]
+    fn what_is_no_link_is_none_and_unused_links_are_bounded() {
+        let state = tempfile::tempdir().unwrap();
+        let secret = invite(state.path(), &ada(NOW + 60), NOW).unwrap();
+        fs::write(files(state.path()).pop().unwrap(), "{\"person\":\"ada\"}").unwrap();
+        assert_eq!(accept_at(state.path(), &secret, NOW), None);
+        for _ in 0..MOST {
+            invite(state.path(), &ada(NOW + 60), NOW).unwrap();
+        }
+        let refused = invite(state.path(), &ada(NOW + 60), NOW);
+        assert!(matches!(refused, Err(LinkError::TooMany(_))), "{refused:?}");
+        invite(state.path(), &ada(NOW + 120), NOW + 60).unwrap();
+    }
+
+    #[test]
+    fn wrong_directories_and_times_are_named() {
+        let state = tempfile::tempdir().unwrap();
+        let name = "ada".parse().unwrap();
+        let missing = state.path().join("missing");
+        let minute = Duration::from_secs(60);
+        let error = one_time_link(&missing, &name, true, minute).unwrap_err().to_string();
+        assert!(error.contains("missing") && error.contains("--state-dir"), "{error}");
+        let error = one_time_link(state.path(), &name, true, Duration::from_secs(90_000));
+        assert_eq!(error.unwrap_err().to_string(), "a link is good for 1s to 24h, not for 90000s");
+        let link = one_time_link(state.path(), &name, false, minute).unwrap();
+        let secret = Secret::from_text(link.strip_prefix("/sign-in?link=").unwrap()).unwrap();
+        let invitation = accept(state.path(), &secret).unwrap();
+        assert_eq!((invitation.person.as_str(), invitation.may_order), ("ada", false));
+    }
+}

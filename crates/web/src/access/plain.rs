@@ -1,0 +1,30 @@
+//! A page that needs nothing but the style sheet: to sign in, to say why a request was refused.
+
+use axum::http::StatusCode;
+use axum::response::{Html, IntoResponse, Response};
+use maud::{DOCTYPE, Markup, html};
+
+/// Where the style sheet of every page is.
+const STYLE: &str = "/page.css";
+
+/// A page with a heading.
+pub(crate) fn plain(status: StatusCode, title: &str, content: &Markup) -> Response {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) " – trusswatch" }
+                link rel="stylesheet" href=(STYLE);
+            }
+            body {
+                main class="plain" {
+                    h1 { (title) }
+                    (content)
+                }
+            }
+        }
+    };
+    (status, Html(page.into_string())).into_response()
+}

@@ -1,0 +1,40 @@
+//! Requests that were refused, logged: each kind at once, and from then on once a minute.
+
+use std::net::IpAddr;
+use std::time::Instant;
+
+use shell::occurrences::Occurrences;
+
+/// Why a request is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Refused {
+    /// A method that no page has.
+    Method,
+    /// Reached under a foreign name.
+    Host,
+    /// A form of a foreign page.
+    Origin,
+    /// A form that is none of ours, or too long.
+    Form,
+    /// A form without the token of the session.
+    Token,
+    /// Not signed in, or not permitted.
+    Permission,
+    /// A link or a certificate that lets nobody in.
+    SignIn,
+}
+
+/// How often each happened.
+#[derive(Debug, Default)]
+pub(crate) struct Refusals([Occurrences; 7]);
+
+impl Refusals {
+    /// Notes one, from this address.
+    pub(crate) fn note(&self, refused: Refused, from: IpAddr, words: &str) {
+        let occurrences = self.0.get(refused as usize);
+        if let Some(times) = occurrences.and_then(|occurrences| occurrences.note(Instant::now())) {
+            let words = names::printable(words);
+            tracing::warn!(%from, times, "a request was refused: {words}");
+        }
+    }
+}

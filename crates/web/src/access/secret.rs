@@ -1,0 +1,95 @@
+//! Random texts that nobody guesses: of sessions, forms, one-time links.
+
+use std::fmt;
+
+use ring::digest::{SHA256, digest};
+use ring::rand::{SecureRandom, SystemRandom};
+
+/// 256 bits.
+const BYTES: usize = 32;
+
+/// A random text of 64 hexadecimal digits. No log shows it.
+#[derive(Clone)]
+pub(crate) struct Secret(String);
+
+/// What is kept of a secret: its SHA-256, from which nobody gets it back. Fingerprints are compared in place of
+/// secrets, so how long a comparison takes says nothing of the secret.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Fingerprint(String);
+
+/// The system has no random numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the system has no random numbers")]
+pub struct NoRandomness;
+
+impl Secret {
+    pub(crate) fn new() -> Result<Self, NoRandomness> {
+        let mut bytes = [0; BYTES];
+        SystemRandom::new().fill(&mut bytes).map_err(|_| NoRandomness)?;
+        Ok(Self(hexadecimal(&bytes)))
+    }
+
+    /// A text that has the form of a secret.
+    pub(crate) fn from_text(text: &str) -> Option<Self> {
+        let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
+        let has_form = text.len() == 2 * BYTES && text.bytes().all(is_digit);
+        has_form.then(|| Self(text.to_owned()))
+    }
+
+    pub(crate) fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    pub(crate) fn fingerprint(&self) -> Fingerprint {
+        Fingerprint(hexadecimal(digest(&SHA256, self.0.as_bytes()).as_ref()))
+    }
+}
+
+impl fmt::Debug for Secret {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Secret(..)")
+    }
+}
+
+impl Fingerprint {
+    /// As a name of a file.
+    pub(crate) fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Debug for Fingerprint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Fingerprint({})", self.0)
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn secrets_differ_and_are_read_back_and_never_shown() {
+        let (one, other) = (Secret::new().unwrap(), Secret::new().unwrap());
+        assert_ne!(one.as_str(), other.as_str());
+        assert_ne!(one.fingerprint(), other.fingerprint());
+        let read = Secret::from_text(one.as_str()).unwrap();
+        assert_eq!(read.fingerprint(), one.fingerprint());
+        assert_eq!(format!("{one:?}"), "Secret(..)");
+        for text in ["", "../../etc/passwd", &"A".repeat(64), &"é".repeat(32), &"a".repeat(65)] {
+            assert!(Secret::from_text(text).is_none(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_fingerprint_is_the_sha256_of_the_text() {
+        // By `printf 0…0 | sha256sum`, with 64 zeros.
+        let zeros = Secret::from_text(&"0".repeat(64)).unwrap();
+        let expected = "60e05bd1b195af2f94112fa7197a5c88289058840ce7c6df9693756bc6250f55";
+        assert_eq!(zeros.fingerprint().as_str(), expected);
+    }
+}

@@ -1,0 +1,167 @@
+//! Who is signed in. Sessions are in memory: they end with the process.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use pki::Issued;
+
+use super::secret::{Fingerprint, NoRandomness, Secret};
+
+/// A session ends after this, whatever happens in it.
+const LONGEST: Duration = Duration::from_secs(12 * 3600);
+/// A session that nobody uses ends after this.
+const IDLE: Duration = Duration::from_secs(2 * 3600);
+/// Sessions at a time; a further one ends the one that has been idle for longest.
+const MOST: usize = 1000;
+
+/// Somebody who has signed in, and how.
+#[derive(Debug, Clone)]
+pub(crate) struct SignedIn {
+    /// His name.
+    pub(crate) name: String,
+    /// Whether he may order anything.
+    pub(crate) may_order: bool,
+    /// The certificate that he showed; the session is of no use without it.
+    pub(crate) certificate: Option<Issued>,
+}
+
+/// A session as a request finds it.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) signed_in: SignedIn,
+    /// What every form of the session has.
+    pub(crate) form_token: Secret,
+}
+
+/// Everybody who is signed in.
+#[derive(Debug, Default)]
+pub(crate) struct Sessions(Mutex<BTreeMap<Fingerprint, Session>>);
+
+#[derive(Debug)]
+struct Session {
+    found: Found,
+    begun: Instant,
+    used: Instant,
+    message: Option<String>,
+}
+
+impl Sessions {
+    /// Begins a session, under a secret that was never used before.
+    pub(crate) fn begin(&self, signed_in: SignedIn, now: Instant) -> Result<Secret, NoRandomness> {
+        let (secret, form_token) = (Secret::new()?, Secret::new()?);
+        let found = Found { signed_in, form_token };
+        let mut sessions = self.lock();
+        sessions.retain(|_, session| !session.is_over(now));
+        if sessions.len() >= MOST {
+            let idle = sessions.iter().min_by_key(|(_, session)| session.used);
+            let idle = idle.map(|(key, _)| key.clone());
+            idle.and_then(|key| sessions.remove(&key));
+        }
+        let session = Session { found, begun: now, used: now, message: None };
+        sessions.insert(secret.fingerprint(), session);
+        Ok(secret)
+    }
+
+    /// The session of this secret, unless it is over. `is_use`: a person does something, not a page by itself.
+    pub(crate) fn find(&self, secret: &Secret, is_use: bool, now: Instant) -> Option<Found> {
+        let mut sessions = self.lock();
+        let session = sessions.get_mut(&secret.fingerprint())?;
+        if session.is_over(now) {
+            return None;
+        }
+        if is_use {
+            session.used = now;
+        }
+        Some(session.found.clone())
+    }
+
+    /// Ends a session.
+    pub(crate) fn end(&self, secret: &Secret) {
+        self.lock().remove(&secret.fingerprint());
+    }
+
+    /// Leaves a message for the next page.
+    pub(crate) fn leave_message(&self, secret: &Secret, message: String) {
+        if let Some(session) = self.lock().get_mut(&secret.fingerprint()) {
+            session.message = Some(message);
+        }
+    }
+
+    /// The message, which is shown once.
+    pub(crate) fn take_message(&self, secret: &Secret) -> Option<String> {
+        self.lock().get_mut(&secret.fingerprint())?.message.take()
+    }
+
+    /// Every change is complete in itself, so a thread that failed has left them in order.
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Fingerprint, Session>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Session {
+    fn is_over(&self, now: Instant) -> bool {
+        now.saturating_duration_since(self.begun) >= LONGEST
+            || now.saturating_duration_since(self.used) >= IDLE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ada() -> SignedIn {
+        SignedIn { name: "ada".to_owned(), may_order: true, certificate: None }
+    }
+
+    #[test]
+    fn a_session_ends_when_nobody_uses_it_and_at_the_end_of_the_day() {
+        let (sessions, start) = (Sessions::default(), Instant::now());
+        let idle = sessions.begin(ada(), start).unwrap();
+        // A page that refreshes itself is no person.
+        assert!(sessions.find(&idle, false, start + IDLE / 2).is_some());
+        assert!(sessions.find(&idle, true, start + IDLE).is_none());
+        let busy = sessions.begin(ada(), start).unwrap();
+        let mut now = start;
+        while now < start + LONGEST - IDLE / 2 {
+            now += IDLE / 2;
+            let is_there = sessions.find(&busy, true, now).is_some();
+            assert_eq!(is_there, now < start + LONGEST, "{:?}", now - start);
+        }
+    }
+
+    #[test]
+    fn a_session_that_was_ended_is_over_and_others_are_not() {
+        let (sessions, now) = (Sessions::default(), Instant::now());
+        let (one, other) =
+            (sessions.begin(ada(), now).unwrap(), sessions.begin(ada(), now).unwrap());
+        sessions.end(&one);
+        assert!(sessions.find(&one, true, now).is_none());
+        assert!(sessions.find(&other, true, now).is_some());
+        assert!(sessions.find(&Secret::new().unwrap(), true, now).is_none());
+    }
+
+    #[test]
+    fn a_further_session_ends_the_one_that_was_idle_for_longest() {
+        let (sessions, start) = (Sessions::default(), Instant::now());
+        let first = sessions.begin(ada(), start).unwrap();
+        let second = sessions.begin(ada(), start).unwrap();
+        let now = start + Duration::from_secs(1);
+        sessions.find(&first, true, now).unwrap();
+        for _ in 2..=MOST {
+            sessions.begin(ada(), now).unwrap();
+        }
+        assert_eq!(sessions.lock().len(), MOST);
+        assert!(sessions.find(&first, true, now).is_some());
+        assert!(sessions.find(&second, true, now).is_none());
+    }
+
+    #[test]
+    fn a_message_is_shown_once() {
+        let (sessions, now) = (Sessions::default(), Instant::now());
+        let ada = sessions.begin(ada(), now).unwrap();
+        sessions.leave_message(&ada, "done".to_owned());
+        assert_eq!(sessions.take_message(&ada).as_deref(), Some("done"));
+        assert_eq!(sessions.take_message(&ada), None);
+    }
+}

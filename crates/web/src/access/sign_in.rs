@@ -1,0 +1,134 @@
+//! The page to sign in on. A link alone lets nobody in, so that programs that look at links in messages do not use it
+//! up: a person presses the button.
+
+use std::net::IpAddr;
+use std::time::Instant;
+
+use axum::extract::{Extension, Query, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use maud::{Markup, html};
+
+use super::form::Fields;
+use super::guard::SIGN_IN;
+use super::refusals::Refused;
+use super::secret::Secret;
+use super::sessions::SignedIn;
+use super::{Access, Viewer, certificate, one_time_link, plain};
+use crate::app::Shared;
+use crate::listener::Connection;
+
+/// What a person without a link reads.
+const HOW: &str =
+    "Ask whoever runs this page for a one-time link: `trusswatch web link` makes one.";
+
+/// Offers the ways that this browser has.
+pub(super) async fn page(
+    State(shared): State<Shared>,
+    Extension(connection): Extension<Connection>,
+    viewer: Viewer,
+    Query(query): Query<Vec<(String, String)>>,
+) -> Response {
+    let link = query.iter().find(|(name, _)| name == "link");
+    let link = link.and_then(|(_, text)| Secret::from_text(text));
+    let revoked = shared.access.settings.revoked.as_ref();
+    let shown = connection.shown.as_ref();
+    let by_certificate = shown.map(|shown| certificate::person(shown, revoked));
+    let content = html! {
+        @if let Some(person) = &viewer.person {
+            p { "You are signed in as " strong { (names::printable(&person.name)) } "." }
+        }
+        @if let Some(link) = &link {
+            (button("Sign in by the link", Some(link)))
+        }
+        @match &by_certificate {
+            Some(Ok(person)) => (button(&format!("Sign in as {}, by certificate", person.name), None)),
+            Some(Err(refusal)) => p { (refusal.to_string()) },
+            None if link.is_none() => p { (HOW) },
+            None => {},
+        }
+        p { a href="/" { "To the overview" } }
+    };
+    plain(StatusCode::OK, "Sign in", &content)
+}
+
+fn button(words: &str, link: Option<&Secret>) -> Markup {
+    html! {
+        form method="post" action=(SIGN_IN) {
+            @if let Some(link) = link {
+                input type="hidden" name="link" value=(link.as_str());
+            }
+            button type="submit" { (words) }
+        }
+    }
+}
+
+/// Lets a person in, in a session of its own: that of a browser that was signed in before ends.
+pub(super) async fn enter(
+    State(shared): State<Shared>,
+    Extension(connection): Extension<Connection>,
+    viewer: Viewer,
+    fields: Fields,
+) -> Response {
+    let (access, address) = (&shared.access, connection.peer.ip());
+    if access.attempts.is_exhausted(address, Instant::now()) {
+        return refuse(
+            access,
+            address,
+            StatusCode::TOO_MANY_REQUESTS,
+            "too many attempts; wait a minute",
+        );
+    }
+    let let_in = match fields.get("link") {
+        Some(link) => by_link(access, link).await,
+        None => by_certificate(access, &connection),
+    };
+    let signed_in = match let_in {
+        Ok(signed_in) => signed_in,
+        Err(words) => {
+            access.attempts.failed(address, Instant::now());
+            return refuse(access, address, StatusCode::FORBIDDEN, &words);
+        }
+    };
+    if let Some(former) = &viewer.session {
+        access.sessions.end(former);
+    }
+    let way = if signed_in.certificate.is_some() { "certificate" } else { "link" };
+    let person = names::printable(&signed_in.name);
+    let may_order = signed_in.may_order;
+    let session = access.sessions.begin(signed_in, Instant::now()).ok();
+    let Some(cookie) = session.and_then(|session| access.cookie().set(&session)) else {
+        return StatusCode::INTERNAL_SERVER_ERROR.into_response();
+    };
+    tracing::info!(%address, may_order, "{person} has signed in by {way}");
+    let overview = HeaderValue::from_static("/");
+    (StatusCode::SEE_OTHER, [(header::LOCATION, overview), (header::SET_COOKIE, cookie)])
+        .into_response()
+}
+
+async fn by_link(access: &Access, link: &str) -> Result<SignedIn, String> {
+    let refused = || format!("the link was used, is over, or never was one. {HOW}");
+    let state = access.settings.state.clone().ok_or_else(refused)?;
+    let secret = Secret::from_text(link).ok_or_else(refused)?;
+    // Its file is removed for good, which takes the disk a moment.
+    let invitation = tokio::task::spawn_blocking(move || one_time_link::accept(&state, &secret));
+    let invitation = invitation.await.ok().flatten().ok_or_else(refused)?;
+    let (name, may_order) = (invitation.person, invitation.may_order);
+    Ok(SignedIn { name, may_order, certificate: None })
+}
+
+fn by_certificate(access: &Access, connection: &Connection) -> Result<SignedIn, String> {
+    let shown = connection.shown.as_ref();
+    let shown = shown.ok_or_else(|| format!("the browser showed no certificate. {HOW}"))?;
+    let revoked = access.settings.revoked.as_ref();
+    certificate::person(shown, revoked).map_err(|refusal| refusal.to_string())
+}
+
+fn refuse(access: &Access, address: IpAddr, status: StatusCode, words: &str) -> Response {
+    access.refusals.note(Refused::SignIn, address, words);
+    let content = html! {
+        p { (names::printable(words)) }
+        p { a href=(SIGN_IN) { "Sign in another way" } }
+    };
+    plain(status, "Not signed in", &content)
+}

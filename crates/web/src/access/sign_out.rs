@@ -1,0 +1,44 @@
+//! The page to sign out on.
+
+use axum::extract::State;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use maud::html;
+
+use super::{Viewer, plain};
+use crate::app::Shared;
+
+/// Asks, for a page that was only loaded changes nothing.
+pub(super) async fn page(viewer: Viewer) -> Response {
+    let content = html! {
+        @match &viewer.person {
+            Some(person) => {
+                p { "You are signed in as " strong { (names::printable(&person.name)) } "." }
+                form method="post" action="/sign-out" {
+                    input type="hidden" name="token" value=(person.form_token);
+                    button type="submit" { "Sign out" }
+                }
+            },
+            None => p { "You are not signed in." },
+        }
+        p { a href="/" { "To the overview" } }
+    };
+    plain(StatusCode::OK, "Sign out", &content)
+}
+
+/// Ends the session.
+pub(super) async fn leave(State(shared): State<Shared>, viewer: Viewer) -> Response {
+    let access = &shared.access;
+    if let Some(session) = &viewer.session {
+        access.sessions.end(session);
+    }
+    if let Some(person) = &viewer.person {
+        tracing::info!("{} has signed out", names::printable(&person.name));
+    }
+    let mut response = StatusCode::SEE_OTHER.into_response();
+    response.headers_mut().insert(header::LOCATION, HeaderValue::from_static("/"));
+    if let Some(cleared) = access.cookie().clear() {
+        response.headers_mut().insert(header::SET_COOKIE, cleared);
+    }
+    response
+}

@@ -1,0 +1,197 @@
+//! Under which names this page is reached. A browser that was led here under another name, by a foreign site whose name
+//! was made to lead here, is refused (DNS rebinding), and so is a form of a foreign site.
+
+use std::net::{IpAddr, SocketAddr};
+
+/// The names of this page.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Site {
+    /// Whether connections are over TLS.
+    pub(crate) is_tls: bool,
+    /// The proxy that browsers see in its place.
+    pub(crate) proxy: Option<Origin>,
+    /// Further names, in lower case: NAME with the port that is listened on, or NAME:PORT.
+    pub(crate) names: Vec<String>,
+}
+
+/// What browsers call the origin of a page: scheme, name and port.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Origin {
+    scheme: &'static str,
+    authority: String,
+}
+
+/// A text that is no origin.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`{0}` is not the address of a page over TLS; write https://NAME or https://NAME:PORT, or http:// for localhost"
+)]
+pub struct OriginError(String);
+
+impl std::str::FromStr for Origin {
+    type Err = OriginError;
+
+    fn from_str(text: &str) -> Result<Self, OriginError> {
+        let wrong = || OriginError(names::quotation(text, 200));
+        let text = text.strip_suffix('/').unwrap_or(text).to_ascii_lowercase();
+        let (scheme, authority) = text.split_once("://").ok_or_else(wrong)?;
+        let (name, port) = split(authority).ok_or_else(wrong)?;
+        let scheme = match scheme {
+            "https" => "https",
+            "http" if is_this_machine(name) => "http",
+            _ => return Err(wrong()),
+        };
+        // Browsers leave out the usual port.
+        let is_usual = port == Some(usual_port(scheme == "https"));
+        let authority = if is_usual { name } else { authority };
+        Ok(Self { scheme, authority: authority.to_owned() })
+    }
+}
+
+impl std::fmt::Display for Origin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}://{}", self.scheme, self.authority)
+    }
+}
+
+impl Site {
+    /// Whether browsers are on TLS: it decides on cookies.
+    pub(crate) fn is_secure(&self) -> bool {
+        self.proxy.as_ref().map_or(self.is_tls, |proxy| proxy.scheme == "https")
+    }
+
+    /// The origin of a page that was reached as `host` over a connection to `local`; none if that is another's name.
+    pub(crate) fn origin(&self, host: &str, local: SocketAddr) -> Option<String> {
+        let host = host.to_ascii_lowercase();
+        match &self.proxy {
+            Some(proxy) if host == proxy.authority || self.is_own(&host, local) => {
+                Some(proxy.to_string())
+            }
+            None if self.is_own(&host, local) => {
+                let scheme = if self.is_tls { "https" } else { "http" };
+                Some(format!("{scheme}://{host}"))
+            }
+            _ => None,
+        }
+    }
+
+    fn is_own(&self, host: &str, local: SocketAddr) -> bool {
+        let Some((name, port)) = split(host) else { return false };
+        if self.names.iter().any(|own| own == host) {
+            return true;
+        }
+        if port.unwrap_or(usual_port(self.is_tls)) != local.port() {
+            return false;
+        }
+        let here = local.ip().to_canonical();
+        ip(name) == Some(here)
+            || (here.is_loopback() && is_this_machine(name))
+            || self.names.iter().any(|own| own == name)
+    }
+}
+
+fn usual_port(is_tls: bool) -> u16 {
+    if is_tls { 443 } else { 80 }
+}
+
+fn is_this_machine(name: &str) -> bool {
+    name == "localhost" || ip(name).is_some_and(|address| address.is_loopback())
+}
+
+fn ip(name: &str) -> Option<IpAddr> {
+    let bare = name.strip_prefix('[').and_then(|name| name.strip_suffix(']'));
+    bare.map_or_else(|| name.parse().ok(), |bare| bare.parse().ok().map(IpAddr::V6))
+}
+
+/// Name and port of `NAME`, `NAME:PORT`, `[ADDRESS]:PORT`.
+fn split(authority: &str) -> Option<(&str, Option<u16>)> {
+    let end_of_address = authority.find(']').map_or(0, |end| end + 1);
+    let colon = authority[end_of_address..].rfind(':').map(|colon| end_of_address + colon);
+    let (name, port) = match colon {
+        Some(colon) => (&authority[..colon], Some(authority[colon + 1..].parse().ok()?)),
+        None => (authority, None),
+    };
+    let allowed = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-' | b'_');
+    let is_name = !name.is_empty() && name.bytes().all(allowed);
+    (is_name || ip(name).is_some()).then_some((name, port))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOOPBACK: &str = "127.0.0.1:8480";
+
+    fn origin(site: &Site, host: &str, local: &str) -> Option<String> {
+        site.origin(host, local.parse().unwrap())
+    }
+
+    #[test]
+    fn on_the_loopback_it_goes_by_the_names_of_this_machine() {
+        let site = Site::default();
+        for host in ["127.0.0.1:8480", "localhost:8480", "LOCALHOST:8480", "[::1]:8480"] {
+            let expected = format!("http://{}", host.to_ascii_lowercase());
+            assert_eq!(origin(&site, host, LOOPBACK), Some(expected));
+        }
+        for host in [
+            "evil.example:8480",
+            "localhost",
+            "localhost:80",
+            "localhost:8480:8480",
+            "",
+            "a b",
+            "192.0.2.1:8480",
+        ] {
+            assert_eq!(origin(&site, host, LOOPBACK), None, "{host}");
+        }
+    }
+
+    #[test]
+    fn elsewhere_it_goes_by_its_address_and_the_names_that_are_given() {
+        let names = vec!["tower.example".to_owned(), "desk:9000".to_owned()];
+        let site = Site { is_tls: true, names, ..Site::default() };
+        let local = "192.0.2.10:443";
+        for host in
+            ["192.0.2.10", "192.0.2.10:443", "tower.example", "Tower.Example:443", "desk:9000"]
+        {
+            assert!(origin(&site, host, local).is_some(), "{host}");
+        }
+        for host in ["localhost", "192.0.2.11", "tower.example:8480", "desk", "x.tower.example"] {
+            assert_eq!(origin(&site, host, local), None, "{host}");
+        }
+        assert_eq!(
+            origin(&site, "192.0.2.10", "[::ffff:192.0.2.10]:443").unwrap(),
+            "https://192.0.2.10"
+        );
+    }
+
+    #[test]
+    fn behind_a_proxy_the_origin_is_the_proxys() {
+        let proxy: Origin = "https://Tower.example:443/".parse().unwrap();
+        let site = Site { proxy: Some(proxy), ..Site::default() };
+        assert!(site.is_secure());
+        for host in ["tower.example", "127.0.0.1:8480"] {
+            assert_eq!(origin(&site, host, LOOPBACK).unwrap(), "https://tower.example");
+        }
+        assert_eq!(origin(&site, "evil.example", LOOPBACK), None);
+    }
+
+    #[test]
+    fn an_origin_without_tls_is_one_of_this_machine() {
+        assert_eq!(
+            "http://localhost:9000".parse::<Origin>().unwrap().to_string(),
+            "http://localhost:9000"
+        );
+        for wrong in [
+            "http://tower.example",
+            "tower.example",
+            "https://",
+            "https://a/b",
+            "ftp://a",
+            "https://a@b",
+        ] {
+            let error = wrong.parse::<Origin>().unwrap_err().to_string();
+            assert!(error.contains("write https://NAME"), "{error}");
+        }
+    }
+}

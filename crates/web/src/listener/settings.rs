@@ -1,0 +1,138 @@
+//! Where the page is served, and over what.
+
+use std::io;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use crate::access::{Origin, Site};
+
+/// Where the page is served.
+#[derive(Debug, Clone)]
+pub struct ListenerSettings {
+    /// The addresses that are listened on.
+    pub listen: Vec<SocketAddr>,
+    /// The files for TLS; without them it is plain HTTP.
+    pub tls: Option<TlsFiles>,
+    /// The proxy that browsers see in its place, which does TLS.
+    pub behind_proxy: Option<Origin>,
+    /// Further names under which browsers reach it: NAME, or NAME:PORT if that is another port.
+    pub names: Vec<String>,
+}
+
+/// What TLS needs, in PEM form.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TlsFiles {
+    /// The certificate that browsers are shown.
+    pub certificate: PathBuf,
+    /// Its key.
+    pub key: PathBuf,
+    /// The authority whose certificates people may sign in with; without it browsers are asked for none.
+    pub authority: Option<PathBuf>,
+}
+
+/// Why nothing is served.
+#[derive(Debug, thiserror::Error)]
+pub enum ListenError {
+    /// There would be no page.
+    #[error("no address to listen on; 127.0.0.1:8480 is one")]
+    Nowhere,
+    /// Everybody could read along and take over sessions.
+    #[error(
+        "{0} can be reached from other computers, over plain HTTP; give a certificate and its key, or listen on \
+         127.0.0.1 behind a proxy that does TLS, or name that proxy's address, https://NAME"
+    )]
+    Plain(SocketAddr),
+    /// TLS within TLS.
+    #[error("a proxy does TLS, and so does this; use one of them")]
+    Both,
+    /// In use, or not here.
+    #[error(
+        "the page cannot be served on {address}: {error}; free the port or choose another address"
+    )]
+    Address {
+        /// The address.
+        address: SocketAddr,
+        /// Why.
+        error: io::Error,
+    },
+    /// A file for TLS.
+    #[error("{}: {wrong}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        wrong: String,
+    },
+}
+
+impl ListenerSettings {
+    /// What is not safe, or makes no sense.
+    ///
+    /// # Errors
+    /// Names what is wrong and what would be right.
+    pub fn check(&self) -> Result<(), ListenError> {
+        if self.listen.is_empty() {
+            return Err(ListenError::Nowhere);
+        }
+        if self.tls.is_some() && self.behind_proxy.is_some() {
+            return Err(ListenError::Both);
+        }
+        let is_reachable = |address: &&SocketAddr| !address.ip().to_canonical().is_loopback();
+        let reachable = self.listen.iter().find(is_reachable);
+        match reachable {
+            Some(address) if self.tls.is_none() && self.behind_proxy.is_none() => {
+                Err(ListenError::Plain(*address))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The names under which the page is reached, those in its certificate among them.
+    pub(crate) fn site(&self) -> Site {
+        let certificate = self.tls.as_ref().map(|files| pki::Certificate::read(&files.certificate));
+        let certified = certificate.and_then(Result::ok).map(|read| read.addresses);
+        let certified = certified.unwrap_or_default();
+        let certified = certified.iter().filter_map(|address| match address {
+            pki::Address::Name(name) => Some(name.clone()),
+            // A connection has its address itself.
+            pki::Address::Ip(_) => None,
+        });
+        let given = self.names.iter().map(|name| name.to_ascii_lowercase());
+        Site {
+            is_tls: self.tls.is_some(),
+            proxy: self.behind_proxy.clone(),
+            names: given.chain(certified).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(listen: &[&str]) -> ListenerSettings {
+        let listen = listen.iter().map(|address| address.parse().unwrap()).collect();
+        ListenerSettings { listen, tls: None, behind_proxy: None, names: Vec::new() }
+    }
+
+    fn tls() -> TlsFiles {
+        let file = |name: &str| PathBuf::from(name);
+        TlsFiles { certificate: file("certificate.pem"), key: file("key.pem"), authority: None }
+    }
+
+    #[test]
+    fn other_computers_reach_it_over_tls_or_by_a_proxy() {
+        settings(&["127.0.0.1:8480", "[::1]:8480"]).check().unwrap();
+        for reachable in ["0.0.0.0:8480", "192.0.2.10:8480", "[::]:8480"] {
+            let plain = settings(&["127.0.0.1:8480", reachable]);
+            let error = plain.check().unwrap_err().to_string();
+            assert!(error.starts_with(reachable) && error.contains("plain HTTP"), "{error}");
+            ListenerSettings { tls: Some(tls()), ..plain.clone() }.check().unwrap();
+            let proxy = Some("https://tower.example".parse().unwrap());
+            ListenerSettings { behind_proxy: proxy.clone(), ..plain.clone() }.check().unwrap();
+            let both = ListenerSettings { behind_proxy: proxy, tls: Some(tls()), ..plain };
+            assert!(matches!(both.check(), Err(ListenError::Both)));
+        }
+        assert!(matches!(settings(&[]).check(), Err(ListenError::Nowhere)));
+    }
+}

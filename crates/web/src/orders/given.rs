@@ -1,0 +1,154 @@
+//! What a form orders.
+
+use names::{Component, ComponentPath, ModuleName, StructureName};
+use wire::{Order, OrderKind};
+
+use crate::access::Fields;
+
+/// An order of a form, in nobody's name yet.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Given {
+    pub(super) kind: OrderKind,
+    /// Only if the page shows several structures.
+    pub(super) structure: Option<StructureName>,
+    pub(super) module: ModuleName,
+    pub(super) component: Option<Component>,
+    note: Option<String>,
+    for_s: Option<u64>,
+    force: bool,
+    re_tare: bool,
+}
+
+impl Given {
+    /// Reads the fields of a form.
+    ///
+    /// # Errors
+    /// In words: a field that is missing or wrong.
+    pub(super) fn read(kind: &str, fields: &Fields) -> Result<Self, String> {
+        let found = OrderKind::ALL.into_iter().find(|known| known.as_str() == kind);
+        let kind = found.ok_or_else(|| {
+            let known: Vec<&str> = OrderKind::ALL.iter().map(|kind| kind.as_str()).collect();
+            format!("`{}` is no order; there are {}", names::quotation(kind, 64), known.join(", "))
+        })?;
+        let (module, component) = subject(kind, fields)?;
+        let structure = fields.filled("structure").map(str::parse).transpose();
+        let given = Self {
+            kind,
+            structure: structure.map_err(in_words)?,
+            module,
+            component,
+            note: fields.filled("note").map(str::to_owned),
+            for_s: if kind.sets_aside() { Some(seconds(fields)?) } else { None },
+            force: is_checked(fields, "force")?,
+            re_tare: is_checked(fields, "re_tare")?,
+        };
+        given.order("web", "somebody").check(kind)?;
+        Ok(given)
+    }
+
+    /// The order, given through `by` in the name of a person.
+    pub(super) fn order(&self, by: &str, person: &str) -> Order {
+        Order {
+            component: self.component.clone().map(Into::into),
+            by: by.to_owned(),
+            on_behalf_of: Some(person.to_owned()),
+            note: self.note.clone(),
+            for_s: self.for_s,
+            force: self.force,
+            re_tare: self.re_tare,
+        }
+    }
+
+    /// What it is about.
+    pub(super) fn subject(&self) -> String {
+        let Self { module, component, .. } = self;
+        component
+            .as_ref()
+            .map_or_else(|| module.to_string(), |component| format!("{module}/{component}"))
+    }
+}
+
+fn subject(kind: OrderKind, fields: &Fields) -> Result<(ModuleName, Option<Component>), String> {
+    if kind.is_of_module() {
+        let module = fields.filled("module").ok_or("`module` is missing; name the module")?;
+        return Ok((module.parse().map_err(in_words)?, None));
+    }
+    let component = fields.filled("component");
+    let component = component.ok_or("`component` is missing; name it as MODULE/sensor/NAME")?;
+    let path: ComponentPath = component.parse().map_err(in_words)?;
+    Ok((path.module, Some(path.component)))
+}
+
+fn seconds(fields: &Fields) -> Result<u64, String> {
+    let text = fields.filled("for").ok_or("say for how long, e.g. 2h")?;
+    let span = humantime::parse_duration(text);
+    let wrong = |_| format!("`{}` is no time span; 2h and 1h 30m are", names::quotation(text, 64));
+    span.map(|span| span.as_secs()).map_err(wrong)
+}
+
+/// A check box is there if it is checked.
+fn is_checked(fields: &Fields, name: &str) -> Result<bool, String> {
+    match fields.get(name).map(String::as_str) {
+        None | Some("") => Ok(false),
+        Some("on" | "true" | "1") => Ok(true),
+        Some(other) => {
+            Err(format!("`{name}` is `{}`; use `on`, or leave it out", names::quotation(other, 64)))
+        }
+    }
+}
+
+fn in_words(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(kind: &str, fields: &[(&str, &str)]) -> Result<Given, String> {
+        Given::read(kind, &fields.iter().copied().collect())
+    }
+
+    #[test]
+    fn a_form_becomes_an_order_in_the_name_of_a_person() {
+        let component = ("component", "module1/sensor/g2");
+        let given =
+            read("shelve", &[component, ("note", " on site "), ("for", "1h 30m"), ("back", "/")]);
+        let given = given.unwrap();
+        assert_eq!(
+            (given.subject().as_str(), given.module.as_str()),
+            ("module1/sensor/g2", "module1")
+        );
+        let order = given.order("web", "Ada Lovelace");
+        assert_eq!((order.for_s, order.note.as_deref()), (Some(5400), Some("on site")));
+        assert_eq!(
+            (order.by.as_str(), order.on_behalf_of.as_deref()),
+            ("web", Some("Ada Lovelace"))
+        );
+        let reset = read("reset", &[component, ("force", "on")]).unwrap().order("web", "ada");
+        assert!(reset.force && !reset.re_tare && reset.for_s.is_none());
+        let module = [("module", "module2"), ("note", "painting"), ("for", "2h")];
+        assert_eq!(read("suppress", &module).unwrap().subject(), "module2");
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_form_is_named() {
+        let component = ("component", "module1/sensor/g2");
+        for (kind, fields, words) in [
+            ("explode", vec![component], "`explode` is no order"),
+            ("reset", vec![], "`component` is missing"),
+            ("reset", vec![("component", "../../etc")], "names no component"),
+            ("reset", vec![("component", "module1/sensor/*")], "not a usable gage name"),
+            ("reset", vec![component, ("force", "perhaps")], "`force` is `perhaps`"),
+            ("reset", vec![component, ("force", "on"), ("re_tare", "on")], "exclude each other"),
+            ("shelve", vec![component, ("note", "x")], "for how long"),
+            ("shelve", vec![component, ("note", "x"), ("for", "soon")], "`soon` is no time span"),
+            ("shelve", vec![component, ("note", "x"), ("for", "90d")], "use 1 to"),
+            ("shelve", vec![component, ("for", "2h")], "needs a reason"),
+            ("suppress", vec![component], "`module` is missing"),
+        ] {
+            let error = read(kind, &fields).unwrap_err();
+            assert!(error.contains(words), "{kind} {fields:?}: {error}");
+        }
+    }
+}
