@@ -19,12 +19,14 @@
 //! | `library` | the directory with the authority and every identity that it has issued |
 //! | `revocation` | a certificate whose key is lost gives way to another one |
 //! | `credentials` | how services come by their identities, from systemd's credential store |
+//! | `browser` | a person's key and certificate in one file for a browser |
 //! | `private_files` | writing files readable by the owner only, and never over something that is there |
 //!
 //! Certificates are made with [rcgen] and judged with [rustls], as on the network.
 
 pub mod address;
 pub mod authority;
+pub mod browser;
 pub mod certificate;
 pub mod credentials;
 pub mod generation;

@@ -66,6 +66,22 @@ pub(crate) fn replace_private(file: &Path, text: &str) -> io::Result<()> {
     replace(file, text, PRIVATE)
 }
 
+/// Makes a file that only the owner may read, all of it or nothing.
+///
+/// # Errors
+/// `AlreadyExists` if there is something of this name; it is left as it is.
+pub(crate) fn create_private(file: &Path, bytes: &[u8]) -> io::Result<()> {
+    let parent = parent_of(file);
+    let mut beside = tempfile::Builder::new()
+        .prefix(".new-")
+        .permissions(Permissions::from_mode(PRIVATE))
+        .tempfile_in(parent)?;
+    beside.write_all(bytes)?;
+    beside.as_file().sync_all()?;
+    beside.persist_noclobber(file).map_err(|error| error.error)?;
+    File::open(parent)?.sync_all()
+}
+
 fn replace(file: &Path, text: &str, mode: u32) -> io::Result<()> {
     let parent = parent_of(file);
     let mut beside = tempfile::Builder::new()

@@ -5,6 +5,7 @@ mod authority;
 mod install;
 mod issue;
 mod list;
+mod p12;
 mod renew;
 mod revoke;
 
@@ -35,6 +36,7 @@ enum Command {
     Renew(renew::Arguments),
     Revoke(revoke::Arguments),
     List(list::Arguments),
+    P12(p12::Arguments),
     Access(access::Arguments),
     Fleet(access::fleet_access::Arguments),
 }
@@ -61,6 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Renew(arguments) => renew::run(arguments),
         Command::Revoke(arguments) => revoke::run(arguments),
         Command::List(arguments) => list::run(arguments),
+        Command::P12(arguments) => p12::run(arguments),
         Command::Access(arguments) => access::run(arguments),
         Command::Fleet(arguments) => access::fleet_access::run(arguments),
     }

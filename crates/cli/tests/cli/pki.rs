@@ -455,3 +455,27 @@ fn a_router_whose_certificate_does_not_name_its_address_does_not_start() {
     assert_eq!(outcome.status.code(), Some(3), "{said}");
     assert!(said.contains("does not name 192.0.2.9"), "{said}");
 }
+
+#[test]
+fn a_person_gets_a_file_for_a_browser_and_a_machine_does_not() {
+    let folder = library(&["module1", "operator.ada", "observer.wall"]);
+    let made = pki(folder.path(), &["p12", "operator.ada"]);
+    made.succeeds();
+    let (said, password) = made.stdout.trim().split_once(", password ").unwrap();
+    assert!(said.ends_with("operator.ada.p12: operator.ada") && password.len() == 20, "{said}");
+    let file = folder.path().join("operator.ada.p12");
+    assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o600);
+    pki(folder.path(), &["p12", "operator.ada"]).fails(3, &["operator.ada.p12", "remove it first"]);
+    let given = folder.path().join("password");
+    fs::write(&given, "correct horse battery\n").unwrap();
+    let given = given.display().to_string();
+    let made = pki(folder.path(), &["p12", "observer.wall", "--password-file", &given]);
+    made.succeeds();
+    assert!(!made.stdout.contains("password "), "{}", made.stdout);
+    fs::write(&given, "short\n").unwrap();
+    let short = pki(folder.path(), &["p12", "observer.wall", "--password-file", &given]);
+    short.fails(2, &["the password has 5 characters; use 12 or more"]);
+    pki(folder.path(), &["p12", "module1"]).fails(2, &["module1.tower` is no person"]);
+    // A file beside the directories is no holder.
+    pki(folder.path(), &["list"]).succeeds();
+}
