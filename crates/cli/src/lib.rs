@@ -45,6 +45,7 @@ mod table;
 mod versioned;
 mod watch;
 mod web;
+mod web_access;
 
 use std::process::ExitCode;
 
