@@ -1,12 +1,13 @@
 //! Where the page is served, and what it shows.
 
-use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use names::{ModuleName, StructureName};
 use session::Network;
 use truss::Structure;
+
+use crate::listener::ListenerSettings;
 
 /// Where the page is served, and what it shows.
 #[derive(Debug, Clone)]
@@ -17,11 +18,15 @@ pub struct WebConfig {
     pub structure: Option<StructureName>,
     /// Modules that should be there.
     pub expected: Vec<ModuleName>,
-    /// The address on which the page is served.
-    pub listen: SocketAddr,
+    /// Where the page is served, and over what.
+    pub listener: ListenerSettings,
+    /// Whether only those who have signed in see anything.
+    pub require_sign_in: bool,
+    /// A directory with the certificates that are revoked, such as a copy of `pki/revoked`.
+    pub revoked: Option<PathBuf>,
     /// The structure that is drawn.
     pub drawing: Option<Structure>,
-    /// Where what outlives the process is kept.
+    /// Where what outlives the process is kept: one-time links.
     pub state_dir: Option<PathBuf>,
     /// How long an answer of a module is waited for.
     pub timeout: Duration,

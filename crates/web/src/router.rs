@@ -11,10 +11,16 @@ use maud::html;
 use crate::access::Viewer;
 use crate::app::Shared;
 use crate::layout::Page;
-use crate::{assets, component, events, history, metrics, module, overview, stream};
+use crate::{
+    access, assets, component, events, history, metrics, module, orders, overview, stream,
+};
 
-/// Everything that can be looked at.
+/// Everything that can be looked at and ordered, behind what every request has to pass.
 pub(crate) fn router(app: Shared) -> Router {
+    access::protect(pages(app.clone()), app)
+}
+
+fn pages(app: Shared) -> Router {
     Router::new()
         .route("/", get(overview::page))
         .route("/component/{module}/{kind}/{name}", get(component::page))
@@ -28,6 +34,8 @@ pub(crate) fn router(app: Shared) -> Router {
         .route("/icon.svg", get(assets::icon))
         .route("/healthz", get(metrics::healthz))
         .route("/metrics", get(metrics::metrics))
+        .merge(access::routes())
+        .merge(orders::routes())
         .fallback(nothing)
         .layer(from_fn_with_state(app.clone(), count))
         .with_state(app)

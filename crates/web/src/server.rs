@@ -1,22 +1,19 @@
 //! The process: it serves at once, and whatever comes of the network is shown.
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
 use observer::{Live, NetworkState};
 use shell::exit::Failure;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
-use tokio::net::TcpListener;
-use tokio::task::JoinHandle;
 
-use crate::access::Access;
+use crate::access::{self, Access, AccessSettings};
 use crate::app::{App, Shared};
 use crate::config::WebConfig;
 use crate::desk::Desk;
 use crate::drawing::Drawing;
+use crate::listener::Listener;
 use crate::metrics::Counters;
 use crate::router::router;
 
@@ -31,7 +28,8 @@ const DRAINING: Duration = Duration::from_secs(2);
 /// The address cannot be had, or serving fails.
 pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     let supervisor = Supervisor::from_environment();
-    let listener = listen(config.listen).await?;
+    let unserved = |error| Failure::running("the page is not served", error);
+    let listener = Listener::bind(&config.listener).await.map_err(unserved)?;
     let app = app(config, &supervisor, shutdown.clone());
     let outcome = serve_until_done(&app, &supervisor, listener, shutdown).await;
     if let Some(session) = app.live.session() {
@@ -40,17 +38,15 @@ pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     outcome
 }
 
-async fn listen(address: SocketAddr) -> Result<TcpListener, Failure> {
-    TcpListener::bind(address).await.map_err(|error| {
-        let what = format!(
-            "the page cannot be served on {address}; free the port or choose another address"
-        );
-        Failure::running(&what, error)
-    })
-}
-
 /// What requests see. The session is opened meanwhile.
 pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown) -> Shared {
+    let access = AccessSettings {
+        site: config.listener.site(),
+        require_sign_in: config.require_sign_in,
+        state: config.state_dir,
+        revoked: config.revoked,
+        read_only: access::read_only(&config.network),
+    };
     let WebConfig { network, structure, expected, drawing, timeout, .. } = config;
     let operator = network.operator();
     let open = move || {
@@ -59,7 +55,7 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
     };
     Arc::new(App {
         live: Live::start(open, structure.clone(), expected),
-        access: Access::default(),
+        access: Access::new(access),
         structure,
         operator,
         timeout,
@@ -74,13 +70,13 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
 async fn serve_until_done(
     app: &Shared,
     supervisor: &Supervisor,
-    listener: TcpListener,
+    listener: Listener,
     mut shutdown: Shutdown,
 ) -> Result<(), Failure> {
-    if let Ok(address) = listener.local_addr() {
-        tracing::info!("the page is at http://{address}/");
+    for address in listener.addresses() {
+        tracing::info!("the page is at {}://{address}/", listener.scheme());
     }
-    let mut serving = serve(listener, router(Arc::clone(app)), shutdown.clone());
+    let mut serving = tokio::spawn(listener.serve(router(Arc::clone(app)), shutdown.clone()));
     supervisor.ready("serving");
     while !shutdown.is_requested() {
         supervisor.progress();
@@ -99,24 +95,8 @@ async fn serve_until_done(
     Ok(())
 }
 
-/// Serves in a task of its own until the end is asked for.
-pub(crate) fn serve(
-    listener: TcpListener,
-    router: Router,
-    mut shutdown: Shutdown,
-) -> JoinHandle<std::io::Result<()>> {
-    tokio::spawn(async move {
-        let end = async move { shutdown.requested().await };
-        axum::serve(listener, router).with_graceful_shutdown(end).await
-    })
-}
-
-fn reason(ended: Result<std::io::Result<()>, tokio::task::JoinError>) -> String {
-    match ended {
-        Ok(Ok(())) => "it ended".to_owned(),
-        Ok(Err(error)) => error.to_string(),
-        Err(error) => error.to_string(),
-    }
+fn reason(ended: Result<(), tokio::task::JoinError>) -> String {
+    ended.map_or_else(|error| error.to_string(), |()| "it ended".to_owned())
 }
 
 fn status(app: &App) -> String {

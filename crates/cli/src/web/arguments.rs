@@ -7,6 +7,7 @@ use names::ModuleName;
 use shell::shutdown::ShutdownFlags;
 
 use crate::link::Link;
+use crate::web_access::{AccessFlags, LinkArguments};
 
 /// Serve a web page of the structure: what needs attention, the drawing, evidence, history
 ///
@@ -14,7 +15,10 @@ use crate::link::Link;
 /// shows that no module answers, and fills itself when they come. It needs nothing from elsewhere. The address is
 /// logged. Without an address that others reach, only this computer sees the page.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
     /// The address on which the page is served
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8480")]
     pub(super) listen: SocketAddr,
@@ -28,7 +32,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIRECTORY", env = "STATE_DIRECTORY")]
     pub(super) state_dir: Option<PathBuf>,
     #[command(flatten)]
+    pub(super) access: AccessFlags,
+    #[command(flatten)]
     pub(super) shutdown: ShutdownFlags,
     #[command(flatten)]
     pub(super) link: Link,
+}
+
+/// What there is to do beside serving the page.
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Command {
+    Link(LinkArguments),
 }

@@ -5,11 +5,15 @@ mod arguments;
 use shell::{logging, runtime};
 
 use crate::failure::Failure;
-use crate::model;
+use crate::{model, web_access};
 
 pub(crate) use arguments::Arguments;
+use arguments::Command;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(Command::Link(arguments)) = &arguments.command {
+        return web_access::link(arguments);
+    }
     logging::start();
     let target = arguments.link.target()?;
     let drawing = arguments.drawing.as_deref().map(model::read).transpose()?;
@@ -17,7 +21,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         network: target.network().clone(),
         structure: target.structure.clone(),
         expected: arguments.expect.clone(),
-        listen: arguments.listen,
+        listener: arguments.access.listener(arguments.listen)?,
+        require_sign_in: arguments.access.require_sign_in,
+        revoked: arguments.access.revoked()?,
         drawing,
         state_dir: arguments.state_dir.clone(),
         timeout: target.timeout,

@@ -58,6 +58,11 @@ impl Listener {
         self.sockets.iter().filter_map(|socket| socket.local_addr().ok()).collect()
     }
 
+    /// The scheme of its addresses.
+    pub(crate) fn scheme(&self) -> &'static str {
+        if self.tls.is_some() { "https" } else { "http" }
+    }
+
     /// Serves until the end is asked for, and then for no longer than answers that were begun need, 2 s at most.
     pub(crate) async fn serve(self, router: Router, mut shutdown: Shutdown) {
         let mut accepting = JoinSet::new();
@@ -76,19 +81,6 @@ impl Listener {
         // Every connection ends by itself within its time.
         let _ = connections.acquire_many(CONNECTIONS as u32).await;
     }
-}
-
-/// Takes the addresses and serves on them until the end is asked for.
-///
-/// # Errors
-/// As [`Listener::bind`].
-pub(crate) async fn serve(
-    settings: &ListenerSettings,
-    router: Router,
-    shutdown: Shutdown,
-) -> Result<(), ListenError> {
-    Listener::bind(settings).await?.serve(router, shutdown).await;
-    Ok(())
 }
 
 /// What all connections have in common.
