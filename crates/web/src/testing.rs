@@ -42,6 +42,7 @@ pub(crate) fn acknowledged(path: &str, note: &str) -> FaultTransition {
         note: Some(note.to_owned()),
         force: false,
         re_tare: false,
+        since_unix_ns: None,
         until_unix_ns: None,
     };
     FaultTransition { state: FaultState::Acknowledged, order: Some(order), ..latched(path) }

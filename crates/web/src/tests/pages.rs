@@ -183,7 +183,8 @@ fn forms_are_for_those_who_may_order() {
     let person =
         |may_order| Person { name: "ada".to_owned(), may_order, form_token: "t0k".to_owned() };
     let form = |person| {
-        let viewer = Viewer { person, message: None };
+        let mut viewer = Viewer::default();
+        viewer.person = person;
         html! { (forms::of_component(&viewer, &fault, "/component/m1/sensor/g1")) }.into_string()
     };
     let allowed = form(Some(person(true)));

@@ -11,7 +11,7 @@ use hyper_util::rt::TokioIo;
 use session::Network;
 use shell::shutdown::{Trigger, pair};
 use shell::supervision::Supervisor;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpStream;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 use wire::{FaultState, FaultTransition, Key, Message, Topic};
@@ -19,8 +19,9 @@ use zenoh::Session;
 
 use crate::app::Shared;
 use crate::config::WebConfig;
+use crate::listener::{Listener, ListenerSettings};
 use crate::router::router;
-use crate::server::{app, serve};
+use crate::server::app;
 use crate::testing::{component, latched, status};
 
 /// However loaded the machine is.
@@ -31,19 +32,27 @@ struct Server {
     app: Shared,
     address: SocketAddr,
     trigger: Trigger,
-    serving: JoinHandle<std::io::Result<()>>,
+    serving: JoinHandle<()>,
 }
 
 impl Server {
     async fn start(network: Network) -> Server {
         let (trigger, shutdown) = pair();
-        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-        let address = listener.local_addr().unwrap();
+        let settings = ListenerSettings {
+            listen: vec!["127.0.0.1:0".parse().unwrap()],
+            tls: None,
+            behind_proxy: None,
+            names: Vec::new(),
+        };
+        let listener = Listener::bind(&settings).await.unwrap();
+        let address = listener.addresses()[0];
         let config = WebConfig {
             network,
             structure: None,
             expected: vec!["m9".parse().unwrap()],
-            listen: address,
+            listener: settings,
+            require_sign_in: false,
+            revoked: None,
             drawing: None,
             state_dir: None,
             timeout: Duration::from_secs(1),
@@ -51,7 +60,7 @@ impl Server {
         let supervisor = Supervisor::from_environment();
         supervisor.progress();
         let app = app(config, &supervisor, shutdown.clone());
-        let serving = serve(listener, router(app.clone()), shutdown);
+        let serving = tokio::spawn(listener.serve(router(app.clone()), shutdown));
         Server { app, address, trigger, serving }
     }
 
@@ -59,8 +68,8 @@ impl Server {
         let stream = TcpStream::connect(self.address).await.unwrap();
         let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await.unwrap();
         tokio::spawn(connection);
-        let request =
-            Request::get(path).header("host", "page").body(Empty::<Bytes>::new()).unwrap();
+        let host = self.address.to_string();
+        let request = Request::get(path).header("host", host).body(Empty::<Bytes>::new()).unwrap();
         timeout(SOON, sender.send_request(request)).await.unwrap().unwrap()
     }
 
@@ -217,5 +226,5 @@ async fn open_streams_end_with_the_process() {
     let mut stream = server.get("/stream?page=overview").await;
     until(&mut stream, "counts").await;
     server.trigger.pull();
-    timeout(SOON, server.serving).await.unwrap().unwrap().unwrap();
+    timeout(SOON, server.serving).await.unwrap().unwrap();
 }
