@@ -49,22 +49,26 @@ impl Shelving {
     }
 }
 
+/// That an alarm is set aside one way, if it is.
+type Aside = Option<Box<Shelving>>;
+
 /// Whether a component is shelved, and whether it is suppressed, after an order about that.
 pub(crate) fn aside_after(
     before: &Transition,
     order: &GivenOrder,
-) -> Result<(Option<Shelving>, Option<Shelving>), OrderRefusal> {
+) -> Result<(Aside, Aside), OrderRefusal> {
     let Transition { component, shelved, suppressed, .. } = before.clone();
     match order.kind {
-        OrderKind::Shelve(span) => Ok((Some(Shelving::of(order, span)), suppressed)),
-        OrderKind::Suppress(span) => Ok((shelved, Some(Shelving::of(order, span)))),
+        OrderKind::Shelve(span) => Ok((Some(Box::new(Shelving::of(order, span))), suppressed)),
+        OrderKind::Suppress(span) => Ok((shelved, Some(Box::new(Shelving::of(order, span))))),
         OrderKind::Unshelve if shelved.is_some() => Ok((None, suppressed)),
         OrderKind::Unshelve => Err(OrderRefusal::NotShelved(component)),
         OrderKind::Unsuppress if suppressed.is_some() => Ok((shelved, None)),
         OrderKind::Unsuppress => Err(OrderRefusal::NotSuppressed(component)),
         OrderKind::Lapse { now_unix_ns } => {
-            let goes_on = |aside: &Shelving| !aside.span.is_over(now_unix_ns);
-            let left = (shelved.clone().filter(goes_on), suppressed.clone().filter(goes_on));
+            let left_of =
+                |aside: &Aside| aside.clone().filter(|aside| !aside.span.is_over(now_unix_ns));
+            let left = (left_of(&shelved), left_of(&suppressed));
             let has_lapsed = left != (shelved, suppressed);
             has_lapsed.then_some(left).ok_or(OrderRefusal::NothingIsOver(component))
         }

@@ -157,7 +157,7 @@ pub struct Transition {
     /// its shelving has changed.
     pub commanded: bool,
     /// If its alarm is set aside by an operator, by whom, why and until when. No verdict depends on it.
-    pub shelved: Option<Shelving>,
+    pub shelved: Option<Box<Shelving>>,
     /// If its alarm is set aside while its module is maintained, the same.
-    pub suppressed: Option<Shelving>,
+    pub suppressed: Option<Box<Shelving>>,
 }

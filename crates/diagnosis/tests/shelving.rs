@@ -37,7 +37,7 @@ fn give(bench: &mut Bench, kind: OrderKind) -> Result<Transition, OrderRefusal> 
 
 /// Until when it is shelved, until when suppressed.
 fn ends(transition: &Transition) -> (Option<u64>, Option<u64>) {
-    let end = |aside: &Option<diagnosis::Shelving>| Some(aside.as_ref()?.span.until_unix_ns);
+    let end = |aside: &Option<Box<diagnosis::Shelving>>| Some(aside.as_ref()?.span.until_unix_ns);
     (end(&transition.shelved), end(&transition.suppressed))
 }
 

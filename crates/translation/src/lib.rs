@@ -92,8 +92,8 @@ impl Speaker {
         message.evidence = Some(to_wire_evidence(&evidence));
         message.order = order.map(to_wire_order);
         message.ordered = Some(commanded);
-        message.shelved = shelved.map(to_wire_shelving);
-        message.suppressed = suppressed.map(to_wire_shelving);
+        message.shelved = shelved.map(|shelving| to_wire_shelving(*shelving));
+        message.suppressed = suppressed.map(|shelving| to_wire_shelving(*shelving));
         message.state = to_state(&verdict);
         message.disputed = disputed;
         message.before_service = before_service;
@@ -240,8 +240,8 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
         tare: message.tare,
         commanded: message.ordered.unwrap_or_else(|| message.order.is_some()),
         order: message.order.map(from_given_order),
-        shelved: message.shelved.map(from_wire_shelving),
-        suppressed: message.suppressed.map(from_wire_shelving),
+        shelved: message.shelved.map(from_wire_shelving).map(Box::new),
+        suppressed: message.suppressed.map(from_wire_shelving).map(Box::new),
     })
 }
 

@@ -128,13 +128,10 @@ fn given() -> impl Strategy<Value = GivenOrder> {
         .prop_map(|(kind, by, on_behalf_of, note)| GivenOrder { kind, by, on_behalf_of, note })
 }
 
-fn shelving() -> impl Strategy<Value = Option<Shelving>> {
+fn shelving() -> impl Strategy<Value = Option<Box<Shelving>>> {
     let shelving = (span(), any::<String>(), option::of(any::<String>()), any::<String>());
-    option::of(shelving.prop_map(|(span, by, on_behalf_of, reason)| Shelving {
-        span,
-        by,
-        on_behalf_of,
-        reason,
+    option::of(shelving.prop_map(|(span, by, on_behalf_of, reason)| {
+        Box::new(Shelving { span, by, on_behalf_of, reason })
     }))
 }
 

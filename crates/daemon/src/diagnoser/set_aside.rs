@@ -50,7 +50,7 @@ pub(crate) fn count(diagnoser: &Diagnoser) -> u64 {
 /// If all components are suppressed, the suppression that ends first.
 pub(crate) fn suppression(diagnoser: &Diagnoser) -> Option<Shelving> {
     let suppressed: Vec<&Shelving> =
-        diagnoser.last_transitions().filter_map(|latest| latest.suppressed.as_ref()).collect();
+        diagnoser.last_transitions().filter_map(|latest| latest.suppressed.as_deref()).collect();
     let is_of_all = suppressed.len() == diagnoser.components().len();
     let first = suppressed.into_iter().min_by_key(|shelving| shelving.span.until_unix_ns);
     first.filter(|_| is_of_all).cloned()
@@ -59,7 +59,7 @@ pub(crate) fn suppression(diagnoser: &Diagnoser) -> Option<Shelving> {
 /// Which ways a component is set aside.
 pub(crate) fn spans(latest: &Transition) -> impl Iterator<Item = (&'static str, &Shelving)> {
     let both = [("shelved", &latest.shelved), ("suppressed", &latest.suppressed)];
-    both.into_iter().filter_map(|(how, shelving)| Some((how, shelving.as_ref()?)))
+    both.into_iter().filter_map(|(how, shelving)| Some((how, shelving.as_deref()?)))
 }
 
 #[cfg(test)]
