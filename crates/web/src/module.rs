@@ -20,6 +20,17 @@ use crate::overview::{modules, trouble};
 use crate::stream::{Part, Subject, Whose, part};
 use crate::view::{View, find_module};
 
+/// The columns of peers, and whether numbers stand in them.
+const PEER_COLUMNS: [(&str, bool); 7] = [
+    ("peer", false),
+    ("presence", false),
+    ("answered", true),
+    ("refused", true),
+    ("unanswered", true),
+    ("disputed", true),
+    ("latest refusal", false),
+];
+
 /// `/module/{name}`
 pub(crate) async fn page(
     State(app): State<Shared>,
@@ -121,8 +132,8 @@ fn peers(view: &View<'_>, module: &LiveModule, status: &ModuleStatus) -> Markup 
             @else {
                 div.wide tabindex="0" role="region" aria-label="Peers" { table {
                     thead { tr {
-                        @for name in ["peer", "presence", "answered", "refused", "unanswered", "disputed", "latest refusal"] {
-                            th scope="col" { (name) }
+                        @for (name, is_number) in PEER_COLUMNS {
+                            th.number[is_number] scope="col" { (name) }
                         }
                     } }
                     tbody { @for peer in &status.peers { (row(peer)) } }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use observer::{LiveModule, Urgency};
-use wire::FaultTransition;
+use wire::{FaultState, FaultTransition};
 use wording::{aside, identified, reason};
 
 use super::trouble::{Trouble, troubles};
@@ -134,12 +134,20 @@ pub(crate) fn component_line(view: &View<'_>, component: &FaultTransition) -> Ma
                 (component.component)
             }
             @if let Some(found) = kind { span.kind { (identified(found)) } }
-            p.meta {
-                "since " (look::when(component.time_unix_ns))
-                @if let Some(step) = component.onset_step { ", onset step " (step) }
-            }
+            @if component.sequence > 0 { (since(component)) }
             @if !why.is_empty() { p.why { (why) } }
             @if let Some(aside) = aside(component) { p.aside-note { (aside) } }
+        }
+    }
+}
+
+/// Of a component that never had a transition, the time is that of the answer.
+fn since(component: &FaultTransition) -> Markup {
+    let onset = component.onset_step.filter(|_| component.state != FaultState::Normal);
+    html! {
+        p.meta {
+            "since " (look::when(component.time_unix_ns))
+            @if let Some(step) = onset { ", onset step " (step) }
         }
     }
 }
