@@ -95,6 +95,7 @@ fn acknowledged() -> FaultTransition {
         order: GivenOrderKind::Acknowledge,
         by: "ada".to_owned(),
         on_behalf_of: None,
+        since_unix_ns: None,
         note: Some("seen on site".to_owned()),
         force: false,
         re_tare: false,

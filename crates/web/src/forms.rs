@@ -2,6 +2,7 @@
 //! is being typed is lost. Who may not order gets none.
 
 use maud::{Markup, html};
+use names::StructureName;
 use observer::LiveModule;
 use wire::FaultTransition;
 
@@ -10,7 +11,8 @@ use crate::access::{Person, Viewer};
 /// Orders about a component.
 pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
-    let target = Target { what: "component", name: &transition.component.to_string(), back };
+    let (structure, name) = (Some(&transition.structure), &transition.component.to_string());
+    let target = Target { what: "component", name, structure, back };
     html! {
         section.orders aria-labelledby="orders-title" {
             h2 #orders-title { "Orders" }
@@ -27,7 +29,9 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
 /// Orders about a module.
 pub(crate) fn of_module(viewer: &Viewer, module: &LiveModule, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
-    let target = Target { what: "module", name: module.picture.member.module.as_str(), back };
+    let member = &module.picture.member;
+    let (structure, name) = (member.structure.as_ref(), member.module.as_str());
+    let target = Target { what: "module", name, structure, back };
     html! {
         section.orders aria-labelledby="orders-title" {
             h2 #orders-title { "Maintenance" }
@@ -44,17 +48,22 @@ fn may_order(viewer: &Viewer) -> Option<&Person> {
 }
 
 fn refusal(viewer: &Viewer) -> Markup {
-    let words = match viewer.person {
-        None => "To acknowledge, reset or shelve, sign in.",
-        Some(_) => "You may look, and order nothing.",
-    };
-    html! { p.note { (words) } }
+    html! {
+        p.note {
+            @match (&viewer.read_only, &viewer.person) {
+                (Some(why), _) => (why),
+                (None, None) => { "To acknowledge, reset or shelve, " a href="/sign-in" { "sign in" } "." },
+                (None, Some(_)) => "You may look, and order nothing.",
+            }
+        }
+    }
 }
 
 /// What an order is about, and where the page goes on afterwards.
 struct Target<'a> {
     what: &'a str,
     name: &'a str,
+    structure: Option<&'a StructureName>,
     back: &'a str,
 }
 
@@ -66,6 +75,9 @@ impl Target<'_> {
                     legend { (words) }
                     input type="hidden" name="token" value=(person.form_token);
                     input type="hidden" name=(self.what) value=(self.name);
+                    @if let Some(structure) = self.structure {
+                        input type="hidden" name="structure" value=(structure);
+                    }
                     input type="hidden" name="back" value=(self.back);
                     (fields)
                     button type="submit" { (words) }

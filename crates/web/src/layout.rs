@@ -75,7 +75,9 @@ impl Page<'_> {
                 }
                 div.right {
                     @if let Some(person) = &self.viewer.person {
-                        span.person { "signed in as " b { (printable(&person.name)) } }
+                        span.person { b { (printable(&person.name)) } " · " a href="/sign-out" { "sign out" } }
+                    } @else if self.viewer.read_only.is_none() {
+                        a.person href="/sign-in" { "sign in" }
                     }
                     p.live #live {
                         @if self.live.is_empty() { "as of " } @else { "not live: as of " }

@@ -1,5 +1,7 @@
 //! The process: it serves at once, and whatever comes of the network is shown.
 
+use std::fs::DirBuilder;
+use std::os::unix::fs::DirBuilderExt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -25,9 +27,10 @@ const DRAINING: Duration = Duration::from_secs(2);
 /// Serves the page until it is asked to end, whether or not there is a network.
 ///
 /// # Errors
-/// The address cannot be had, or serving fails.
+/// The state directory or the address cannot be had, or serving fails.
 pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     let supervisor = Supervisor::from_environment();
+    make_state_directory(&config)?;
     let unserved = |error| Failure::running("the page is not served", error);
     let listener = Listener::bind(&config.listener).await.map_err(unserved)?;
     let app = app(config, &supervisor, shutdown.clone());
@@ -36,6 +39,16 @@ pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
         session::close(&session).await;
     }
     outcome
+}
+
+/// Whoever makes a link puts it there.
+fn make_state_directory(config: &WebConfig) -> Result<(), Failure> {
+    let Some(directory) = &config.state_dir else { return Ok(()) };
+    let made = DirBuilder::new().recursive(true).mode(0o700).create(directory);
+    made.map_err(|error| {
+        let what = format!("the state directory {} cannot be made", directory.display());
+        Failure::running(&what, error)
+    })
 }
 
 /// What requests see. The session is opened meanwhile.

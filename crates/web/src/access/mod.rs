@@ -125,6 +125,8 @@ pub(crate) struct Viewer {
     pub(crate) person: Option<Person>,
     /// The outcome of the latest order, to be shown once.
     pub(crate) message: Option<String>,
+    /// Why nobody may order anything here, if that is so.
+    pub(crate) read_only: Option<String>,
     session: Option<secret::Secret>,
 }
 
@@ -153,6 +155,7 @@ impl FromRequestParts<Shared> for Viewer {
         let session_of_page = session.as_ref().filter(|_| is_page);
         let message =
             session_of_page.and_then(|session| shared.access.sessions.take_message(session));
-        Ok(Self { person, message, session })
+        let read_only = shared.access.read_only().map(str::to_owned);
+        Ok(Self { person, message, read_only, session })
     }
 }
