@@ -104,7 +104,7 @@ async fn listen(
     let mut feed = Feed::open(session, structure).await.map_err(|error| error.to_string())?;
     let (_subscriber, mut statuses) =
         statuses(session, structure).await.map_err(|error| error.to_string())?;
-    let mut asking = JoinSet::new();
+    let mut answering = JoinSet::new();
     let mut ask_at = Instant::now();
     let mut ticks = interval(SHOW_EVERY);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -123,7 +123,7 @@ async fn listen(
                 show.stage.status(status, unix_ns());
                 show.changed = true;
             }
-            Some(answers) = asking.join_next() => {
+            Some(answers) = answering.join_next() => {
                 let answers: Answers = answers.unwrap_or_default();
                 show.stage.forget_processes();
                 for (state, process) in answers {
@@ -133,9 +133,9 @@ async fn listen(
             }
             _ = ticks.tick() => show.if_due(),
         }
-        if asking.is_empty() && Instant::now() >= ask_at {
+        if answering.is_empty() && Instant::now() >= ask_at {
             ask_at = Instant::now() + ASK_EVERY;
-            asking.spawn(ask(session.clone(), structure.cloned()));
+            answering.spawn(ask(session.clone(), structure.cloned()));
         }
     }
 }

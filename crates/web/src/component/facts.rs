@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use wire::{FaultTransition, Identification};
-use wording::{aside, candidate, identified, percent, printable, ratio, reason, residual};
+use wording::{candidate, identified, percent, printable, ratio, reason, residual};
 
 use crate::look;
 use crate::view::View;
@@ -15,7 +15,6 @@ pub(super) fn facts(view: &View<'_>, transition: &FaultTransition) -> Markup {
         div.verdict.(look::classes(transition)) {
             p.headline { (look::state(transition)) @if let Some(found) = found { span.kind { (identified(found)) } } }
             @if !why.is_empty() { p.why { (why) } }
-            @if let Some(aside) = aside(transition) { p.aside-note { (aside) } }
             @if let Some(root) = &transition.explained_by {
                 p { "Explained by " a href=(view.component(Some(&transition.structure), root)) { (root) } "." }
             }

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use observer::{LiveModule, Urgency};
 use wire::{FaultState, FaultTransition};
-use wording::{aside, identified, reason};
+use wording::{identified, reason};
 
 use super::trouble::{Trouble, troubles};
 use crate::look;
@@ -136,7 +136,6 @@ pub(crate) fn component_line(view: &View<'_>, component: &FaultTransition) -> Ma
             @if let Some(found) = kind { span.kind { (identified(found)) } }
             @if component.sequence > 0 { (since(component)) }
             @if !why.is_empty() { p.why { (why) } }
-            @if let Some(aside) = aside(component) { p.aside-note { (aside) } }
         }
     }
 }

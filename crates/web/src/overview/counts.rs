@@ -54,11 +54,11 @@ fn faults(components: &[&FaultTransition]) -> String {
         0 => "No fault known".to_owned(),
         count => plural(count, "fault"),
     };
-    let notes = [(acknowledged, "acknowledged"), (aside, "set aside")];
-    let notes: Vec<String> =
-        notes.iter().filter(|(n, _)| *n > 0).map(|(n, words)| format!("{n} {words}")).collect();
-    if !notes.is_empty() {
-        words = format!("{words} ({})", notes.join(", "));
+    if acknowledged > 0 {
+        words = format!("{words} ({acknowledged} acknowledged)");
+    }
+    if aside > 0 {
+        words = format!("{words}, {} set aside", plural(aside, "component"));
     }
     words
 }
