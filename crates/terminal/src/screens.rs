@@ -290,11 +290,14 @@ fn a_frozen_screen_says_so_with_its_age() {
 #[test]
 fn the_picture_for_operators_is_this_screen() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let page = std::fs::read_to_string(format!("{root}/deploy/README.md")).unwrap();
-    let mark = "<!-- silent-80x24 screen -->\n```text\n";
-    let picture = page.split_once(mark).unwrap().1.split_once("```").unwrap().0;
     let file = format!("{root}/crates/terminal/tests/screens/silent-80x24.txt");
-    assert_eq!(picture, std::fs::read_to_string(file).unwrap());
+    let screen = std::fs::read_to_string(file).unwrap();
+    for page in ["README.md", "deploy/README.md"] {
+        let page = std::fs::read_to_string(format!("{root}/{page}")).unwrap();
+        let mark = "<!-- silent-80x24 screen -->\n```text\n";
+        let picture = page.split_once(mark).unwrap().1.split_once("```").unwrap().0;
+        assert_eq!(picture, screen);
+    }
 }
 
 #[test]
