@@ -144,7 +144,7 @@ impl Identifying {
         let Some(latest) = ledger.latest(&channels.components()[channel]) else { return };
         let sequence = ledger.judged(channel);
         let is_new = latest.run == run && sequence > self.known[channel];
-        if !is_new || latest.commanded {
+        if !is_new || latest.command().is_some() {
             return;
         }
         self.known[channel] = sequence;

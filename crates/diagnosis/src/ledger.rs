@@ -39,7 +39,7 @@ impl FaultySince {
         }
         let change = latest.detection;
         // A command that left it faulty was issued later than it was found.
-        let found = if latest.commanded { change } else { latest.decided };
+        let found = if latest.command().is_some() { change } else { latest.decided };
         Self { change, found }
     }
 }
@@ -132,7 +132,7 @@ impl Ledger {
             let latest = entry.latest.as_ref()?;
             let since = FaultySince::of(latest, run, entry.over);
             let faulty = entry.verdict.is_latched();
-            let was_reset = entry.verdict == Verdict::Normal && latest.commanded;
+            let was_reset = entry.verdict == Verdict::Normal && latest.command().is_some();
             let is_open = matches!(entry.verdict, Verdict::Unconfirmed { .. });
             let raised = faulty && since.found <= as_of || is_open || was_reset;
             let (component, step) = (entry.component.clone(), since.change);
@@ -280,7 +280,7 @@ impl Ledger {
             verdict: verdict.clone(),
             decided,
             order,
-            commanded: true,
+            verdict_order: None,
             tare,
             ..latest.clone()
         };
@@ -305,8 +305,9 @@ impl Ledger {
         let entry = &mut self.entries[channel];
         let before = entry.latest.clone().unwrap_or_else(|| blank.transition(entry));
         let (shelved, suppressed) = aside_after(&before, &order)?;
-        let order = Some(order);
-        let transition = Transition { sequence, order, shelved, suppressed, ..before };
+        let (order, verdict_order) = (Some(order), before.command().cloned().map(Box::new));
+        let transition =
+            Transition { sequence, order, verdict_order, shelved, suppressed, ..before };
         entry.latest = Some(transition.clone());
         self.sequence = sequence;
         Ok(transition)
@@ -346,7 +347,7 @@ impl Ledger {
             disputed,
             tare: entry.tare,
             order: None,
-            commanded: false,
+            verdict_order: None,
             shelved: entry.latest.as_ref().and_then(|latest| latest.shelved.clone()),
             suppressed: entry.latest.as_ref().and_then(|latest| latest.suppressed.clone()),
         };
@@ -386,7 +387,7 @@ impl Blank {
             disputed: None,
             tare: entry.tare,
             order: None,
-            commanded: false,
+            verdict_order: None,
             shelved: None,
             suppressed: None,
         }

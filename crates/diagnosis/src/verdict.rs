@@ -153,11 +153,20 @@ pub struct Transition {
     pub tare: Option<f64>,
     /// The command that led to this, if one did.
     pub order: Option<GivenOrder>,
-    /// Whether the verdict is what an operator commanded, by this command or by an earlier one since when nothing but
-    /// its shelving has changed.
-    pub commanded: bool,
+    /// If that was about the alarm alone: the command that led to the verdict, if one did.
+    pub verdict_order: Option<Box<GivenOrder>>,
     /// If its alarm is set aside by an operator, by whom, why and until when. No verdict depends on it.
     pub shelved: Option<Box<Shelving>>,
     /// If its alarm is set aside while its module is maintained, the same.
     pub suppressed: Option<Box<Shelving>>,
+}
+
+impl Transition {
+    /// The command that led to the verdict, by this transition or by an earlier one since when nothing but the alarm's
+    /// shelving changed.
+    #[must_use]
+    pub fn command(&self) -> Option<&GivenOrder> {
+        let own = self.order.as_ref().filter(|order| order.kind.is_about_verdict());
+        own.or(self.verdict_order.as_deref())
+    }
 }

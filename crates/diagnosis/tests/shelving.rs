@@ -100,6 +100,8 @@ fn acknowledging_and_resetting_keep_what_is_set_aside_and_are_not_kept_by_it() {
     give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
     let acknowledged = give(&mut bench, OrderKind::Acknowledge).unwrap();
     assert_eq!(acknowledged.verdict, Verdict::Acknowledged);
+    let again = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    assert_eq!(again.command(), acknowledged.order.as_ref(), "who acknowledged it stands there");
     let reset = give(&mut bench, OrderKind::Reset { force: true }).unwrap();
     assert_eq!((reset.verdict.clone(), ends(&reset)), (Verdict::Normal, (Some(5_000), None)));
 }

@@ -79,7 +79,7 @@ impl Speaker {
             disputed,
             tare,
             order,
-            commanded,
+            verdict_order,
             shelved,
             suppressed,
         } = transition;
@@ -91,7 +91,7 @@ impl Speaker {
         message.decided_step = Some(decided);
         message.evidence = Some(to_wire_evidence(&evidence));
         message.order = order.map(to_wire_order);
-        message.ordered = Some(commanded);
+        message.state_order = verdict_order.map(|order| Box::new(to_wire_order(*order)));
         message.shelved = shelved.map(|shelving| to_wire_shelving(*shelving));
         message.suppressed = suppressed.map(|shelving| to_wire_shelving(*shelving));
         message.state = to_state(&verdict);
@@ -238,7 +238,7 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
         before_service: message.before_service,
         disputed: message.disputed,
         tare: message.tare,
-        commanded: message.ordered.unwrap_or_else(|| message.order.is_some()),
+        verdict_order: message.state_order.map(|order| Box::new(from_given_order(*order))),
         order: message.order.map(from_given_order),
         shelved: message.shelved.map(from_wire_shelving).map(Box::new),
         suppressed: message.suppressed.map(from_wire_shelving).map(Box::new),

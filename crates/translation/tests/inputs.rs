@@ -190,7 +190,7 @@ proptest! {
         watched in option::of((step(), step())),
         (component, given, tare) in (component(), option::of(given()), option::of(finite())),
         numbers in (finite(), finite(), option::of(0.0..1e30), 0.001..1e30),
-        (commanded, shelved, suppressed) in (any::<bool>(), shelving(), shelving()),
+        (verdict_order, shelved, suppressed) in (option::of(given()), shelving(), shelving()),
     ) {
         let (residual, level, divergence, threshold) = numbers;
         let transition = Transition {
@@ -207,7 +207,7 @@ proptest! {
             disputed: None,
             tare,
             order: given,
-            commanded,
+            verdict_order: verdict_order.map(Box::new),
             shelved,
             suppressed,
         };

@@ -147,10 +147,9 @@ pub struct FaultTransition {
     /// The order that led to this transition, if one did.
     #[serde(default)]
     pub order: Option<GivenOrder>,
-    /// Whether the state is what an operator ordered, by this order or by an earlier one since when nothing but the
-    /// shelving changed. Former versions do not say: they knew no orders but about the state.
+    /// If that order was about shelving or suppression alone: the one that led to the state, if one did.
     #[serde(default)]
-    pub ordered: Option<bool>,
+    pub state_order: Option<Box<GivenOrder>>,
     /// If its alarm is set aside by an operator, by whom, why and until when. The state is what it would be otherwise.
     #[serde(default)]
     pub shelved: Option<Shelving>,
@@ -205,7 +204,7 @@ impl FaultTransition {
             condition: None,
             identification: None,
             order: None,
-            ordered: None,
+            state_order: None,
             shelved: None,
             suppressed: None,
             durable: true,

@@ -95,6 +95,7 @@ fn a_message_with_a_later_word_is_taken() {
         "fault-transition/doubt",
         "fault-transition/condition/agreement",
         "fault-transition/order/order",
+        "fault-transition/state_order/order",
         "history-page/transitions/0/state",
         "input/taken/input",
         "module-status/phase",

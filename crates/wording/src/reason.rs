@@ -36,6 +36,7 @@ pub fn reason(transition: &FaultTransition) -> String {
         reasons.push(format!("not monitored since {since}: {}", printable(&unknown.reason)));
     }
     reasons.extend(asides(transition));
+    reasons.extend(transition.state_order.as_deref().map(ordered));
     reasons.extend(transition.order.as_ref().and_then(|order| beside(transition, order)));
     if !transition.durable {
         reasons.push("NOT IN THE JOURNAL".to_owned());
@@ -154,6 +155,9 @@ mod tests {
         assert_eq!(of(transition(true, true, GivenOrderKind::Suppress)), both);
         let acknowledged = format!("{shelved}; acknowledged by ada (through web): painting");
         assert_eq!(of(transition(true, false, GivenOrderKind::Acknowledge)), acknowledged);
+        let mut later = transition(true, false, GivenOrderKind::Shelve);
+        later.state_order = Some(Box::new(given(GivenOrderKind::Acknowledge)));
+        assert_eq!(of(later), acknowledged, "who acknowledged it is still known");
         let over = format!("{shelved}; one of two ways in which it was set aside is over");
         assert_eq!(of(transition(true, false, GivenOrderKind::Lapse)), over);
     }

@@ -40,7 +40,7 @@ impl Lives {
         if is_about_verdict(transition) {
             assert_eq!(aside(transition), before, "{transition:?}");
         }
-        let same_verdict = |before: &Transition| before.commanded == transition.commanded;
+        let same_verdict = |before: &Transition| before.command() == transition.command();
         if !is_about_verdict(transition) {
             assert!(latest.is_none_or(same_verdict), "{transition:?}");
         }
