@@ -23,6 +23,7 @@ fn example(entry: &Entry) -> Value {
     if entry.name == "fault-transition" {
         message["doubt"] = json!("silent");
         message["order"] = json!({"order": "reset", "by": "ada", "note": null, "force": false});
+        message["state_order"] = message["order"].clone();
     }
     message
 }
