@@ -9,11 +9,7 @@ use wire::{FaultState, Obeyed, OrderKind};
 
 use super::subject::Subject;
 use crate::failure::Failure;
-use wording::printable;
-
-/// Why nobody takes a command of a module that is there.
-const UNTAKEN: &str = "nobody takes the command: its diagnoser has just ended, access control does not admit the command, \
-                       or the diagnoser is of a former version and the access rules are not: upgrade it";
+use wording::{UNTAKEN, not_saved, perhaps, printable};
 
 /// Outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -80,15 +76,13 @@ impl CommandOutcome {
         let (subject, module) = (&self.subject, self.subject.module());
         match &self.outcome {
             Outcome::Obeyed { durable: true, .. } => None,
-            Outcome::Obeyed { durable: false, .. } => Some(format!(
-                "{subject}: carried out, but not saved: the disk of `{module}` is full or does not answer, and a \
-                 restart may forget it; see `trusswatch health`, and repeat the command when the disk is well"
-            )),
+            Outcome::Obeyed { durable: false, .. } => {
+                Some(format!("{subject}: {}", not_saved(module.as_str())))
+            }
             Outcome::Refused { reason } => Some(format!("{subject}: refused: {reason}")),
-            Outcome::Unanswered { reason } => Some(format!(
-                "{subject}: {reason}; the command may or may not have been carried out; \
-                 check with `trusswatch faults`"
-            )),
+            Outcome::Unanswered { reason } => {
+                Some(format!("{subject}: {}; check with `trusswatch faults`", perhaps(reason)))
+            }
             Outcome::NotSent { reason } => {
                 Some(format!("{subject}: {reason}; no command was sent"))
             }

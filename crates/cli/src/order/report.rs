@@ -3,13 +3,13 @@
 use std::io::{self, IsTerminal, Write};
 
 use serde::Serialize;
-use wire::OrderKind;
 
 use super::outcome::{CommandOutcome, Outcome};
 use super::subject::Subject;
 use crate::failure::Failure;
 use crate::paint::{Colour, Paint};
 use crate::versioned;
+use wording::done;
 
 #[derive(Serialize)]
 struct Document<'a> {
@@ -33,14 +33,7 @@ pub(super) fn print(outcomes: &[CommandOutcome], json: bool) -> Result<(), Failu
 /// The line for a command that was obeyed.
 fn line(command: &CommandOutcome) -> Option<String> {
     let Outcome::Obeyed { state, sequence, .. } = &command.outcome else { return None };
-    let what = match command.order {
-        OrderKind::Acknowledge => "acknowledged",
-        OrderKind::Reset => "reset",
-        OrderKind::Shelve => "shelved",
-        OrderKind::Unshelve => "unshelved",
-        OrderKind::Suppress => "suppressed",
-        OrderKind::Unsuppress => "no longer suppressed",
-    };
+    let what = done(command.order);
     let CommandOutcome { subject, by, .. } = command;
     // The state is that of one of its components.
     let now = match subject {

@@ -1,8 +1,8 @@
 //! What became of what was typed, on one line.
 
 use names::printable;
-use wire::{Obeyed, OrderKind};
-use wording::Tone;
+use wire::Obeyed;
+use wording::{Tone, done};
 
 use super::exchange::{Given, Outcome};
 
@@ -51,16 +51,5 @@ impl Notice {
             }
         };
         Self { tone, text: format!("{component} {text}") }
-    }
-}
-
-fn done(kind: OrderKind) -> &'static str {
-    match kind {
-        OrderKind::Acknowledge => "acknowledged",
-        OrderKind::Reset => "reset",
-        OrderKind::Shelve => "shelved",
-        OrderKind::Unshelve => "unshelved",
-        OrderKind::Suppress => "suppressed",
-        OrderKind::Unsuppress => "no longer suppressed",
     }
 }
