@@ -124,22 +124,7 @@ async fn frame(
     timeout: Duration,
 ) -> Result<FreezeFrame, String> {
     let session = session.ok_or_else(no_network)?;
-    let (structure, module) = (&fault.structure, &fault.module);
-    let kept = observer::freeze_frames(&session, structure, module, timeout).await.map_err(why)?;
-    let own = kept.iter().find(|frame| is_of(frame, fault));
-    let Some(own) = own else { return Err("no freeze frame is kept yet".to_owned()) };
-    let frame = observer::freeze_frame(&session, structure, module, own.sequence, timeout).await;
-    let frame = frame.map_err(why)?;
-    if is_of(&frame, fault) { Ok(frame) } else { Err("the answer is of another fault".to_owned()) }
-}
-
-/// An acknowledgement is a transition of its own, on the same onset.
-fn is_of(frame: &FreezeFrame, fault: &FaultTransition) -> bool {
-    frame.component == fault.component
-        && frame.incarnation == fault.incarnation
-        && fault.run.is_none_or(|run| run == frame.run)
-        && Some(frame.onset_step) == fault.onset_step
-        && frame.sequence <= fault.sequence
+    observer::freeze_frame_of(&session, fault, timeout).await
 }
 
 fn why(error: QueryError) -> String {
