@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Option<Command>,
     /// The address on which the page is served
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8480")]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8480", value_parser = address)]
     pub(super) listen: SocketAddr,
     /// Description of the structure (TOML), which is drawn with the states of its components
     #[arg(long, value_name = "FILE")]
@@ -43,4 +43,8 @@ pub(crate) struct Arguments {
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Command {
     Link(LinkArguments),
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "use an address and a port, e.g. 127.0.0.1:8480".to_owned())
 }

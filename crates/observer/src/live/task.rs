@@ -11,7 +11,7 @@ use tokio::sync::watch::Sender;
 use tokio::task::JoinSet;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 use wire::keys::Watched;
-use wire::{FaultTransition, Key, Message, ModuleStatus, Topic};
+use wire::{FaultTransition, Key, ModuleStatus, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::session::ZenohId;
@@ -157,7 +157,9 @@ async fn statuses(
         .callback(move |sample| {
             let key = sample.key_expr().as_str().parse::<Key>();
             let Ok(Key::Module { structure, module, topic: Topic::Status }) = key else { return };
-            let Ok(status) = read::<ModuleStatus>(&sample.payload().to_bytes()) else { return };
+            let Ok(status) = wire::decode::<ModuleStatus>(&sample.payload().to_bytes()) else {
+                return;
+            };
             if status.structure == structure && status.module == module {
                 // One that finds no room is followed by another.
                 let _ = inbox.try_send(status);
@@ -165,10 +167,6 @@ async fn statuses(
         })
         .await?;
     Ok((subscriber, outlet))
-}
-
-fn read<M: Message>(bytes: &[u8]) -> Result<M, wire::DecodeError> {
-    wire::decode(bytes)
 }
 
 fn unix_ns() -> u64 {
