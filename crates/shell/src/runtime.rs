@@ -1,6 +1,9 @@
 //! The runtime that a process runs on.
 
+use std::any::Any;
+use std::cell::Cell;
 use std::future::Future;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 use crate::descriptors;
@@ -11,6 +14,28 @@ use crate::supervision::scheduling;
 
 /// How long tasks may take to end when the process does.
 const ENDING: Duration = Duration::from_millis(500);
+
+thread_local! {
+    /// Whether a panic of this thread is caught and costs only the work at hand.
+    static CONTAINED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs a piece of work whose panic the process survives. It must leave nothing behind that others rely on.
+///
+/// # Errors
+/// The panic's message.
+pub fn contained<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    CONTAINED.set(true);
+    let outcome = catch_unwind(AssertUnwindSafe(work));
+    CONTAINED.set(false);
+    outcome.map_err(|panic| message(&*panic))
+}
+
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "panic without a message".to_owned())
+}
 
 /// Runs a process until it ends; SIGTERM, SIGINT and what the flags say ask it to, and so does a panic of any thread,
 /// those of libraries included: whoever supervises the process starts it again.
@@ -50,8 +75,31 @@ fn end_on_panic(shutdown: Shutdown) {
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         report(panic);
+        if CONTAINED.get() {
+            return;
+        }
         let thread = std::thread::current();
         let name = thread.name().unwrap_or("without a name");
         shutdown.fail(format!("the thread `{name}` has panicked"));
     }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::panic, reason = "what is tested")]
+    fn only_a_panic_that_is_not_contained_ends_the_process() {
+        let (_trigger, shutdown) = shutdown::pair();
+        end_on_panic(shutdown.clone());
+        assert_eq!(contained(|| 7), Ok(7));
+        let failed: Result<(), String> = contained(|| panic!("minimum {} above maximum", 3));
+        assert_eq!(failed, Err("minimum 3 above maximum".to_owned()));
+        assert_eq!(shutdown.failure(), None);
+        let panics = std::thread::Builder::new().name("worker".into());
+        panics.spawn(|| panic!("on purpose")).unwrap().join().unwrap_err();
+        assert_eq!(shutdown.failure().unwrap(), "the thread `worker` has panicked");
+        let _ = std::panic::take_hook();
+    }
 }

@@ -210,6 +210,8 @@ mod tests {
         assert_eq!(count("trusswatch_identifications_published_total", ""), 3.0);
         let labels = ",reason=\"turned_away\"";
         assert_eq!(count("trusswatch_identifications_missed_total", labels), 2.0);
+        let labels = ",reason=\"failed\"";
+        assert_eq!(count("trusswatch_identifications_missed_total", labels), 1.0);
     }
 
     #[test]

@@ -69,6 +69,8 @@ pub(crate) struct IdentificationReport {
     pub(crate) took: Duration,
     /// How often there was no room for another request.
     pub(crate) turned_away: u64,
+    /// How often an identification failed, a defect of this program.
+    pub(crate) failed: u64,
     /// How often there was news.
     pub(crate) published: u64,
     /// What the present faults may be.
@@ -192,7 +194,7 @@ fn write_identifications(report: &IdentificationReport, sheet: &mut Sheet<'_>) -
     sheet.counted_seconds("trusswatch_identification", help, report.took.as_secs_f64())?;
     let help = "Identifications published: the first of a fault, and those that differ materially.";
     sheet.counter("trusswatch_identifications_published", help, report.published)?;
-    let missed = [("turned_away", report.turned_away)];
+    let missed = [("turned_away", report.turned_away), ("failed", report.failed)];
     let help = "Times that a fault was not identified, by reason.";
     sheet.counters("trusswatch_identifications_missed", help, "reason", missed)
 }

@@ -108,6 +108,7 @@ fn identifications() -> IdentificationReport {
         done: 40,
         took: Duration::from_millis(1500),
         turned_away: 2,
+        failed: 1,
         published: 3,
         kinds: vec![kind("bias", 0.75), kind("drift", 0.125)],
     }

@@ -18,6 +18,9 @@ mod points;
 mod signature;
 mod wandering;
 
+#[cfg(test)]
+mod any_series;
+
 use names::fault::FaultKind;
 use names::{Component, RunId, Step};
 

@@ -56,8 +56,8 @@ impl ForceLoop {
     pub fn step(&mut self, demand_n: f64) {
         let h = &self.hydraulics;
         let asked = h.force_gain_m3_per_s_n * (demand_n - self.force_n()) * self.mean_share;
-        let flow_a = asked.clamp(-self.outlet(0), self.inlet(0));
-        let flow_b = (-asked).clamp(-self.outlet(1), self.inlet(1));
+        let flow_a = asked.max(-self.outlet(0)).min(self.inlet(0));
+        let flow_b = (-asked).max(-self.outlet(1)).min(self.inlet(1));
         let gain = h.bulk_modulus_pa * self.step_s;
         self.pressures[0] += gain * flow_a / h.volume_a_m3;
         self.pressures[1] += gain * flow_b / h.volume_b_m3;

@@ -5,9 +5,11 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 
-use diagnosis::identification::{Excerpt, identify};
+use diagnosis::identification::{Excerpt, Identification, identify};
+use names::Component;
 use shell::clock;
 use shell::occurrences::Occurrences;
+use shell::runtime::contained;
 use shell::supervision::{Crew, Lane};
 
 use super::IdentificationTally;
@@ -70,17 +72,57 @@ impl Worker {
     fn run(&self, requests: &Receiver<Box<Excerpt>>, lane: &Lane) {
         while let Ok(excerpt) = requests.recv() {
             lane.begin();
-            self.identify(&excerpt);
+            if let Some(found) = attempt(&self.tally, &excerpt.component, || identify(&excerpt)) {
+                let message = self.speaker.identification(found, clock::unix_ns());
+                // Without room for it the next one tells the same.
+                self.outbox.event(Outgoing::Identification(Box::new(message)));
+            }
             lane.rest();
         }
     }
+}
 
-    fn identify(&self, excerpt: &Excerpt) {
-        let begun = Instant::now();
-        let found = identify(excerpt);
-        self.tally.done(begun.elapsed());
-        let message = self.speaker.identification(found, clock::unix_ns());
-        // Without room for it the next one tells the same.
-        self.outbox.event(Outgoing::Identification(Box::new(message)));
+/// A panic costs this identification only: no state outlives it, and diagnosis goes on.
+fn attempt(
+    tally: &IdentificationTally,
+    component: &Component,
+    identify: impl FnOnce() -> Identification,
+) -> Option<Identification> {
+    let begun = Instant::now();
+    match contained(identify) {
+        Ok(found) => {
+            tally.done(begun.elapsed());
+            Some(found)
+        }
+        Err(reason) => {
+            tally.failed();
+            tracing::error!(%component, reason, "identification failed");
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use names::{RunId, Step};
+
+    #[test]
+    #[expect(clippy::panic, reason = "what is tested")]
+    fn an_identification_that_panics_is_counted_and_the_next_one_is_carried_out() {
+        let tally = IdentificationTally::default();
+        let component: Component = "sensor/g1".parse().unwrap();
+        assert_eq!(attempt(&tally, &component, || panic!("on purpose")), None);
+        let found = Identification {
+            run: RunId(1),
+            sequence: 1,
+            component: component.clone(),
+            as_of: Step(1),
+            candidates: Vec::new(),
+            signature: Vec::new(),
+        };
+        assert_eq!(attempt(&tally, &component, || found.clone()), Some(found.clone()));
+        let report = tally.read();
+        assert_eq!((report.failed, report.done), (1, 1));
     }
 }

@@ -14,6 +14,7 @@ pub(crate) struct IdentificationTally {
     done: AtomicU64,
     nanoseconds: AtomicU64,
     turned_away: AtomicU64,
+    failed: AtomicU64,
     published: AtomicU64,
     kinds: Mutex<Vec<KindReport>>,
 }
@@ -29,6 +30,11 @@ impl IdentificationTally {
     /// One for which there was no room.
     pub(crate) fn turned_away(&self) {
         count(&self.turned_away);
+    }
+
+    /// One that panicked.
+    pub(crate) fn failed(&self) {
+        count(&self.failed);
     }
 
     /// One that was published.
@@ -55,6 +61,7 @@ impl IdentificationTally {
             done: read(&self.done),
             took: Duration::from_nanos(read(&self.nanoseconds)),
             turned_away: read(&self.turned_away),
+            failed: read(&self.failed),
             published: read(&self.published),
             kinds: self.kinds.lock().unwrap_or_else(PoisonError::into_inner).clone(),
         }

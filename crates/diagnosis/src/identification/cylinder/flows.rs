@@ -124,7 +124,7 @@ fn root(h: &NominalHydraulics, across_pa: f64) -> f64 {
 fn port(h: &NominalHydraulics, command: f64, pressure_pa: f64) -> f64 {
     let across = if command > 0.0 { h.supply_pa - pressure_pa } else { pressure_pa - h.tank_pa };
     let most = h.valve_flow_m3_per_s * root(h, across);
-    command.clamp(-most, most)
+    command.min(most).max(-most)
 }
 
 /// Flow into a chamber through a closed valve that lets one m³/s through at the full drop.

@@ -14,6 +14,8 @@ use crate::identification::wandering::{LEAST_BEFORE, likely};
 const NEAR_S: f64 = 0.01;
 /// Onsets apart, at first, as a share of their age.
 const APART: f64 = 0.15;
+/// No variance of noise is taken for less than this share of the configured one.
+const LEAST_NOISE: f64 = 0.01;
 /// Onsets within a point that is longer than a block, or in a gap before it.
 const WITHIN: usize = 8;
 
@@ -103,6 +105,11 @@ impl Record {
             steps.iter().filter(|step| is_before(excerpt, step)).copied().collect();
         let learnt = (before.len() >= LEAST_BEFORE).then_some(&before[..]);
         let own_m2 = series.noise_m * series.noise_m;
+        // A quiet, coarse or stuck gage has less noise than configured, down to none at all.
+        let least_m2 = LEAST_NOISE * own_m2;
+        let white = |steps, value: fn(&GageStep) -> f64| {
+            white(steps, value).map(|noise_m2| noise_m2.max(least_m2))
+        };
         let noise_m2 = white(learnt.unwrap_or(steps), |step| step.off_m).unwrap_or(own_m2);
         let own_noise_m2 = learnt.and_then(|steps| white(steps, |step| step.reading_m));
         let onsets = onsets(&points);
@@ -113,7 +120,7 @@ impl Record {
         let mut record = Self {
             axis: Axis::of_onsets(onsets.iter().map(|onset| onset.at_s), APART),
             points,
-            own_noise_m2: own_noise_m2.unwrap_or(own_m2).clamp(0.01 * own_m2, noise_m2),
+            own_noise_m2: own_noise_m2.unwrap_or(own_m2).min(noise_m2),
             noise_m2,
             step_s: excerpt.step_s,
             grouping,
@@ -260,7 +267,7 @@ fn white(steps: &[GageStep], value: impl Fn(&GageStep) -> f64) -> Option<f64> {
             count += 1.0;
         }
     }
-    (count > 10.0 && sum > 0.0).then(|| sum / count)
+    (count > 10.0 && sum > 0.0 && sum.is_finite()).then(|| sum / count)
 }
 
 /// Every point up to the detection may be the first that is affected; in long ones, and in gaps, at several times.
