@@ -173,6 +173,11 @@ impl Deployment {
         for place in 0..self.endpoints.len() {
             self.set(place, "network", "lease_ms", i64::from(LONGEST_LEASE_MS));
         }
+        self.patient_but_for_leases();
+    }
+
+    /// The same without leases, which a file of Zenoh's settings has instead.
+    pub fn patient_but_for_leases(&self) {
         for place in 1..self.endpoints.len() {
             for (key, ms) in [("timeout_ms", 10_000), ("pause_ms", 10_000), ("hold_ms", 60_000)] {
                 self.set(place, "queries", key, ms);

@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use zenoh::Session;
 
 use super::member::{Above, Member};
-use super::stand::{pki, router, secure, switch_off};
+use super::stand::{gives_up, pki, router, secure, switch_off};
 use super::trace::line_of;
 use crate::binaries::{Version, program};
 use crate::deployment::free_endpoint;
@@ -153,7 +153,7 @@ async fn open(door: &str, tls: PathBuf) -> Session {
         tls: Some(tls),
         ..Network::default()
     };
-    let settings = session::settings(&network).unwrap();
+    let settings = gives_up(session::settings(&network).unwrap());
     let opening = async { zenoh::open(settings).await };
     in_time(&format!("a session at {door}"), opening).await.unwrap()
 }

@@ -13,9 +13,9 @@ use zenoh::{Config, Session};
 use super::trace::{first_line_of, line_of};
 use crate::binaries::Version;
 use crate::deployment::{Deployment, free_endpoint};
-use crate::in_time;
 use crate::operate::{Ended, ended, wait_patiently};
 use crate::process::Process;
+use crate::{LIMIT, in_time};
 
 /// The plant, then the modules, as a deployment counts them.
 pub(super) const PARTS: [&str; 3] = ["plant", "module1", "module2"];
@@ -171,6 +171,13 @@ fn with_usual_limits(command: &Command) -> Command {
     limited
 }
 
+/// A client that does not wait for its router for ever: Zenoh blocks the thread that opens a session until it is there.
+pub(super) fn gives_up(mut settings: Config) -> Config {
+    settings.insert_json5("connect/timeout_ms", &LIMIT.as_millis().to_string()).unwrap();
+    settings.insert_json5("connect/exit_on_failure", "true").unwrap();
+    settings
+}
+
 pub(super) fn secure(endpoint: &str) -> String {
     endpoint.replace("tcp/", "tls/")
 }
@@ -264,7 +271,7 @@ impl Stand {
     pub async fn peers(schedule: &Schedule) -> Self {
         let papers = Papers::for_peers().await;
         let deployment = Deployment::of_tower(schedule);
-        deployment.patient();
+        deployment.patient_but_for_leases();
         let endpoints: Vec<String> = deployment.endpoints.iter().map(|e| secure(e)).collect();
         for (place, holder) in PARTS.iter().enumerate() {
             let others = endpoints[..place].to_vec();
@@ -310,7 +317,7 @@ impl Stand {
             tls: Some(self.library.join(holder)),
             ..Network::default()
         };
-        session::settings(&network).unwrap()
+        gives_up(session::settings(&network).unwrap())
     }
 
     /// A session of one of the holders.

@@ -230,7 +230,8 @@ async fn panics_of(threads: &[&str]) {
         // Something to do for each of them.
         works.inject(OTHER_GAGE).await;
         states(&works.observer.session).await;
-        works.order(&["history", "--module", "module1"]).await;
+        // The process may end before it answers.
+        works.order(&["history", "--module", "module1", "--timeout", "2"]).await;
 
         let status = works.diagnosers[0].exit_status().await;
         let log = works.diagnosers[0].log();

@@ -19,6 +19,8 @@ use system_tests::turn;
 use system_tests::{LIMIT, in_time};
 use zenoh::Session;
 
+/// For the reply to a query that is refused on its way, to which none comes.
+const NO_REPLY: Duration = Duration::from_secs(3);
 /// From one attempt to the next.
 const GLANCE: Duration = Duration::from_millis(20);
 const GAGE: &str = "module1/sensor/g2";
@@ -131,7 +133,7 @@ async fn a_revoked_key_may_do_nothing() {
     let mut table = Table::default();
     let heard = write_until_heard(&stand.session(&module).await, &letters, "by the lost key").await;
     table.allowed("a lost key of module 2 writing its fault key", heard);
-    let obeyed = orders(&stand, &operator, &["ack", GAGE]).await;
+    let obeyed = orders(&stand, &operator, &["ack", GAGE], "30").await;
     table.allowed("a lost key of an operator commanding", obeyed);
 
     stand.revoke(&["module2", "operator.ada"]).await;
@@ -150,9 +152,9 @@ async fn a_revoked_key_may_do_nothing() {
     let lost = stand.session(&operator).await;
     let heard = !answers_to_the_refused(&lost, TRUE_FAULT).await.is_empty();
     let trace = stand.trace(&["has no rule for", &lost.zid().to_string()]).await;
-    let obeyed = heard || orders(&stand, &operator, &["reset", GAGE, "--force"]).await;
+    let obeyed = heard || orders(&stand, &operator, &["reset", GAGE, "--force"], "5").await;
     table.forbidden("a revoked key of an operator querying and commanding", obeyed, trace);
-    let obeyed = orders(&stand, "operator.ada", &["reset", GAGE, "--force"]).await;
+    let obeyed = orders(&stand, "operator.ada", &["reset", GAGE, "--force"], "30").await;
     table.allowed("the next key of an operator commanding", obeyed);
     judge(stand, &table).await;
 }
@@ -184,9 +186,9 @@ async fn write_until_heard(session: &Session, letters: &Letters, text: &str) -> 
     happens(written).await
 }
 
-/// Whether an order is obeyed.
-async fn orders(stand: &Stand, holder: &str, order: &[&str]) -> bool {
-    let words = [order, &["--by", "ada", "--timeout", "30"]].concat();
+/// Whether an order is obeyed within so many seconds.
+async fn orders(stand: &Stand, holder: &str, order: &[&str], seconds: &str) -> bool {
+    let words = [order, &["--by", "ada", "--timeout", seconds]].concat();
     stand.trusswatch(holder, &words).await.code == Some(0)
 }
 
@@ -431,7 +433,7 @@ async fn commanding(stand: &Stand, table: &mut Table) {
     ] {
         let order = r#"{"v":1,"component":"sensor/g2","by":"bob","note":null,"force":false}"#;
         let obeyed = async {
-            let replies = operator.get(key).payload(order).await.unwrap();
+            let replies = operator.get(key).payload(order).timeout(NO_REPLY).await.unwrap();
             std::iter::from_fn(|| replies.recv().ok()).any(|reply| reply.result().is_ok())
         };
         let obeyed = in_time("the end of a command", obeyed).await;
