@@ -1,0 +1,157 @@
+"""Shared by the stories: real programs, used as an operator, an integrator or an administrator uses them.
+
+    pytest tests/stories                  those of the check
+    pytest tests/stories -m nightly       the long ones
+
+A story that lacks a tool is skipped, and fails with CI set.
+"""
+
+import ctypes
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAMS = Path(os.environ.get("TRUSSWATCH_PROGRAMS", ROOT / "target/release"))
+CLONE_NEWNET = 0x40000000
+# The simulated tower and its two diagnosers, as configured.
+SHIPPED = {"plant": 7447, "module1": 7448, "module2": 7449}
+# No single step of a story takes longer, however busy the machine.
+LIMIT_S = 60
+
+sys.path.insert(0, str(ROOT / "deploy/compose"))
+
+
+def cannot(what, why):
+    """Ends a story that cannot be tried on this machine."""
+    if os.environ.get("CI"):
+        pytest.fail(f"{what}: {why}; with CI set, a skipped story has failed", pytrace=False)
+    pytest.skip(f"{what}: {why}")
+
+
+def needs(*programs):
+    missing = [program for program in programs if not shutil.which(program)]
+    if missing:
+        cannot("tools", f"needs {', '.join(missing)}: run .ci/tools")
+
+
+def until(what, probe, seconds=LIMIT_S):
+    """Calls `probe` until it returns something true, and returns that."""
+    end = time.monotonic() + seconds
+    while not (answer := probe()):
+        assert time.monotonic() < end, f"{what}: not within {seconds} s"
+        time.sleep(0.05)
+    return answer
+
+
+def trusswatch(*words, check=True, timeout=LIMIT_S):
+    """Runs the command line to its end; its standard output, or with check=False the finished process."""
+    command = [PROGRAMS / "trusswatch", *map(str, words)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+    if not check:
+        return done
+    assert done.returncode == 0, f"{words}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def documented(name):
+    """The shell command that follows the line `<!-- NAME command -->` in one of the documents."""
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for document in listed.stdout.split():
+        text = (ROOT / document).read_text()
+        found = re.search(rf"^<!-- {re.escape(name)} command -->\n+```\w*\n(.*?)^```", text, re.M | re.S)
+        if found:
+            return found[1]
+    raise AssertionError(f"no document has a `{name} command`")
+
+
+class Rig:
+    """Processes of a story, their logs in its folder; all end with it."""
+
+    def __init__(self, folder):
+        self.folder, self.processes, self.ports = folder, {}, dict(SHIPPED)
+
+    def start(self, name, *command, **options):
+        options.setdefault("stdout", (self.folder / f"{name}.out").open("ab"))
+        options.setdefault("stderr", (self.folder / f"{name}.log").open("ab"))
+        self.processes[name] = subprocess.Popen([str(word) for word in command], cwd=ROOT, **options)
+        return self.processes[name]
+
+    def with_free_ports(self):
+        """Copies the shipped configurations, with ports that were free a moment ago; their folder."""
+        configs = self.folder / "configs"
+        shutil.copytree(ROOT / "configs", configs)
+        sockets = [socket.create_server(("127.0.0.1", 0)) for _ in SHIPPED]
+        self.ports = {name: one.getsockname()[1] for name, one in zip(SHIPPED, sockets)}
+        for one in sockets:
+            one.close()
+        new = {str(SHIPPED[name]): str(port) for name, port in self.ports.items()}
+        for name in SHIPPED:
+            file = configs / f"{name}.toml"
+            file.write_text(re.sub(r"127\.0\.0\.1:(\d+)", lambda at: f"127.0.0.1:{new.get(at[1], at[1])}", file.read_text()))
+        return configs
+
+    def endpoints(self):
+        return [f"tcp/127.0.0.1:{port}" for port in self.ports.values()]
+
+    def plant(self, configs=ROOT / "configs"):
+        return self.start("plant", PROGRAMS / "trusswatch-plant", "run", configs / "plant.toml")
+
+    def diagnoser(self, module, configs=ROOT / "configs"):
+        state = self.folder / f"state-{module}"
+        return self.start(module, PROGRAMS / "trusswatch-diagnoser", "run", configs / f"{module}.toml", "--state-dir", state)
+
+    def end(self, name, how=signal.SIGTERM):
+        """Ends one and returns its exit code."""
+        process = self.processes.pop(name)
+        process.send_signal(how)
+        return process.wait(timeout=LIMIT_S)
+
+    def end_all(self):
+        for process in self.processes.values():
+            process.kill()
+        for process in self.processes.values():
+            process.wait()
+        self.processes.clear()
+
+    def logs(self):
+        return "\n".join(f"-- {log.name}\n{log.read_text(errors='replace')[-3000:]}" for log in sorted(self.folder.glob("*.log")))
+
+
+@pytest.fixture
+def rig(tmp_path, request):
+    rig = Rig(tmp_path)
+    yield rig
+    rig.end_all()
+    if getattr(request.node, "failed", False):
+        print(rig.logs())
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    item.failed = report.when == "call" and report.failed
+    return report
+
+
+@pytest.fixture
+def own_network():
+    """A network of its own for the story, where it may be had: shipped configurations have fixed ports."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    with open("/proc/self/ns/net") as before:
+        if libc.unshare(CLONE_NEWNET) != 0:
+            yield
+            return
+        try:
+            subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+            yield
+        finally:
+            libc.setns(before.fileno(), CLONE_NEWNET)
