@@ -6,6 +6,7 @@
 A story that lacks a tool is skipped, and fails with CI set.
 """
 
+import contextlib
 import ctypes
 import os
 import re
@@ -43,12 +44,12 @@ def needs(*programs):
         cannot("tools", f"needs {', '.join(missing)}: run .ci/tools")
 
 
-def until(what, probe, seconds=LIMIT_S):
+def until(what, probe, seconds=LIMIT_S, pause_s=0.05):
     """Calls `probe` until it returns something true, and returns that."""
     end = time.monotonic() + seconds
     while not (answer := probe()):
         assert time.monotonic() < end, f"{what}: not within {seconds} s"
-        time.sleep(0.05)
+        time.sleep(pause_s)
     return answer
 
 
@@ -73,6 +74,12 @@ def documented(name):
     raise AssertionError(f"no document has a `{name} command`")
 
 
+def free_ports(count):
+    """Ports of this machine that were free a moment ago, all different."""
+    with contextlib.ExitStack() as taken:
+        return [taken.enter_context(socket.create_server(("127.0.0.1", 0))).getsockname()[1] for _ in range(count)]
+
+
 class Rig:
     """Processes of a story, their logs in its folder; all end with it."""
 
@@ -82,17 +89,16 @@ class Rig:
     def start(self, name, *command, **options):
         options.setdefault("stdout", (self.folder / f"{name}.out").open("ab"))
         options.setdefault("stderr", (self.folder / f"{name}.log").open("ab"))
-        self.processes[name] = subprocess.Popen([str(word) for word in command], cwd=ROOT, **options)
+        # A group of its own: what a shell started ends with it.
+        command = [str(word) for word in command]
+        self.processes[name] = subprocess.Popen(command, cwd=ROOT, start_new_session=True, **options)
         return self.processes[name]
 
     def with_free_ports(self):
         """Copies the shipped configurations, with ports that were free a moment ago; their folder."""
         configs = self.folder / "configs"
         shutil.copytree(ROOT / "configs", configs)
-        sockets = [socket.create_server(("127.0.0.1", 0)) for _ in SHIPPED]
-        self.ports = {name: one.getsockname()[1] for name, one in zip(SHIPPED, sockets)}
-        for one in sockets:
-            one.close()
+        self.ports = dict(zip(SHIPPED, free_ports(len(SHIPPED))))
         new = {str(SHIPPED[name]): str(port) for name, port in self.ports.items()}
         for name in SHIPPED:
             file = configs / f"{name}.toml"
@@ -117,7 +123,8 @@ class Rig:
 
     def end_all(self):
         for process in self.processes.values():
-            process.kill()
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
         for process in self.processes.values():
             process.wait()
         self.processes.clear()
