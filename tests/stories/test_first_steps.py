@@ -1,0 +1,31 @@
+"""What a new user tries first: the demo, and whether a configuration is valid."""
+
+import shutil
+import subprocess
+
+from conftest import PROGRAMS, ROOT, named_exactly, trusswatch
+
+
+def test_the_demo_names_every_fault_exactly():
+    named_exactly(trusswatch("demo", "--json", "--speed", "max", timeout=200))
+
+
+def check(program, *files):
+    command = [PROGRAMS / program, "check", *map(str, files)]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT)
+    return done.returncode, done.stdout
+
+
+def test_configurations_are_valid_and_a_misspelt_key_is_named(tmp_path):
+    configs = shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    plants = [configs / "plant.toml", configs / "small/plant.toml", configs / "storm.toml", *configs.glob("weather/*.toml")]
+    diagnosers = [*configs.glob("module*.toml"), *configs.glob("paper/*.toml"), configs / "small/lower.toml", configs / "small/upper.toml"]
+    everything = [*configs.rglob("*.toml"), *configs.rglob("*.json5")]
+    for program, files in (("-plant", plants), ("-diagnoser", diagnosers), ("", everything)):
+        code, said = check(f"trusswatch{program}", *files)
+        assert code == 0, said
+
+    module1 = configs / "module1.toml"
+    module1.write_text(module1.read_text().replace("\ngage_noise_strain", "\ngage_noise_strian"))
+    code, said = check("trusswatch-diagnoser", module1)
+    assert code == 3 and "gage_noise_strian" in said, said
