@@ -24,6 +24,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = Path(os.environ.get("TRUSSWATCH_PROGRAMS", ROOT / "target/release"))
 CLONE_NEWNET = 0x40000000
+LIBC = ctypes.CDLL(None)
 # The simulated tower and its two diagnosers, as configured.
 SHIPPED = {"plant": 7447, "module1": 7448, "module2": 7449}
 # No single step of a story takes longer, however busy the machine.
@@ -114,7 +115,8 @@ class Rig:
         new = {str(SHIPPED[name]): str(port) for name, port in self.ports.items()}
         for name in SHIPPED:
             file = configs / f"{name}.toml"
-            file.write_text(re.sub(r"127\.0\.0\.1:(\d+)", lambda at: f"127.0.0.1:{new.get(at[1], at[1])}", file.read_text()))
+            text = file.read_text()
+            file.write_text(re.sub(r"127\.0\.0\.1:(\d+)", lambda at: f"127.0.0.1:{new.get(at[1], at[1])}", text))
         return configs
 
     def endpoints(self):
@@ -161,16 +163,32 @@ def pytest_runtest_makereport(item, call):
     return report
 
 
-@pytest.fixture
-def own_network():
-    """A network of its own for the story, where it may be had: shipped configurations have fixed ports."""
-    libc = ctypes.CDLL(None, use_errno=True)
+@contextlib.contextmanager
+def back_in_this_network():
+    """Returns the process, whose network changes within, to its present one."""
     with open("/proc/self/ns/net") as before:
-        if libc.unshare(CLONE_NEWNET) != 0:
-            yield
-            return
         try:
-            subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
             yield
         finally:
-            libc.setns(before.fileno(), CLONE_NEWNET)
+            LIBC.setns(before.fileno(), CLONE_NEWNET)
+
+
+@pytest.fixture(scope="session")
+def another_network():
+    """An empty network, where it may be had; one for all stories, since the threads of Zenoh's library stay in it."""
+    with back_in_this_network():
+        if LIBC.unshare(CLONE_NEWNET) != 0:
+            return None
+        subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+        return open("/proc/self/ns/net")
+
+
+@pytest.fixture
+def own_network(another_network):
+    """The story is in a network of its own: shipped configurations have fixed ports. Stories that use Zenoh's library
+    themselves all do so there.
+    """
+    with back_in_this_network():
+        if another_network:
+            LIBC.setns(another_network.fileno(), CLONE_NEWNET)
+        yield

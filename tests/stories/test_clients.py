@@ -99,11 +99,10 @@ def test_recipes_give_what_the_demo_did(rig):
     assert journalled and journalled <= injected, pages
 
 
-def test_messages_on_the_bus_and_their_recording(rig, schemas):
-    configs = rig.with_free_ports()
+def test_messages_on_the_bus_and_their_recording(rig, own_network, schemas):
     endpoints, module1 = rig.endpoints(), rig.endpoints()[1]
-    rig.diagnoser("module1", configs)
-    rig.diagnoser("module2", configs)
+    rig.diagnoser("module1")
+    rig.diagnoser("module2")
     recordings = rig.folder / "recordings"
     network = ["--structure", "tower", "--mode", "peer", *(f"--connect={endpoint}" for endpoint in endpoints)]
     rig.start("recorder", PROGRAMS / "trusswatch", "record", "--into", recordings, *network)
@@ -114,7 +113,7 @@ def test_messages_on_the_bus_and_their_recording(rig, schemas):
     client.insert_json5("scouting/multicast/enabled", "false")
     with zenoh.open(client) as session:
         bus = Bus(session, schemas)
-        rig.plant(configs)
+        rig.plant()
         until("every kind of message", bus.has_seen_all, 90, pause_s=0.5)
         assert not bus.wrong, "\n".join(bus.wrong[:10])
 
@@ -129,7 +128,7 @@ def test_messages_on_the_bus_and_their_recording(rig, schemas):
     [recording] = recordings.glob("*.mcap")
     trusswatch("replay", recording, "--verify", timeout=2 * LIMIT_S)
     for gage in ("module1/sensor/g1", "module2/sensor/g5"):
-        model = json.loads(trusswatch("model", configs / "tower.toml", "--module", gage.split("/")[0], "--json"))
+        model = json.loads(trusswatch("model", ROOT / "configs/tower.toml", "--module", gage.split("/")[0], "--json"))
         recorded, computed = residuals(recording, model, gage)
         assert np.max(np.abs(recorded - computed)) <= 1e-9 * np.max(np.abs(recorded)), gage
 

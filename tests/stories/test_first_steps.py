@@ -18,8 +18,9 @@ def check(program, *files):
 
 def test_configurations_are_valid_and_a_misspelt_key_is_named(tmp_path):
     configs = shutil.copytree(ROOT / "configs", tmp_path / "configs")
-    plants = [configs / "plant.toml", configs / "small/plant.toml", configs / "storm.toml", *configs.glob("weather/*.toml")]
-    diagnosers = [*configs.glob("module*.toml"), *configs.glob("paper/*.toml"), configs / "small/lower.toml", configs / "small/upper.toml"]
+    plants = [*(configs / name for name in ("plant.toml", "small/plant.toml", "storm.toml")), *configs.glob("weather/*.toml")]
+    small = [configs / "small/lower.toml", configs / "small/upper.toml"]
+    diagnosers = [*configs.glob("module*.toml"), *configs.glob("paper/*.toml"), *small]
     everything = [*configs.rglob("*.toml"), *configs.rglob("*.json5")]
     for program, files in (("-plant", plants), ("-diagnoser", diagnosers), ("", everything)):
         code, said = check(f"trusswatch{program}", *files)
