@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from conftest import PROGRAMS, ROOT, cannot, trusswatch, until
+from conftest import ROOT, cannot, trusswatch, until
 from held_thread import has_died, hold
 from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
