@@ -224,7 +224,7 @@ def faults_are_seen(first, subscriber):
 
 
 def comes_back(machine, unit, strike, meanwhile=lambda: None):
-    """Strikes a service; after how long another process of it is active [s]."""
+    """Calls `strike` with the process number of a service; after how long another process of it is active [s]."""
     before = machine.show(unit, "MainPID", "NRestarts")
     # The clock of systemd's own timestamps.
     start = time.clock_gettime(time.CLOCK_MONOTONIC)
@@ -247,14 +247,14 @@ def crash(first):
     in_service(first, UNIT1)
 
 
-def watchdog_has_bitten(machine, unit, seconds):
+def restarted_by_watchdog(machine, unit, seconds):
     assert 1.4 < seconds < 6
     assert logged(machine, unit, "Watchdog timeout", "--since=-10s")
     until("running again", lambda: is_active(machine, unit) and status(machine, unit).startswith(("in service", "running")))
 
 
 def stopped(machine, unit):
-    watchdog_has_bitten(machine, unit, comes_back(machine, unit, lambda pid: machine.do("kill", "-STOP", pid)))
+    restarted_by_watchdog(machine, unit, comes_back(machine, unit, lambda pid: machine.do("kill", "-STOP", pid)))
 
 
 def loop_hangs(machine, unit, name):
@@ -266,7 +266,7 @@ def loop_hangs(machine, unit, name):
     except PermissionError as error:
         not_tried(f"hung loop of {unit}: {error}")
         return
-    watchdog_has_bitten(machine, unit, comes_back(machine, unit, lambda _: None, lambda: has_died(thread)))
+    restarted_by_watchdog(machine, unit, comes_back(machine, unit, lambda _: None, lambda: has_died(thread)))
 
 
 def not_tried(what):
@@ -424,10 +424,10 @@ def follow_the_document(machines):
     """Types every step; the modules' certificates are carried to them before the first thing that is typed there."""
     steps = walkthrough.steps((ROOT / DOCUMENT).read_text())
     assert len(steps) > 10
-    at_home = {walkthrough.EVERYWHERE, "ground"}
+    reached = {walkthrough.EVERYWHERE, "ground"}
     for step in steps:
-        if step.computer not in at_home:
-            at_home.add(step.computer)
+        if step.computer not in reached:
+            reached.add(step.computer)
             shutil.copytree(machines["ground"].root / "root/pki" / step.computer, machines[step.computer].root / "root" / step.computer)
         walkthrough.follow(step, machines)
 
