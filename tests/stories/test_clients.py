@@ -18,7 +18,7 @@ import jsonschema
 import numpy as np
 import pytest
 import zenoh
-from conftest import LIMIT_S, PROGRAMS, ROOT, documented, named_exactly, trusswatch, until
+from conftest import LIMIT_S, PROGRAMS, ROOT, documented, trusswatch, until
 from residual import residuals
 
 STATES = {"normal", "unknown", "tentative", "unconfirmed", "explained", "latched", "acknowledged"}
@@ -56,6 +56,17 @@ def only_faulty(endpoint, *components):
 
 def latched(transitions):
     return {item["component"] for item in transitions if item["state"] == "latched"}
+
+
+def named_exactly(printed):
+    """The components that the demo says it made faulty, and these with their kinds: it named them all, and no others."""
+    summary = json.loads(printed.splitlines()[-1])
+    assert summary["event"] == "summary" and summary["exact"] is True, summary
+    assert len(set(summary["pids"])) >= 3, summary["pids"]
+    injected = [fault["component"] for fault in summary["injected"]]
+    assert sorted(injected) == sorted(fault["component"] for fault in summary["diagnosed"]), summary
+    assert len(set(injected)) >= 5, injected
+    return set(injected), {(fault["component"], fault["fault"]["kind"]) for fault in summary["injected"]}
 
 
 def test_recipes_give_what_the_demo_did(rig):
