@@ -2,6 +2,7 @@
 //! packets, and across the restart of a diagnoser.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use daemon::config::Schedule;
 use names::RunId;
@@ -17,6 +18,8 @@ use system_tests::scenarios::{self, ONSET, STEPS};
 use system_tests::turn;
 
 const RUN: RunId = RunId(7);
+/// How long a link is cut: beyond the last sample.
+const CUT_FOR: Duration = Duration::from_millis(800);
 
 /// A deployment that is being recorded from its first sample on.
 struct Recorded {
@@ -93,9 +96,10 @@ async fn of_every_kind_of_fault() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "needs root and network namespaces: part of the check"]
 async fn over_a_network_that_loses_packets() {
     let _turn = turn::alone().await;
-    let Some(lab) = Lab::if_possible(900).map(Arc::new) else { return };
+    let lab = Arc::new(Lab::start(900).unwrap());
     let deployment = Deployment::in_lab(&with_effects(), Arc::clone(&lab));
     // The recorder's links too.
     for (from, to) in Node::pairs() {
@@ -104,6 +108,26 @@ async fn over_a_network_that_loses_packets() {
     let recorded = Recorded::raise(deployment, "real", ONSET + 1500, 900).await;
     let verified = recorded.verify().await;
     println!("over a network that loses 5 %: {verified:?}");
+    assert!(verified.verdicts > 0, "{verified:?}");
+}
+
+/// Samples near the end find no way to the recorder and are dropped; no later ones follow that would show it.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "needs root and network namespaces: part of the check"]
+async fn the_last_samples_of_a_run_are_recorded_though_their_link_was_cut() {
+    let _turn = turn::alone().await;
+    let lab = Arc::new(Lab::start(902).unwrap());
+    let deployment = Deployment::in_lab(&with_effects(), Arc::clone(&lab));
+    let last = ONSET + 1500;
+    let recorded = Recorded::raise(deployment, "real", last, 902).await;
+    let clock = PlantClock::of(&recorded.observer).await;
+    clock.reach(RUN, last - 600).await;
+    // The clock ticks over the same link.
+    lab.impair(Node::Plant, Node::Observer, Impairment::cut());
+    tokio::time::sleep(CUT_FOR).await;
+    lab.heal();
+    let verified = recorded.verify().await;
+    println!("with a link that was cut near the end: {verified:?}");
     assert!(verified.verdicts > 0, "{verified:?}");
 }
 

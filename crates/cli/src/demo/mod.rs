@@ -19,6 +19,7 @@ mod story;
 #[cfg(test)]
 mod testing;
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::time::Duration;
 
@@ -31,6 +32,7 @@ use children::Children;
 use entry::Entry;
 use interrupt::Interrupts;
 use network::Network;
+use news::News;
 use printer::Printer;
 use rig::Rig;
 use show::Show;
@@ -79,7 +81,7 @@ async fn stage(arguments: &Arguments) -> Result<(), Failure> {
     let mut interrupts = Interrupts::listen()?;
     let rig = Rig::set_up(arguments.speed, arguments.seed)?;
     let mut children = Children::default();
-    let started = rig.start(&mut children);
+    let started = rig.start_diagnosers(&mut children);
     let shown = match started {
         Ok(()) => tokio::select! {
             shown = connect_and_show(arguments, &rig, &mut children) => shown,
@@ -101,12 +103,19 @@ async fn connect_and_show(
     children: &mut Children,
 ) -> Result<(), Failure> {
     let mut network = Network::open(&rig.structure, &rig.own, &rig.endpoints).await?;
+    let early = diagnosers(rig, &mut network, children).await?;
+    rig.start_plant(children)?;
     let mut printer = Printer::new(arguments.json, rig.pace.step_s);
     let processes = children.processes();
     let pids = processes.iter().map(|process| process.pid).collect();
     let (structure, endpoint) = (rig.structure.to_string(), rig.own.clone());
     printer.print(&Entry::Started { structure, processes, endpoint })?;
     let mut show = Show::new(rig.pace, rig.acts.clone(), &rig.modules, rig.components);
+    let mut entries = Vec::new();
+    early.into_iter().for_each(|news| show.take(news, &mut entries));
+    for entry in entries {
+        printer.print(&entry)?;
+    }
     let shown = tokio::select! {
         shown = listen(&mut show, &mut network, &mut printer) => shown,
         failure = children.unexpected_end() => Err(failure),
@@ -117,6 +126,36 @@ async fn connect_and_show(
     let exact = summary.exact;
     printer.print(&Entry::Summary(summary))?;
     if exact { Ok(()) } else { Err(Failure::reported()) }
+}
+
+/// Waits until every diagnoser is connected: what it publishes from then on is received. A plant that started before
+/// could inject the first fault earlier. Returns what was received meanwhile.
+async fn diagnosers(
+    rig: &Rig,
+    network: &mut Network,
+    children: &mut Children,
+) -> Result<Vec<News>, Failure> {
+    let mut missing: BTreeSet<String> = rig.modules.iter().map(ToString::to_string).collect();
+    let mut early = Vec::new();
+    let deadline = Instant::now() + APPEAR_WITHIN;
+    while !missing.is_empty() {
+        let news = tokio::select! {
+            news = network.next() => news?,
+            failure = children.unexpected_end() => return Err(failure),
+            () = sleep_until(deadline) => return Err(still_waiting(missing)),
+        };
+        if let News::Alive { process, there: true } = &news {
+            missing.remove(process);
+        }
+        early.push(news);
+    }
+    Ok(early)
+}
+
+fn still_waiting(missing: impl IntoIterator<Item = String>) -> Failure {
+    let missing = missing.into_iter().collect::<Vec<_>>().join(", ");
+    let seconds = MOVE_WITHIN.as_secs();
+    Failure::network(format!("still waiting for {missing} after {seconds} s"))
 }
 
 /// Prints what is received until the show is over.
@@ -174,8 +213,7 @@ impl Deadline {
             let step = show.now();
             Failure::runtime(format!("nothing moved beyond step {step} for {seconds} s"))
         } else {
-            let missing = missing.join(", ");
-            Failure::network(format!("still waiting for {missing} after {seconds} s"))
+            still_waiting(missing.iter().cloned())
         }
     }
 }

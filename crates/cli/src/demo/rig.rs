@@ -80,21 +80,33 @@ impl Rig {
         })
     }
 
-    /// Starts the processes.
-    pub(super) fn start(&self, children: &mut Children) -> Result<(), Failure> {
-        let place = self.directory.path();
-        let run =
-            |config: &str| vec!["run".into(), place.join(config).into(), "--end-with-stdin".into()];
+    /// Starts the diagnosers.
+    pub(super) fn start_diagnosers(&self, children: &mut Children) -> Result<(), Failure> {
         for (module, config) in self.modules.iter().zip(MODULES) {
-            let mut arguments = run(config.path);
-            let state = place.join("state").join(module.as_str());
+            let mut arguments = self.running(config.path);
+            let state = self.directory.path().join("state").join(module.as_str());
             arguments.extend(["--state-dir".into(), state.into()]);
-            children.start(module.as_str(), &self.binaries.diagnoser, &arguments, place)?;
+            children.start(
+                module.as_str(),
+                &self.binaries.diagnoser,
+                &arguments,
+                self.directory.path(),
+            )?;
         }
-        let mut arguments = run(PLANT.path);
+        Ok(())
+    }
+
+    /// Starts the plant.
+    pub(super) fn start_plant(&self, children: &mut Children) -> Result<(), Failure> {
+        let place = self.directory.path();
+        let mut arguments = self.running(PLANT.path);
         arguments.extend_from_slice(&self.flags);
         arguments.extend(["--schedule".into(), schedule_file(place).into()]);
         children.start(wire::keys::PLANT, &self.binaries.plant, &arguments, place)
+    }
+
+    fn running(&self, config: &str) -> Vec<OsString> {
+        vec!["run".into(), self.directory.path().join(config).into(), "--end-with-stdin".into()]
     }
 
     /// Removes everything, or returns where it is.

@@ -1,8 +1,9 @@
-//! The latest samples of a module, for diagnosers that were cut off or restarted.
+//! The latest samples of a module, for diagnosers and recorders that missed some.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use names::{ModuleName, RunId, Step, StructureName};
 use wire::{Key, SampleQuestion, Topic};
@@ -22,11 +23,14 @@ const MAX_WAITING: usize = 8;
 pub(crate) struct Recording {
     run: RunId,
     samples: Arc<Mutex<VecDeque<(Step, ZBytes)>>>,
+    /// When a question was last received or answered.
+    asked_at: Arc<Mutex<Option<Instant>>>,
 }
 
 impl Recording {
     pub(crate) fn new(run: RunId) -> Self {
-        Self { run, samples: Arc::new(Mutex::new(VecDeque::with_capacity(KEPT))) }
+        let samples = Arc::new(Mutex::new(VecDeque::with_capacity(KEPT)));
+        Self { run, samples, asked_at: Arc::default() }
     }
 
     /// Keeps a sample in place of the oldest.
@@ -36,6 +40,16 @@ impl Recording {
             samples.pop_front();
         }
         samples.push_back((step, sample));
+    }
+
+    /// Was a question received or answered so recently?
+    pub(crate) fn was_asked_within(&self, time: Duration) -> bool {
+        let asked_at = *self.asked_at.lock().unwrap_or_else(PoisonError::into_inner);
+        asked_at.is_some_and(|at| at.elapsed() < time)
+    }
+
+    fn note_question(&self) {
+        *self.asked_at.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
     }
 
     /// The samples asked for that are still kept, oldest first.
@@ -72,7 +86,9 @@ impl Recording {
         let (queue, out) = sync_channel::<Query>(MAX_WAITING);
         std::thread::Builder::new().name("recording".to_owned()).spawn(move || {
             while let Ok(query) = out.recv() {
+                self.note_question();
                 self.answer(&query);
+                self.note_question();
             }
         })?;
         Ok(queue)

@@ -64,6 +64,11 @@ impl SamplePublisher {
         Ok(Self { publisher, sent: 0, recording, sample })
     }
 
+    /// The latest samples.
+    pub(crate) fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
     /// Publishes a step. Why it could not be sent, if so; the next one can be tried.
     pub(crate) fn publish(&mut self, step: Step, signals: Signals<'_>) -> Result<(), String> {
         let sample = &mut self.sample;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use names::Step;
 use plant::Plant;
@@ -26,6 +26,12 @@ use super::status::Board;
 pub(crate) const PRESENCE_EVERY: Duration = Duration::from_millis(10);
 /// How long the diagnosers may take over the last samples.
 pub(crate) const LAST_SAMPLES: Duration = Duration::from_secs(5);
+
+/// After the last sample questions for samples are answered until none has come for so long: a recorder notices half a
+/// second later that the last ones did not arrive.
+const NO_QUESTION: Duration = Duration::from_millis(1500);
+/// But no longer than this.
+const LAST_QUESTIONS: Duration = Duration::from_secs(10);
 
 /// Everything that the thread owns.
 pub(crate) struct Simulation {
@@ -68,6 +74,7 @@ impl Simulation {
         let next_step = self.plant.next_step();
         self.progress.listen();
         self.attendance.wait_until_done(next_step, LAST_SAMPLES, || self.is_to_end());
+        answer_last_questions(&self.publishers, || self.is_to_end());
         tracing::info!(steps = %next_step, late = self.pacing.lateness().steps, "done");
     }
 
@@ -130,6 +137,19 @@ impl Simulation {
             }
         }
         failed
+    }
+}
+
+/// Waits while somebody may still ask for samples. Returns at once when `stop` does.
+pub(crate) fn answer_last_questions(publishers: &[SamplePublisher], stop: impl Fn() -> bool) {
+    let begun = Instant::now();
+    let is_asked =
+        |publisher: &SamplePublisher| publisher.recording().was_asked_within(NO_QUESTION);
+    while !stop() && begun.elapsed() < LAST_QUESTIONS {
+        if begun.elapsed() >= NO_QUESTION && !publishers.iter().any(is_asked) {
+            return;
+        }
+        std::thread::sleep(PRESENCE_EVERY);
     }
 }
 

@@ -13,7 +13,7 @@ use crate::plant::awaited::Awaited;
 use crate::plant::pacing::Pacing;
 use crate::plant::progress::ProgressEar;
 use crate::plant::sample_publisher::{SamplePublisher, Signals};
-use crate::plant::simulation::{LAST_SAMPLES, PRESENCE_EVERY, comes_round};
+use crate::plant::simulation::{LAST_SAMPLES, PRESENCE_EVERY, answer_last_questions, comes_round};
 use crate::plant::status::Board;
 
 /// Everything that the thread owns.
@@ -45,6 +45,7 @@ impl Playing {
             let is_to_end = || self.is_to_end();
             self.attendance.wait_until_done(last.plus(1), LAST_SAMPLES, is_to_end);
         }
+        answer_last_questions(&self.publishers, || self.is_to_end());
         published
     }
 

@@ -1,14 +1,23 @@
-//! What is missing between the messages that came: samples are counted by steps of a run, inputs by numbers of a
-//! process.
+//! Which messages are missing: samples are counted by steps of a run, inputs by numbers of a process.
+//!
+//! A gap shows when a later message arrives. After the last sample of a run none does, so what its diagnoser says
+//! counts as well: it has taken a step, so the sample of that step was published. The two come over different links, so
+//! the sample has [`GRACE`] to arrive.
 
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
+use names::{ModuleName, StructureName};
 use recording::Stamp;
+use wire::{Key, Topic};
 
 /// Runs or processes of one topic that are remembered.
 const EPOCHS: usize = 4;
 /// Missing messages of one run that are remembered: as many as any publisher keeps.
 const REMEMBERED: u64 = 65_536;
+
+/// How long a sample may take to arrive after its diagnoser has said that it took it.
+pub(super) const GRACE: Duration = Duration::from_millis(500);
 
 /// What a topic is counted by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,9 +65,13 @@ pub(super) struct Continuity(BTreeMap<String, Vec<Line>>);
 #[derive(Debug)]
 struct Line {
     epoch: u64,
+    /// The first that was published while it was recorded: what is missing before it is no loss.
+    first: u64,
     next: u64,
     /// From and to, both included.
     missing: Vec<(u64, u64)>,
+    /// The latest step that a diagnoser has taken though its sample had not arrived, and when it first said so.
+    taken: Option<(u64, Instant)>,
 }
 
 impl Counting {
@@ -78,7 +91,8 @@ impl Counting {
         }
     }
 
-    fn place(self, stamp: &Stamp) -> Option<(u64, u64)> {
+    /// Run or process, and the place in it.
+    pub(super) fn place(self, stamp: &Stamp) -> Option<(u64, u64)> {
         match self {
             Counting::Steps => stamp.run.zip(stamp.step),
             Counting::Numbers => stamp.process.zip(stamp.number),
@@ -114,6 +128,48 @@ impl Continuity {
         Finding::KNOWN
     }
 
+    /// A diagnoser says on another topic of its module which step it has taken.
+    pub(super) fn said(&mut self, topic: &str, stamp: &Stamp, now: Instant) {
+        let Some((run, step)) = stamp.run.zip(stamp.step) else { return };
+        let Ok(Key::Module { structure, module, topic }) = topic.parse() else { return };
+        if !matches!(topic, Topic::Progress | Topic::Status) {
+            return;
+        }
+        if let Some(line) = self.samples_of(&structure, &module, run) {
+            line.taken_by_diagnoser(step, now);
+        }
+    }
+
+    /// The gaps before samples that diagnosers have taken and that have had their time to arrive.
+    pub(super) fn overdue(&mut self, now: Instant) -> Vec<Gap> {
+        let mut gaps = Vec::new();
+        for (topic, lines) in &mut self.0 {
+            for line in lines {
+                if let Some((from, to)) = line.overdue(now) {
+                    let (topic, epoch) = (topic.clone(), line.epoch);
+                    let counting = Counting::Steps;
+                    gaps.push(Gap { topic, counting, epoch, from, to, is_past: false });
+                }
+            }
+        }
+        gaps
+    }
+
+    /// How many messages of each topic are still missing, those before the recorder apart.
+    pub(super) fn outstanding(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.0.iter().map(|(topic, lines)| (topic.as_str(), lines.iter().map(Line::lost).sum()))
+    }
+
+    fn samples_of(
+        &mut self,
+        structure: &StructureName,
+        module: &ModuleName,
+        run: u64,
+    ) -> Option<&mut Line> {
+        let topic = Key::of_module(structure, module, Topic::Sample).to_string();
+        self.0.get_mut(&topic)?.iter_mut().find(|line| line.epoch == run)
+    }
+
     /// How many of these never came.
     pub(super) fn settle(&mut self, gap: &Gap) -> u64 {
         let lines = self.0.get_mut(&gap.topic);
@@ -129,7 +185,8 @@ impl Continuity {
         if lines.len() >= EPOCHS {
             lines.remove(0);
         }
-        let mut line = Line { epoch, next: counting.first(), missing: Vec::new() };
+        let next = counting.first();
+        let mut line = Line { epoch, first: at, next, missing: Vec::new(), taken: None };
         line.take(at);
         lines.push(line);
         let last = lines.len() - 1;
@@ -155,6 +212,32 @@ impl Line {
             return true;
         }
         self.forget(at, at) > 0
+    }
+
+    fn taken_by_diagnoser(&mut self, step: u64, now: Instant) {
+        // What is beyond that no publisher keeps, and nobody has taken.
+        if step < self.next || step - self.next > REMEMBERED {
+            return;
+        }
+        // The first that has not arrived keeps its time.
+        let first_said = self.taken.filter(|(taken, _)| *taken >= self.next).map(|(_, at)| at);
+        self.taken = Some((step, first_said.unwrap_or(now)));
+    }
+
+    fn overdue(&mut self, now: Instant) -> Option<(u64, u64)> {
+        let (step, _) = self.taken.filter(|(_, said)| now.duration_since(*said) >= GRACE)?;
+        self.taken = None;
+        let from = self.next;
+        (from <= step).then(|| {
+            self.missing.push((from, step));
+            self.next = step + 1;
+            (from, step)
+        })
+    }
+
+    fn lost(&self) -> u64 {
+        let after = self.missing.iter().filter(|(from, _)| *from > self.first);
+        after.map(|(from, to)| to - from + 1).sum()
     }
 
     /// These are not missing any more. Returns how many were.
@@ -249,6 +332,61 @@ mod tests {
         assert_eq!(continuity.published(topic, &at(3)).gap, None);
         let gap = continuity.published(topic, &at(6)).gap.unwrap();
         assert_eq!((gap.counting, gap.from, gap.to), (Counting::Numbers, 4, 5));
+    }
+
+    const PROGRESS: &str = "trusswatch/tower/m/progress";
+
+    #[test]
+    fn what_a_diagnoser_has_taken_and_never_came_is_missing_after_a_while() {
+        let mut continuity = Continuity::default();
+        let start = Instant::now();
+        for step in 0..=4433 {
+            continuity.published(TOPIC, &at(7, step));
+        }
+        continuity.said(PROGRESS, &at(7, 4433), start);
+        assert_eq!(continuity.overdue(start + 2 * GRACE), [], "it is there");
+        continuity.said(PROGRESS, &at(7, 4500), start);
+        continuity.said(PROGRESS, &at(7, 4799), start + GRACE / 2);
+        assert_eq!(continuity.overdue(start + GRACE / 2), [], "it may be on its way");
+        assert_eq!(continuity.overdue(start + GRACE), [gap(7, 4434, 4799, false).unwrap()]);
+        assert_eq!(continuity.overdue(start + 9 * GRACE), [], "once");
+        assert_eq!(continuity.fetched(TOPIC, &at(7, 4434)), Finding::PLAIN);
+        assert_eq!(continuity.outstanding().collect::<Vec<_>>(), [(TOPIC, 365)]);
+        assert_eq!(continuity.settle(&gap(7, 4434, 4799, false).unwrap()), 365);
+    }
+
+    #[test]
+    fn a_sample_that_arrives_after_its_progress_is_not_asked_for() {
+        let mut continuity = Continuity::default();
+        let mut now = Instant::now();
+        for step in 0..1000 {
+            continuity.said(PROGRESS, &at(7, step), now);
+            assert!(continuity.published(TOPIC, &at(7, step)).is_new);
+            now += GRACE / 10;
+            assert_eq!(continuity.overdue(now), []);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_no_gap() {
+        let mut continuity = Continuity::default();
+        let start = Instant::now();
+        continuity.said(PROGRESS, &at(7, 5), start);
+        continuity.published(TOPIC, &at(7, 0));
+        for topic in ["trusswatch/tower/plant/status", "trusswatch/tower/other/progress", "x"] {
+            continuity.said(topic, &at(7, 9), start);
+        }
+        continuity.said(PROGRESS, &at(7, u64::MAX), start);
+        continuity.said(PROGRESS, &at(8, 9), start);
+        assert_eq!(continuity.overdue(start + GRACE), []);
+    }
+
+    #[test]
+    fn what_was_before_the_recorder_is_never_lost() {
+        let mut continuity = Continuity::default();
+        continuity.published(TOPIC, &at(1, 5));
+        continuity.published(TOPIC, &at(1, 9));
+        assert_eq!(continuity.outstanding().collect::<Vec<_>>(), [(TOPIC, 3)]);
     }
 
     #[test]

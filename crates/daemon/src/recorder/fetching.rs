@@ -6,14 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use names::{ModuleName, RunId, Step, StructureName};
-use tokio::sync::{Semaphore, mpsc};
+use recording::Stamp;
+use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
 use wire::keys::Watched;
 use wire::{InputQuestion, Key, SampleQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
-use super::Sender;
 use super::continuity::{Counting, Gap};
 use super::inlet::{Arrival, Inlet, Message};
 
@@ -29,9 +29,13 @@ const PIECES: usize = 64;
 const REPLIES: usize = 65_536;
 /// How long the network waits for replies.
 const WITHIN: Duration = Duration::from_secs(1);
-/// How often the same is asked, and the time between.
-const TRIES: usize = 3;
-const AGAIN_AFTER: Duration = Duration::from_millis(300);
+/// Pauses before the same is asked again: a link that broke is made again within a second or two.
+const AGAIN_AFTER: [Duration; 4] = [
+    Duration::from_millis(300),
+    Duration::from_millis(600),
+    Duration::from_millis(1200),
+    Duration::from_millis(2400),
+];
 
 /// What is to be asked for.
 #[derive(Debug)]
@@ -44,12 +48,27 @@ pub(super) enum Wish {
 
 /// Where wishes are brought.
 #[derive(Debug, Clone)]
-pub(super) struct Desk(Sender<Wish>);
+pub(super) struct Desk {
+    queue: mpsc::Sender<Wish>,
+    /// How many are not fulfilled yet.
+    outstanding: watch::Sender<usize>,
+}
 
 impl Desk {
     /// False if there is no room.
     pub(super) fn bring(&self, wish: Wish) -> bool {
-        self.0.try_send(wish).is_ok()
+        self.outstanding.send_modify(|count| *count += 1);
+        let is_taken = self.queue.try_send(wish).is_ok();
+        if !is_taken {
+            self.outstanding.send_modify(|count| *count -= 1);
+        }
+        is_taken
+    }
+
+    /// Waits until every wish is fulfilled as far as it will be.
+    pub(super) async fn fulfilled(&self) {
+        // No error: this holds a sender.
+        let _ = self.outstanding.subscribe().wait_for(|count| *count == 0).await;
     }
 }
 
@@ -63,8 +82,8 @@ pub(super) struct Fetcher {
 
 impl Fetcher {
     pub(super) fn new(session: &Session, inlet: Inlet) -> (Self, Desk) {
-        let (desk, wishes) = mpsc::channel(WISHES);
-        let desk = Desk(desk);
+        let (queue, wishes) = mpsc::channel(WISHES);
+        let desk = Desk { queue, outstanding: watch::Sender::new(0) };
         (Self { session: session.clone(), inlet, desk: desk.clone(), wishes }, desk)
     }
 
@@ -79,8 +98,10 @@ impl Fetcher {
         while let Some(wish) = self.wishes.recv().await {
             let Ok(permit) = Arc::clone(&at_once).acquire_owned().await else { return };
             let errand = Errand { session: self.session.clone(), inlet: self.inlet.clone() };
+            let outstanding = self.desk.outstanding.clone();
             tasks.spawn(async move {
                 errand.fulfil(wish).await;
+                outstanding.send_modify(|count| *count -= 1);
                 drop(permit);
             });
             while tasks.try_join_next().is_some() {}
@@ -113,8 +134,7 @@ impl Errand {
         let mut to = gap.to;
         for _ in 0..PIECES {
             let from = to.saturating_sub(PIECE - 1).max(gap.from);
-            let had = self.fetch(&selector(gap, from, to)).await;
-            if had == 0 || from == gap.from {
+            if self.piece(gap, from, to).await.is_none() || from == gap.from {
                 return;
             }
             to = from - 1;
@@ -125,12 +145,7 @@ impl Errand {
         let mut from = gap.from;
         for _ in 0..PIECES {
             let to = from.saturating_add(PIECE - 1).min(gap.to);
-            for _ in 0..TRIES {
-                if self.fetch(&selector(gap, from, to)).await as u64 > to - from {
-                    break;
-                }
-                tokio::time::sleep(AGAIN_AFTER).await;
-            }
+            self.piece(gap, from, to).await;
             if to == gap.to {
                 return;
             }
@@ -138,13 +153,32 @@ impl Errand {
         }
     }
 
+    /// Asks until the last of them has come, which come in order, or nothing more does. Returns the last that came.
+    async fn piece(&self, gap: &Gap, mut from: u64, to: u64) -> Option<u64> {
+        let mut had = None;
+        let mut pauses = AGAIN_AFTER.iter();
+        loop {
+            match self.fetch(&selector(gap, from, to)).await.last {
+                Some(last) if last >= to => return Some(last),
+                Some(last) if last >= from => {
+                    (had, from) = (Some(last), last + 1);
+                    pauses = AGAIN_AFTER.iter();
+                }
+                _ => match pauses.next() {
+                    Some(pause) => tokio::time::sleep(*pause).await,
+                    None => return had,
+                },
+            }
+        }
+    }
+
     async fn module(&self, structure: &StructureName, module: &ModuleName) {
         let key = |topic| Key::of_module(structure, module, topic).to_string();
-        for _ in 0..TRIES {
-            if self.fetch(&key(Topic::Configuration)).await > 0 {
+        for pause in AGAIN_AFTER {
+            if self.fetch(&key(Topic::Configuration)).await.count > 0 {
                 break;
             }
-            tokio::time::sleep(AGAIN_AFTER).await;
+            tokio::time::sleep(pause).await;
         }
         self.fetch(&key(Topic::Input)).await;
         let watched = Watched { structure: Some(structure), module: Some(module) };
@@ -153,8 +187,8 @@ impl Errand {
         }
     }
 
-    /// Puts a question and passes on the replies. Returns how many there were.
-    async fn fetch(&self, selector: &str) -> usize {
+    /// Puts a question and passes on the replies.
+    async fn fetch(&self, selector: &str) -> Had {
         let (found, mut replies) = mpsc::unbounded_channel();
         let count = AtomicUsize::new(0);
         let query = self.session.get(selector).target(QueryTarget::All);
@@ -170,14 +204,25 @@ impl Errand {
         if let Err(error) = asked.await {
             tracing::debug!("not asked: {error}");
         }
-        let mut had = 0;
+        let mut had = Had::default();
         // Ends when the network has dropped the callback.
         while let Some(message) = replies.recv().await {
-            had += 1;
+            had.count += 1;
+            let counting = Counting::of(&message.topic);
+            let at = counting.and_then(|counting| counting.place(&Stamp::of(&message.payload)));
+            had.last = had.last.max(at.map(|(_, at)| at));
             self.inlet.put(Arrival::Fetched(message)).await;
         }
         had
     }
+}
+
+/// What a question brought.
+#[derive(Debug, Default)]
+struct Had {
+    count: usize,
+    /// The place of the last that is counted.
+    last: Option<u64>,
 }
 
 fn selector(gap: &Gap, from: u64, to: u64) -> String {

@@ -96,6 +96,7 @@ async fn record(
     let board = Arc::new(Board::default());
     let (inlet, arrivals) = Inlet::new(ROOM);
     let (fetcher, questions) = Fetcher::new(session, inlet.clone());
+    let outstanding = questions.clone();
     let files = Files::new(&config.directory, config.subject.name(), config.limits);
     let pen = Pen::new(files, &config.subject, Arc::clone(&board), inlet.dropped(), questions);
     let written = crew.thread("pen", move |_| pen.run(arrivals));
@@ -122,7 +123,10 @@ async fn record(
     for subscriber in subscribers.into_iter().chain([attendance]) {
         subscriber.undeclare().await.map_err(refused)?;
     }
+    // What is still missing is counted as lost.
+    let _ = tokio::time::timeout(DRAINING, outstanding.fulfilled()).await;
     tasks.iter().for_each(tokio::task::AbortHandle::abort);
+    drop(outstanding);
     if tokio::time::timeout(DRAINING, written).await.is_err() {
         tracing::warn!("the last messages did not get onto the disk within {DRAINING:?}");
     }

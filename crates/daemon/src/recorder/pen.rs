@@ -29,6 +29,7 @@ const MOST_TOPICS: usize = 16_384;
 const NO_ROOM: &str = "the recorder could not keep up";
 const DISK: &str = "the disk could not be written";
 const GONE: &str = "missed, and not kept by their publisher any more";
+const UNANSWERED: &str = "missed, and not received before the recorder ended";
 const TOO_MANY: &str = "too many topics";
 
 /// The thread that writes.
@@ -92,6 +93,9 @@ impl Pen {
             }
         }
         self.retry_at = None;
+        for (topic, count) in self.continuity.outstanding().filter(|(_, count)| *count > 0) {
+            *self.losses.entry((topic.to_owned(), UNANSWERED)).or_default() += count;
+        }
         self.sync();
         if let Err(error) = self.files.finish() {
             self.fail(&error);
@@ -111,6 +115,7 @@ impl Pen {
                     // A diagnoser was started: its setup may be another one.
                     wish_about(&message.topic).map(|wish| self.desk.bring(wish));
                 }
+                self.continuity.said(&message.topic, &stamp, Instant::now());
                 self.record(message, stamp);
             }
             Arrival::Fetched(message) => {
@@ -123,7 +128,11 @@ impl Pen {
                 }
             }
             Arrival::Settled(gap) => self.settle(&gap),
-            Arrival::Tick => {}
+            Arrival::Tick => {
+                for gap in self.continuity.overdue(Instant::now()) {
+                    self.want(gap);
+                }
+            }
         }
     }
 
