@@ -22,6 +22,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = Path(os.environ.get("TRUSSWATCH_PROGRAMS", ROOT / "target/release"))
+# Package and image are built of the same programs.
+os.environ.setdefault("PROFILE", PROGRAMS.name)
 CLONE_NEWNET = 0x40000000
 LIBC = ctypes.CDLL(None)
 # The simulated tower and its two diagnosers, as configured.

@@ -5,8 +5,7 @@ import os
 import subprocess
 from pathlib import Path
 
-from conftest import ROOT, cannot
-from debian import CACHE
+from conftest import ROOT, needs
 
 # Compiling with full optimisation takes minutes.
 LIMIT_S = 1800
@@ -16,9 +15,6 @@ LIMIT_S = 1800
 def built():
     if "TRUSSWATCH_PACKAGE" in os.environ:
         return Path(os.environ["TRUSSWATCH_PACKAGE"])
-    cargo_deb = next(CACHE.glob("cargo-deb-*/bin"), None)
-    if not cargo_deb:
-        cannot("Debian package", "needs cargo-deb: run .ci/tools package")
-    environment = {**os.environ, "PATH": f"{cargo_deb}:{os.environ['PATH']}"}
-    done = subprocess.run([ROOT / "deploy/debian/build", "--fast"], env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    needs("cargo-deb")
+    done = subprocess.run([ROOT / "deploy/debian/build", "--fast"], stdout=subprocess.PIPE, text=True, check=True)
     return ROOT / done.stdout.strip().splitlines()[-1]

@@ -81,6 +81,7 @@ def played(script):
     run(sys.executable, "-B", f"deploy/compose/{script}")
 
 
+@pytest.mark.nightly
 def test_image_is_small(image):
     assert int(run("docker", "image", "inspect", "--format", "{{.Size}}", "trusswatch")) <= IMAGE_BYTES
 
@@ -95,6 +96,7 @@ def test_star_around_a_router_comes_up(up):
     up(*STAR)
 
 
+@pytest.mark.nightly
 def test_star_with_mutual_tls_names_every_fault_whatever_happens_to_containers(up):
     run("deploy/compose/certificates")
     up(*TLS)
