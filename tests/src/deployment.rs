@@ -22,6 +22,11 @@ pub const MODULES: [&str; 2] = ["module1", "module2"];
 
 /// Port of every process in a laboratory.
 const LAB_PORT: u16 = 7447;
+/// From one status to the next \[ms\]. Programs wait for the next status of each module a little longer than the shipped
+/// interval, which a busy machine exceeds.
+const STATUS_EVERY_MS: i64 = 100;
+/// The longest lease that a session may have \[ms\].
+pub(crate) const LONGEST_LEASE_MS: u32 = 60_000;
 
 /// An endpoint without a listener.
 #[must_use]
@@ -104,6 +109,9 @@ impl Deployment {
         network.insert("listen".into(), vec![own.clone()].into());
         network.insert("connect".into(), connect.into());
         table.insert("network".into(), network.into());
+        if let Some(publish) = table.get_mut("publish").and_then(toml::Value::as_table_mut) {
+            publish.insert("status_every_ms".into(), STATUS_EVERY_MS.into());
+        }
         self.keep_state_here(place, &mut table);
         std::fs::write(self.folder.path().join(name), table.to_string()).unwrap();
     }
@@ -138,6 +146,41 @@ impl Deployment {
         self.change(place, |document| {
             document[table].as_table_mut().unwrap().insert(key.into(), value.into());
         });
+    }
+
+    /// Gives all processes the longest limits that may be configured, before they are started: for tests of which these
+    /// are not the subject. On a busy machine an answer takes longer than the shipped ones allow.
+    pub fn patient(&self) {
+        for place in 0..self.endpoints.len() {
+            self.set(place, "network", "lease_ms", i64::from(LONGEST_LEASE_MS));
+        }
+        for place in 1..self.endpoints.len() {
+            for (key, ms) in [("timeout_ms", 10_000), ("pause_ms", 10_000), ("hold_ms", 60_000)] {
+                self.set(place, "queries", key, ms);
+            }
+        }
+        self.patient_with_samples();
+        self.set(0, "lock_step", "timeout_ms", 3_600_000);
+    }
+
+    /// The same for samples only: none is dropped because a diagnoser is behind.
+    pub fn patient_with_samples(&self) {
+        for place in 1..self.endpoints.len() {
+            for (key, ms) in [
+                ("stale_after_ms", 3_600_000),
+                ("resync_after_ms", 60_000),
+                ("incumbent_ms", 60_000),
+            ] {
+                self.set(place, "input", key, ms);
+            }
+        }
+    }
+
+    /// Has statuses published as often as the shipped configurations have it, before anything is started.
+    pub fn publish_as_shipped(&self) {
+        for place in 1..self.endpoints.len() {
+            self.set(place, "publish", "status_every_ms", 1000);
+        }
     }
 
     /// Makes a process a client of a router, before it is started.
@@ -193,6 +236,11 @@ impl Deployment {
         let interposer = Arc::new(Interposer::of(self.state_directory(index)));
         self.interposers.lock().unwrap().insert(index, Arc::clone(&interposer));
         interposer
+    }
+
+    /// Has every process a network card of its own?
+    pub(crate) fn is_in_lab(&self) -> bool {
+        self.lab.is_some()
     }
 
     /// Bytes that the process at this place keeps on the disk.

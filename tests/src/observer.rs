@@ -4,17 +4,18 @@ use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use ::observer::{Feed, News};
-use names::{ModuleName, StructureName};
+use names::fault::Fault;
+use names::{ModuleName, Step, StructureName};
 use session::Network;
 use tokio::sync::mpsc::unbounded_channel;
 use tokio::task::JoinSet;
 use wire::keys::Watched;
-use wire::{FaultTransition, ModuleStatus};
+use wire::{FaultTransition, Injection, ModulePhase, ModuleStatus};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
 use crate::arrivals::Arrivals;
-use crate::deployment::Deployment;
+use crate::deployment::{Deployment, LONGEST_LEASE_MS};
 use crate::in_time;
 use crate::noted::{Noted, read};
 
@@ -44,6 +45,8 @@ pub fn unix_ns() -> u64 {
 
 /// Timeout for the states of the modules; those received by then are used.
 const STATES_WITHIN: Duration = Duration::from_millis(300);
+/// In service for so long that no effect may be older than its cause \[steps\].
+const WATCHED: u64 = 500;
 
 /// The present states of all components of the modules that answer.
 pub async fn states(session: &Session) -> Vec<FaultTransition> {
@@ -69,6 +72,9 @@ impl Observer {
             Some(own) => Network { listen: vec![own.clone()], ..Network::default() },
             None => Network::peer_of(&deployment.endpoints),
         };
+        // Without a laboratory no link breaks, and nobody is to give the observer up because it is kept waiting.
+        let lease_ms = (!deployment.is_in_lab()).then_some(LONGEST_LEASE_MS);
+        let network = Network { lease_ms, ..network };
         Self::through(&network, "tower".parse().unwrap()).await
     }
 
@@ -84,6 +90,25 @@ impl Observer {
         let there =
             ::observer::wait_for(&self.session, &self.structure, &modules, plant, crate::LIMIT);
         there.await.unwrap();
+    }
+
+    /// Waits until these modules have been in service for so long that they can judge any change.
+    pub async fn wait_until_watching(&self, modules: &[&str]) {
+        let is_watching = |status: &ModuleStatus| {
+            let since =
+                status.in_service_since_step.filter(|_| status.phase == ModulePhase::InService);
+            since.zip(status.step).is_some_and(|(since, now)| now.since(since) > WATCHED)
+        };
+        for module in modules {
+            self.status_of(module, is_watching).await;
+        }
+    }
+
+    /// Has the plant give a component a fault, or none, at its next step, and returns that step.
+    pub async fn inject(&self, component: &str, fault: Option<Fault>) -> Step {
+        let order = Injection { component: component.parse().unwrap(), fault, at_step: None };
+        let done = ::observer::inject(&self.session, &self.structure, &order, crate::LIMIT).await;
+        done.unwrap().effective_step
     }
 
     /// Waits until a process has gone, by its liveliness token.

@@ -8,6 +8,9 @@ use crate::binaries::program;
 use crate::deployment::Deployment;
 use crate::in_time;
 
+/// For whatever a command waits for, if it is to come: on a busy machine the default is too short \[s\].
+const TIMEOUT: &str = "30";
+
 /// What a command ended with.
 #[derive(Debug)]
 pub struct Ended {
@@ -34,10 +37,18 @@ impl Ended {
 pub async fn trusswatch(deployment: &Deployment, words: &[&str]) -> Ended {
     let mut command = program("trusswatch");
     command.args(words).args(["--mode", "peer"]);
+    wait_patiently(&mut command, words);
     for endpoint in &deployment.endpoints[1..] {
         command.args(["--connect", endpoint]);
     }
     ended(command).await
+}
+
+/// Gives a command time for what is to come, unless its own words say how much.
+pub(crate) fn wait_patiently(command: &mut Command, words: &[&str]) {
+    if !words.contains(&"--timeout") {
+        command.args(["--timeout", TIMEOUT]);
+    }
 }
 
 /// What a command ends with.

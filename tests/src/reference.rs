@@ -13,14 +13,29 @@ use crate::verdict::Reached;
 /// The verdicts of a run in one process, from the very files that the processes read.
 #[must_use]
 pub fn verdicts(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> BTreeSet<Reached> {
-    let reached = occurrences(deployment, seed, run, steps).into_iter();
-    let reached = reached.filter_map(|occurrence| match occurrence {
+    final_verdicts(occurrences(deployment, seed, run, steps))
+}
+
+fn final_verdicts(occurrences: Vec<Occurrence>) -> BTreeSet<Reached> {
+    let reached = occurrences.into_iter().filter_map(|occurrence| match occurrence {
         Occurrence::Transition { module, transition } => {
             Reached::of_transition(&module, &transition)
         }
         _ => None,
     });
     reached.collect()
+}
+
+/// The same with other faults than those of the deployment's schedule.
+#[must_use]
+pub fn verdicts_with(
+    deployment: &Deployment,
+    faults: &daemon::config::Schedule,
+    seed: u64,
+    run: RunId,
+    steps: u64,
+) -> BTreeSet<Reached> {
+    final_verdicts(occurrences_with(deployment, faults, seed, run, steps))
 }
 
 /// What was held of each component at each step of such a run.
@@ -37,8 +52,19 @@ pub fn timeline(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> T
 }
 
 fn occurrences(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> Vec<Occurrence> {
+    let faults = deployment.plant_config(seed).schedule;
+    occurrences_with(deployment, &faults, seed, run, steps)
+}
+
+fn occurrences_with(
+    deployment: &Deployment,
+    faults: &daemon::config::Schedule,
+    seed: u64,
+    run: RunId,
+    steps: u64,
+) -> Vec<Occurrence> {
     let config = deployment.plant_config(seed);
-    let injections = config.schedule.faults.iter().map(|fault| Injection {
+    let injections = faults.faults.iter().map(|fault| Injection {
         at: fault.at_step,
         until: fault.until_step,
         component: fault.component.clone(),

@@ -1,16 +1,12 @@
 //! No finite series makes a module panic, whatever its gages and cylinders read: detection, comparison, commissioning
 //! and identification run on all of them, and every identification that a diagnoser asks for is carried out.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
 use std::sync::{Arc, LazyLock};
 
+use crate::fixture::{self, Bench, WARM_UP, setup};
 use diagnosis::identification::{Excerpt, identify};
 use diagnosis::state::{Reference, Snippet, WindowLength, commission};
 use diagnosis::{Action, Diagnoser, Event, ModuleSetup, Rule, Sample};
-use fixture::{Bench, WARM_UP, setup};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,14 +1,10 @@
 //! The diagnoser as a whole: events in, actions out.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
+use crate::fixture::{Bench, EFFECTS, HOLD, INTERVAL, WARM_UP, name, setup, unchanged_since};
 use diagnosis::{
     Action, ActuatorFault, Answer, Change, Doubt, Event, PeerFailure, Phase, Question,
     QuestionToken, Refusal, Rule, SampleRejection, Verdict,
 };
-use fixture::{Bench, EFFECTS, HOLD, INTERVAL, WARM_UP, name, setup, unchanged_since};
 use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;

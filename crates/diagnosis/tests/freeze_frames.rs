@@ -1,11 +1,7 @@
 //! What is kept around the latching of a fault.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
+use crate::fixture::{Bench, WARM_UP};
 use diagnosis::{Action, Event, FreezeFrame, Rule, Trace};
-use fixture::{Bench, WARM_UP};
 use names::{RunId, Step};
 
 /// Steps in two seconds.

@@ -1,9 +1,7 @@
 //! The divergence against values computed at 400 bits straight from the definition, outside this
 //! project; and against the same definition in 256 bits on further series.
 
-mod definition;
-
-use definition::{Definition, error_in_tolerances};
+use crate::definition::{Definition, error_in_tolerances};
 use diagnosis::divergence::{DivergenceBank, DivergenceSettings, Interval};
 
 fn settings(d: &Definition) -> DivergenceSettings {

@@ -1,13 +1,9 @@
 //! Peers that lie plausibly: what they say fits the question, but they do not stand by it.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
+use crate::fixture::{Bench, HOLD, WARM_UP, name};
 use diagnosis::{
     Action, Alarm, Answer, Change, Doubt, Event, PeerFailure, Question, Rule, Verdict,
 };
-use fixture::{Bench, HOLD, WARM_UP, name};
 use names::Step;
 
 /// Shows, but is too small to be a root cause by its ratio as it leaves the interval.

@@ -1,8 +1,6 @@
 //! Ten million steps in sliding mode on a smooth, ill-conditioned residual: no drift, no spikes.
 
-mod definition;
-
-use definition::{Definition, error_in_tolerances};
+use crate::definition::{Definition, error_in_tolerances};
 use diagnosis::divergence::{DivergenceBank, DivergenceSettings, Interval};
 use nalgebra::DMatrix;
 use rand::SeedableRng;

@@ -1,13 +1,9 @@
 //! Ten modules on a network that loses one sample in a thousand, each on its own and for good.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
-mod fixture;
-
 use std::collections::VecDeque;
 
+use crate::fixture::{Bench, WARM_UP, name, setup};
 use diagnosis::{Action, Event, ModuleSetup, QuestionToken, Rule, Verdict};
-use fixture::{Bench, WARM_UP, name, setup};
 use names::ModuleName;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,14 +1,10 @@
 //! Acknowledging and resetting: what an operator may do, and when the evidence speaks against it.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
+use crate::fixture::{Bench, HOLD, INTERVAL, WARM_UP};
 use diagnosis::{
     Action, Event, GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Phase, Question,
     QuestionToken, Rule, Verdict,
 };
-use fixture::{Bench, HOLD, INTERVAL, WARM_UP};
 use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;

@@ -1,10 +1,6 @@
 //! What holds of divergences whatever comes.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "test code")]
-
-mod definition;
-
-use definition::{Definition, error_in_tolerances};
+use crate::definition::{Definition, error_in_tolerances};
 use diagnosis::divergence::{DivergenceBank, DivergenceSettings, Interval, Outcome};
 use proptest::prelude::*;
 

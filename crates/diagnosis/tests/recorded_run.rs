@@ -1,12 +1,9 @@
 //! The verdicts on a recorded run are those that were agreed on: a change of any shows as a change of
 //! `data/recorded_run.verdicts`, which `BLESS=1` rewrites.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
 use std::collections::VecDeque;
 
+use crate::fixture;
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Rule, Sample, Verdict};
 use names::{ModuleName, RunId, Step};
 

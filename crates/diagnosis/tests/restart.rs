@@ -1,13 +1,9 @@
 //! A diagnoser that is restarted takes up where it left off.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
+use crate::fixture::{Bench, HOLD, WARM_UP, name, quiet};
 use diagnosis::{
     Action, Doubt, Event, PeerFailure, Phase, Question, QuestionToken, Refusal, Rule, Verdict,
 };
-use fixture::{Bench, HOLD, WARM_UP, name, quiet};
 use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;

@@ -1,13 +1,8 @@
 //! What holds of a diagnoser whatever happens to it, restarts and operators included.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-mod sequence;
-
+use crate::sequence::{Driver, Happening, Said, happening, shelving, unshelved};
 use diagnosis::{Action, Rule, Verdict};
 use proptest::prelude::*;
-use sequence::{Driver, Happening, Said, happening, shelving, unshelved};
 
 /// Drives a diagnoser through everything; each event is held against the invariants.
 fn drive(rule: Rule, root_ratio: f64, peers: &[&str], happenings: &[Happening]) -> Driver {

@@ -1,14 +1,10 @@
 //! Alarms that are set aside: by whom, how long, and what becomes of it.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
+use crate::fixture::{Bench, HOLD};
 use diagnosis::{
     Action, Event, GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Rule, Span, Transition,
     Verdict,
 };
-use fixture::{Bench, HOLD};
 use names::{RunId, Step};
 use proptest::prelude::*;
 

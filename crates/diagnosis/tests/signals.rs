@@ -1,11 +1,7 @@
 //! A broken wire costs one channel: the others go on, and what rests on it says so.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
-mod fixture;
-
+use crate::fixture::{Bench, WARM_UP};
 use diagnosis::{Action, Doubt, Event, Rule, Sample, Signal, Symptom, Verdict};
-use fixture::{Bench, WARM_UP};
 use names::Step;
 
 const BIAS_M: f64 = 4e-5;

@@ -1,12 +1,9 @@
 //! A module that is compared with its reference: what was wrong before anybody looked is found, nothing is called healthy
 //! that has not been compared, and orders go by the reference.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
-mod fixture;
-
 use std::sync::{Arc, LazyLock};
 
+use crate::fixture::{self, Bench, quiet, setup};
 use diagnosis::state::{
     Condition, CylinderMeans, GageMeans, Gaussian, Reference, ReferenceProblem, Snippet,
     WindowLength, WindowMeans, commission,
@@ -15,7 +12,6 @@ use diagnosis::{
     Action, Answer, Diagnoser, Doubt, Event, GivenOrder, ModuleSetup, Order, OrderKind,
     OrderRefusal, OrderToken, PeerFailure, Question, Rule, SetupError, Symptom, Verdict,
 };
-use fixture::{Bench, quiet, setup};
 use names::Step;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,12 +1,9 @@
 //! Calibration: simulated, recorded, and from the tail.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use crate::tower;
 use diagnosis::ModuleSetup;
 use study::tail::TailError;
 use study::{Calibration, NominalRuns, Recording, StepOrder};
-
-mod tower;
 
 const STEPS: u64 = 5000;
 

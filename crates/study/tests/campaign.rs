@@ -1,14 +1,11 @@
 //! Campaigns on the shipped tower.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
+use crate::tower;
 use names::fault::{Fault, FaultKind};
 use study::{Campaign, ScenarioRanges, ScenarioRecord, parallel};
-
-mod tower;
 
 fn campaign(mismatch: f64) -> Campaign {
     let (structure, parameters, setups) = tower::parts();

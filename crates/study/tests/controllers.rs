@@ -1,10 +1,7 @@
 //! Whatever the controller demands, healthy cylinders that follow it as well as they can are not named.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
+use crate::tower;
 use study::{Campaign, Controller, ScenarioRanges};
-
-mod tower;
 
 /// Large biases and a random walk of gages, which an aggressive controller turns into jumps of the demand of tens of
 /// kilonewtons. In each of them a healthy cylinder of a plant 20 % off was named besides, as long as the rule for jumps

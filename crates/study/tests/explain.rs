@@ -1,11 +1,8 @@
 //! Scenarios in words.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use crate::tower;
 use diagnosis::Rule;
 use study::{Campaign, Explanation, LineKind, explain};
-
-mod tower;
 
 const HARD_OVER: u64 = 3;
 const ZERO_OUTPUT: u64 = 6;

@@ -1,13 +1,10 @@
 //! Recordings of runs.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use crate::tower;
 use diagnosis::divergence::DivergenceBank;
 use diagnosis::{ModuleSetup, Monitor, Observation, Rule};
 use names::{Component, ComponentPath, Step};
 use study::{RecordedChange, TruthIndex, export_nominal, export_scenario};
-
-mod tower;
 
 /// The scenario with a hard-over.
 const HARD_OVER: u64 = 3;

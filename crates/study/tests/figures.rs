@@ -1,15 +1,12 @@
 //! Figures: well-formed, faithful to the run, the same for the same input.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use crate::tower;
 use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
 use roxmltree::{Document, Node};
 use study::figure::{figure4, figure5, figure6, limits_figure, power_figure};
 use study::limits::{Detector, LimitCurve, SizedKind, WeatherLimits, Within};
 use study::{Campaign, PowerCurve, PowerPoint, ScenarioRanges, StudyError};
 use truss::Structure;
-
-mod tower;
 
 /// A seed with which the second module, too, changes after a hard-over.
 const SEED: u64 = 12;

@@ -1,15 +1,12 @@
 //! Samples that are never sent again: a healthy module stays healthy whatever is lost, and a fault that
 //! begins in a gap is found after it.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
-
+use crate::tower;
 use diagnosis::{Action, Diagnoser, Doubt, Phase, Sample, Verdict};
 use names::{Component, RunId};
 use plant::Plant;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
-
-mod tower;
 
 /// Steps until module 1 is in service, and a few more.
 const START: u64 = 3000;

@@ -1,14 +1,11 @@
 //! Nothing healthy is named, whatever happens to what is faulty: repairs at any time, faults that come and go,
 //! several at a time, lost samples, restarts.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use crate::tower;
 use names::fault::Fault;
 use names::{ComponentPath, Step};
 use study::histories::{Disturbance, History, HistoryRecord, Pattern, run_history};
 use study::{Campaign, Injection};
-
-mod tower;
 
 const ONSET: u64 = 4500;
 

@@ -1,10 +1,8 @@
 //! Kind and size of faults of every kind, on a plant that differs from its description by a tenth.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
-
-mod tower;
 
 use std::sync::LazyLock;
 
+use crate::tower;
 use diagnosis::ModuleSetup;
 use diagnosis::identification::{Identification, SignaturePoint};
 use names::fault::{Fault, FaultKind};

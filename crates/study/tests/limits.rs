@@ -1,13 +1,11 @@
 //! Limits of both detectors on one commissioned tower: larger faults are found, and no later than smaller ones.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::tower;
 use study::StudyError;
 use study::conditions::{CaseKind, CommissionedPlant, ConditionCampaign};
 use study::limits::{Detector, LimitCurve, LimitStudy, SizedKind, smallest_within};
-
-mod tower;
 
 const RUNS: u64 = 4;
 

@@ -1,11 +1,9 @@
 //! A tower with four equipped modules, each commissioned in weather with all others as its peers: what the comparison with
 //! a reference finds in it.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
-
-mod tower;
 
 use std::sync::LazyLock;
 
+use crate::tower;
 use diagnosis::ModuleSetup;
 use names::fault::Fault;
 use names::{Component, ComponentPath, ModuleName, RunId, Step};

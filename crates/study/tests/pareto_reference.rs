@@ -1,8 +1,6 @@
 //! The generalised Pareto distribution and its fit against an outside solution: SciPy's, committed
 //! with the script that made it (`tests/reference/pareto_scipy.py` at the top of the repository).
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use serde_json::Value;

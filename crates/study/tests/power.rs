@@ -1,12 +1,9 @@
 //! Power: what a curve reports follows from its runs, and large faults are found.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use crate::tower;
 use study::{Campaign, PowerCurve, ScenarioRanges, SizedFault, measure_power};
-
-mod tower;
 
 const RUNS: u64 = 3;
 

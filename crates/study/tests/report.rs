@@ -1,7 +1,5 @@
 //! The report: self-contained, and whatever it is given shows as it is.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
 use study::report::{Report, ReportFigure, ReportTable, html};
 
 fn report() -> Report {

@@ -1,11 +1,8 @@
 //! The rig: what the paper reports, in one process.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use crate::tower;
 use diagnosis::Verdict;
 use study::{Injection, Occurrence, Rig, Schedule};
-
-mod tower;
 
 #[test]
 fn a_healthy_tower_in_the_wind_raises_no_alarm() {

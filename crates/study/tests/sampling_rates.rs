@@ -1,13 +1,10 @@
 //! The same tower sampled five times as slowly and four times as fast: times stay what they are, in steps or not.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::sync::atomic::AtomicBool;
 
+use crate::tower;
 use diagnosis::IsolationSettings;
 use study::{Campaign, NominalRuns, ScenarioRanges, ScenarioRecord, parallel};
-
-mod tower;
 
 /// The tower's campaign at this sampling period, with thresholds made for it.
 fn campaign(step_s: f64) -> Campaign {

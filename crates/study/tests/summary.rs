@@ -1,7 +1,5 @@
 //! What records come to, held against counts made by hand.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use names::Step;
 use names::fault::{Fault, FaultKind};
 use study::summary::{Found, Interval95};

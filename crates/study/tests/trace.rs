@@ -1,12 +1,9 @@
 //! A trace records what the rig does, and changes nothing in it.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use crate::tower;
 use names::Step;
 use study::trace::Trace;
 use study::{Injection, Occurrence};
-
-mod tower;
 
 fn injections() -> Vec<Injection> {
     let component = "module1/sensor/g2".parse().unwrap();

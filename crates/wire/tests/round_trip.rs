@@ -6,16 +6,18 @@ mod support;
 use names::fault::{Fault, FaultKind};
 use names::{Component, ModuleName, RunId, Step, StructureName};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use serde_json::Value;
 use support::{plain_topics, plant_topics};
 use wire::keys::PLANT;
 use wire::{
     ActuatorFault, Agreement, Alarm, Candidate, Change, Channel, Condition, CylinderWindow,
-    Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageWindow, GivenOrder,
-    GivenOrderKind, HistoryPage, Identification, Injected, Injection, JournalStatus, Key, Message,
-    ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PresentFault, Progress, Refused, Sample, Shelving, Signature, SignaturePoint,
-    StateAnswer, StateChange, StatedKind, Stroke, StrokeBegun, Symptom, Topic, Unknown, Window,
-    decode, encode,
+    DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageWindow,
+    GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected, Injection, JournalStatus,
+    Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome, PeerStatus, PhaseChange,
+    PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample, Shelving, Signature,
+    SignaturePoint, StateAnswer, StateChange, StatedKind, Stroke, StrokeBegun, Symptom, Topic,
+    Unknown, VERSION, Window, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -91,9 +93,131 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_are_decoded_or_refused_without_harm(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        prop_assert!(decode::<Sample>(&bytes).is_err());
+    fn a_spoilt_message_is_decoded_or_refused_for_the_right_reason(bytes in spoilt()) {
+        let decoded = decode::<Sample>(&bytes);
+        let text = std::str::from_utf8(&bytes);
+        let json = text.ok().and_then(|text| serde_json::from_str::<Value>(text).ok());
+        let version = json.as_ref().map(|json| &json["v"]);
+        match &decoded {
+            Ok(sample) => {
+                prop_assert_eq!(version, Some(&Value::from(VERSION)));
+                prop_assert_eq!(&back(sample), sample);
+            }
+            Err(DecodeError::NotText) => prop_assert!(text.is_err()),
+            Err(DecodeError::Malformed(_)) => prop_assert_eq!(&json, &None),
+            // A number that no field has room for is JSON, but cannot be read into a `Value`.
+            Err(DecodeError::NoVersion) => prop_assert!(version.is_none_or(Value::is_null)),
+            Err(DecodeError::UnknownVersion(_)) => {
+                prop_assert!(version.is_none_or(|v| !v.is_null() && v != VERSION));
+            }
+            Err(DecodeError::WrongMessage { .. }) => prop_assert!(text.is_ok()),
+            Err(error @ DecodeError::TooLong { .. }) => prop_assert!(false, "{error}"),
+        }
+        prop_assert_eq!(text.is_err(), matches!(decoded, Err(DecodeError::NotText)));
     }
+}
+
+/// What is done to the bytes of a message.
+#[derive(Debug, Clone)]
+enum Spoiling {
+    /// One byte becomes this one.
+    Byte(prop::sample::Index, u8),
+    /// The rest is gone.
+    Cut(prop::sample::Index),
+    /// What is between these comes twice.
+    Repeat(prop::sample::Index, prop::sample::Index),
+    /// This text comes in between.
+    Insert(prop::sample::Index, &'static str),
+    /// The value of a field becomes this text.
+    Value(prop::sample::Index, &'static str),
+}
+
+const TEXTS: [&str; 7] = ["null", "1e999", "\"v\":2,", "[]", "-1", "2", "{}"];
+
+impl Spoiling {
+    fn spoil(&self, bytes: &mut Vec<u8>) {
+        let ends = bytes.len() + 1;
+        match self {
+            Spoiling::Byte(at, byte) if !bytes.is_empty() => {
+                let at = at.index(bytes.len());
+                bytes[at] = *byte;
+            }
+            Spoiling::Byte(..) => {}
+            Spoiling::Cut(at) => bytes.truncate(at.index(ends)),
+            Spoiling::Repeat(one, other) => {
+                let (one, other) = (one.index(ends), other.index(ends));
+                let part = bytes[one.min(other)..one.max(other)].to_vec();
+                bytes.splice(one.max(other)..one.max(other), part);
+            }
+            Spoiling::Insert(at, text) => {
+                let at = at.index(ends);
+                bytes.splice(at..at, text.bytes());
+            }
+            Spoiling::Value(field, text) => {
+                let colons = bytes.iter().enumerate().filter(|(_, byte)| **byte == b':');
+                let colons: Vec<usize> = colons.map(|(place, _)| place + 1).collect();
+                if !colons.is_empty() {
+                    let from = colons[field.index(colons.len())];
+                    let is_end = |byte: &u8| [b',', b'}'].contains(byte);
+                    let length = bytes[from..].iter().position(is_end);
+                    let until = length.map_or(bytes.len(), |length| from + length);
+                    bytes.splice(from..until, text.bytes());
+                }
+            }
+        }
+    }
+}
+
+/// The bytes of a message after some of that, or of none at all.
+fn spoilt() -> impl Strategy<Value = Vec<u8>> {
+    let index = any::<prop::sample::Index>;
+    let text = || proptest::sample::select(&TEXTS[..]);
+    let spoiling = prop_oneof![
+        (index(), any::<u8>()).prop_map(|(at, byte)| Spoiling::Byte(at, byte)),
+        index().prop_map(Spoiling::Cut),
+        (index(), index()).prop_map(|(one, other)| Spoiling::Repeat(one, other)),
+        (index(), text()).prop_map(|(at, text)| Spoiling::Insert(at, text)),
+        (index(), text()).prop_map(|(field, text)| Spoiling::Value(field, text)),
+    ];
+    let values = prop::collection::vec(finite(), 0..4);
+    let spoilings = prop::collection::vec(spoiling, 0..3);
+    let of_message = (values, spoilings).prop_map(|(values, spoilings)| {
+        let sample = Sample {
+            module: module(),
+            run: RunId(7),
+            step: Step(41),
+            time_unix_ns: 9,
+            demands_n: values.clone(),
+            pressures_pa: values.iter().map(|&x| [x, -x]).collect(),
+            elongations_m: values,
+        };
+        let mut bytes = encode(&sample).unwrap();
+        spoilings.iter().for_each(|spoiling| spoiling.spoil(&mut bytes));
+        bytes
+    });
+    let any_bytes = prop::collection::vec(any::<u8>(), 0..300);
+    prop_oneof![9 => of_message, 1 => any_bytes]
+}
+
+/// Otherwise the property above would say little.
+#[test]
+fn spoilt_messages_are_refused_for_every_reason_there_is_and_some_are_still_read() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let mut seen = std::collections::BTreeSet::new();
+    for _ in 0..2000 {
+        let bytes = spoilt().new_tree(&mut runner).unwrap().current();
+        seen.insert(match decode::<Sample>(&bytes) {
+            Ok(_) => "read",
+            Err(DecodeError::TooLong { .. }) => "too long",
+            Err(DecodeError::NotText) => "not text",
+            Err(DecodeError::Malformed(_)) => "malformed",
+            Err(DecodeError::NoVersion) => "no version",
+            Err(DecodeError::UnknownVersion(_)) => "unknown version",
+            Err(DecodeError::WrongMessage { .. }) => "wrong message",
+        });
+    }
+    let all = ["malformed", "no version", "not text", "read", "unknown version", "wrong message"];
+    assert_eq!(seen, all.into());
 }
 
 fn structure() -> StructureName {

@@ -2,7 +2,7 @@
 //! after they have ended.
 //!
 //! While a disturbance lasts no component is wrongly reported faulty or wrongly explained, and what
-//! cannot be judged is reported as such, with the reason. Within [`SETTLING`] of its end everything that
+//! cannot be judged is reported as such, with the reason. Within [`SETTLING`] steps of its end everything that
 //! an undisturbed run in one process finds has been found, and nothing else.
 //!
 //! | file | job |
@@ -23,7 +23,6 @@ mod stage;
 pub mod table;
 mod witness;
 
-use std::time::Duration;
-
-/// How soon after the end of a disturbance everything is as if it had never been.
-pub const SETTLING: Duration = Duration::from_secs(2);
+/// How soon after the end of a disturbance everything is as if it had never been \[the plant's steps\]. Steps, because
+/// on a busy machine plant and modules become slow together.
+pub const SETTLING: u64 = 2000;

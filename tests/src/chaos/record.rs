@@ -12,12 +12,13 @@ use crate::deployment::MODULES;
 use crate::held::Held;
 use crate::timeline::Timeline;
 
-/// What is undecided for longer must be reported as such.
-const UNDECIDED_LIMIT: Duration = Duration::from_secs(1);
-/// From the deciding sample to a reply that states it, with room for the rounds of progress \[steps\].
-const SLACK: u64 = 60;
+/// What is undecided for longer must be reported as such \[the module's own steps\].
+const UNDECIDED_LIMIT: u64 = 1000;
+/// From the deciding sample to a reply that states it, with room for the rounds of progress and for a busy machine
+/// \[steps\].
+const SLACK: u64 = 500;
 /// How far behind the plant a module may be \[steps\].
-const LAG: u64 = 300;
+const LAG: u64 = 500;
 
 /// A module's reported status.
 #[derive(Debug, Clone, Default)]
@@ -49,8 +50,8 @@ pub(super) struct Record {
     pub(super) standings: BTreeMap<ModuleName, Standing>,
     /// Verdicts that were reached, by any message.
     reached: BTreeSet<(ComponentPath, Held)>,
-    /// Since when a component is behind without a report.
-    behind: BTreeMap<ComponentPath, Instant>,
+    /// Since which step of its module a component is behind without a report.
+    behind: BTreeMap<ComponentPath, Step>,
     /// Violations.
     pub(super) wrong: BTreeSet<String>,
     /// Components that were unconfirmed at some time.
@@ -156,10 +157,11 @@ impl Record {
     }
 
     fn note_behind(&mut self, seen: Seen) {
-        let since = *self.behind.entry(seen.component.clone()).or_insert_with(Instant::now);
-        if since.elapsed() > UNDECIDED_LIMIT {
+        let now = self.step_of(&seen.component.module);
+        let since = *self.behind.entry(seen.component.clone()).or_insert(now);
+        if now.since(since) > UNDECIDED_LIMIT {
             let Seen { component, held, .. } = seen;
-            self.wrong.insert(format!("{component} {held} for over {UNDECIDED_LIMIT:?}"));
+            self.wrong.insert(format!("{component} {held} for over {UNDECIDED_LIMIT} steps"));
         }
     }
 

@@ -7,6 +7,7 @@ use daemon::config::Schedule;
 use super::SETTLING;
 use super::disturbance::Disturbance;
 use super::stage::{Site, Stage};
+use crate::LIMIT;
 use crate::lab::Lab;
 
 /// Polling interval.
@@ -27,21 +28,20 @@ pub enum Lasting {
         /// When that is.
         at: u64,
     },
-    /// From before the first step to after the last; all the same everything must become right.
+    /// From before the first step to after the last; all the same everything must become right, however long the
+    /// disturbance itself takes.
     WholeRun {
         /// The step from which on it is waited for.
         right_from: u64,
-        /// How long: what the disturbance itself may take at worst.
-        within: Duration,
     },
 }
 
 impl Lasting {
-    /// Time limit to settle.
-    fn limit(self) -> Duration {
+    /// Most steps of the plant to settle in, if there is a limit.
+    fn limit(self) -> Option<u64> {
         match self {
-            Lasting::WholeRun { within, .. } => within,
-            Lasting::Steps { .. } | Lasting::Moment { .. } => SETTLING,
+            Lasting::WholeRun { .. } => None,
+            Lasting::Steps { .. } | Lasting::Moment { .. } => Some(SETTLING),
         }
     }
 }
@@ -67,8 +67,8 @@ pub struct Row {
 pub struct Outcome {
     /// What an undisturbed run finds.
     pub expected: String,
-    /// How long after the end of the disturbance everything was as in an undisturbed run.
-    pub settled: Option<Duration>,
+    /// How many steps after the end of the disturbance everything was as in an undisturbed run.
+    pub settled: Option<u64>,
     /// In numbers.
     pub seen: Vec<String>,
     /// Violations.
@@ -97,7 +97,7 @@ impl Row {
 
     fn expected(&self, stage: &Stage) -> String {
         match self.lasting {
-            Lasting::WholeRun { within, .. } => format!("{} within {within:?}", stage.expected()),
+            Lasting::WholeRun { .. } => format!("{}, at whatever time", stage.expected()),
             Lasting::Steps { .. } | Lasting::Moment { .. } => stage.expected(),
         }
     }
@@ -113,7 +113,7 @@ impl Row {
                 stage.reach(at).await;
                 self.disturbance.begin(stage).await;
             }
-            Lasting::WholeRun { right_from, .. } => {
+            Lasting::WholeRun { right_from } => {
                 self.disturbance.begin(stage).await;
                 stage.reach(right_from).await;
             }
@@ -147,16 +147,17 @@ impl Row {
     }
 }
 
-/// Waits until everything is as in an undisturbed run and returns how long that took; on timeout, the
-/// differences.
-async fn settle(stage: &Stage, limit: Duration) -> Result<Duration, Vec<String>> {
-    let start = Instant::now();
+/// Waits until everything is as in an undisturbed run and returns how many of the plant's steps that took; beyond the
+/// limit, the differences. Without a limit and when there are no more steps, nothing takes longer than [`LIMIT`].
+async fn settle(stage: &Stage, limit: Option<u64>) -> Result<u64, Vec<String>> {
+    let (begun, start) = (stage.step(), Instant::now());
     loop {
         let differences = stage.differences().await;
+        let steps = stage.step().since(begun);
         if differences.is_empty() {
-            return Ok(start.elapsed());
+            return Ok(steps);
         }
-        if start.elapsed() > limit {
+        if limit.is_some_and(|limit| steps > limit) || start.elapsed() > LIMIT {
             return Err(differences);
         }
         tokio::time::sleep(GLANCE).await;

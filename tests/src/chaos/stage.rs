@@ -149,9 +149,14 @@ impl Stage {
         self.reach(now + steps).await;
     }
 
+    /// The plant's latest step.
+    pub(super) fn step(&self) -> Step {
+        self.clock.step(self.run).unwrap_or(Step(0))
+    }
+
     /// How what the modules report now differs from an undisturbed run at the plant's step.
     pub(super) async fn differences(&self) -> Vec<String> {
-        let now = self.clock.step(self.run).unwrap_or(Step(0));
+        let now = self.step();
         let states = self.witness.states().await;
         self.witness.record().differences(&states, now)
     }

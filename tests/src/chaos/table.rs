@@ -29,7 +29,7 @@ impl Table {
     /// The table, and below it everything about the rows that failed.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let expected = format!("expected within {SETTLING:?}");
+        let expected = format!("expected within {SETTLING} steps");
         let mut grid = grid::headed(["fault", &expected, "seen", ""]);
         for (fault, outcome) in &self.rows {
             let verdict = if outcome.problems.is_empty() { "ok" } else { "FAILED" };
@@ -45,7 +45,7 @@ impl Table {
 fn seen(outcome: &Outcome) -> String {
     let mut words = Vec::new();
     if let Some(after) = outcome.settled {
-        words.push(format!("settled in {:.2} s", after.as_secs_f64()));
+        words.push(format!("settled in {after} steps"));
     }
     words.extend(outcome.problems.iter().take(SHOWN).cloned());
     if outcome.problems.len() > SHOWN {

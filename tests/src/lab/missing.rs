@@ -43,11 +43,6 @@ pub(super) fn check() -> Result<(), Missing> {
     Ok(())
 }
 
-/// Must a laboratory be possible here? Where green means done, a test that was skipped has failed.
-pub(super) fn is_failure() -> bool {
-    std::env::var_os("CI").is_some_and(|value| !value.is_empty())
-}
-
 /// Bit 12 of the effective capabilities, and bit 21: a namespace's name is a mount, which takes
 /// CAP_SYS_ADMIN.
 fn may_administer_networks() -> bool {

@@ -9,7 +9,7 @@ use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Sample, SampleKind};
 
-use crate::in_time;
+use crate::LIMIT;
 use crate::noted::Noted;
 use crate::observer::unix_ns;
 
@@ -65,9 +65,17 @@ impl Ears {
     }
 
     /// Waits until there is.
+    ///
+    /// # Panics
+    /// If there never is.
     pub async fn wait(&self, below: &str, words: &str) {
+        assert!(self.hear(below, words).await, "no `{words}` came below {below}");
+    }
+
+    /// The same; whether there is.
+    pub async fn hear(&self, below: &str, words: &str) -> bool {
         let arrived = |heard: &Heard| hold(heard, below, words).then_some(());
-        in_time(&format!("`{words}` below {below}"), self.0.first(arrived)).await;
+        tokio::time::timeout(LIMIT, self.0.first(arrived)).await.is_ok()
     }
 
     /// The keys on which anything was heard.

@@ -15,7 +15,7 @@ use crate::binaries::program;
 use crate::deployment::free_endpoint;
 use crate::in_time;
 use crate::lab::{Lab, Node};
-use crate::operate::{Ended, ended};
+use crate::operate::{Ended, ended, wait_patiently};
 use crate::process::Process;
 
 /// Everything that is running, and the fleet's certificates.
@@ -89,6 +89,7 @@ impl Fleet {
     pub async fn trusswatch(&self, holder: &str, words: &[&str]) -> Ended {
         let mut command = program("trusswatch");
         command.args(words).args(["--connect", &self.door, "--tls"]).arg(self.library.join(holder));
+        wait_patiently(&mut command, words);
         ended(command).await
     }
 

@@ -9,12 +9,13 @@ use zenoh::Config;
 
 use super::stand::Stand;
 
-/// An unauthorised client that is not connected by then is refused.
+/// An unauthorised client that is not connected by then is refused, or the machine is too busy to say so: then it tries
+/// again.
 const TIMEOUT_MS: u64 = 2500;
 /// Longer for an authorised one, also on a busy machine.
 const RIGHT_MS: u64 = 30_000;
 /// An opened session alone is no access: an authorised client receives liveliness tokens of modules.
-const LISTENING: Duration = Duration::from_secs(3);
+const LISTENING: Duration = Duration::from_secs(30);
 
 /// The credentials presented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,12 +9,14 @@ use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::Sample;
 
-use crate::in_time;
+use crate::LIMIT;
 
 /// From one query to the next.
 const GLANCE: Duration = Duration::from_millis(20);
-/// Timeout for replies.
-const ANSWERS: Duration = Duration::from_secs(3);
+/// Timeout for replies; a query without anybody who may answer ends at once.
+const ANSWERS: Duration = Duration::from_secs(30);
+/// The same where nothing is to come: a query that is refused on its way ends only then.
+const NO_ANSWERS: Duration = Duration::from_secs(3);
 
 /// Messages: key and text.
 type Texts = Vec<(String, String)>;
@@ -40,7 +42,8 @@ impl Letters {
     }
 
     async fn query(&self, expression: &str) {
-        let present = answers(&self.session, expression).await;
+        // What has not come by then is asked for again.
+        let present = answers_within(&self.session, expression, NO_ANSWERS).await;
         self.texts.send_modify(|texts| texts.extend(present));
     }
 
@@ -58,14 +61,22 @@ impl Letters {
 
     /// Waits until a text with these words arrives on this key, or is the answer to a query there: who was not connected when
     /// it was published is asked later.
+    ///
+    /// # Panics
+    /// If none comes.
     pub async fn wait(&self, key: &str, words: &str) {
+        assert!(self.hear(key, words).await, "no `{words}` came on {key}");
+    }
+
+    /// The same; whether one has come.
+    pub async fn hear(&self, key: &str, words: &str) -> bool {
         let arrived = async {
             while !self.have(key, words) {
                 tokio::time::sleep(GLANCE).await;
                 self.query(key).await;
             }
         };
-        in_time(&format!("`{words}` on {key}"), arrived).await;
+        tokio::time::timeout(LIMIT, arrived).await.is_ok()
     }
 }
 
@@ -85,8 +96,17 @@ pub async fn answer(session: &Session, asked: &str, key: &'static str, text: &'s
 
 /// All replies to a query.
 pub async fn answers(session: &Session, question: &str) -> Texts {
+    answers_within(session, question, ANSWERS).await
+}
+
+/// All replies to a query that should get none.
+pub async fn answers_to_the_refused(session: &Session, question: &str) -> Texts {
+    answers_within(session, question, NO_ANSWERS).await
+}
+
+async fn answers_within(session: &Session, question: &str, timeout: Duration) -> Texts {
     let query = session.get(question).target(QueryTarget::All);
-    let replies = query.consolidation(ConsolidationMode::None).timeout(ANSWERS).await.unwrap();
+    let replies = query.consolidation(ConsolidationMode::None).timeout(timeout).await.unwrap();
     let mut answers = Vec::new();
     while let Ok(reply) = replies.recv_async().await {
         answers.extend(reply.result().map(text));

@@ -147,6 +147,9 @@ fn deployment(
     if name != SHIPPED {
         deployment.rename(name);
     }
+    if lab.is_none() {
+        deployment.patient();
+    }
     for (place, holder) in PARTS.iter().enumerate() {
         deployment.set(place, "network", "mode", "client");
         deployment.set(place, "network", "listen", Vec::<String>::new());

@@ -10,11 +10,11 @@ use session::{Mode, Network};
 use tempfile::TempDir;
 use zenoh::{Config, Session};
 
-use super::trace::line_of;
+use super::trace::{first_line_of, line_of};
 use crate::binaries::{configs, program};
 use crate::deployment::{Deployment, free_endpoint};
 use crate::in_time;
-use crate::operate::{Ended, ended};
+use crate::operate::{Ended, ended, wait_patiently};
 use crate::process::Process;
 
 /// The plant, then the modules, as a deployment counts them.
@@ -192,6 +192,7 @@ impl Stand {
     /// As many routers as there are rules.
     fn along(schedule: &Schedule, papers: Papers) -> Self {
         let deployment = Deployment::of_tower(schedule);
+        deployment.patient();
         let doors: Vec<String> = papers.access.iter().map(|_| secure(&free_endpoint())).collect();
         for (place, holder) in PARTS.iter().enumerate() {
             let door = doors[Side::place_of(holder, doors.len())].clone();
@@ -234,6 +235,7 @@ impl Stand {
     pub async fn peers(schedule: &Schedule) -> Self {
         let papers = Papers::for_peers().await;
         let deployment = Deployment::of_tower(schedule);
+        deployment.patient();
         let endpoints: Vec<String> = deployment.endpoints.iter().map(|e| secure(e)).collect();
         for (place, holder) in PARTS.iter().enumerate() {
             let others = endpoints[..place].to_vec();
@@ -299,9 +301,7 @@ impl Stand {
         let mut command = program("trusswatch");
         command.args(words).args(["--connect", self.door_of(holder), "--tls"]);
         command.arg(self.library.join(holder));
-        if !words.contains(&"--timeout") {
-            command.args(["--timeout", "30"]);
-        }
+        wait_patiently(&mut command, words);
         ended(command).await
     }
 
@@ -320,6 +320,12 @@ impl Stand {
     /// The line of a guard's log with all of these words, as soon as there is one.
     pub async fn trace(&self, words: &[&str]) -> Option<String> {
         line_of(|| self.guards_log(), words).await
+    }
+
+    /// Has a guard's log a line with all of these words?
+    #[must_use]
+    pub fn has_trace(&self, words: &[&str]) -> bool {
+        first_line_of(&self.guards_log(), words).is_some()
     }
 
     /// What all processes have logged.

@@ -7,14 +7,13 @@ use daemon::config::Schedule;
 use names::fault::Fault;
 use observer::{Feed, News};
 use serde_json::Value;
-use system_tests::in_time;
 use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::scenarios;
 use system_tests::security::ears::Ears;
 use system_tests::security::fleet::Fleet;
-use system_tests::security::letters::{answer, answers, hold};
+use system_tests::security::letters::{answer, answers, answers_to_the_refused, hold};
 use system_tests::security::table::Table;
-use system_tests::turn;
+use system_tests::{LIMIT, in_time, turn};
 use wire::FaultState;
 use zenoh::Session;
 
@@ -35,8 +34,6 @@ const OWN: &str = "trusswatch/mast/module1/fault/sensor/g7";
 const ROOT: &str = "trusswatch/";
 /// What leaves a structure.
 const LEAVE: [&str; 4] = ["fault", "identification", "phase", "alive"];
-/// The picture of a fleet is there within this time, though no status comes.
-const PICTURE: Duration = Duration::from_secs(6);
 
 fn tower() -> Schedule {
     scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 })
@@ -84,8 +81,8 @@ async fn a_lawless_router_of_the_fleet_can_neither_listen_to_samples_nor_speak_i
     fleet.start_plants();
 
     let mut table = Table::default();
-    above.wait(TRUE_FAULT, "\"latched\"").await;
-    table.allowed("the fleet hearing a fault", true);
+    let heard = above.hear(TRUE_FAULT, "\"latched\"").await;
+    table.allowed("the fleet hearing a fault", heard);
     let trace = fleet.trace(&["refused Declare Subscriber", "/sample", "router.hub.fleet"]).await;
     table.forbidden("the fleet's router listening to samples", hears_more(&above), trace);
 
@@ -95,9 +92,10 @@ async fn a_lawless_router_of_the_fleet_can_neither_listen_to_samples_nor_speak_i
     let answered = hold(&answers(&within, VICTIM).await, VICTIM, "answered by the fleet");
     table.forbidden("the fleet's router answering for a module", answered, trace);
 
-    let state = answers(&intruder, "trusswatch/tower/module1/state?run=1;step=1").await;
+    let state =
+        answers_to_the_refused(&intruder, "trusswatch/tower/module1/state?run=1;step=1").await;
     table.harmless("the fleet querying as a peer", !state.is_empty());
-    let past = answers(&intruder, SAMPLE).await;
+    let past = answers_to_the_refused(&intruder, SAMPLE).await;
     table.harmless("the fleet querying for past samples", !past.is_empty());
     for _ in 0..10 {
         intruder.put(SAMPLE, "forged by the fleet").await.unwrap();
@@ -156,23 +154,24 @@ fn hears_more(ears: &Ears) -> bool {
 }
 
 async fn hearing(above: &Ears, inside: &Ears, beside: &Ears, table: &mut Table) {
-    inside.wait(SAMPLE, "").await;
-    inside.wait("trusswatch/tower/module1/status", "").await;
-    table.allowed("a client in the tower hearing samples and statuses", true);
-    beside.wait("trusswatch/mast/module1/sample", "").await;
-    table.allowed("a client in the mast hearing samples", true);
-    above.wait(TRUE_FAULT, "\"latched\"").await;
-    table.allowed("an observer of the fleet hearing a fault of the tower", true);
-    above.wait("trusswatch/tower/module1/identification/", "bias").await;
-    table.allowed("an observer of the fleet hearing what kind of fault it is", true);
+    let heard =
+        inside.hear(SAMPLE, "").await && inside.hear("trusswatch/tower/module1/status", "").await;
+    table.allowed("a client in the tower hearing samples and statuses", heard);
+    let heard = beside.hear("trusswatch/mast/module1/sample", "").await;
+    table.allowed("a client in the mast hearing samples", heard);
+    let heard = above.hear(TRUE_FAULT, "\"latched\"").await;
+    table.allowed("an observer of the fleet hearing a fault of the tower", heard);
+    let heard = above.hear("trusswatch/tower/module1/identification/", "bias").await;
+    table.allowed("an observer of the fleet hearing what kind of fault it is", heard);
+    let mut heard = true;
     for structure in ["tower", "mast"] {
         for module in ["module1", "module2"] {
             let key = |topic: &str| format!("trusswatch/{structure}/{module}/{topic}");
-            above.wait(&key("phase"), "\"in_service\"").await;
-            above.wait(&key("alive"), "").await;
+            heard &= above.hear(&key("phase"), "\"in_service\"").await;
+            heard &= above.hear(&key("alive"), "").await;
         }
     }
-    table.allowed("an observer of the fleet hearing phases and presence of both", true);
+    table.allowed("an observer of the fleet hearing phases and presence of both", heard);
 }
 
 /// What `follow` prints.
@@ -185,8 +184,8 @@ async fn following(feed: &mut Feed, table: &mut Table) {
             }
         }
     };
-    in_time("a fault in the feed", latched).await;
-    table.allowed("`follow` at the fleet showing the fault", true);
+    let shown = tokio::time::timeout(LIMIT, latched).await.is_ok();
+    table.allowed("`follow` at the fleet showing the fault", shown);
 }
 
 async fn querying(observer: &Session, neighbour: &Session, table: &mut Table) {
@@ -196,11 +195,19 @@ async fn querying(observer: &Session, neighbour: &Session, table: &mut Table) {
         "an observer of the fleet querying for present states",
         of("/tower/") && of("/mast/"),
     );
-    let states = answers(neighbour, "trusswatch/*/*/fault/**").await;
-    let of = |structure: &str| states.iter().any(|(key, _)| key.contains(structure));
-    table.allowed("a client of the mast querying for its states", of("/mast/"));
-    table.harmless("a client of the mast querying for the tower's", of("/tower/"));
-    let named = answers(neighbour, TRUE_FAULT).await;
+    let mut states = Vec::new();
+    let of = |states: &[(String, String)], structure| {
+        states.iter().any(|(key, _)| key.contains(structure))
+    };
+    let answered = async {
+        while !of(&states, "/mast/") {
+            states.extend(answers_to_the_refused(neighbour, "trusswatch/*/*/fault/**").await);
+        }
+    };
+    let answered = tokio::time::timeout(LIMIT, answered).await.is_ok();
+    table.allowed("a client of the mast querying for its states", answered);
+    table.harmless("a client of the mast querying for the tower's", of(&states, "/tower/"));
+    let named = answers_to_the_refused(neighbour, TRUE_FAULT).await;
     table.harmless("a client of the mast querying for one of the tower's", !named.is_empty());
 }
 
@@ -213,16 +220,16 @@ async fn picture(fleet: &Fleet, words: &[&str]) -> Value {
 async fn looking(fleet: &Fleet, table: &mut Table) {
     let start = Instant::now();
     let picture = picture(fleet, &[]).await;
-    let took = start.elapsed();
-    println!("the picture of the fleet took {took:?}");
+    println!("the picture of the fleet took {:?}", start.elapsed());
     let modules = picture["modules"].as_array().unwrap();
     let answer = modules.iter().filter(|module| module["answers"] == true).count();
-    let all = modules.len() == 4 && answer == 4 && took < PICTURE;
+    let all = modules.len() == 4 && answer == 4;
     table.allowed("`faults` at the fleet showing all modules of both", all);
     let components = picture["components"].as_array().unwrap();
     let latched =
         components.iter().any(|one| one["component"] == GAGE && one["state"] == "latched");
     table.allowed("`faults` at the fleet showing the fault", latched);
+    // No status names them: what is not expected is not waited for.
     let words = ["faults", "--structure", "mast", "--exit-code"];
     let well = fleet.trusswatch("observer.wall", &words).await.code == Some(0);
     table.harmless("a module that might be overlooked passing for well", well);
@@ -261,8 +268,8 @@ async fn speaking_for_another(fleet: &Fleet, observer: &Session, above: &Ears, t
             tokio::time::sleep(GLANCE).await;
         }
     };
-    in_time("what a gateway passes on", passed_on).await;
-    table.allowed("a gateway speaking for its structure", true);
+    let heard = tokio::time::timeout(LIMIT, passed_on).await.is_ok();
+    table.allowed("a gateway speaking for its structure", heard);
     let trace = fleet.trace(&["refused Put", VICTIM, "router.mast.fleet"]).await;
     let forged = above.have(VICTIM, "forged");
     table.forbidden("a gateway speaking for another structure", forged, trace);
@@ -283,18 +290,19 @@ async fn speaking_for_another(fleet: &Fleet, observer: &Session, above: &Ears, t
 /// No status names a module that is down: who counts on it names it.
 async fn losing_a_module(fleet: &mut Fleet, table: &mut Table) {
     fleet.members[1].lose_a_module().await;
-    let words = ["--structure", "mast", "--expect", "module1,module2"];
-    let missed = async {
+    // No answer is to come from one of them.
+    let words = ["--structure", "mast", "--expect", "module1,module2", "--timeout", "3"];
+    let missing = async {
         loop {
             let picture = picture(fleet, &words).await;
             let modules = picture["modules"].as_array().unwrap();
             let of = |name: &str| modules.iter().find(|module| module["module"] == name).unwrap();
             if of("module2")["answers"] == false && of("module1")["answers"] == true {
-                return true;
+                return;
             }
         }
     };
-    let missed = in_time("a module that is missed", missed).await;
+    let missed = tokio::time::timeout(LIMIT, missing).await.is_ok();
     table.allowed("an expected module that is down being missed at the fleet", missed);
 }
 
@@ -314,10 +322,10 @@ const COMPONENTS: usize = 24;
 
 /// Between gateway and fleet 80 ms each way, one frame in a hundred lost.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 async fn a_long_and_lossy_link_carries_faults_and_orders_and_is_not_dropped() {
     let _turn = turn::alone().await;
-    let Some(lab) = Lab::if_possible(41) else { return };
-    let lab = Arc::new(lab);
+    let lab = Arc::new(Lab::required(41));
     let way = Duration::from_millis(80);
     let far = Impairment { loss: 0.01, ..Impairment::delay(way, Duration::from_millis(10)) };
     lab.impair_between(Node::Module1, Node::Observer, far);

@@ -66,7 +66,6 @@ struct Scene {
 impl Scene {
     async fn in_service() -> Self {
         let deployment = Deployment::of_tower(&Schedule::default());
-        deployment.set(1, "publish", "status_every_ms", 100);
         // The plant shares two processors with the flood; how soon it may be replaced is not the question.
         deployment.set(1, "input", "incumbent_ms", 2000);
         // Without a reference the peer has nothing to ask while nothing changes: every question is the flood's.

@@ -45,6 +45,7 @@ async fn a_diagnoser_at_1_khz_takes_few_per_cent_of_a_core_and_25_mib() {
     let most = MOST_PERCENT.max(TIMES_BARE_MESSAGES * bare);
     println!("bare messages: {bare:.2} % of a core; a diagnoser may take {most:.2} %");
     let deployment = Deployment::of_tower(&Schedule::default());
+    deployment.publish_as_shipped();
     let diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;
     observer.wait_for(&MODULES, false).await;
@@ -79,6 +80,7 @@ async fn a_recorder_of_two_modules_at_1_khz_takes_few_per_cent_of_a_core() {
     let most =
         MOST_PERCENT.max(TIMES_BARE_MESSAGES * tokio::task::block_in_place(bare_messages_percent));
     let deployment = Deployment::of_tower(&Schedule::default());
+    deployment.publish_as_shipped();
     let diagnosers = deployment.start_diagnosers();
     let mut recorder = Recorder::start(&deployment);
     recorder.hears(&MODULES).await;

@@ -12,10 +12,9 @@ use names::{ModuleName, RunId, Step};
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::Observer;
 use system_tests::operate::trusswatch;
-use system_tests::{in_time, turn};
+use system_tests::{LIMIT, in_time, turn};
 use wire::{FaultState, FaultTransition, FreezeFrame};
 
-const TIMEOUT: Duration = Duration::from_secs(5);
 /// The first fault, and from one to the next.
 const FIRST: u64 = 3600;
 const BETWEEN: u64 = 3600;
@@ -54,7 +53,7 @@ async fn latched(observer: &Observer) -> Vec<FaultTransition> {
     for module in MODULES {
         let module: ModuleName = module.parse().unwrap();
         let (session, structure) = (&observer.session, &observer.structure);
-        let history = observer::history(session, structure, &module, 1, TIMEOUT).await;
+        let history = observer::history(session, structure, &module, 1, LIMIT).await;
         assert_eq!(history.broken_off, None);
         latched.extend(history.transitions.into_iter().filter(|t| t.state == FaultState::Latched));
     }
@@ -67,7 +66,7 @@ async fn frame(observer: &Observer, latched: &FaultTransition) -> FreezeFrame {
     in_time("a freeze frame", async {
         loop {
             let (module, sequence) = (&latched.module, latched.sequence);
-            let frame = observer::freeze_frame(session, structure, module, sequence, TIMEOUT);
+            let frame = observer::freeze_frame(session, structure, module, sequence, LIMIT);
             if let Ok(frame) = frame.await {
                 return frame;
             }
@@ -105,6 +104,7 @@ async fn every_fault_of_the_demo_has_one() {
     let _turn = turn::side_by_side().await;
     let schedule = schedule();
     let deployment = Deployment::of_tower(&schedule);
+    deployment.patient();
     let mut diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;
     observer.wait_for(&MODULES, false).await;
@@ -134,7 +134,7 @@ async fn every_fault_of_the_demo_has_one() {
     assert_eq!(frame(&observer, latched).await, *known);
 
     let (structure, module) = (&observer.structure, &latched.module);
-    let refused = observer::freeze_frame(&observer.session, structure, module, 9999, TIMEOUT).await;
+    let refused = observer::freeze_frame(&observer.session, structure, module, 9999, LIMIT).await;
     let refused = refused.unwrap_err().to_string();
     let number = latched.sequence.to_string();
     assert!(refused.contains("transition 9999") && refused.contains(&number), "{refused}");

@@ -79,9 +79,10 @@ fn overtakings(received: &[Received]) -> usize {
 }
 
 #[test]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 fn an_unimpaired_network_loses_nothing_keeps_the_order_and_takes_no_time() {
     let _turn = turn::blocking_alone();
-    let Some(lab) = Lab::if_possible(1) else { return };
+    let lab = Lab::required(1);
     introduce(&lab, Node::Plant, Node::Module1);
     let before = lab.tally(Node::Plant, Node::Module1);
     let received = stream(&lab, Node::Plant, Node::Module1, 5000, MS / 5);
@@ -122,9 +123,10 @@ fn round_trips(lab: &Lab, near: Node, far: Node, count: usize) -> Vec<Duration> 
 }
 
 #[test]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 fn the_switch_itself_takes_less_than_a_third_of_a_millisecond() {
     let _turn = turn::blocking_alone();
-    let Some(lab) = Lab::if_possible(2) else { return };
+    let lab = Lab::required(2);
     for (near, far) in [(Node::Module1, Node::Module2), (Node::Observer, Node::Plant)] {
         introduce(&lab, near, far);
         let trips = round_trips(&lab, near, far, 2000);
@@ -135,9 +137,10 @@ fn the_switch_itself_takes_less_than_a_third_of_a_millisecond() {
 }
 
 #[test]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 fn the_share_lost_is_the_share_asked_for() {
     let _turn = turn::blocking_alone();
-    let Some(lab) = Lab::if_possible(3) else { return };
+    let lab = Lab::required(3);
     introduce(&lab, Node::Module1, Node::Module2);
     const COUNT: u32 = 4000;
     for share in [0.05, 0.2] {
@@ -152,9 +155,10 @@ fn the_share_lost_is_the_share_asked_for() {
 }
 
 #[test]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 fn frames_are_late_by_the_delay_give_or_take_the_jitter_and_overtake_each_other() {
     let _turn = turn::blocking_alone();
-    let Some(lab) = Lab::if_possible(4) else { return };
+    let lab = Lab::required(4);
     introduce(&lab, Node::Module1, Node::Module2);
     lab.impair(Node::Module1, Node::Module2, Impairment::delay(20 * MS, 10 * MS));
     let received = stream(&lab, Node::Module1, Node::Module2, 2000, MS);
@@ -179,9 +183,10 @@ fn round_trip_back(lab: &Lab) -> Duration {
 }
 
 #[test]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 fn a_cut_one_way_leaves_the_other_way_open_and_heals() {
     let _turn = turn::blocking_alone();
-    let Some(lab) = Lab::if_possible(5) else { return };
+    let lab = Lab::required(5);
     introduce(&lab, Node::Module1, Node::Module2);
     lab.impair(Node::Module1, Node::Module2, Impairment::cut());
     assert_eq!(stream(&lab, Node::Module1, Node::Module2, 100, MS).len(), 0);
@@ -193,9 +198,10 @@ fn a_cut_one_way_leaves_the_other_way_open_and_heals() {
 }
 
 #[test]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 fn two_laboratories_at_a_time_do_not_meet_and_leave_nothing_behind() {
     let _turn = turn::blocking_alone();
-    let (Some(one), Some(other)) = (Lab::if_possible(6), Lab::if_possible(6)) else { return };
+    let (one, other) = (Lab::required(6), Lab::required(6));
     assert_ne!(one.address(Node::Plant), other.address(Node::Plant));
     introduce(&one, Node::Plant, Node::Observer);
     introduce(&other, Node::Plant, Node::Observer);
@@ -212,9 +218,10 @@ fn two_laboratories_at_a_time_do_not_meet_and_leave_nothing_behind() {
 }
 
 #[test]
+#[ignore = "needs a laboratory: network namespaces, as root"]
 fn a_command_runs_where_its_node_is_under_its_own_number() {
     let _turn = turn::blocking_alone();
-    let Some(lab) = Lab::if_possible(8) else { return };
+    let lab = Lab::required(8);
     let mut program = std::process::Command::new("sh");
     program.args(["-c", "echo $$; ip -o address show dev lab"]);
     let mut command = lab.command(Node::Module2, program);

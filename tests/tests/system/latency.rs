@@ -93,6 +93,7 @@ async fn delays(faults: &mut Faults, publications: &Publications) -> (Vec<f64>, 
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "measures time: wants both cores for itself"]
 async fn in_real_time_no_sample_is_dropped_and_the_message_follows_the_deciding_sample() {
     let _turn = turn::alone().await;
     let deployment = Deployment::of_tower(&schedule());

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use daemon::config::{Schedule, ScheduledFault};
+use daemon::config::Schedule;
 use names::fault::Fault;
-use names::{ComponentPath, RunId, Step};
+use names::{ComponentPath, RunId};
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
@@ -15,7 +15,7 @@ use system_tests::process::Process;
 use system_tests::publications::Publications;
 use system_tests::signs::{Sign, Signs};
 use system_tests::{scenarios, turn};
-use wire::{FaultState, FaultTransition, ModulePhase};
+use wire::{FaultState, FaultTransition, ModulePhase, ModuleStatus};
 
 const RUN: RunId = RunId(1);
 const SEED: u64 = 11;
@@ -24,14 +24,10 @@ const OTHER_GAGE: &str = "module1/sensor/g5";
 /// More than any test takes.
 const FOR_LONG: u64 = 1_000_000;
 
-fn bias(component: &str, from: u64, until: Option<u64>) -> ScheduledFault {
-    ScheduledFault {
-        at_step: Step(from),
-        until_step: until.map(Step),
-        component: component.parse().unwrap(),
-        fault: Fault::Bias { offset_m: 4e-4 },
-    }
-}
+/// A jump, which needs no peer's answer.
+const BIAS: Fault = Fault::Bias { offset_m: 4e-4 };
+/// Steps that go on after the plant has stood still.
+const AFTERWARDS: u64 = 1000;
 
 /// The tower at work.
 struct Works {
@@ -88,9 +84,9 @@ impl Works {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_fault_is_acknowledged_and_reset_and_the_history_records_by_whom_and_why() {
     let _turn = turn::side_by_side().await;
-    const REPAIRED: u64 = 14_000;
-    let faults = vec![bias(GAGE, scenarios::ONSET, Some(REPAIRED))];
-    let mut works = Works::start(Deployment::of_watched_tower(&Schedule { faults })).await;
+    let deployment = Deployment::of_watched_tower(&scenarios::single(GAGE, BIAS));
+    deployment.patient();
+    let mut works = Works::start(deployment).await;
     works.transition(GAGE, FaultState::Latched).await;
     assert_eq!(works.state(GAGE).await, "latched");
 
@@ -121,12 +117,10 @@ async fn a_fault_is_acknowledged_and_reset_and_the_history_records_by_whom_and_w
         "has not been compared with its reference",
     ];
     assert!(reasons.iter().any(|reason| refused.err.contains(reason)), "{refused:?}");
-    // Otherwise the reset was requested too late to prove anything.
-    assert!(works.clock.step(RUN).unwrap() < Step(REPAIRED));
 
-    works.clock.reach(RUN, REPAIRED).await;
+    works.observer.inject(GAGE, None).await;
     let mut waiting = reset.to_vec();
-    waiting.extend(["--note", "new plug", "--wait", "20"]);
+    waiting.extend(["--note", "new plug", "--wait", "60"]);
     let reset = trusswatch(&works.deployment, &waiting).await;
     assert_eq!(reset.code, Some(0), "{reset:?}");
     assert_eq!(works.state(GAGE).await, Value::Null, "normal ones are not shown");
@@ -178,14 +172,41 @@ async fn a_second_diagnoser_is_refused_the_state_directory() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_stopped_plant_is_reported_and_is_no_fault() {
     let _turn = turn::side_by_side().await;
-    const STILL_AT: u64 = 3000;
-    let mut works = Works::start(Deployment::of_watched_tower(&Schedule::default())).await;
+    // So long that a busy machine does not make the plant pause as well.
+    let after = a_stopped_plant(3000).await;
+    println!("stale {after:?} after the last sample");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "measures time: wants both cores for itself"]
+async fn a_stopped_plant_is_reported_within_a_second() {
+    let _turn = turn::alone().await;
+    for after in a_stopped_plant(500).await {
+        println!("stale {after:?} after the last sample");
+        assert!(after < Duration::from_secs(1), "stale only after {after:?}");
+    }
+}
+
+/// Stops the plant of modules that are stale after so many milliseconds without a sample, and lets it go on; returns
+/// how long after its last sample each module was stale.
+async fn a_stopped_plant(stale_after_ms: i64) -> Vec<Duration> {
+    let deployment = Deployment::of_watched_tower(&Schedule::default());
+    for place in 1..=MODULES.len() {
+        deployment.set(place, "input", "stale_after_ms", stale_after_ms);
+        deployment.set(place, "input", "resync_after_ms", 60_000);
+    }
+    let mut works = Works::start(deployment).await;
     let publications = Publications::of(&works.observer).await;
     let mut signs = Vec::new();
     for module in MODULES {
         signs.push(Signs::of(&works.observer, module).await);
     }
-    works.clock.reach(RUN, STILL_AT).await;
+    let mut silences = Vec::new();
+    for module in MODULES {
+        let in_service = |status: &ModuleStatus| status.phase == ModulePhase::InService;
+        let status = works.observer.status_of(module, in_service).await;
+        silences.push(status.intake.silences);
+    }
     works.plant.signal(Signal::SIGSTOP);
     let entered = |phase| {
         move |at, sign: Sign| match sign {
@@ -193,12 +214,11 @@ async fn a_stopped_plant_is_reported_and_is_no_fault() {
             _ => None,
         }
     };
-    for (module, signs) in MODULES.iter().zip(&mut signs) {
+    let mut stale_after = Vec::new();
+    for signs in &mut signs {
         let (at, change) = signs.find("staleness", entered(ModulePhase::Stale)).await;
         let last = publications.time_of(&change.module, change.step.unwrap()).await;
-        let after = Duration::from_nanos(at.saturating_sub(last));
-        println!("{module}: stale {after:?} after its last sample");
-        assert!(after < Duration::from_secs(1), "{module}: stale only after {after:?}");
+        stale_after.push(Duration::from_nanos(at.saturating_sub(last)));
         assert_eq!(change.before, Some(ModulePhase::InService));
     }
     let picture = works.picture().await;
@@ -206,8 +226,9 @@ async fn a_stopped_plant_is_reported_and_is_no_fault() {
         picture["modules"].as_array().unwrap().iter().map(|module| &module["phase"]).collect();
     assert_eq!(phases, ["stale", "stale"], "{picture:#}");
     let components = picture["components"].as_array().unwrap();
+    let reason = format!("no sample for {stale_after_ms} ms");
     let unknown = components.iter().filter(|component| {
-        component["state"] == "unknown" && component["unknown"]["reason"] == "no sample for 500 ms"
+        component["state"] == "unknown" && component["unknown"]["reason"] == reason.as_str()
     });
     assert_eq!((unknown.count(), components.len()), (24, 24), "{picture:#}");
     let check = trusswatch(&works.deployment, &["faults", "--exit-code"]).await;
@@ -218,24 +239,24 @@ async fn a_stopped_plant_is_reported_and_is_no_fault() {
     for signs in &mut signs {
         signs.find("service", entered(ModulePhase::InService)).await;
     }
-    works.clock.reach(RUN, 2 * STILL_AT).await;
-    for (module, process) in MODULES.into_iter().zip(&works.diagnosers) {
-        let beyond = |step: Option<Step>| step.is_some_and(|step| step > Step(STILL_AT + 1000));
-        let status = works.observer.status_of(module, |status| beyond(status.step)).await;
+    let still_at = works.clock.step(RUN).unwrap();
+    for ((module, process), before) in MODULES.into_iter().zip(&works.diagnosers).zip(silences) {
+        let beyond = |status: &ModuleStatus| status.step > Some(still_at.plus(AFTERWARDS));
+        let status = works.observer.status_of(module, beyond).await;
         assert_eq!(status.diagnosis.samples_missing, 0, "{module}\n{}", process.log());
-        assert_eq!(status.intake.silences, 1, "{module}");
+        assert_eq!(status.intake.silences, before + 1, "{module}");
     }
     let arrived = works.faults.arrived();
     assert!(arrived.is_empty(), "silence was taken for a change: {arrived:#?}");
     works.end().await;
+    stale_after
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_unwritable_journal_is_reported_and_catches_up() {
     let _turn = turn::side_by_side().await;
-    const SECOND_ONSET: u64 = 9000;
-    let faults = vec![bias(GAGE, scenarios::ONSET, None), bias(OTHER_GAGE, SECOND_ONSET, None)];
-    let deployment = Deployment::of_watched_tower(&Schedule { faults });
+    let deployment = Deployment::of_watched_tower(&scenarios::single(GAGE, BIAS));
+    deployment.patient();
     let directory = deployment.state_directory(0);
     std::fs::remove_dir(&directory).unwrap();
     std::fs::write(&directory, "in the way").unwrap();
@@ -262,7 +283,7 @@ async fn an_unwritable_journal_is_reported_and_catches_up() {
     let kept = |item: &Value| item["component"] == GAGE && item["state"] == "latched";
     assert!(transitions.iter().any(kept), "{history:#}");
 
-    assert!(works.clock.step(RUN).unwrap() < Step(SECOND_ONSET), "this took too long");
+    works.observer.inject(OTHER_GAGE, Some(BIAS)).await;
     let later = works.transition(OTHER_GAGE, FaultState::Latched).await;
     assert!(later.durable, "{later:?}");
     works.end().await;

@@ -1,34 +1,25 @@
 //! What is published while a subscriber's link is cut, it gets afterwards, in order and once; and no publisher keeps anything
 //! that could be asked for past the module's own bounds.
 
-use daemon::config::{Schedule, ScheduledFault};
+use daemon::config::Schedule;
+use names::RunId;
 use names::fault::Fault;
-use names::{RunId, Step};
 use session::Network;
 use system_tests::cut_link::CutLink;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::in_time;
-use system_tests::observer::{Faults, Observer};
+use system_tests::observer::{Faults, Observer, unix_ns};
 use system_tests::turn;
 use wire::FaultState;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
 const RUN: RunId = RunId(9);
-/// Longer than the test.
-const STEPS: u64 = 100_000;
+/// More than any test takes.
+const STEPS: u64 = 1_000_000;
 /// Before, during and after the cut.
 const FAULTY: [&str; 3] = ["module1/sensor/g2", "module1/sensor/g4", "module1/sensor/g6"];
-const QUERIES: usize = 2000;
-
-fn schedule() -> Schedule {
-    let fault = |(place, component): (usize, &str)| ScheduledFault {
-        at_step: Step(5000 + 3000 * place as u64),
-        until_step: None,
-        component: component.parse().unwrap(),
-        fault: Fault::Bias { offset_m: 4e-4 },
-    };
-    Schedule { faults: FAULTY.into_iter().enumerate().map(fault).collect() }
-}
+const BIAS: Fault = Fault::Bias { offset_m: 4e-4 };
+const QUERIES: usize = 200;
 
 /// The numbers of module 1 that arrive until this component is latched.
 async fn until_latched(faults: &mut Faults, component: &str) -> Vec<u64> {
@@ -47,7 +38,8 @@ async fn until_latched(faults: &mut Faults, component: &str) -> Vec<u64> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_subscriber_whose_link_was_cut_misses_nothing() {
     let _turn = turn::side_by_side().await;
-    let deployment = Deployment::of_watched_tower(&schedule());
+    let deployment = Deployment::of_watched_tower(&Schedule::default());
+    deployment.patient();
     let diagnosers = deployment.start_diagnosers();
     let near = Observer::of(&deployment).await;
     near.wait_for(&MODULES, false).await;
@@ -57,15 +49,19 @@ async fn a_subscriber_whose_link_was_cut_misses_nothing() {
     distant.wait_for(&MODULES[..1], false).await;
     let (mut all, mut heard) = (near.faults().await, distant.faults().await);
     let plant = deployment.start_plant("real", STEPS, 9, RUN);
+    near.wait_until_watching(&MODULES).await;
 
+    near.inject(FAULTY[0], Some(BIAS)).await;
     let mut expected = until_latched(&mut all, FAULTY[0]).await;
     let mut numbers = until_latched(&mut heard, FAULTY[0]).await;
     link.cut();
     distant.wait_until_gone(MODULES[0]).await;
+    near.inject(FAULTY[1], Some(BIAS)).await;
     expected.extend(until_latched(&mut all, FAULTY[1]).await);
     assert!(heard.arrived().is_empty(), "the link is cut");
     link.mend();
     numbers.extend(until_latched(&mut heard, FAULTY[1]).await);
+    near.inject(FAULTY[2], Some(BIAS)).await;
     expected.extend(until_latched(&mut all, FAULTY[2]).await);
     numbers.extend(until_latched(&mut heard, FAULTY[2]).await);
     assert_eq!(numbers, expected);
@@ -77,16 +73,33 @@ async fn a_subscriber_whose_link_was_cut_misses_nothing() {
     }
 }
 
+/// How many questions each module has received, from statuses later than now.
+async fn questions(observer: &Observer) -> Vec<u64> {
+    let now = unix_ns();
+    let mut received = Vec::new();
+    for module in MODULES {
+        let status = observer.status_of(module, |status| status.time_unix_ns > now).await;
+        received.push(status.inquiries.received);
+    }
+    received
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn queries_for_caches_of_publishers_reach_nobody() {
     let _turn = turn::side_by_side().await;
-    let deployment = Deployment::of_watched_tower(&schedule());
+    let deployment = Deployment::of_watched_tower(&Schedule::default());
+    deployment.patient();
     let diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;
     observer.wait_for(&MODULES, false).await;
     let mut faults = observer.faults().await;
     let plant = deployment.start_plant("real", STEPS, 9, RUN);
+    observer.wait_until_watching(&MODULES).await;
+    observer.inject(FAULTY[0], Some(BIAS)).await;
     until_latched(&mut faults, FAULTY[0]).await;
+    // Now the modules have published everything that they publish. Without samples they ask each other nothing.
+    plant.stop().await;
+    let before = questions(&observer).await;
     let mut answers = 0;
     for _ in 0..QUERIES {
         let query = observer.session.get("trusswatch/**/@adv/**").target(QueryTarget::All);
@@ -96,7 +109,13 @@ async fn queries_for_caches_of_publishers_reach_nobody() {
         }
     }
     assert_eq!(answers, 0);
-    plant.stop().await;
+    assert_eq!(questions(&observer).await, before, "no module was asked");
+    // As it is by a query that does reach them.
+    let states = observer.session.get("trusswatch/**/fault/**").target(QueryTarget::All);
+    let states = states.consolidation(ConsolidationMode::None).await.unwrap();
+    while in_time("the end of a query", states.recv_async()).await.is_ok() {}
+    let after = questions(&observer).await;
+    assert!(after.iter().zip(&before).all(|(after, before)| after > before), "{after:?}");
     for process in diagnosers {
         process.stop().await;
     }

@@ -35,7 +35,6 @@ async fn an_overloaded_diagnoser_logs_it_drops_its_backlog_and_recovers() {
     let _turn = turn::alone().await;
     let deployment = Deployment::of_tower(&Schedule::default());
     for place in 1..=MODULES.len() {
-        deployment.set(place, "publish", "status_every_ms", 100);
         // High load for each step.
         deployment.set(place, "publish", "divergence_every_steps", 1);
     }

@@ -1,5 +1,5 @@
-//! From the start of a diagnoser that was killed to its being in service again, and how soon it
-//! processes samples.
+//! From the start of a diagnoser that was killed to its being in service again: after how many samples, and on a quiet
+//! machine how soon.
 
 use names::RunId;
 use system_tests::deployment::{Deployment, MODULES};
@@ -17,6 +17,8 @@ const RECORDED: u64 = 8300;
 /// A module is at the present if it is no further behind the plant \[steps\].
 const PRESENT: u64 = 100;
 const SECOND_MS: f64 = 1000.0;
+/// Some rounds of progress, of which one or the other may be lost \[steps\].
+const ROUNDS: u64 = 200;
 
 /// When something was first seen after a start \[ns since 1970\].
 #[derive(Debug, Default)]
@@ -67,8 +69,9 @@ fn set(first: &mut Option<u64>, at: u64, seen: bool) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "measures time: wants both cores for itself"]
 async fn with_the_plants_recording_it_is_in_service_within_a_second() {
-    let _turn = turn::side_by_side().await;
+    let _turn = turn::alone().await;
     let deployment = Deployment::of_watched_tower(&daemon::config::Schedule::default());
     let observer = Observer::of(&deployment).await;
     let mut signs = Signs::of(&observer, "module1").await;
@@ -117,6 +120,7 @@ async fn without_a_recording_it_reports_initialising_until_it_has_warmed_up() {
         let input = table.get_mut("input").and_then(toml::Value::as_table_mut).unwrap();
         input.insert("recover_steps".into(), 0.into());
     });
+    deployment.patient_with_samples();
     let warm_up = deployment.diagnoser_configs()[0].module_setup().detection.warm_up_vectors;
     let observer = Observer::of(&deployment).await;
     let clock = PlantClock::of(&observer).await;
@@ -129,10 +133,7 @@ async fn without_a_recording_it_reports_initialising_until_it_has_warmed_up() {
     let mut signs = Signs::of(&observer, "module1").await;
     let start = unix_ns();
     diagnosers[0] = deployment.start_diagnoser(0);
-    let there = |at: u64, sign: Sign| matches!(sign, Sign::Present(true)).then_some(at);
-    let token = signs.find("its token", there).await;
-    let at = clock.step(RUN).unwrap();
-    let mut said = Vec::new();
+    let (mut said, mut first) = (Vec::new(), None);
     let in_service = loop {
         match signs.next().await.1 {
             Sign::Phase(change) if change.time_unix_ns < start => {}
@@ -141,17 +142,18 @@ async fn without_a_recording_it_reports_initialising_until_it_has_warmed_up() {
             Sign::Status(status) if status.phase == ModulePhase::InService => {}
             Sign::Status(status) => {
                 assert_eq!(status.in_service_since_step, None);
+                first = first.or(status.step);
                 said.push(status.phase);
             }
-            Sign::Present(_) | Sign::Progress(_) => {}
+            Sign::Progress(progress) => first = first.or(Some(progress.step)),
+            Sign::Present(_) => {}
         }
     };
-    let ms = in_service.time_unix_ns.saturating_sub(token) as f64 / 1e6;
-    println!("without a recording in service {ms:.0} ms after the token");
     assert!(said.contains(&ModulePhase::Initialising), "{said:?}");
     assert!(said.iter().all(|phase| *phase != ModulePhase::Stale), "{said:?}");
-    let steps = in_service.step.unwrap().since(at);
-    assert!((warm_up..warm_up + 1000).contains(&steps), "after {steps} steps");
+    // Its first sample was at most a few rounds of progress before the first step that is known of it.
+    let steps = in_service.step.unwrap().since(first.unwrap());
+    assert!((warm_up - ROUNDS..warm_up + ROUNDS).contains(&steps), "after {steps} steps");
     for process in diagnosers {
         process.stop().await;
     }

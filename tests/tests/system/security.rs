@@ -8,15 +8,15 @@ use names::fault::Fault;
 use serde_json::Value;
 use system_tests::footprint::most_resident_kib;
 use system_tests::hostile::{LARGE_ROOM_KIB, put_large};
-use system_tests::in_time;
 use system_tests::observer::{Observer, unix_ns};
 use system_tests::scenarios;
 use system_tests::security::intruder::Papers;
-use system_tests::security::letters::{self, Letters, answers, hold};
+use system_tests::security::letters::{self, Letters, answers, answers_to_the_refused, hold};
 use system_tests::security::silence::Silence;
 use system_tests::security::stand::Stand;
 use system_tests::security::table::Table;
 use system_tests::turn;
+use system_tests::{LIMIT, in_time};
 use zenoh::Session;
 
 /// From one attempt to the next.
@@ -70,24 +70,32 @@ async fn the_router_admits_exactly_what_access_control_permits() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn routers_in_a_row_pass_on_what_their_side_may_say() {
     let _turn = turn::side_by_side().await;
-    for routers in [2, 3] {
-        let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
-        let stand = Stand::row(&schedule, routers).await;
-        let observer = stand.session("observer.wall").await;
-        let letters = Letters::to(&observer).await;
-        letters.wait(TRUE_FAULT, "\"latched\"").await;
-        let mut table = Table::default();
-        table.allowed("an observer on the ground hears a fault", true);
-        unnamed(&stand, &mut table).await;
-        writing(&stand, &letters, &mut table).await;
-        answering(&stand, &observer, &mut table).await;
-        commanding(&stand, &mut table).await;
-        history(&stand, &mut table).await;
-        provenance(&stand, &mut table).await;
-        other_side(&stand, &observer, &letters, &mut table).await;
-        println!("{routers} routers");
-        judge(stand, &table).await;
-    }
+    in_a_row_of(2).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "the same with one more router takes as long again"]
+async fn three_routers_in_a_row_pass_on_what_their_side_may_say() {
+    let _turn = turn::side_by_side().await;
+    in_a_row_of(3).await;
+}
+
+async fn in_a_row_of(routers: usize) {
+    let schedule = scenarios::single(GAGE, Fault::Bias { offset_m: 4e-4 });
+    let stand = Stand::row(&schedule, routers).await;
+    let observer = stand.session("observer.wall").await;
+    let letters = Letters::to(&observer).await;
+    let mut table = Table::default();
+    let heard = letters.hear(TRUE_FAULT, "\"latched\"").await;
+    table.allowed("an observer on the ground hears a fault", heard);
+    unnamed(&stand, &mut table).await;
+    writing(&stand, &letters, &mut table).await;
+    answering(&stand, &observer, &mut table).await;
+    commanding(&stand, &mut table).await;
+    history(&stand, &mut table).await;
+    provenance(&stand, &mut table).await;
+    other_side(&stand, &observer, &letters, &mut table).await;
+    judge(stand, &table).await;
 }
 
 /// Whoever has the key of a router may say what its side may say: the modules are on its side, the plant is not.
@@ -101,8 +109,8 @@ async fn other_side(stand: &Stand, observer: &Session, letters: &Letters, table:
             tokio::time::sleep(GLANCE).await;
         }
     };
-    in_time("what a router passes on", passed_on).await;
-    table.allowed("a router passing on what its side may say", true);
+    let heard = happens(passed_on).await;
+    table.allowed("a router passing on what its side may say", heard);
     let trace = stand.trace(&["refused Put", PLANT, "router.middle.tower"]).await;
     let mut said = std::iter::from_fn(|| of_plant.try_recv().ok().flatten());
     let forged = said.any(|said| said.payload().to_bytes().starts_with(b"forged"));
@@ -121,8 +129,8 @@ async fn a_revoked_key_may_do_nothing() {
     let letters = Letters::to(&observer).await;
     letters.wait(TRUE_FAULT, "\"latched\"").await;
     let mut table = Table::default();
-    write_until_heard(&stand.session(&module).await, &letters, "by the lost key").await;
-    table.allowed("a lost key of module 2 writing its fault key", true);
+    let heard = write_until_heard(&stand.session(&module).await, &letters, "by the lost key").await;
+    table.allowed("a lost key of module 2 writing its fault key", heard);
     let obeyed = orders(&stand, &operator, &["ack", GAGE]).await;
     table.allowed("a lost key of an operator commanding", obeyed);
 
@@ -133,13 +141,14 @@ async fn a_revoked_key_may_do_nothing() {
     let lost = stand.session(&module).await;
     lost.put(OWN, "by the revoked key").await.unwrap();
     let trace = stand.trace(&["has no rule for", &lost.zid().to_string()]).await;
-    write_until_heard(&stand.session("module2").await, &letters, "by the next key").await;
+    let next =
+        write_until_heard(&stand.session("module2").await, &letters, "by the next key").await;
     let heard = letters.have_anywhere("by the revoked key");
     table.forbidden("a revoked key of module 2 writing its fault key", heard, trace);
-    table.allowed("the next key of module 2 writing its fault key", true);
+    table.allowed("the next key of module 2 writing its fault key", next);
 
     let lost = stand.session(&operator).await;
-    let heard = !answers(&lost, TRUE_FAULT).await.is_empty();
+    let heard = !answers_to_the_refused(&lost, TRUE_FAULT).await.is_empty();
     let trace = stand.trace(&["has no rule for", &lost.zid().to_string()]).await;
     let obeyed = heard || orders(&stand, &operator, &["reset", GAGE, "--force"]).await;
     table.forbidden("a revoked key of an operator querying and commanding", obeyed, trace);
@@ -159,20 +168,25 @@ fn lost_copy(stand: &Stand, holder: &str) -> String {
     copy
 }
 
-/// Until a subscriber has it: a link may break on a busy machine, and what is on it is gone.
-async fn write_until_heard(session: &Session, letters: &Letters, text: &str) {
+/// Does it happen at all?
+async fn happens(event: impl Future<Output = ()>) -> bool {
+    tokio::time::timeout(LIMIT, event).await.is_ok()
+}
+
+/// Until a subscriber has it, and whether it ever has: a link may break on a busy machine, and what is on it is gone.
+async fn write_until_heard(session: &Session, letters: &Letters, text: &str) -> bool {
     let written = async {
         while !letters.have(OWN, text) {
             session.put(OWN, text).await.unwrap();
             tokio::time::sleep(GLANCE).await;
         }
     };
-    in_time(text, written).await;
+    happens(written).await
 }
 
 /// Whether an order is obeyed.
 async fn orders(stand: &Stand, holder: &str, order: &[&str]) -> bool {
-    let words = [order, &["--by", "ada", "--timeout", "5"]].concat();
+    let words = [order, &["--by", "ada", "--timeout", "30"]].concat();
     stand.trusswatch(holder, &words).await.code == Some(0)
 }
 
@@ -248,8 +262,16 @@ async fn at_the_door(stand: &Stand, table: &mut Table) {
         ("an expired certificate", Papers::Expired, "xpired"),
         ("plain TCP", Papers::PlainTcp, "corrupt message"),
     ] {
-        let got_in = papers.knock(stand).await;
-        let trace = stand.trace(&["WARN", "connection was refused", word]).await;
+        let words = ["WARN", "connection was refused", word];
+        let mut got_in = papers.knock(stand).await;
+        let again = async {
+            // A busy machine may give up before it has refused anybody.
+            while !got_in && !stand.has_trace(&words) {
+                got_in = papers.knock(stand).await;
+            }
+        };
+        in_time(what, again).await;
+        let trace = stand.trace(&words).await;
         table.forbidden(what, got_in, trace);
     }
     table.allowed("module 1 when they have been given up", Papers::Right.knock(stand).await);
@@ -260,7 +282,7 @@ async fn at_the_door(stand: &Stand, table: &mut Table) {
 async fn unnamed(stand: &Stand, table: &mut Table) {
     let mallory = stand.session("operator.mallory").await;
     let letters = Letters::to(&mallory).await;
-    let replies = answers(&mallory, TRUE_FAULT).await;
+    let replies = answers_to_the_refused(&mallory, TRUE_FAULT).await;
     let heard = !replies.is_empty() || letters.have_anywhere("latched");
     let trace = stand.trace(&["WARN", "access control has no rule for"]).await;
     table.forbidden("a valid certificate that no rule names", heard, trace);
@@ -271,6 +293,9 @@ async fn overfilling(stand: &Stand, table: &mut Table) {
     let most_kib = || most_resident_kib(stand.guard_pid()).unwrap();
     let before = most_kib();
     let observer = stand.session("observer.wall").await;
+    let watcher = stand.session("operator.ada").await;
+    let watcher = Observer { session: watcher, structure: "tower".parse().unwrap() };
+    let malformed = malformed_after(&watcher, unix_ns()).await;
     put_large(&observer, SAMPLE).await;
     // What comes after the large messages is refused by access control. A link may break on a busy machine, and what is
     // on it is gone.
@@ -287,7 +312,8 @@ async fn overfilling(stand: &Stand, table: &mut Table) {
     println!("most memory of the router {before} KiB before, {} KiB after", most_kib());
     let filled = most_kib() > before + LARGE_ROOM_KIB;
     table.harmless("an observer sending messages of 64 MiB", filled);
-    table.forbidden("an observer writing a sample after them", false, trace);
+    let received = malformed_after(&watcher, unix_ns()).await > malformed;
+    table.forbidden("an observer writing a sample after them", received, trace);
 }
 
 async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {
@@ -328,13 +354,18 @@ async fn writing(stand: &Stand, letters: &Letters, table: &mut Table) {
     table.forbidden("an operator forging a fault", forged, trace);
     table.allowed("an operator querying a fault", !asked.is_empty());
 
+    let watcher = Observer { session: operator, structure: "tower".parse().unwrap() };
+    let before = malformed_after(&watcher, unix_ns()).await;
     second.put(SAMPLE, "forged").await.unwrap();
     let trace = stand.trace(&["refused Put", SAMPLE, "module2.tower"]).await;
-    let refused = unix_ns();
-    let watcher = Observer { session: operator, structure: "tower".parse().unwrap() };
-    let status = watcher.status_of("module1", |status| status.time_unix_ns > refused).await;
-    let received = status.intake.malformed > 0;
+    let received = malformed_after(&watcher, unix_ns()).await > before;
     table.forbidden("module 2 forging a sample of module 1", received, trace);
+}
+
+/// Samples that module 1 could not read, from a status later than this time.
+async fn malformed_after(watcher: &Observer, unix_ns: u64) -> u64 {
+    let status = watcher.status_of("module1", |status| status.time_unix_ns > unix_ns).await;
+    status.intake.malformed
 }
 
 /// Answers as an impostor, on a key of its own and on one of module 1.
@@ -349,8 +380,8 @@ async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
     answer(&second, OWN, "answered by module 2").await;
     let by_second =
         async { while !hold(&answers(observer, OWN).await, OWN, "answered by module 2") {} };
-    in_time("an answer of module 2", by_second).await;
-    table.allowed("module 2 answering for itself", true);
+    let answered = happens(by_second).await;
+    table.allowed("module 2 answering for itself", answered);
 
     let about_first = answers(observer, VICTIM).await;
     let forged = hold(&about_first, VICTIM, "answered by module 2");
@@ -365,10 +396,7 @@ async fn answering(stand: &Stand, observer: &Session, table: &mut Table) {
         loop {
             let all = answers(observer, "trusswatch/tower/*/fault/**").await;
             let forged = hold(&all, VICTIM, "slipped in");
-            let words = ["refused Reply", VICTIM, "module2.tower"];
-            let found =
-                stand.guards_log().lines().any(|line| words.iter().all(|w| line.contains(w)));
-            if forged || found {
+            if forged || stand.has_trace(&["refused Reply", VICTIM, "module2.tower"]) {
                 return forged;
             }
         }

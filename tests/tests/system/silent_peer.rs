@@ -1,10 +1,11 @@
-//! A peer is killed or frozen just before it would be queried: the querying module reports it
-//! within a second, continues without missing a sample, and settles when the peer is back.
+//! A peer is killed or frozen before it would be queried: the querying module reports it, continues without missing a
+//! sample, and settles when the peer is back. How soon is measured on a quiet machine.
 
 use std::collections::BTreeSet;
 
+use daemon::config::Schedule;
 use names::fault::Fault;
-use names::{ComponentPath, RunId, Step};
+use names::{ComponentPath, RunId};
 use nix::sys::signal::Signal;
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer, unix_ns};
@@ -21,11 +22,14 @@ const SILENT: &str = "module2";
 const FAULTY: &str = "module1/sensor/g2";
 const RUN: RunId = RunId(1);
 const SEED: u64 = 100;
-const STEPS: u64 = 9000;
-/// The peer falls silent this many steps before the onset.
+/// More than any test takes.
+const FOR_LONG: u64 = 1_000_000;
+/// Where timing is measured, the peer falls silent this many steps before the onset.
 const BEFORE: u64 = 20;
-/// How long it stays silent \[steps\].
-const SILENCE: u64 = 2000;
+/// How long it stays silent \[steps\]; it is back long before the plant's recording of the onset is overwritten.
+const SILENCE: u64 = 1000;
+/// Steps after the verdict in which no other one may follow.
+const AFTERWARDS: u64 = 1500;
 /// A jump would need no peer.
 const SMALL_BIAS_M: f64 = 1.2e-5;
 const SECOND_MS: f64 = 1000.0;
@@ -102,10 +106,24 @@ struct Measured {
     settled: f64,
 }
 
-async fn silence(how: Silence) -> Measured {
-    let schedule = scenarios::single(FAULTY, Fault::Bias { offset_m: SMALL_BIAS_M });
-    let deployment = Deployment::of_watched_tower(&schedule);
-    let expected = reference::verdicts(&deployment, SEED, RUN, STEPS);
+/// How the fault comes after the beginning of the silence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Onset {
+    /// By order, whenever the peer has fallen silent.
+    Ordered,
+    /// By the plant's schedule, a moment later.
+    Scheduled,
+}
+
+async fn silence(how: Silence, onset: Onset) -> Measured {
+    let bias = Fault::Bias { offset_m: SMALL_BIAS_M };
+    let mut schedule = scenarios::single(FAULTY, bias);
+    let deployment = match onset {
+        Onset::Scheduled => Deployment::of_watched_tower(&schedule),
+        Onset::Ordered => Deployment::of_watched_tower(&Schedule::default()),
+    };
+    // How long a peer's answer is waited for is the subject; how late samples may be is not.
+    deployment.patient_with_samples();
     let hold = deployment.diagnoser_configs()[0].module_setup().isolation.hold_steps;
     let observer = Observer::of(&deployment).await;
     let mut diagnosers = deployment.start_diagnosers();
@@ -114,10 +132,17 @@ async fn silence(how: Silence) -> Measured {
     let mut signs = Signs::of(&observer, ASKER).await;
     let clock = PlantClock::of(&observer).await;
     let publications = Publications::of(&observer).await;
-    let mut plant = deployment.start_plant("real", STEPS, SEED, RUN);
-    clock.reach(RUN, scenarios::ONSET - BEFORE).await;
+    let plant = deployment.start_plant("real", FOR_LONG, SEED, RUN);
+    if onset == Onset::Scheduled {
+        clock.reach(RUN, scenarios::ONSET - BEFORE).await;
+    } else {
+        observer.wait_until_watching(&[ASKER, SILENT]).await;
+    }
     how.begin(&mut diagnosers[1]);
     signs.arrived();
+    if onset == Onset::Ordered {
+        schedule.faults[0].at_step = observer.inject(FAULTY, Some(bias)).await;
+    }
     let mut reached = BTreeSet::new();
 
     let (at, message) = find(&mut faults, &mut reached, FaultState::Unconfirmed).await;
@@ -126,25 +151,34 @@ async fn silence(how: Silence) -> Measured {
     assert_eq!(message.doubt, Some(Doubt::Silent));
     assert_eq!(message.silent, [SILENT.parse().unwrap()]);
 
-    clock.reach(RUN, scenarios::ONSET + SILENCE).await;
+    clock.reach(RUN, schedule.faults[0].at_step.0 + SILENCE).await;
     let standstill = longest_standstill(signs.arrived());
     assert!(reached.is_empty(), "judged without its peer: {reached:#?}");
     let back = how.end(&deployment, &observer, &mut diagnosers[1]).await;
-    let (at, _) = find(&mut faults, &mut reached, FaultState::Latched).await;
+    let (at, latched) = find(&mut faults, &mut reached, FaultState::Latched).await;
     let settled = ms(back, at);
 
-    assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
+    clock.reach(RUN, latched.detection_step.unwrap().0 + AFTERWARDS).await;
+    plant.stop().await;
+    // All have every sample that there was.
+    let statuses = observer.statuses().await;
+    let last = statuses.first(|latest| {
+        let mut steps = latest.values().map(|status| status.step);
+        let same = latest.len() == 2 && steps.all(|step| step == clock.step(RUN));
+        clock.step(RUN).filter(|_| same)
+    });
+    let last = system_tests::in_time("the last sample", last).await;
     for module in [ASKER, SILENT] {
-        let last = Some(Step(STEPS - 1));
-        let status = observer.status_of(module, |status| status.step == last).await;
-        assert_eq!(status.intake.dropped, 0, "{module}");
+        let status = observer.status_of(module, |_| true).await;
+        assert_eq!((status.step, status.intake.dropped), (Some(last), 0), "{module}");
         if module == ASKER {
             assert_eq!(status.diagnosis.samples_missing, 0, "{module}");
-            assert_eq!(status.diagnosis.samples, STEPS, "{module}");
+            assert_eq!(status.diagnosis.samples, last.0 + 1, "{module}");
         }
     }
     let rest = faults.arrived();
     reached.extend(rest.iter().filter_map(|(_, message)| Reached::of_message(message)));
+    let expected = reference::verdicts_with(&deployment, &schedule, SEED, RUN, last.0 + 1);
     assert_eq!(reached, expected, "{how:?}\n{}", deployment.logs());
     for process in diagnosers {
         process.stop().await;
@@ -152,25 +186,36 @@ async fn silence(how: Silence) -> Measured {
     Measured { unconfirmed, standstill, settled }
 }
 
-fn check(how: Silence, measured: &Measured) {
-    let Measured { unconfirmed, standstill, settled } = measured;
-    assert!(*unconfirmed < SECOND_MS, "{how:?}: unconfirmed only after {unconfirmed} ms");
-    assert!(*standstill < STANDSTILL_MS, "{how:?}: stood still for {standstill} ms");
-    assert!(*settled < SETTLING_MS, "{how:?}: settled only after {settled} ms");
-}
-
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_killed_peer_is_named_and_the_verdict_follows_when_it_is_back() {
     let _turn = turn::side_by_side().await;
-    let measured = silence(Silence::Killed).await;
-    println!("killed: {measured:.1?} [ms]");
-    check(Silence::Killed, &measured);
+    silence(Silence::Killed, Onset::Ordered).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_frozen_peer_is_named_and_the_verdict_follows_when_it_goes_on() {
     let _turn = turn::side_by_side().await;
-    let measured = silence(Silence::Frozen).await;
-    println!("frozen: {measured:.1?} [ms]");
-    check(Silence::Frozen, &measured);
+    silence(Silence::Frozen, Onset::Ordered).await;
+}
+
+async fn in_time(how: Silence) {
+    let _turn = turn::alone().await;
+    let measured = silence(how, Onset::Scheduled).await;
+    println!("{how:?}: {measured:.1?} [ms]");
+    let Measured { unconfirmed, standstill, settled } = measured;
+    assert!(unconfirmed < SECOND_MS, "{how:?}: unconfirmed only after {unconfirmed} ms");
+    assert!(standstill < STANDSTILL_MS, "{how:?}: stood still for {standstill} ms");
+    assert!(settled < SETTLING_MS, "{how:?}: settled only after {settled} ms");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "measures time: wants both cores for itself"]
+async fn a_peer_killed_just_before_it_would_be_asked_is_named_within_a_second() {
+    in_time(Silence::Killed).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "measures time: wants both cores for itself"]
+async fn a_peer_frozen_just_before_it_would_be_asked_is_named_within_a_second() {
+    in_time(Silence::Frozen).await;
 }

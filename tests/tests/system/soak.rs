@@ -40,6 +40,7 @@ struct Soak {
 impl Soak {
     async fn begin(steps: u64) -> Self {
         let deployment = Deployment::of_tower(&Schedule::default());
+        deployment.publish_as_shipped();
         let diagnosers = deployment.start_diagnosers();
         let observer = Observer::of(&deployment).await;
         observer.wait_for(&MODULES, false).await;
@@ -176,6 +177,7 @@ async fn hours_in_processes() {
 fn a_day_in_one_process() {
     let _turn = turn::blocking_alone();
     let deployment = Deployment::of_tower(&Schedule::default());
+    deployment.publish_as_shipped();
     let config = deployment.plant_config(2026);
     let setups = deployment.diagnoser_configs().iter().map(|c| c.module_setup()).collect();
     let plant = config.make_plant().unwrap();

@@ -46,7 +46,6 @@ fn schedule() -> Schedule {
 fn talkative() -> Deployment {
     let deployment = Deployment::of_tower(&schedule());
     for place in 1..=MODULES.len() {
-        deployment.set(place, "publish", "status_every_ms", 100);
         deployment.set(place, "publish", "divergence_every_steps", 5);
     }
     deployment

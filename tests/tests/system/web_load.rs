@@ -50,6 +50,7 @@ struct Found {
 
 async fn run(pages: usize) -> Found {
     let deployment = Deployment::of_tower(&schedule());
+    deployment.publish_as_shipped();
     let diagnosers = deployment.start_diagnosers();
     let observer = Observer::of(&deployment).await;
     observer.wait_for(&MODULES, false).await;

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
@@ -91,7 +92,10 @@ impl Children {
         tokio::select! {
             () = self.all_ended() => {}
             () = sleep(STOP_TIMEOUT) => {}
-            () = interrupts.next() => {}
+            () = interrupts.next() => {
+                // Standard error may be closed.
+                let _ = writeln!(io::stderr(), "interrupted again: killing what has not stopped");
+            }
         }
         for running in &mut self.0 {
             // An error means that it has ended already.

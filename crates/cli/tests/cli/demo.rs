@@ -60,12 +60,10 @@ impl Demo {
     }
 
     /// Waits for the end; none of the processes may be left.
-    fn end(mut self, within: Duration) -> (ExitStatus, String) {
-        let start = Instant::now();
+    fn end(mut self) -> (ExitStatus, String) {
         let mut said = String::new();
         self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
         let status = self.child.wait().unwrap();
-        assert!(start.elapsed() < within, "the end took {:?}", start.elapsed());
         let left: Vec<&i32> = self.pids.iter().filter(|pid| is_running(**pid)).collect();
         assert!(left.is_empty(), "processes left: {left:?}");
         (status, said)
@@ -89,7 +87,17 @@ fn is_running(pid: i32) -> bool {
     status.is_ok_and(|status| !status.contains("State:\tZ"))
 }
 
-const SOON: Duration = Duration::from_secs(5);
+/// Nothing of a test takes longer than this, on a busy machine either.
+const LIMIT: Duration = Duration::from_secs(180);
+
+/// Waits until something is so.
+fn wait_until(what: &str, is_so: impl Fn() -> bool) {
+    let end = Instant::now() + LIMIT;
+    while !is_so() {
+        assert!(Instant::now() < end, "{what} did not happen within {LIMIT:?}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
 
 #[test]
 fn every_injected_fault_is_named_and_nothing_else() {
@@ -99,7 +107,7 @@ fn every_injected_fault_is_named_and_nothing_else() {
         events.push(event);
     }
     let pids = demo.pids.clone();
-    let (status, said) = demo.end(SOON);
+    let (status, said) = demo.end();
     assert_eq!((status.code(), said.as_str()), (Some(0), ""));
     let summary = events.last().unwrap();
     assert_eq!(summary["event"], "summary");
@@ -141,7 +149,7 @@ fn an_interrupt_leaves_no_process_behind() {
         demo.wait_for("warming_up");
         demo.signal(signal);
         let events = demo.events.take().unwrap();
-        let (status, said) = demo.end(SOON);
+        let (status, said) = demo.end();
         assert_eq!(
             (status.code(), said.as_str()),
             (Some(130), "error: interrupted before the end\n")
@@ -157,24 +165,33 @@ fn a_killed_demo_leaves_no_process_behind() {
     demo.wait_for("warming_up");
     demo.signal(Signal::SIGKILL);
     let pids = demo.pids.clone();
-    let end = Instant::now() + SOON;
-    while pids.iter().any(|pid| is_running(*pid)) {
-        assert!(Instant::now() < end, "processes left: {pids:?}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_until("the end of all processes", || !pids.iter().any(|pid| is_running(*pid)));
 }
+
+/// How long the demo itself waits for its processes to stop.
+const STOP_TIMEOUT: Duration = Duration::from_secs(4);
 
 #[test]
 fn a_second_interrupt_kills_what_does_not_stop() {
-    let mut demo = Demo::start(&[]);
-    demo.wait_for("warming_up");
-    kill(Pid::from_raw(demo.pids[1]), Signal::SIGSTOP).unwrap();
-    demo.signal(Signal::SIGINT);
-    std::thread::sleep(Duration::from_millis(300));
-    assert!(is_running(demo.pids[1]), "a frozen process does not stop when asked");
-    demo.signal(Signal::SIGINT);
-    let (status, _) = demo.end(Duration::from_secs(2));
-    assert_eq!(status.code(), Some(130));
+    loop {
+        let mut demo = Demo::start(&[]);
+        demo.wait_for("warming_up");
+        let (frozen, others) = (demo.pids[1], [demo.pids[0], demo.pids[2]]);
+        kill(Pid::from_raw(frozen), Signal::SIGSTOP).unwrap();
+        let asked = Instant::now();
+        demo.signal(Signal::SIGINT);
+        wait_until("the end of the others", || !others.iter().any(|pid| is_running(*pid)));
+        let is_frozen = is_running(frozen);
+        demo.signal(Signal::SIGINT);
+        let (status, said) = demo.end();
+        assert_eq!(status.code(), Some(130));
+        if said.contains("interrupted again: killing what has not stopped") {
+            assert!(is_frozen, "a frozen process does not stop when asked");
+            return;
+        }
+        // On a busy machine the others may need so long that the demo no longer waits: then again.
+        assert!(asked.elapsed() >= STOP_TIMEOUT, "{said}");
+    }
 }
 
 #[test]
@@ -182,7 +199,7 @@ fn a_process_that_dies_is_reported_with_its_log() {
     let mut demo = Demo::start(&[]);
     demo.wait_for("warming_up");
     kill(Pid::from_raw(demo.pids[1]), Signal::SIGKILL).unwrap();
-    let (status, said) = demo.end(SOON);
+    let (status, said) = demo.end();
     assert_eq!(status.code(), Some(1));
     assert!(said.starts_with("error: module2 ended unexpectedly (signal: 9"), "{said}");
     assert!(said.contains("module=module2"), "{said}");
@@ -192,7 +209,7 @@ fn a_process_that_dies_is_reported_with_its_log() {
 fn a_closed_pipe_ends_the_demo_quietly() {
     let mut demo = Demo::start(&["--speed", "max"]);
     demo.events = None;
-    let (status, said) = demo.end(Duration::from_secs(20));
+    let (status, said) = demo.end();
     assert_eq!((status.code(), said.as_str()), (Some(0), ""));
 }
 
@@ -201,7 +218,7 @@ fn logs_are_kept_where_it_reports() {
     let mut demo = Demo::start(&["--keep-logs"]);
     demo.wait_for("ready");
     demo.signal(Signal::SIGINT);
-    let (_, said) = demo.end(SOON);
+    let (_, said) = demo.end();
     let kept = said.lines().find_map(|line| line.strip_prefix("logs and configurations are in "));
     let kept = PathBuf::from(kept.unwrap());
     for file in ["plant.log", "module1.log", "module2.log", "plant.toml", "schedule.toml"] {

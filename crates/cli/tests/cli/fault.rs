@@ -75,7 +75,7 @@ async fn contenders_are_shown_and_that_nothing_measured_is_kept() {
         assert!(outcome.stdout.contains(part), "`{part}` is not in\n{}", outcome.stdout);
     }
     // Nobody answers for this one: what its state carries is shown.
-    let outcome = tower.run(&["fault", "show", "sensor/g5", "--timeout", "2"]);
+    let outcome = tower.run(&["fault", "show", "sensor/g5", "--timeout", "10"]);
     outcome.succeeds();
     for part in ["+45.1 µm", "nothing measured is kept any more\n"] {
         assert!(outcome.stdout.contains(part), "`{part}` is not in\n{}", outcome.stdout);
@@ -100,7 +100,7 @@ async fn a_component_without_a_fault_has_none_and_what_is_unclear_is_not_guessed
     outcome.succeeds();
     let expected = "module1/sensor/g6 of tower, no fault declared: normal, not verified\n";
     assert_eq!(outcome.stdout, expected);
-    let show = |component: &str| tower.run(&["fault", "show", component, "--timeout", "1"]);
+    let show = |component: &str| tower.run(&["fault", "show", component]);
     show("sensor/g6").fails(2, &["`module1/sensor/g6` or `module2/sensor/g6`; say which"]);
     show("module1/sensor/g9").fails(1, &["`module1` has no component `sensor/g9`"]);
     show("module9/sensor/g3").fails(4, &["`module9` is not there"]);
@@ -113,7 +113,7 @@ async fn a_module_that_does_not_answer_is_told() {
     tower.silence("module3", Topic::Fault("sensor/g1".parse().unwrap())).await;
     tower.statuses("module3", ModulePhase::InService, &[]).await;
     tower.token("module3").await;
-    let outcome = tower.run(&["fault", "show", "module3/sensor/g1", "--timeout", "1"]);
+    let outcome = tower.run(&["fault", "show", "module3/sensor/g1", "--timeout", "10"]);
     outcome.fails(4, &["module3 does not answer; nothing is known of its components"]);
     let nowhere = nowhere();
     let arguments = ["fault", "show", "sensor/g1", "--timeout", "0.5", "--connect", &nowhere];

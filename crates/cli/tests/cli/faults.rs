@@ -212,7 +212,7 @@ async fn a_module_that_is_there_and_does_not_answer_is_shown_as_not_answering() 
     tower.silence("module4", Topic::Fault("sensor/g1".parse().unwrap())).await;
     tower.statuses("module4", ModulePhase::InService, &[]).await;
     tower.token("module4").await;
-    let outcome = tower.run(&["faults", "--timeout", "2"]);
+    let outcome = tower.run(&["faults", "--timeout", "10"]);
     outcome.succeeds();
     let line = line(&outcome, "module4 ");
     assert!(line.starts_with("module4 NOT ANSWERING 4711"), "{line}");

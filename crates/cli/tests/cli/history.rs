@@ -27,7 +27,7 @@ async fn tower() -> StandIn {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn three_pages_become_one_table_and_what_is_missing_is_noted() {
-    let outcome = tower().await.run(&["history", "--timeout", "2"]);
+    let outcome = tower().await.run(&["history", "--timeout", "10"]);
     outcome.succeeds();
     let read: Vec<String> = outcome
         .stdout
@@ -41,8 +41,8 @@ async fn three_pages_become_one_table_and_what_is_missing_is_noted() {
     for note in [
         "note: module1: the journal reaches back to transition 3 only",
         "note: module1: transitions 6 to 7 are missing from the journal",
-        "note: module3: no answer within 2s; nothing is known of its history",
-        "note: module4: no answer within 2s; nothing is known of its history",
+        "note: module3: no answer within 10s; nothing is known of its history",
+        "note: module4: no answer within 10s; nothing is known of its history",
     ] {
         assert!(outcome.stdout.contains(note), "`{note}` is not in:\n{}", outcome.stdout);
     }
@@ -50,7 +50,7 @@ async fn three_pages_become_one_table_and_what_is_missing_is_noted() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn json_contains_the_same() {
-    let outcome = tower().await.run(&["history", "--json", "--timeout", "2", "--limit", "3"]);
+    let outcome = tower().await.run(&["history", "--json", "--timeout", "10", "--limit", "3"]);
     outcome.succeeds();
     let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
     let sequences = |list: &str, field: &str| -> Vec<u64> {
@@ -120,8 +120,8 @@ async fn what_a_fault_is_stands_after_it() {
 #[tokio::test(flavor = "multi_thread")]
 async fn without_any_journal_it_fails() {
     let tower = tower().await;
-    let named = tower.run(&["history", "--module", "module3", "module9", "--timeout", "2"]);
-    named.fails(4, &["module3: no answer within 2s", "module9: not there"]);
+    let named = tower.run(&["history", "--module", "module3", "module9", "--timeout", "10"]);
+    named.fails(4, &["module3: no answer within 10s", "module9: not there"]);
     let nowhere = nowhere();
     run(&["history", "--connect", &nowhere, "--timeout", "0.5"]).fails(4, &[&nowhere]);
 }

@@ -46,8 +46,9 @@ async fn a_fault_arrives_as_it_was_given_and_so_does_a_repair() {
 async fn a_refusal_and_a_plant_that_is_not_there_are_distinguished() {
     let mut tower = StandIn::open("tower").await;
     tower.token("module1").await;
-    let inject = ["inject", "module1/sensor/g9", "zero_output", "--timeout", "1"];
-    tower.run(&inject).fails(4, &["no plant was there", "no command was sent"]);
+    let inject = ["inject", "module1/sensor/g9", "zero_output"];
+    let briefly = [&inject[..], &["--timeout", "1"]].concat();
+    tower.run(&briefly).fails(4, &["no plant was there", "no command was sent"]);
     tower.plant().await;
     tower.run(&inject).fails(1, &["module1/sensor/g9: refused: there is no"]);
 }

@@ -146,7 +146,7 @@ async fn an_absent_module_and_a_silent_one_are_distinguished() {
     ack(&tower, "0.5").fails(4, &["module1/sensor/g2", "not there", "no command was sent"]);
     tower.silence("module1", Topic::Command(OrderKind::Acknowledge)).await;
     tower.token("module1").await;
-    ack(&tower, "2").fails(4, &["module1/sensor/g2", "may or may not have been carried out"]);
+    ack(&tower, "10").fails(4, &["module1/sensor/g2", "may or may not have been carried out"]);
     let nowhere = nowhere();
     run(&["reset", "m/sensor/g", "--by", "a", "--timeout", "0.5", "--connect", &nowhere])
         .fails(4, &[&nowhere]);

@@ -328,9 +328,12 @@ impl StandIn {
         }
     }
 
-    /// Runs a command against this session.
+    /// Runs a command against this session; it has time for what is to come, unless its arguments say how much.
     pub(crate) fn run(&self, arguments: &[&str]) -> Outcome {
-        let arguments = [arguments, &["--connect", &self.endpoint]].concat();
+        let mut arguments = [arguments, &["--connect", &self.endpoint]].concat();
+        if !arguments.contains(&"--timeout") {
+            arguments.extend(["--timeout", "30"]);
+        }
         tokio::task::block_in_place(|| run(&arguments))
     }
 }

@@ -40,8 +40,9 @@ async fn a_stroke_arrives_as_it_was_ordered_or_with_its_usual_size() {
 async fn a_refusal_and_a_plant_that_is_not_there_are_distinguished() {
     let mut tower = StandIn::open("tower").await;
     tower.token("module1").await;
-    let stroke = ["stroke", "module1/actuator/a9", "--timeout", "1"];
-    tower.run(&stroke).fails(4, &["no plant was there", "no command was sent"]);
+    let stroke = ["stroke", "module1/actuator/a9"];
+    let briefly = [&stroke[..], &["--timeout", "1"]].concat();
+    tower.run(&briefly).fails(4, &["no plant was there", "no command was sent"]);
     tower.plant_with_strokes().await;
     tower.run(&stroke).fails(1, &["module1/actuator/a9: refused: there is no"]);
 }
@@ -51,7 +52,7 @@ async fn a_refusal_and_a_plant_that_is_not_there_are_distinguished() {
 async fn a_plant_that_takes_no_strokes_gives_no_answer() {
     let mut tower = StandIn::open("tower").await;
     tower.plant().await;
-    let stroke = [&STROKE[..], &["--timeout", "1"]].concat();
+    let stroke = [&STROKE[..], &["--timeout", "5"]].concat();
     tower.run(&stroke).fails(4, &["module1/actuator/a3: no answer", "may or may not"]);
 }
 

@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn no_step_does_more_than_four_times_the_work_of_the_median_step() {
+    fn no_step_does_more_than_twice_the_work_of_the_median_step() {
         let operations = Cell::new(0);
         let mut group = EstimatorGroup::new(SETTINGS, splat(1e-4));
         let mut work: Vec<u64> = (0..3000)

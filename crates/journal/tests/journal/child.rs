@@ -46,9 +46,12 @@ impl Drop for Process {
     }
 }
 
-/// In the child: the directory. Nothing if a person runs the ignored tests.
-pub(crate) fn directory() -> Option<PathBuf> {
-    env::var_os(DIRECTORY).map(PathBuf::from)
+/// In the child: the directory.
+///
+/// Its test passes only under its parent; by itself it would prove nothing.
+pub(crate) fn directory() -> PathBuf {
+    let directory = env::var_os(DIRECTORY);
+    directory.map(PathBuf::from).expect("this is the child of another test and runs only there")
 }
 
 /// In the child: reports a line to the parent, whole or not at all.

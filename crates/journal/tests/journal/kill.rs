@@ -40,7 +40,8 @@ fn every_record_that_was_synced_survives_the_kill() {
     let directory = tempfile::tempdir().unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(20_261_121);
     for _ in 0..KILLS {
-        let synced = write_and_kill("kill::appends_and_syncs", directory.path(), &mut random);
+        let synced =
+            write_and_kill("kill::appends_and_syncs_as_a_child", directory.path(), &mut random);
         let unlocked = read(directory.path());
         let opened = open(directory.path());
         assert_eq!(opened.records, unlocked);
@@ -55,8 +56,8 @@ fn every_record_that_was_synced_survives_the_kill() {
 
 #[test]
 #[ignore = "the child of another test"]
-fn appends_and_syncs() {
-    let Some(directory) = child::directory() else { return };
+fn appends_and_syncs_as_a_child() {
+    let directory = child::directory();
     let opened = open(&directory);
     let mut journal = opened.journal;
     for number in opened.records.len() as u64.. {
@@ -87,7 +88,8 @@ fn the_state_survives_a_kill_in_a_rotation() {
     let directory = tempfile::tempdir().unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(20_261_122);
     for _ in 0..KILLS {
-        let synced = write_and_kill("kill::appends_and_rotates", directory.path(), &mut random);
+        let synced =
+            write_and_kill("kill::appends_and_rotates_as_a_child", directory.path(), &mut random);
         let unlocked = read(directory.path());
         let records = open(directory.path()).records;
         assert_eq!(records, unlocked);
@@ -98,8 +100,8 @@ fn the_state_survives_a_kill_in_a_rotation() {
 
 #[test]
 #[ignore = "the child of another test"]
-fn appends_and_rotates() {
-    let Some(directory) = child::directory() else { return };
+fn appends_and_rotates_as_a_child() {
+    let directory = child::directory();
     let opened = open(&directory);
     let mut journal = opened.journal;
     for next in state(&opened.records) + 1.. {

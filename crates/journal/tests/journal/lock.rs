@@ -37,7 +37,7 @@ fn a_second_handle_in_the_same_process_is_refused() {
 fn another_process_is_refused_until_the_holder_is_killed() {
     let directory = tempfile::tempdir().unwrap();
     for _ in 0..5 {
-        let mut holder = Process::start("lock::holds_the_journal", directory.path());
+        let mut holder = Process::start("lock::holds_the_journal_as_a_child", directory.path());
         assert_eq!(holder.hear(), "holding");
         is_in_use_by(directory.path(), holder.child.id());
         holder.kill();
@@ -79,8 +79,8 @@ fn a_process_being_started_does_not_keep_the_lock() {
 
 #[test]
 #[ignore = "the child of another test"]
-fn holds_the_journal() {
-    let Some(directory) = child::directory() else { return };
+fn holds_the_journal_as_a_child() {
+    let directory = child::directory();
     let mut journal = open(&directory).journal;
     journal.append("held").unwrap();
     child::tell("holding");

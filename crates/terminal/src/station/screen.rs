@@ -104,6 +104,7 @@ mod tests {
 
     /// With a terminal of its own, which `script` (util-linux) makes.
     #[test]
+    #[ignore = "needs `script` of util-linux"]
     fn a_panic_of_any_thread_gives_the_terminal_back() {
         if std::env::var_os(PANICS).is_some() {
             let _screen = Screen::enter().unwrap();
@@ -113,7 +114,8 @@ mod tests {
             std::process::exit(0);
         }
         let program = std::env::current_exe().unwrap();
-        let command = format!("{} --exact {NAME} --nocapture; stty -a", program.display());
+        let command =
+            format!("{} --exact {NAME} --ignored --nocapture; stty -a", program.display());
         let run = Command::new("script")
             .args(["-q", "-e", "-c", &command, "/dev/null"])
             .env(PANICS, "1")

@@ -1,7 +1,5 @@
 //! Browsers that are silent, slow or gone.
 
-use std::time::{Duration, Instant};
-
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpListener;
 use tokio::time::timeout;
@@ -18,11 +16,10 @@ async fn the_end_waits_for_no_page_that_stays_open() {
     let mut begun = [0; 12];
     timeout(WITHIN, endless.read_exact(&mut begun)).await.unwrap().unwrap();
     assert_eq!(&begun, b"HTTP/1.1 200");
+    // Neither connection ever ends by itself.
     let silent = page.browser().connect().await;
-    let begin = Instant::now();
     page.trigger.pull();
     timeout(WITHIN, page.task).await.unwrap().unwrap();
-    assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
     // The address is free.
     drop((endless, silent));
     TcpListener::bind(page.address).await.unwrap();

@@ -68,7 +68,7 @@ impl PageServer {
             access: Access::new(access),
             structure: None,
             operator,
-            timeout: Duration::from_secs(3),
+            timeout: Duration::from_secs(30),
             drawing: None,
             desk: Desk::default(),
             counters: Counters::default(),

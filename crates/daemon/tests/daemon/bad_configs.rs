@@ -1,5 +1,4 @@
 //! Every mistake in a configuration is named, with its file and line, and all of them at once.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
 use std::path::{Path, PathBuf};
 

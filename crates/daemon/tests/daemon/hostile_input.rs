@@ -1,15 +1,12 @@
 //! What is not as it should be is refused or counted, by name, and nothing stops working.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
-
-mod support;
 
 use std::time::Duration;
 
+use crate::support::{LIMIT, Process, Rig, first, in_time, status};
 use daemon::config::{PlantFlags, Speed};
 use names::fault::Fault;
 use names::{ComponentPath, RunId, Step};
 use observer::OrderError;
-use support::{Process, Rig, first, in_time, status};
 use wire::{
     Injection, PlantPhase, PlantStatus, Refused, Sample, SampleQuestion, StateAnswer, StateQuestion,
 };
@@ -39,7 +36,7 @@ async fn rig_with_a_diagnoser_that_is_stale_after(ms: u64) -> (Rig, Process, Ses
     let diagnoser = rig.start_diagnoser(0);
     let observer = rig.observer().await;
     let (structure, lower) = (&rig.plant.structure.name, ["lower".parse().unwrap()]);
-    observer::wait_for(&observer, structure, &lower, false, support::LIMIT).await.unwrap();
+    observer::wait_for(&observer, structure, &lower, false, LIMIT).await.unwrap();
     (rig, diagnoser, observer)
 }
 
@@ -363,8 +360,7 @@ async fn without_its_peer_a_small_change_is_unconfirmed_and_a_jump_is_latched() 
             fault: Some(Fault::Bias { offset_m }),
             at_step: None,
         };
-        let second = Duration::from_secs(5);
-        observer::inject(&observer, &structure, &order, second).await.unwrap();
+        observer::inject(&observer, &structure, &order, LIMIT).await.unwrap();
         let mut states = Vec::new();
         in_time(&format!("{gage} {last}"), async {
             while states.last().is_none_or(|state| state != last) {
@@ -423,7 +419,8 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_only_a_liar_explains_is_latched() {
     let flags = PlantFlags { speed: Some(Speed::Factor(4.0)), ..PlantFlags::default() };
-    let mut rig = Rig::new("small/plant.toml", &SMALL, &flags);
+    // The liar shares the machine with everybody else: what it says is to come in time.
+    let mut rig = Rig::new("small/plant.toml", &SMALL, &flags).patient();
     rig.plant.wait_for = vec!["lower".parse().unwrap()];
     let lower = rig.start_diagnoser(0);
     let observer = rig.observer().await;
@@ -443,7 +440,7 @@ async fn what_only_a_liar_explains_is_latched() {
         fault: Some(Fault::Bias { offset_m: 1.2e-5 }),
         at_step: None,
     };
-    observer::inject(&observer, &structure, &order, Duration::from_secs(5)).await.unwrap();
+    observer::inject(&observer, &structure, &order, LIMIT).await.unwrap();
     let mut states = Vec::new();
     let latched = in_time("latched", async {
         loop {
@@ -487,16 +484,15 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
     let plant = rig.start_plant();
     let observer = rig.observer().await;
     let structure = rig.plant.structure.name.clone();
-    observer::wait_for(&observer, &structure, &[], true, support::LIMIT).await.unwrap();
+    observer::wait_for(&observer, &structure, &[], true, LIMIT).await.unwrap();
     let order = |component: &str, fault, at_step: Option<u64>| Injection {
         component: component.parse().unwrap(),
         fault,
         at_step: at_step.map(Step),
     };
     let bias = Some(Fault::Bias { offset_m: 1e-5 });
-    let send = async |order: &Injection| {
-        observer::inject(&observer, &structure, order, Duration::from_secs(5)).await
-    };
+    let send =
+        async |order: &Injection| observer::inject(&observer, &structure, order, LIMIT).await;
 
     let done = send(&order("lower/sensor/g1", bias, None)).await.unwrap();
     let later = send(&order("lower/sensor/g2", bias, Some(1_000_000))).await.unwrap();
@@ -532,7 +528,7 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
         let replies = observer
             .get("trusswatch/small/plant/command/inject")
             .payload(payload)
-            .timeout(Duration::from_secs(5))
+            .timeout(LIMIT)
             .await
             .unwrap();
         let reply = in_time("a reply", replies.recv_async()).await.unwrap();

@@ -1,7 +1,5 @@
 //! A journal that a later version wrote keeps what it says, and what is not understood of it is not taken for healthy.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
-
 use std::path::Path;
 
 use daemon::diagnoser::StateDirectory;

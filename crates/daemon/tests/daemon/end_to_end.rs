@@ -1,27 +1,24 @@
 //! Plant and diagnosers over the network come to the verdicts of one process.
 //!
-//! Authority: `diagnosis` and `plant` in one process, without any network.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
-mod support;
+//! Authority: `diagnosis` and `plant` in one process, without any network.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
+use crate::support::{
+    LIMIT, Process, Reference, Rig, Story, in_time, note, status, story_of_reference,
+};
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use daemon::player::{Manner, Programme};
 use names::fault::Fault;
 use names::{RunId, Step};
 use observer::{Feed, News};
-use support::{Process, Reference, Rig, Story, in_time, note, status, story_of_reference};
 use wire::FaultTransition;
 use wire::keys::Watched;
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
 const RUN: RunId = RunId(42);
-/// For a page of a journal.
-const A_PAGE: Duration = Duration::from_secs(5);
 const TOWER: [&str; 2] = ["module1.toml", "module2.toml"];
 const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
 
@@ -33,7 +30,8 @@ fn fault(at_step: u64, until_step: Option<u64>, component: &str, fault: Fault) -
 /// A sensor's and an actuator's fault, more than a horizon apart.
 fn rig(plant: &str, modules: &[&str], components: [&str; 2], flags: PlantFlags) -> Rig {
     let flags = PlantFlags { run_id: Some(RUN), ..flags };
-    let mut rig = Rig::new(plant, modules, &flags);
+    // The transitions are those of one process only as long as every answer is waited for.
+    let mut rig = Rig::new(plant, modules, &flags).patient();
     rig.plant.schedule.faults = vec![
         fault(3000, Some(3500), components[0], Fault::Bias { offset_m: 5e-5 }),
         fault(6800, None, components[1], Fault::InternalLeakage { area_m2: 5e-8 }),
@@ -74,7 +72,7 @@ async fn until_as_expected(faults: &mut Feed, expected: &Story) {
             }
         }
     };
-    let in_time = tokio::time::timeout(support::LIMIT, as_expected).await;
+    let in_time = tokio::time::timeout(LIMIT, as_expected).await;
     assert!(in_time.is_ok(), "expected {expected:#?}\nfound {story:#?}");
 }
 
@@ -85,18 +83,18 @@ async fn until_journals_are_as_expected(observer: &Session, rig: &Rig, expected:
     let as_expected = async {
         while story != *expected {
             for module in rig.modules() {
-                let journal = observer::history(observer, structure, &module, 1, A_PAGE).await;
+                let journal = observer::history(observer, structure, &module, 1, LIMIT).await;
                 journal.transitions.iter().for_each(|transition| note(&mut story, transition));
             }
         }
     };
-    let in_time = tokio::time::timeout(support::LIMIT, as_expected).await;
+    let in_time = tokio::time::timeout(LIMIT, as_expected).await;
     assert!(in_time.is_ok(), "expected {expected:#?}\nfound {story:#?}");
 }
 
 async fn listen(observer: &Session, rig: &Rig) -> Feed {
     let (structure, modules) = (&rig.plant.structure.name, rig.modules());
-    let everybody = observer::wait_for(observer, structure, &modules, false, support::LIMIT);
+    let everybody = observer::wait_for(observer, structure, &modules, false, LIMIT);
     everybody.await.unwrap();
     Feed::open(observer, None).await.unwrap()
 }
@@ -106,7 +104,7 @@ async fn present_states(observer: &Session) -> BTreeMap<String, FaultTransition>
     let replies = observer
         .get(Watched::default().faults())
         .consolidation(ConsolidationMode::None)
-        .timeout(Duration::from_secs(5))
+        .timeout(LIMIT)
         .await
         .unwrap();
     let mut states = BTreeMap::new();
@@ -170,7 +168,7 @@ async fn at_full_speed_with_the_plant_first_the_verdicts_are_those_of_one_proces
     let plant = rig.start_plant();
     let observer = rig.observer().await;
     let structure = &rig.plant.structure.name;
-    let plant_is_there = observer::wait_for(&observer, structure, &[], true, support::LIMIT);
+    let plant_is_there = observer::wait_for(&observer, structure, &[], true, LIMIT);
     plant_is_there.await.unwrap();
     let diagnosers = vec![rig.start_diagnoser(1), rig.start_diagnoser(0)];
     plant.end().await;

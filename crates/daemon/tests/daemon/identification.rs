@@ -1,17 +1,15 @@
 //! What kind of fault it is, and how large, goes over the network, into the journal, and through a restart.
 //!
-//! Authority: the fault that the plant was given.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
-mod support;
+//! Authority: the fault that the plant was given.
 
 use std::time::Duration;
 
+use crate::support::{LIMIT, Rig, in_time};
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use names::fault::Fault;
 use names::{ComponentPath, RunId, Step};
 use observer::{Feed, News};
-use support::{Rig, in_time};
 use wire::keys::Watched;
 use wire::{FaultState, FaultTransition, Identification, Message, Order, OrderKind};
 use zenoh::Session;
@@ -22,7 +20,6 @@ const RUN: RunId = RunId(42);
 const OFFSET_M: f64 = 6e-5;
 /// The 95 % interval may miss the true offset now and then, but not by as much as this.
 const ROOM_M: f64 = 2e-6;
-const SECOND: Duration = Duration::from_secs(5);
 
 /// A gage of the tower that is off from step 3000 on, and diagnosers that keep a journal.
 fn rig(state: &std::path::Path) -> (Rig, ComponentPath) {
@@ -32,7 +29,7 @@ fn rig(state: &std::path::Path) -> (Rig, ComponentPath) {
         run_id: Some(RUN),
         ..PlantFlags::default()
     };
-    let mut rig = Rig::new("plant.toml", &TOWER, &flags);
+    let mut rig = Rig::new("plant.toml", &TOWER, &flags).patient();
     let component: ComponentPath = "module2/sensor/g3".parse().unwrap();
     rig.plant.schedule.faults = vec![ScheduledFault {
         at_step: Step(3000),
@@ -68,7 +65,7 @@ async fn next_decided(received: &mut Feed, component: &ComponentPath) -> Identif
 
 /// What a query gets.
 async fn replies<M: Message>(observer: &Session, expression: String) -> Vec<M> {
-    let query = observer.get(expression).consolidation(ConsolidationMode::None).timeout(SECOND);
+    let query = observer.get(expression).consolidation(ConsolidationMode::None).timeout(LIMIT);
     let received = query.await.unwrap();
     let mut replies = Vec::new();
     while let Ok(reply) = in_time("a reply", received.recv_async()).await {
@@ -109,7 +106,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     let diagnosers = [rig.start_diagnoser(0), rig.start_diagnoser(1)];
     let observer = rig.observer().await;
     let all = rig.modules();
-    observer::wait_for(&observer, &structure, &all, false, support::LIMIT).await.unwrap();
+    observer::wait_for(&observer, &structure, &all, false, LIMIT).await.unwrap();
     let mut received = subscribe(&observer).await;
     let plant = rig.start_plant();
 
@@ -132,10 +129,10 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
         ..Order::default()
     };
     let acknowledge = OrderKind::Acknowledge;
-    observer::order(&observer, &structure, &module, &acknowledge.into(), &order, SECOND)
+    observer::order(&observer, &structure, &module, &acknowledge.into(), &order, LIMIT)
         .await
         .unwrap();
-    let history = observer::history(&observer, &structure, &module, 1, SECOND).await;
+    let history = observer::history(&observer, &structure, &module, 1, LIMIT).await;
     let carried = history.transitions.last().unwrap();
     assert_eq!(carried.state, FaultState::Acknowledged);
     is_the_bias(carried.identification.as_deref().unwrap());
@@ -147,7 +144,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     }
     drop(received);
     let again = rig.start_diagnoser(1);
-    observer::wait_for(&observer, &structure, &[module], false, support::LIMIT).await.unwrap();
+    observer::wait_for(&observer, &structure, &[module], false, LIMIT).await.unwrap();
     let recalled = present_state(&observer, &component).await.identification.unwrap();
     // What the transition carried is later than what was published last, if they differ.
     is_the_bias(&recalled);

@@ -1,15 +1,13 @@
 //! What a diagnoser takes beside samples is published, numbered without a gap, and given again; so is its setup, with which
-//! another diagnoser computes the very same divergences.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
-mod support;
+//! another diagnoser computes the very same divergences.
 
 use std::time::Duration;
 
+use crate::support::{LIMIT, Rig, configs, in_time};
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser};
 use diagnosis::{Diagnoser, Event, ModuleSetup, Sample};
 use names::{RunId, Step};
-use support::{Rig, configs, in_time};
 use translation::{Speaker, setup_fingerprint, to_setup};
 use wire::{Input, ModuleConfiguration, Taken};
 use zenoh::Session;
@@ -88,7 +86,7 @@ async fn inputs_are_published_and_given_again() {
     let observer = rig.observer().await;
     let module = [rig.modules()[0].clone()];
     let structure = "small".parse().unwrap();
-    observer::wait_for(&observer, &structure, &module, false, support::LIMIT).await.unwrap();
+    observer::wait_for(&observer, &structure, &module, false, LIMIT).await.unwrap();
     let subscriber = observer.declare_subscriber(INPUTS).await.unwrap();
     let mut seen = vec![first(&observer, &subscriber).await];
     for step in [5, 6, 7, 11, 12] {

@@ -1,14 +1,11 @@
 //! A peer whose answers are right but late, as over a link that loses packets, is waited for.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
-
-mod support;
 
 use std::time::Duration;
 
+use crate::support::{Rig, in_time, status};
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use names::Step;
 use names::fault::Fault;
-use support::{Rig, in_time, status};
 use tokio::runtime::Handle;
 use wire::{FaultState, FaultTransition, ModuleStatus, StateAnswer, StateQuestion};
 use zenoh::query::{Query, Queryable};

@@ -1,7 +1,6 @@
 //! A state directory that a former version wrote is read as that version meant it. Each folder beside
-//! `data/state-0.1.0` is a module's own after a demo; a later version adds its own and keeps these.
 
-#![allow(clippy::unwrap_used, reason = "test code")]
+//! `data/state-0.1.0` is a module's own after a demo; a later version adds its own and keeps these.
 
 use std::path::Path;
 

@@ -1,21 +1,15 @@
 //! The plant lets a cylinder make a stroke by order from the network, one at a time.
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a test that cannot set itself up has failed"
-)]
 
-mod support;
+use std::f64::consts::TAU;
 
-use std::collections::BTreeMap;
-use std::time::Duration;
-
+use crate::support::{LIMIT, Process, Rig, first, in_time};
 use daemon::config::{PlantFlags, Speed};
 use names::{Step, StructureName};
 use observer::OrderError;
-use support::{Process, Rig, first, in_time};
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use wire::{Refused, Sample, Stroke, StrokeBegun};
 use zenoh::Session;
+use zenoh::pubsub::Subscriber;
 
 const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
 const SAMPLES: &str = "trusswatch/small/lower/sample";
@@ -36,12 +30,12 @@ impl Scene {
         let plant = rig.start_plant();
         let observer = rig.observer().await;
         let structure = rig.plant.structure.name.clone();
-        observer::wait_for(&observer, &structure, &[], true, support::LIMIT).await.unwrap();
+        observer::wait_for(&observer, &structure, &[], true, LIMIT).await.unwrap();
         Scene { plant, observer, structure }
     }
 
     async fn order(&self, stroke: &Stroke) -> Result<StrokeBegun, OrderError> {
-        observer::stroke(&self.observer, &self.structure, stroke, Duration::from_secs(5)).await
+        observer::stroke(&self.observer, &self.structure, stroke, LIMIT).await
     }
 
     async fn is_refused(&self, stroke: &Stroke, reason: &str) {
@@ -57,6 +51,38 @@ impl Scene {
     }
 }
 
+/// The samples of the lower module as they come, however long nobody looks: a subscriber whose queue is full holds up the
+/// replies that come over the same link.
+struct Samples {
+    arriving: UnboundedReceiver<Sample>,
+    _subscriber: Subscriber<()>,
+}
+
+impl Samples {
+    async fn of(observer: &Session) -> Self {
+        let (sender, arriving) = unbounded_channel();
+        let take = move |received: zenoh::sample::Sample| {
+            // There is no receiver any more when a test is over.
+            let _ = sender.send(read(&received).unwrap());
+        };
+        let subscriber = observer.declare_subscriber(SAMPLES).callback(take).await.unwrap();
+        Self { arriving, _subscriber: subscriber }
+    }
+
+    /// The first one from this step on: on a busy machine one may be lost.
+    async fn from(&mut self, step: Step) -> Sample {
+        in_time("a sample", async {
+            loop {
+                let sample = self.arriving.recv().await.unwrap();
+                if sample.step >= step {
+                    return sample;
+                }
+            }
+        })
+        .await
+    }
+}
+
 fn stroke(component: &str) -> Stroke {
     Stroke {
         component: component.parse().unwrap(),
@@ -66,6 +92,13 @@ fn stroke(component: &str) -> Stroke {
     }
 }
 
+/// What a stroke of four seconds adds to the demand after this many of its steps: F sin²(2πt/T), first one way and then
+/// the other.
+fn pushed_n(steps: u64) -> f64 {
+    let place = steps as f64 / 4000.0;
+    FORCE_N.copysign(0.5 - place) * (TAU * place).sin().powi(2)
+}
+
 fn read(received: &zenoh::sample::Sample) -> Option<Sample> {
     wire::decode(&received.payload().to_bytes()).ok()
 }
@@ -73,18 +106,9 @@ fn read(received: &zenoh::sample::Sample) -> Option<Sample> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_stroke_moves_the_demand_of_its_cylinder_alone_and_another_one_has_to_wait() {
     let scene = Scene::open().await;
-    let samples = scene.observer.declare_subscriber(SAMPLES).await.unwrap();
-    let mut seen = BTreeMap::new();
-    let mut until = async |step: Step| {
-        while !seen.contains_key(&step) {
-            let received = in_time("a sample", samples.recv_async()).await.unwrap();
-            let sample = read(&received).unwrap();
-            seen.insert(sample.step, sample.demands_n);
-        }
-        seen[&step].clone()
-    };
-    let received = in_time("a sample", samples.recv_async()).await.unwrap();
-    until(read(&received).unwrap().step.plus(100)).await;
+    let mut samples = Samples::of(&scene.observer).await;
+    let first = samples.from(Step(0)).await.step;
+    samples.from(first.plus(100)).await;
 
     // Only one module has such a cylinder.
     let begun = scene.order(&stroke("actuator/a2")).await.unwrap();
@@ -93,13 +117,14 @@ async fn a_stroke_moves_the_demand_of_its_cylinder_alone_and_another_one_has_to_
     let busy = "`lower/actuator/a2` is making its stroke; wait until it has ended";
     scene.is_refused(&stroke("upper/actuator/a1"), busy).await;
 
-    let held = until(begun.first_step).await;
-    for (after, force_n) in [(1000, FORCE_N), (2000, 0.0), (3000, -FORCE_N)] {
-        let demands = until(begun.first_step.plus(after)).await;
+    let held = samples.from(begun.first_step).await.demands_n;
+    for after in [1000, 2000, 3000] {
+        let sample = samples.from(begun.first_step.plus(after)).await;
+        let (demands, force_n) = (sample.demands_n, pushed_n(sample.step.since(begun.first_step)));
         assert!((demands[1] - held[1] - force_n).abs() < 1e-6, "{held:?} {demands:?}");
         assert!((demands[0] - held[0]).abs() < 1e-6, "{held:?} {demands:?}");
     }
-    until(begun.last_step.plus(1)).await;
+    samples.from(begun.last_step.plus(1)).await;
     let next = scene.order(&stroke("upper/actuator/a1")).await.unwrap();
     assert!(next.first_step > begun.last_step);
     scene.close().await;
@@ -129,7 +154,7 @@ async fn an_order_that_makes_no_sense_is_refused_with_the_reason_and_moves_nothi
         ("{\"v\":1,\"component\":\"actuator/a2\",\"force_n\":\"5 kN\"}", "not a stroke"),
     ] {
         let query = scene.observer.get("trusswatch/small/plant/command/stroke").payload(payload);
-        let replies = query.timeout(Duration::from_secs(5)).await.unwrap();
+        let replies = query.timeout(LIMIT).await.unwrap();
         let reply = in_time("a reply", replies.recv_async()).await.unwrap();
         let error = reply.result().unwrap_err().payload().to_bytes().into_owned();
         let refused: Refused = wire::decode(&error).unwrap();

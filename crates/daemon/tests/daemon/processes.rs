@@ -1,18 +1,14 @@
 //! The real binaries: exit codes, `check`, busy ports, signals.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
-
-mod support;
 
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
-use std::time::Duration;
 
+use crate::support::{LIMIT, configs, free_endpoint, in_time};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use session::Network;
-use support::{configs, free_endpoint, in_time};
 use tempfile::TempDir;
 
 const PLANT: &str = env!("CARGO_BIN_EXE_trusswatch-plant");
@@ -147,30 +143,28 @@ async fn ends(mut running: Running, signal: Option<Signal>) -> i32 {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn sigterm_and_sigint_end_the_processes_properly_and_soon() {
+async fn sigterm_and_sigint_end_processes_that_would_never_end() {
     let folder = TempDir::new().unwrap();
     let [plant_at, module_at] = [free_endpoint(), free_endpoint()];
     let plant_file = without_network(&folder, "plant.toml");
     let module_file = without_network(&folder, "module1.toml");
-    // module 2 never comes: the plant waits for it
+    // Module 2 never comes and the plant waits for it: without the signals neither process would end.
     let plant = start(PLANT, &["run", plant_file.to_str().unwrap(), "--listen", &plant_at]);
     let module =
         ["run", module_file.to_str().unwrap(), "--listen", &module_at, "--connect", &plant_at];
     let diagnoser = start(DIAGNOSER, &module);
     let session = session::open(&Network::peer_of(&[plant_at, module_at])).await.unwrap();
     let (structure, modules) = ("tower".parse().unwrap(), ["module1".parse().unwrap()]);
-    observer::wait_for(&session, &structure, &modules, true, support::LIMIT).await.unwrap();
+    observer::wait_for(&session, &structure, &modules, true, LIMIT).await.unwrap();
     let gone = session
         .liveliness()
         .declare_subscriber(wire::keys::Watched::default().tokens())
         .await
         .unwrap();
-    let started = std::time::Instant::now();
     assert_eq!(ends(diagnoser, Some(Signal::SIGTERM)).await, 0);
     let token = in_time("the token's end", gone.recv_async()).await.unwrap();
     assert_eq!(token.kind(), zenoh::sample::SampleKind::Delete);
     assert_eq!(ends(plant, Some(Signal::SIGINT)).await, 0);
-    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
     session::close(&session).await;
 }
 

@@ -1,13 +1,11 @@
 //! Alarms are set aside by order, for a component or for a module, and count again by themselves; a restart in between
+
 //! changes nothing of that.
-#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
-mod support;
-
+use crate::support::{LIMIT, Process, Rig, in_time, status};
 use daemon::config::PlantFlags;
 use names::OperatorName;
 use observer::{Command, OrderError};
-use support::{LIMIT, Process, Rig, in_time, status};
 use wire::{FaultTransition, GivenOrderKind, Obeyed, Order, OrderKind};
 use zenoh::Session;
 

@@ -1,0 +1,25 @@
+//! Campaigns, figures and reports as a caller sees them. One program, so that tests which compute for a while run side
+//! by side.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "test code")]
+
+mod calibration;
+mod campaign;
+mod conditions;
+mod controllers;
+mod explain;
+mod export;
+mod figures;
+mod gaps;
+mod histories;
+mod identification;
+mod limits;
+mod more_modules;
+mod pareto_reference;
+mod power;
+mod report;
+mod rig;
+mod sampling_rates;
+mod summary;
+mod tower;
+mod trace;
