@@ -12,7 +12,7 @@ use daemon::config::{
 use names::RunId;
 use tempfile::TempDir;
 
-use crate::binaries::Version;
+use crate::binaries::{configs, program};
 use crate::interposer::Interposer;
 use crate::lab::{Lab, Node};
 use crate::process::{Process, log_of};
@@ -43,38 +43,22 @@ pub struct Deployment {
     pub onlooker: Option<String>,
     lab: Option<Arc<Lab>>,
     interposers: Mutex<BTreeMap<usize, Arc<Interposer>>>,
-    /// That of the configurations, and of the programs at first.
-    version: Version,
-    /// That of the program at each place, if it is another.
-    versions: Mutex<BTreeMap<usize, Version>>,
 }
 
 impl Deployment {
     /// Copies of the shipped configurations of the tower, with free ports and this schedule.
     #[must_use]
     pub fn of_tower(schedule: &Schedule) -> Self {
-        Self::of_tower_in(Version::Present, schedule)
-    }
-
-    /// The same with the configurations and programs of one version.
-    #[must_use]
-    pub fn of_tower_in(version: Version, schedule: &Schedule) -> Self {
         let endpoints = Node::DEPLOYED.map(|_| free_endpoint()).into();
-        Self::new(schedule, endpoints, None, None, version)
+        Self::new(schedule, endpoints, None, None)
     }
 
     /// The same, and every process connects to the observer by itself: a restarted process is
     /// seen at once, not at the observer's next retry.
     #[must_use]
     pub fn of_watched_tower(schedule: &Schedule) -> Self {
-        Self::of_watched_tower_in(Version::Present, schedule)
-    }
-
-    /// The same with the configurations and programs of one version.
-    #[must_use]
-    pub fn of_watched_tower_in(version: Version, schedule: &Schedule) -> Self {
         let endpoints = Node::DEPLOYED.map(|_| free_endpoint()).into();
-        Self::new(schedule, endpoints, Some(free_endpoint()), None, version)
+        Self::new(schedule, endpoints, Some(free_endpoint()), None)
     }
 
     /// The same in a laboratory, where every process has a network card of its own.
@@ -82,7 +66,7 @@ impl Deployment {
     pub fn in_lab(schedule: &Schedule, lab: Arc<Lab>) -> Self {
         let endpoint = |node| format!("tcp/{}:{LAB_PORT}", lab.address(node));
         let endpoints = Node::DEPLOYED.map(endpoint).into();
-        Self::new(schedule, endpoints, None, Some(lab), Version::Present)
+        Self::new(schedule, endpoints, None, Some(lab))
     }
 
     fn new(
@@ -90,7 +74,6 @@ impl Deployment {
         endpoints: Vec<String>,
         onlooker: Option<String>,
         lab: Option<Arc<Lab>>,
-        version: Version,
     ) -> Self {
         let deployment = Self {
             folder: crate::folder::temporary(),
@@ -98,8 +81,6 @@ impl Deployment {
             onlooker,
             lab,
             interposers: Mutex::default(),
-            version,
-            versions: Mutex::default(),
         };
         for place in 0..deployment.endpoints.len() {
             deployment.copy_config(place);
@@ -111,7 +92,7 @@ impl Deployment {
     /// Writes a shipped file with its paths made absolute and the network of this deployment.
     fn copy_config(&self, place: usize) {
         let name = self.file_name(place);
-        let configs = self.version.configs();
+        let configs = configs();
         let text = std::fs::read_to_string(configs.join(&name)).unwrap();
         let mut table: toml::Table = text.parse().unwrap();
         for key in ["structure", "thresholds", "reference"] {
@@ -262,16 +243,6 @@ impl Deployment {
         interposer
     }
 
-    /// From now on the program of this version is started at this place: the plant's is 0, then come the modules'.
-    pub fn install(&self, place: usize, version: Version) {
-        self.versions.lock().unwrap().insert(place, version);
-    }
-
-    fn program(&self, place: usize, name: &str) -> Command {
-        let version = self.versions.lock().unwrap().get(&place).copied();
-        version.unwrap_or(self.version).program(name)
-    }
-
     /// Has every process a network card of its own?
     pub(crate) fn is_in_lab(&self) -> bool {
         self.lab.is_some()
@@ -311,7 +282,7 @@ impl Deployment {
     /// Starts the plant.
     #[must_use]
     pub fn start_plant(&self, speed: &str, steps: u64, seed: u64, run: RunId) -> Process {
-        let mut command = self.program(0, "trusswatch-plant");
+        let mut command = program("trusswatch-plant");
         command.arg("run").arg(self.file(0)).args(["--speed", speed, "--schedule"]);
         command.arg(self.schedule()).args(["--run-id", &run.to_string()]);
         command.args(["--steps", &steps.to_string(), "--seed", &seed.to_string()]);
@@ -321,7 +292,7 @@ impl Deployment {
     /// Starts the diagnoser of the module at `index`.
     #[must_use]
     pub fn start_diagnoser(&self, index: usize) -> Process {
-        let mut command = self.program(index + 1, "trusswatch-diagnoser");
+        let mut command = program("trusswatch-diagnoser");
         command.arg("run").arg(self.file(index + 1));
         if let Some(interposer) = self.interposers.lock().unwrap().get(&index) {
             interposer.preload(&mut command);

@@ -11,7 +11,6 @@ pub mod chaos;
 pub mod cut_link;
 pub mod deployment;
 pub mod folder;
-pub mod follower;
 pub mod footprint;
 mod grid;
 pub mod held;

@@ -4,7 +4,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::binaries::Version;
+use crate::binaries::program;
 use crate::deployment::Deployment;
 use crate::in_time;
 
@@ -35,23 +35,13 @@ impl Ended {
 
 /// Runs `trusswatch` with these words and the endpoints of the diagnosers.
 pub async fn trusswatch(deployment: &Deployment, words: &[&str]) -> Ended {
-    trusswatch_of(Version::Present, deployment, words).await
-}
-
-/// The same with the program of one version.
-pub async fn trusswatch_of(version: Version, deployment: &Deployment, words: &[&str]) -> Ended {
-    ended(command(version, deployment, words)).await
-}
-
-/// `trusswatch` with these words and the endpoints of the diagnosers.
-pub(crate) fn command(version: Version, deployment: &Deployment, words: &[&str]) -> Command {
-    let mut command = version.program("trusswatch");
+    let mut command = program("trusswatch");
     command.args(words).args(["--mode", "peer"]);
     wait_patiently(&mut command, words);
     for endpoint in &deployment.endpoints[1..] {
         command.args(["--connect", endpoint]);
     }
-    command
+    ended(command).await
 }
 
 /// Gives a command time for what is to come, unless its own words say how much.

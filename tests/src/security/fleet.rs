@@ -11,7 +11,7 @@ use zenoh::Session;
 use super::member::{Above, Member};
 use super::stand::{gives_up, pki, router, secure, switch_off};
 use super::trace::line_of;
-use crate::binaries::{Version, program};
+use crate::binaries::program;
 use crate::deployment::free_endpoint;
 use crate::in_time;
 use crate::lab::{Lab, Node};
@@ -123,27 +123,18 @@ impl Fleet {
 
 /// Makes the fleet's certificates; returns the rules of its router.
 async fn papers(library: &Path, names: &[&str], host: &str, lease_ms: u32) -> String {
-    pki(Version::Present, library, &["authority", "fleet"]).await;
-    pki(Version::Present, library, &["issue", "router.hub", "--address", host]).await;
+    pki(library, &["authority", "fleet"]).await;
+    pki(library, &["issue", "router.hub", "--address", host]).await;
     for name in names {
-        pki(Version::Present, library, &["issue", &format!("router.{name}")]).await;
+        pki(library, &["issue", &format!("router.{name}")]).await;
     }
-    pki(Version::Present, library, &["issue", "operator.ada", "observer.wall"]).await;
+    pki(library, &["issue", "operator.ada", "observer.wall"]).await;
     let lease_ms = lease_ms.to_string();
-    pki(
-        Version::Present,
-        library,
-        &[&["fleet", "fleet"], names, &["--lease-ms", &lease_ms]].concat(),
-    )
-    .await
+    pki(library, &[&["fleet", "fleet"], names, &["--lease-ms", &lease_ms]].concat()).await
 }
 
 fn hub(door: &str, rules: &Path, library: &Path, folder: &Path) -> Process {
-    Process::start(
-        router(Version::Present, door, rules, &library.join("router.hub")),
-        folder,
-        "hub",
-    )
+    Process::start(router(door, rules, &library.join("router.hub")), folder, "hub")
 }
 
 async fn open(door: &str, tls: PathBuf) -> Session {

@@ -8,7 +8,7 @@ use daemon::config::Schedule;
 use names::RunId;
 
 use super::stand::{PARTS, pki, router, secure, switch_off};
-use crate::binaries::{Version, configs};
+use crate::binaries::configs;
 use crate::deployment::{Deployment, MODULES, free_endpoint};
 use crate::lab::{Lab, Node};
 use crate::process::Process;
@@ -53,14 +53,14 @@ impl Member {
         let host = lab.map_or("127.0.0.1".to_owned(), |lab| lab.address(Node::Module1).to_string());
         let door = secure(&free_endpoint()).replace("127.0.0.1", &host);
         let library = folder.join(name);
-        pki(Version::Present, &library, &["authority", name]).await;
+        pki(&library, &["authority", name]).await;
         let holders = PARTS.iter().chain(&[GATE, "operator.ada", "observer.wall"]);
         for holder in holders {
-            pki(Version::Present, &library, &["issue", holder, "--address", &host]).await;
+            pki(&library, &["issue", holder, "--address", &host]).await;
         }
         let rules = rules(folder, name, &library, above).await;
         let deployment = deployment(name, (schedule, lab), &door, &library);
-        let command = router(Version::Present, &door, &rules, &library.join(GATE));
+        let command = router(&door, &rules, &library.join(GATE));
         let command = match lab {
             Some(lab) => lab.command(Node::Module1, command),
             None => command,
@@ -83,7 +83,7 @@ impl Member {
     pub async fn lose_the_gate(&mut self) {
         switch_off(&self.rules);
         self.gate.crash().await;
-        let command = router(Version::Present, &self.door, &self.rules, &self.library.join(GATE));
+        let command = router(&self.door, &self.rules, &self.library.join(GATE));
         self.gate = self.deployment.start_other(command, "gateway");
     }
 
@@ -129,7 +129,7 @@ async fn rules(folder: &Path, name: &str, library: &Path, above: &Above<'_>) -> 
         &lease_ms,
     ];
     let rules = folder.join(format!("{name}-gateway.json5"));
-    std::fs::write(&rules, pki(Version::Present, library, &words).await).unwrap();
+    std::fs::write(&rules, pki(library, &words).await).unwrap();
     rules
 }
 

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use zenoh::{Config, Session};
 
 use super::trace::{first_line_of, line_of};
-use crate::binaries::Version;
+use crate::binaries::{configs, program};
 use crate::deployment::{Deployment, free_endpoint};
 use crate::operate::{Ended, ended, wait_patiently};
 use crate::process::Process;
@@ -36,8 +36,6 @@ pub struct Stand {
     deployment: Deployment,
     /// The modules', then the plant; of peers, those that are no guards.
     processes: Vec<Process>,
-    /// That of certificates, rules and routers, and of the other programs at first.
-    version: Version,
     _folder: TempDir,
 }
 
@@ -50,8 +48,6 @@ struct Papers {
     library: PathBuf,
     /// The rules of each router of a row, or of every peer.
     access: Vec<PathBuf>,
-    /// Which version made them.
-    version: Version,
 }
 
 /// The rules of a router of a row: those below it and those above it are on the other sides of its links.
@@ -95,35 +91,35 @@ impl Side {
 impl Papers {
     /// Makes them with the command that people use: for peers.
     async fn for_peers() -> Self {
-        Self::make(Version::Present, &[vec!["--mode".to_owned(), "peer".to_owned()]]).await
+        Self::make(&[vec!["--mode".to_owned(), "peer".to_owned()]]).await
     }
 
     /// For so many routers in a row.
-    async fn for_routers(version: Version, routers: usize) -> Self {
+    async fn for_routers(routers: usize) -> Self {
         let words = (0..routers).map(|place| Side { place, of: routers }.words());
-        Self::make(version, &words.collect::<Vec<_>>()).await
+        Self::make(&words.collect::<Vec<_>>()).await
     }
 
     /// With rules as these words say.
-    async fn make(version: Version, rules: &[Vec<String>]) -> Self {
+    async fn make(rules: &[Vec<String>]) -> Self {
         let folder = crate::folder::temporary();
         let library = folder.path().join("pki");
-        pki(version, &library, &["authority", "tower"]).await;
+        pki(&library, &["authority", "tower"]).await;
         for holder in PARTS.iter().chain(&ROUTERS).chain(&["operator.ada", "observer.wall"]) {
-            pki(version, &library, &["issue", holder, "--address", "127.0.0.1"]).await;
+            pki(&library, &["issue", holder, "--address", "127.0.0.1"]).await;
         }
-        let tower = tower(version);
+        let tower = tower();
         let mut access = Vec::new();
         for (place, own) in rules.iter().enumerate() {
             let mut words = vec!["access", &tower];
             words.extend(own.iter().map(String::as_str));
             let file = folder.path().join(format!("access-{place}.json5"));
-            std::fs::write(&file, pki(version, &library, &words).await).unwrap();
+            std::fs::write(&file, pki(&library, &words).await).unwrap();
             access.push(file);
         }
         // Issued after the rules were made: a good certificate that no rule names.
-        pki(version, &library, &["issue", "operator.mallory"]).await;
-        Self { folder, library, access, version }
+        pki(&library, &["issue", "operator.mallory"]).await;
+        Self { folder, library, access }
     }
 
     fn of(&self, holder: &str) -> String {
@@ -132,8 +128,8 @@ impl Papers {
 }
 
 /// What `trusswatch pki` with these words prints.
-pub(super) async fn pki(version: Version, library: &Path, words: &[&str]) -> String {
-    let mut command = version.program("trusswatch");
+pub(super) async fn pki(library: &Path, words: &[&str]) -> String {
+    let mut command = program("trusswatch");
     command.arg("pki").args(words).arg("--dir").arg(library);
     let ended = ended(command).await;
     assert_eq!(ended.code, Some(0), "{words:?}: {ended:?}");
@@ -141,8 +137,8 @@ pub(super) async fn pki(version: Version, library: &Path, words: &[&str]) -> Str
 }
 
 /// The description of the tower.
-fn tower(version: Version) -> String {
-    version.configs().join("tower.toml").display().to_string()
+fn tower() -> String {
+    configs().join("tower.toml").display().to_string()
 }
 
 /// Access control, as `trusswatch pki` printed it into this file.
@@ -154,8 +150,8 @@ pub(super) fn switch_off(file: &Path) {
 }
 
 /// A router with these rules and this certificate.
-pub(super) fn router(version: Version, door: &str, rules: &Path, tls: &Path) -> Command {
-    let mut command = version.program("trusswatch");
+pub(super) fn router(door: &str, rules: &Path, tls: &Path) -> Command {
+    let mut command = program("trusswatch");
     command.args(["router", "--listen", door, "--zenoh"]).arg(rules).arg("--tls").arg(tls);
     command
 }
@@ -190,27 +186,20 @@ impl Stand {
 
     /// The same without access control in the router.
     pub async fn lawless_star(schedule: &Schedule) -> Self {
-        let papers = Papers::for_routers(Version::Present, 1).await;
+        let papers = Papers::for_routers(1).await;
         switch_off(&papers.access[0]);
         Self::along(schedule, papers)
     }
 
     /// Up to three routers, each linked to the one below it. Who is where: see `Side::place_of`.
     pub async fn row(schedule: &Schedule, routers: usize) -> Self {
-        Self::along(schedule, Papers::for_routers(Version::Present, routers).await)
-    }
-
-    /// A star of the former version.
-    pub async fn former_star(schedule: &Schedule) -> Self {
-        Self::along(schedule, Papers::for_routers(Version::Former, 1).await)
+        Self::along(schedule, Papers::for_routers(routers).await)
     }
 
     /// As many routers as there are rules.
     fn along(schedule: &Schedule, papers: Papers) -> Self {
-        let deployment = Deployment::of_tower_in(papers.version, schedule);
-        if papers.version == Version::Present {
-            deployment.patient();
-        }
+        let deployment = Deployment::of_tower(schedule);
+        deployment.patient();
         let doors: Vec<String> = papers.access.iter().map(|_| secure(&free_endpoint())).collect();
         for (place, holder) in PARTS.iter().enumerate() {
             let door = doors[Side::place_of(holder, doors.len())].clone();
@@ -221,7 +210,7 @@ impl Stand {
         }
         let guards = papers.access.iter().enumerate().map(|(place, rules)| {
             let tls = papers.library.join(ROUTERS[place]);
-            let mut command = router(papers.version, &doors[place], rules, &tls);
+            let mut command = router(&doors[place], rules, &tls);
             if let Some(below) = place.checked_sub(1) {
                 command.args(["--connect", &doors[below]]);
             }
@@ -230,41 +219,23 @@ impl Stand {
         let guards = guards.collect();
         let mut processes = deployment.start_diagnosers();
         processes.push(deployment.start_plant("real", FOR_LONG, 11, RunId(1)));
-        let Papers { library, access, version, folder } = papers;
-        Self { library, doors, guards, access, deployment, processes, version, _folder: folder }
+        let Papers { library, access, folder } = papers;
+        Self { library, doors, guards, access, deployment, processes, _folder: folder }
     }
 
     /// Revokes a holder's certificate and does in a star what is then to be done: new rules, and the router
     /// restarted with them. What was logged before is in the log still.
     pub async fn revoke(&mut self, holders: &[&str]) {
         for holder in holders {
-            pki(self.version, &self.library, &["revoke", holder]).await;
+            pki(&self.library, &["revoke", holder]).await;
         }
-        self.renew_rules().await;
-    }
-
-    /// Makes the rules of a star once more and restarts the router with them.
-    async fn renew_rules(&mut self) {
-        let words = ["access", &tower(self.version)];
-        let rules = pki(self.version, &self.library, &words).await;
+        let words = ["access", &tower()];
+        let rules = pki(&self.library, &words).await;
         std::fs::write(&self.access[0], rules).unwrap();
         self.guards.remove(0).stop().await;
         let tls = self.library.join(ROUTERS[0]);
-        let command = router(self.version, &self.doors[0], &self.access[0], &tls);
+        let command = router(&self.doors[0], &self.access[0], &tls);
         self.guards.insert(0, self.deployment.start_other(with_usual_limits(&command), ROUTERS[0]));
-    }
-
-    /// Makes the rules of a star with the present version, and restarts the router in it.
-    pub async fn upgrade_rules(&mut self) {
-        self.version = Version::Present;
-        self.renew_rules().await;
-    }
-
-    /// Restarts the diagnoser of the module at `index` in the present version.
-    pub async fn upgrade_diagnoser(&mut self, index: usize) {
-        self.deployment.install(index + 1, Version::Present);
-        self.processes.remove(index).stop().await;
-        self.processes.insert(index, self.deployment.start_diagnoser(index));
     }
 
     /// Peers: each connects to those before it, and monitoring clients connect to module 1.
@@ -292,7 +263,6 @@ impl Stand {
             access: papers.access,
             deployment,
             processes: vec![second, plant],
-            version: papers.version,
             _folder: papers.folder,
         }
     }
@@ -335,12 +305,7 @@ impl Stand {
 
     /// How `trusswatch` with these words ends, when run by one of the holders.
     pub async fn trusswatch(&self, holder: &str, words: &[&str]) -> Ended {
-        self.trusswatch_of(Version::Present, holder, words).await
-    }
-
-    /// The same with the program of one version.
-    pub async fn trusswatch_of(&self, version: Version, holder: &str, words: &[&str]) -> Ended {
-        let mut command = version.program("trusswatch");
+        let mut command = program("trusswatch");
         command.args(words).args(["--connect", self.door_of(holder), "--tls"]);
         command.arg(self.library.join(holder));
         wait_patiently(&mut command, words);

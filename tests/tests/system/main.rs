@@ -28,6 +28,4 @@ mod silent_peer;
 mod soak;
 mod stalled_subscriber;
 mod tls_traffic;
-mod upgrade;
-mod upgrade_secured;
 mod web_load;

@@ -1,11 +1,10 @@
 //! Two linked routers, of which the one that the plant and the first module are clients of is killed and comes back.
 
 use std::path::Path;
-use std::process::Command;
 use std::sync::Arc;
 
 use super::{Deed, Disturbance};
-use crate::binaries::Version;
+use crate::binaries::program;
 use crate::chaos::stage::{Site, Stage};
 use crate::deployment::Deployment;
 use crate::lab::{Lab, Node};
@@ -43,7 +42,7 @@ fn endpoint(lab: &Lab, node: Node, port: u16) -> String {
 
 fn start(lab: &Lab, deployment: &Deployment, node: Node) -> Process {
     let settings = Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/zenoh/router.json5");
-    let mut command: Command = Version::Present.program("trusswatch");
+    let mut command = program("trusswatch");
     command.args(["router", "--listen", &endpoint(lab, node, ROUTER), "--zenoh"]).arg(settings);
     if node == Node::Module2 {
         command.args(["--connect", &endpoint(lab, Node::Plant, ROUTER)]);

@@ -8,7 +8,7 @@ import subprocess
 import uuid
 from pathlib import Path
 
-from expectations import until
+from conftest import until
 
 BRIDGE = "trusswatch0"
 
@@ -60,8 +60,8 @@ class Machine:
                    "--register=no", "--keep-unit", f"--network-bridge={BRIDGE}", "--console=pipe"]
         with open(self.log, "a") as log:
             self.nspawn = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
-        self.leader = until(f"{self.name} boots", 20, self._child)
-        until(f"{self.name} has a service manager", 20, self._is_up)
+        self.leader = until(f"{self.name} boots", self._child)
+        until(f"{self.name} has a service manager", self._is_up)
         self.do("ip", "address", "replace", f"{self.address}/24", "dev", "host0")
         self.do("ip", "link", "set", "host0", "up")
 

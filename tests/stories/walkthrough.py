@@ -1,5 +1,6 @@
-"""What a document has a new user type, and on which computer: read from it, so that they cannot differ. A line `<!-- COMPUTER KIND -->` stands before the commands; text right behind them is what they
-print, with … for what differs each time.
+"""What a document has a new user type, and on which computer: read from it, so that they cannot differ. A line
+`<!-- COMPUTER KIND -->` stands before the commands; text right behind them is what they print, with … for what differs
+each time.
 
 | kind | how it is typed |
 |---|---|
@@ -9,17 +10,14 @@ print, with … for what differs each time.
 """
 
 import re
-import time
 from dataclasses import dataclass
 
-from expectations import Late
+from conftest import until
 
 STEP = re.compile(r"^<!-- (?P<computer>[a-z0-9]+) (?P<kind>command|look|refused) -->\n"
                   r"```sh\n(?P<commands>.*?)^```\n(?:\n?```text\n(?P<printed>.*?)^```\n)?", re.M | re.S)
 ANYTHING = "…"
 EVERYWHERE = "everywhere"
-# What a look waits for may be a start of everything on two busy cores.
-TIMEOUT_S = 60
 
 
 @dataclass
@@ -74,27 +72,22 @@ def once(machine, step):
         code, output = type_in(machine, command)
         show(machine, command, output)
         whole += output
-        if (code != 0) != (step.kind == "refused"):
-            raise AssertionError(f"{machine.name}: `{command}` ended with {code}")
+        assert (code != 0) == (step.kind == "refused"), f"{machine.name}: `{command}` ended with {code}"
     line = missing(step.printed, whole)
-    if line:
-        raise AssertionError(f"{machine.name}: `{line}` was not printed by `{step.commands[-1]}`")
+    assert not line, f"{machine.name}: `{line}` was not printed by `{step.commands[-1]}`"
 
 
 def again(machine, step):
-    end = time.monotonic() + TIMEOUT_S
-    while True:
-        done = [(command, *type_in(machine, command)) for command in step.commands]
-        line = missing(step.printed, "".join(output for _, _, output in done))
-        late = time.monotonic() > end
-        if late or (line is None and all(code == 0 for _, code, _ in done)):
-            for command, _, output in done:
-                show(machine, command, output)
-        if line is None and all(code == 0 for _, code, _ in done):
-            return
-        if late:
-            raise Late(f"{machine.name}: `{line}` is not printed by `{step.commands[-1]}` within {TIMEOUT_S} s")
-        time.sleep(0.2)
+    done = []
+
+    def as_printed():
+        done[:] = [(command, *type_in(machine, command)) for command in step.commands]
+        return all(code == 0 for _, code, _ in done) and not missing(step.printed, "".join(output for *_, output in done))
+    try:
+        until(f"{machine.name}: `{step.commands[-1]}` prints what is documented", as_printed)
+    finally:
+        for command, _, output in done:
+            show(machine, command, output)
 
 
 def follow(step, machines):

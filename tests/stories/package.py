@@ -1,0 +1,20 @@
+"""The Debian package, built once in a run of the stories; or the one that TRUSSWATCH_PACKAGE names."""
+
+import functools
+import os
+import subprocess
+from pathlib import Path
+
+from conftest import ROOT, needs
+
+# Compiling with full optimisation takes minutes.
+LIMIT_S = 1800
+
+
+@functools.cache
+def built():
+    if "TRUSSWATCH_PACKAGE" in os.environ:
+        return Path(os.environ["TRUSSWATCH_PACKAGE"])
+    needs("cargo-deb")
+    done = subprocess.run([ROOT / "deploy/debian/build", "--fast"], stdout=subprocess.PIPE, text=True, check=True)
+    return ROOT / done.stdout.strip().splitlines()[-1]

@@ -1,0 +1,259 @@
+"""The web page in a real browser, with the simulated tower behind it.
+
+Screenshots go to TRUSSWATCH_PICTURES, if set; with BLESS=1 the pictures of the documents are made anew.
+"""
+
+import json
+import os
+import re
+import shutil
+import signal
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from conftest import LIMIT_S, PROGRAMS, ROOT, free_ports, needs, trusswatch, until
+from playwright.sync_api import expect, sync_playwright
+
+DOCUMENTED = ROOT / "deploy/pictures"
+GAGE = "module1/sensor/g2"
+CYLINDER = "module2/actuator/a4"
+OTHER = "module2/sensor/g5"
+NOTE = "seen on site, its cable is loose"
+SCRIPT = "<script>document.title = 'broken'</script>"
+PHONE, DESK = {"width": 390, "height": 844}, {"width": 1440, "height": 1000}
+LOOKS = {"light": ("light", DESK), "dark": ("dark", DESK), "phone": ("light", PHONE), "phone-dark": ("dark", PHONE)}
+
+
+class Site:
+    """The page's process and the tower's, and a browser that looks at the page."""
+
+    def __init__(self, rig, browser):
+        self.rig, self.browser, self.axe = rig, browser, Axe()
+        self.configs = rig.with_free_ports()
+        self.address = f"http://127.0.0.1:{free_ports(1)[0]}"
+        network = [f"--connect={endpoint}" for endpoint in rig.endpoints()]
+        self.network = ["--structure", "tower", "--mode", "peer", *network]
+        self.state = ["--state-dir", rig.folder / "web"]
+        self.pictures = Path(os.environ.get("TRUSSWATCH_PICTURES", rig.folder / "pictures"))
+
+    def serve(self):
+        listen = ["--listen", self.address.removeprefix("http://"), "--drawing", "configs/tower.toml"]
+        self.rig.start("web", PROGRAMS / "trusswatch", "web", *listen, *self.state, *self.network)
+
+        def serves():
+            try:
+                return urllib.request.urlopen(f"{self.address}/healthz", timeout=LIMIT_S).status == 200
+            except OSError:
+                return False
+
+        until("the page is served", serves)
+
+    def page(self, path="/", scheme="light", size=DESK, **more):
+        """A page in a browser of its own, without anybody's session."""
+        page = self.browser.new_context(color_scheme=scheme, viewport=size, base_url=self.address, **more).new_page()
+        page.goto(path)
+        return page
+
+    def link(self, person, *words):
+        """A link to sign in with."""
+        return re.search(r"http://\S+", trusswatch("web", "link", person, *self.state, "--address", self.address, *words))[0]
+
+    def signed_in(self, link):
+        page = self.page(link)
+        page.get_by_role("button", name=re.compile("sign in", re.I)).click()
+        return page
+
+    def inject(self, gage, offset_m):
+        trusswatch("inject", gage, "bias", f"--offset-m={offset_m}", *self.network)
+
+    def orders(self):
+        """Every order that the journals hold: given through whom, by whom, why."""
+        entries = json.loads(trusswatch("history", *self.network, "--json"))["transitions"]
+        orders = [entry["order"] for entry in entries if entry.get("order")]
+        return [(order["by"], order["on_behalf_of"], order["note"]) for order in orders]
+
+    def is_accessible(self, page):
+        found = self.axe.run(page)
+        assert not found.violations_count, f"{page.url}: {found.generate_report()}"
+
+
+@pytest.fixture
+def site(rig):
+    needs("chromium")
+    expect.set_options(timeout=1000 * LIMIT_S)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        yield Site(rig, browser)
+        browser.close()
+
+
+def attention(page, component):
+    """The first line on a component in the list of what needs attention."""
+    return page.locator("#alarms li").filter(has_text=component).first
+
+
+def test_an_operator_handles_faults_on_the_page(site):
+    site.serve()
+    page = site.page()
+    with_nothing_behind_it(site, page)
+    it_fills_when_the_structure_comes(site, page)
+    a_fault_is_shown_within_a_second(site, page)
+    an_observer_is_refused(site)
+    adas = ada_acknowledges(site)
+    ada_shelves(adas)
+    expect(attention(page, GAGE)).to_contain_text("ada (through web)")
+    site.inject(OTHER, -8e-5)
+    expect(attention(page, OTHER)).to_contain_text("bias of", timeout=10_000)
+    every_look_is_accessible_and_fits(site)
+    a_script_in_a_note_is_text(adas)
+    without_script_and_by_keyboard(site)
+    a_killed_diagnoser_is_among_the_alarms(site, page)
+    a_page_whose_server_has_ended_says_that_it_is_old(site, page)
+
+
+def with_nothing_behind_it(site, page):
+    expect(page.locator("body")).to_contain_text("No module answers")
+    for place in ("#counts", "#alarms", "#others", "#modules", "#signs"):
+        expect(page.locator(place)).not_to_contain_text("normal")
+    site.is_accessible(page)
+
+
+def it_fills_when_the_structure_comes(site, page):
+    site.rig.diagnoser("module1", site.configs)
+    site.rig.diagnoser("module2", site.configs)
+    site.rig.plant(site.configs)
+    expect(page.locator("#counts")).to_contain_text("24 of 24 components verified")
+
+
+def a_fault_is_shown_within_a_second(site, page):
+    """In the list and in the drawing, without a reload."""
+    page.evaluate("window.notReloaded = true")
+    site.inject(GAGE, 1.5e-4)
+    injected = time.monotonic()
+    expect(attention(page, GAGE)).to_contain_text(re.compile("latched", re.I))
+    expect(page.locator(f'#signs a[href^="/component/{GAGE}"]')).to_have_class(re.compile("latched"))
+    assert time.monotonic() - injected < 1.0
+    assert page.evaluate("window.notReloaded") is True
+    expect(attention(page, GAGE)).to_contain_text("bias of", timeout=10_000)
+
+
+def an_observer_is_refused(site):
+    """Who signs in to look may not give orders, not even by a request of his own."""
+    page = site.signed_in(site.link("eve", "--view-only"))
+    page.goto(f"/component/{GAGE}")
+    expect(page.locator("body")).to_contain_text("eve")
+    expect(page.locator("form[action^='/order/']")).to_have_count(0)
+    page.goto("/sign-out")
+    token = page.locator("input[name=token]").get_attribute("value")
+    form = {"component": GAGE, "note": "mine", "token": token, "back": "/"}
+    answer = page.request.post("/order/acknowledge", form=form, headers={"Origin": site.address}, max_redirects=0)
+    assert answer.status == 403 and "may look" in answer.text(), answer.text()
+    page.goto(f"/component/{GAGE}")
+    site.is_accessible(page)
+    assert not site.orders()
+
+
+def ada_acknowledges(site):
+    """Her link is good for once, and the journal has her name."""
+    link = site.link("ada")
+    page = site.signed_in(link)
+    again = site.signed_in(link)
+    expect(again.locator("body")).to_contain_text(re.compile("used|no longer|not valid|unknown", re.I))
+    page.goto(f"/component/{GAGE}")
+    site.is_accessible(page)
+    form = page.locator("form[action='/order/acknowledge']")
+    form.get_by_label(re.compile("note", re.I)).fill(NOTE)
+    form.get_by_role("button").click()
+    expect(page.locator("body")).to_contain_text(re.compile("acknowledged", re.I))
+    expect(page.locator("body")).to_contain_text("ada (through web)")
+    assert site.orders() == [("web", "ada", NOTE)]
+    return page
+
+
+def ada_shelves(page):
+    page.goto(f"/component/{CYLINDER}")
+    form = page.locator("form[action='/order/shelve']")
+    form.get_by_label(re.compile("for|how long", re.I)).first.fill("2h")
+    form.get_by_label(re.compile("reason|note|why", re.I)).first.fill("valve is being changed")
+    form.get_by_role("button").click()
+    page.goto("/")
+    shelved = page.locator("#others li").filter(has_text=CYLINDER)
+    expect(shelved).to_contain_text("ada (through web)")
+    expect(shelved).to_contain_text("valve is being changed")
+
+
+def every_look_is_accessible_and_fits(site):
+    """Light and dark, on a desk and on a phone; each leaves a picture."""
+    paths = {
+        "overview": "/",
+        "component": f"/component/{GAGE}",
+        "module": "/module/module1",
+        "history": "/history",
+        "events": "/events",
+    }
+    for look, (scheme, size) in LOOKS.items():
+        page = site.page("/", scheme, size)
+        for name, path in paths.items():
+            page.goto(path)
+            expect(page.locator("#live")).to_have_text(re.compile("^(live|as of)"))
+            site.is_accessible(page)
+            excess = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+            assert excess <= 0, f"{path}, {look}: {excess} pixels do not fit the width"
+            page.screenshot(path=site.pictures / f"{name}-{look}.png", full_page=look.startswith("phone"))
+    if os.environ.get("BLESS"):
+        for name in ("overview-light", "component-dark"):
+            shutil.copy(site.pictures / f"{name}.png", DOCUMENTED)
+
+
+def a_script_in_a_note_is_text(page):
+    page.goto(f"/component/{CYLINDER}")
+    form = page.locator("form[action='/order/unshelve']")
+    form.get_by_label(re.compile("note", re.I)).fill(SCRIPT)
+    form.get_by_role("button").click()
+
+    def has_it(path):
+        page.goto(path)
+        return SCRIPT in page.locator("main").inner_text()
+
+    for path in (f"/component/{CYLINDER}", "/history", "/events"):
+        until(f"the note on {path}", lambda: has_it(path))
+        assert page.title() != "broken"
+
+
+def without_script_and_by_keyboard(site):
+    page = site.page(java_script_enabled=False)
+    expect(attention(page, GAGE)).to_contain_text(re.compile("acknowledged", re.I))
+    page = site.page()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    for _ in range(30):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement?.getAttribute('href') ?? ''").startswith("/component/"):
+            break
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile("/component/"))
+
+
+def a_killed_diagnoser_is_among_the_alarms(site, page):
+    """And nothing of its module is called normal."""
+    page.goto("/")
+    expect(page.locator("#counts")).to_contain_text("verified")
+    site.rig.end("module2", signal.SIGKILL)
+    of_module = page.locator("#alarms li").filter(has=page.locator('a[href^="/module/module2"]'))
+    expect(of_module.first).to_be_visible(timeout=10_000)
+    expect(page.locator("#counts")).to_contain_text(re.compile("1[0-2] unknown"), timeout=10_000)
+    titles = page.locator('#signs a[href^="/component/module2/"] title').all_text_contents()
+    assert titles and not [title for title in titles if "normal" in title], titles
+    page.screenshot(path=site.pictures / "overview-silent.png")
+    site.rig.diagnoser("module2", site.configs)
+    expect(page.locator("#counts")).not_to_contain_text("unknown")
+
+
+def a_page_whose_server_has_ended_says_that_it_is_old(site, page):
+    assert site.rig.end("web") == 0
+    expect(page.locator("#live")).to_contain_text("NOT LIVE", timeout=15_000)
+    site.serve()
+    expect(page.locator("#live")).not_to_contain_text("NOT LIVE")
