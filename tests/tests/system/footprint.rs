@@ -1,6 +1,6 @@
 //! What each process of the shipped tower takes of the machine, in real time at 1 kHz with nothing
 //! happening: a diagnoser has to fit beside other work on a module's small computer. The bounds are those of
-//! the programs as they are shipped: `TRUSSWATCH_PROGRAMS=$PWD/target/dist`, which `.ci/alone` sets.
+//! the programs as they are shipped: `TRUSSWATCH_PROGRAMS=$PWD/target/dist`.
 
 use std::time::{Duration, Instant};
 

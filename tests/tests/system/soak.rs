@@ -163,7 +163,7 @@ fn check(heartbeat: &Heartbeat, steps: u64) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-#[ignore = "takes minutes: `.ci/soak` runs it for the hours of plant time given to it"]
+#[ignore = "takes minutes: SOAK_HOURS of the plant's time, part of the nightly check"]
 async fn hours_in_processes() {
     let _turn = turn::alone().await;
     let steps = steps();

@@ -1,5 +1,5 @@
 //! Two hundred open pages and one that stalls cost the diagnosers nothing: the same faults, found at the same steps, as
-//! soon as without them. The programs are those that are shipped (`.ci/alone`).
+//! soon as without them. The programs are those that `TRUSSWATCH_PROGRAMS` names.
 
 use std::collections::BTreeSet;
 
