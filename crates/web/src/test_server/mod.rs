@@ -36,7 +36,7 @@ pub(crate) use browser::{Answer, Browser, Request};
 pub(crate) use stand_in::StandIn;
 
 /// How long anything is waited for.
-pub(crate) const WITHIN: Duration = Duration::from_secs(30);
+pub(crate) const WITHIN: Duration = Duration::from_secs(180);
 
 /// A page that is served until it is dropped.
 pub(crate) struct PageServer {
@@ -68,7 +68,7 @@ impl PageServer {
             access: Access::new(access),
             structure: None,
             operator,
-            timeout: Duration::from_secs(30),
+            timeout: Duration::from_secs(10),
             drawing: None,
             desk: Desk::default(),
             counters: Counters::default(),
