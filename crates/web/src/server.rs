@@ -95,6 +95,8 @@ async fn serve_until_done(
         supervisor.progress();
         supervisor.status(&status(app));
         tokio::select! {
+            // In this order: serving ends on request, too.
+            biased;
             () = shutdown.requested() => {}
             ended = &mut serving => return Err(Failure::running("the page is no longer served", reason(ended))),
             () = tokio::time::sleep(EVERY) => {}
@@ -120,5 +122,37 @@ fn status(app: &App) -> String {
         NetworkState::Opening => "opening a session".to_owned(),
         NetworkState::Failed(reason) => format!("no network: {reason}"),
         NetworkState::Closed => "the session has ended".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::listener::ListenerSettings;
+    use crate::test_server::{PageServer, Setup, WITHIN};
+    use shell::shutdown;
+
+    /// Both the listener and the loop around it wait for the request to end, and either may be the first to see it.
+    #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+    async fn a_requested_end_is_no_failure() {
+        let page = PageServer::start(Setup::default()).await;
+        let supervisor = Supervisor::from_environment();
+        for _ in 0..3000 {
+            let settings = ListenerSettings {
+                listen: vec!["127.0.0.1:0".parse().unwrap()],
+                tls: None,
+                behind_proxy: None,
+                names: Vec::new(),
+            };
+            let listener = Listener::bind(&settings).await.unwrap();
+            let (trigger, shutdown) = shutdown::pair();
+            let serving = serve_until_done(&page.shared, &supervisor, listener, shutdown);
+            let ending = async {
+                tokio::task::yield_now().await;
+                trigger.pull();
+            };
+            let served = tokio::time::timeout(WITHIN, async { tokio::join!(serving, ending).0 });
+            assert!(served.await.unwrap().is_ok());
+        }
     }
 }
