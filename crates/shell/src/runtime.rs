@@ -89,7 +89,6 @@ mod tests {
     use super::*;
 
     #[test]
-    #[expect(clippy::panic, reason = "what is tested")]
     fn only_a_panic_that_is_not_contained_ends_the_process() {
         let (_trigger, shutdown) = shutdown::pair();
         end_on_panic(shutdown.clone());

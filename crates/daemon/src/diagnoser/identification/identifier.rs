@@ -108,7 +108,6 @@ mod tests {
     use names::{RunId, Step};
 
     #[test]
-    #[expect(clippy::panic, reason = "what is tested")]
     fn an_identification_that_panics_is_counted_and_the_next_one_is_carried_out() {
         let tally = IdentificationTally::default();
         let component: Component = "sensor/g1".parse().unwrap();
