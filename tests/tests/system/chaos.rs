@@ -109,7 +109,11 @@ fn freezes() -> Vec<Row> {
 }
 
 fn panics() -> Vec<Row> {
-    let panic = |fault, lasting, node, thread| row(fault, lasting, Panic::of(node, thread));
+    // A thread panics when it next reads the clock, which a stalled module or a run that has ended may put off for ever.
+    let panic = |fault, lasting, node, thread| Row {
+        steps: ONSET + 9950,
+        ..row(fault, lasting, Panic::of(node, thread))
+    };
     vec![
         panic("panic of module1's events thread", DURING, Node::Module1, "events"),
         panic("panic of module2's events thread", DURING, Node::Module2, "events"),
