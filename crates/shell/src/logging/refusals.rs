@@ -12,9 +12,9 @@ use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::fmt::{Debug, Write};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use parking_lot::Mutex;
 use tracing::callsite::Identifier;
 use tracing::field::{Field, Visit};
 use tracing::level_filters::LevelFilter;
@@ -139,7 +139,7 @@ impl Judgements {
         if words.contains(" is authorized to ") {
             self.allowing.insert(place);
         }
-        self.refusal(&words, &mut names.lock().unwrap_or_else(PoisonError::into_inner))
+        self.refusal(&words, &mut names.lock())
     }
 
     fn refusal(&mut self, words: &str, names: &mut Names) -> Option<String> {
