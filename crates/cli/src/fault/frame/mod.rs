@@ -10,4 +10,4 @@ mod terminal;
 
 pub(super) use freeze_chart::svg;
 pub(super) use rows::csv;
-pub(super) use terminal::text;
+pub(super) use terminal::{WIDEST, text};
