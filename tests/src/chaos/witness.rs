@@ -94,7 +94,7 @@ async fn ask_again_and_again(session: Session, record: Arc<Mutex<Record>>) {
 
 async fn states(session: &Session, record: &Mutex<Record>) -> Vec<State> {
     let known: BTreeMap<ModuleName, Step> = {
-        let record = lock(record);
+        let record = record.lock();
         record.standings.iter().map(|(module, at)| (module.clone(), at.step)).collect()
     };
     let states = crate::observer::states(session).await.into_iter();
