@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `guard` | what every request has to pass: method, host, origin, form token |
 //! | `headers` | what every answer tells a browser |
-//! | `site` | the names under which the page is reached |
 //! | `form` | the fields of a form |
 //! | `sign_in`, `sign_out` | the pages for that |
 //! | `one_time_link`, `certificate` | the two ways to sign in |
@@ -32,12 +31,12 @@ mod secret;
 mod sessions;
 mod sign_in;
 mod sign_out;
-mod site;
 #[cfg(test)]
 mod tests;
 
 use std::convert::Infallible;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use axum::Router;
 use axum::extract::FromRequestParts;
@@ -45,7 +44,7 @@ use axum::http::request::Parts;
 use axum::http::{Method, header};
 use axum::routing::get;
 
-use crate::app::Shared;
+use crate::listener::Site;
 use attempts::Attempts;
 use cookie::Cookie;
 use guard::Visit;
@@ -57,12 +56,10 @@ pub(crate) use form::Fields;
 pub(crate) use guard::protect;
 pub(crate) use plain::plain;
 pub(crate) use read_only::read_only;
-pub(crate) use site::Site;
 
 pub use one_time_link::{LinkError, VALID, one_time_link};
 pub use person_name::{PersonName, PersonNameError};
 pub use secret::NoRandomness;
-pub use site::{Origin, OriginError};
 
 /// What decides on permissions.
 #[derive(Debug, Clone, Default)]
@@ -112,10 +109,11 @@ impl Access {
 }
 
 /// The pages to sign in and out on.
-pub(crate) fn routes() -> Router<Shared> {
+pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
     Router::new()
         .route(guard::SIGN_IN, get(sign_in::page).post(sign_in::enter))
         .route("/sign-out", get(sign_out::page).post(sign_out::leave))
+        .with_state(access)
 }
 
 /// Whoever has opened a page.
@@ -141,21 +139,21 @@ pub(crate) struct Person {
     pub(crate) form_token: String,
 }
 
-impl FromRequestParts<Shared> for Viewer {
+impl<S: Sync> FromRequestParts<S> for Viewer {
     type Rejection = Infallible;
 
     /// What [`protect`] has found out of the request; nobody is signed in where that has not seen it. The message is
     /// taken by pages alone, not by what they load.
-    async fn from_request_parts(parts: &mut Parts, shared: &Shared) -> Result<Self, Infallible> {
-        let Visit { person, session } =
-            parts.extensions.get::<Visit>().cloned().unwrap_or_default();
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        let Some(Visit { access, person, session }) = parts.extensions.get().cloned() else {
+            return Ok(Self::default());
+        };
         let accepts = parts.headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
         let is_page =
             parts.method == Method::GET && accepts.is_none_or(|kinds| kinds.contains("text/html"));
         let session_of_page = session.as_ref().filter(|_| is_page);
-        let message =
-            session_of_page.and_then(|session| shared.access.sessions.take_message(session));
-        let read_only = shared.access.read_only().map(str::to_owned);
+        let message = session_of_page.and_then(|session| access.sessions.take_message(session));
+        let read_only = access.read_only().map(str::to_owned);
         Ok(Self { person, message, read_only, session })
     }
 }

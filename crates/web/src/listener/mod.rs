@@ -4,10 +4,12 @@
 //! |---|---|
 //! | `settings` | where, and over what; what must not be |
 //! | `tls` | the certificate that is shown, and those that are asked for |
+//! | `site` | the names under which the page is reached |
 //! | `connection` | one connection from beginning to end |
 
 mod connection;
 mod settings;
+mod site;
 #[cfg(test)]
 mod tests;
 mod tls;
@@ -26,6 +28,8 @@ use tokio_rustls::TlsAcceptor;
 pub(crate) use connection::Connection;
 use connection::attend;
 pub use settings::{ListenError, ListenerSettings, TlsFiles};
+pub(crate) use site::Site;
+pub use site::{Origin, OriginError};
 
 /// Connections at a time; further ones wait.
 const CONNECTIONS: usize = 1024;

@@ -21,7 +21,7 @@ use crate::access::Viewer;
 use crate::app::Shared;
 use crate::events;
 use crate::layout::Page;
-use crate::stream::{Part, part};
+use crate::part::{Part, part};
 use crate::view::View;
 
 /// `/`
