@@ -32,7 +32,7 @@ pub(crate) const LONGEST_LEASE_MS: u32 = 60_000;
 /// An endpoint without a listener.
 #[must_use]
 pub fn free_endpoint() -> String {
-    loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
+    session::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }
 
 /// Configurations in a folder of their own.

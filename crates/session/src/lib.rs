@@ -9,11 +9,13 @@
 //! | `zenoh_settings` | what all this means for Zenoh |
 //! | `longest_message` | how long a message may be that is received |
 //! | `session` | opened and closed |
+//! | `loopback` | free ports of this machine, for demo and tests |
 
 mod endpoint;
 mod error;
 mod flags;
 mod identity;
+pub mod loopback;
 mod longest_message;
 mod network;
 mod session;

@@ -37,7 +37,7 @@ impl<'a> FromIterator<(&'a str, &'a str)> for Fields {
     }
 }
 
-/// Those that [`super::protect`] has read.
+/// Those that the guard has read.
 impl<S: Sync> FromRequestParts<S> for Fields {
     type Rejection = Infallible;
 

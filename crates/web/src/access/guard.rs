@@ -14,22 +14,13 @@ use maud::html;
 
 use super::refusals::Refused;
 use super::secret::Secret;
-use super::{Access, Person, certificate, form, headers, plain};
+use super::{Access, Person, Visit, certificate, form, headers, plain};
 use crate::listener::Connection;
 
 /// Where people sign in.
 pub(super) const SIGN_IN: &str = "/sign-in";
 /// What is there for everybody even if pages are not: it says nothing of the structure.
 const OPEN: [&str; 6] = [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js", "/icon.svg"];
-
-/// Who has sent a request, as far as it says.
-#[derive(Debug, Clone)]
-pub(super) struct Visit {
-    pub(super) access: Arc<Access>,
-    pub(super) person: Option<Person>,
-    /// The session, also of a person whose certificate is not shown any more.
-    pub(super) session: Option<Secret>,
-}
 
 /// Why a request goes no further.
 struct Stop {

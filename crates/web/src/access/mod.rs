@@ -38,16 +38,13 @@ use std::convert::Infallible;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use axum::Router;
 use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 use axum::http::{Method, header};
-use axum::routing::get;
 
 use crate::listener::Site;
 use attempts::Attempts;
 use cookie::Cookie;
-use guard::Visit;
 use refusals::Refusals;
 use sessions::Sessions;
 
@@ -56,6 +53,7 @@ pub(crate) use form::Fields;
 pub(crate) use guard::protect;
 pub(crate) use plain::plain;
 pub(crate) use read_only::read_only;
+pub(crate) use sign_in::routes;
 
 pub use one_time_link::{LinkError, VALID, one_time_link};
 pub use person_name::{PersonName, PersonNameError};
@@ -108,14 +106,6 @@ impl Access {
     }
 }
 
-/// The pages to sign in and out on.
-pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
-    Router::new()
-        .route(guard::SIGN_IN, get(sign_in::page).post(sign_in::enter))
-        .route("/sign-out", get(sign_out::page).post(sign_out::leave))
-        .with_state(access)
-}
-
 /// Whoever has opened a page.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Viewer {
@@ -137,6 +127,15 @@ pub(crate) struct Person {
     pub(crate) may_order: bool,
     /// What every form of his has in the hidden field `token`.
     pub(crate) form_token: String,
+}
+
+/// Who has sent a request, as far as it says.
+#[derive(Debug, Clone)]
+struct Visit {
+    access: Arc<Access>,
+    person: Option<Person>,
+    /// The session, also of a person whose certificate is not shown any more.
+    session: Option<secret::Secret>,
 }
 
 impl<S: Sync> FromRequestParts<S> for Viewer {

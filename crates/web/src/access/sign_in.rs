@@ -5,9 +5,11 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Instant;
 
+use axum::Router;
 use axum::extract::{Extension, Query, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::routing::get;
 use maud::{Markup, html};
 
 use super::form::Fields;
@@ -15,15 +17,23 @@ use super::guard::SIGN_IN;
 use super::refusals::Refused;
 use super::secret::Secret;
 use super::sessions::SignedIn;
-use super::{Access, Viewer, certificate, one_time_link, plain};
+use super::{Access, Viewer, certificate, one_time_link, plain, sign_out};
 use crate::listener::Connection;
 
 /// What a person without a link reads.
 const HOW: &str =
     "Ask whoever runs this page for a one-time link: `trusswatch web link` makes one.";
 
+/// The pages to sign in and out on.
+pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
+    Router::new()
+        .route(SIGN_IN, get(page).post(enter))
+        .route("/sign-out", get(sign_out::page).post(sign_out::leave))
+        .with_state(access)
+}
+
 /// Offers the ways that this browser has.
-pub(super) async fn page(
+async fn page(
     State(access): State<Arc<Access>>,
     Extension(connection): Extension<Connection>,
     viewer: Viewer,
@@ -64,7 +74,7 @@ fn button(words: &str, link: Option<&Secret>) -> Markup {
 }
 
 /// Lets a person in, in a session of its own: that of a browser that was signed in before ends.
-pub(super) async fn enter(
+async fn enter(
     State(access): State<Arc<Access>>,
     Extension(connection): Extension<Connection>,
     viewer: Viewer,

@@ -36,7 +36,7 @@ impl Frames {
         let key = format!("{}/{}/{}", fault.structure, fault.component, fault.sequence);
         let fetch = || async {
             let frame = observer::freeze_frame_of(&session, fault, timeout).await;
-            frame.map(|frame| freeze_chart::svg(&frame).into()).map_err(Into::into)
+            frame.map(|frame| figure::freeze_frame::svg(&frame).into()).map_err(Into::into)
         };
         self.0.get(key, fetch).await
     }

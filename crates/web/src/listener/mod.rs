@@ -26,7 +26,7 @@ use tokio::task::JoinSet;
 use tokio_rustls::TlsAcceptor;
 
 pub(crate) use connection::Connection;
-use connection::attend;
+use connection::{Shared, attend};
 pub use settings::{ListenError, ListenerSettings, TlsFiles};
 pub(crate) use site::Site;
 pub use site::{Origin, OriginError};
@@ -85,15 +85,6 @@ impl Listener {
         // Every connection ends by itself within its time.
         let _ = connections.acquire_many(CONNECTIONS as u32).await;
     }
-}
-
-/// What all connections have in common.
-struct Shared {
-    router: Router,
-    tls: Option<TlsAcceptor>,
-    places: Arc<Semaphore>,
-    /// Connections that did not become any.
-    failed: Occurrences,
 }
 
 async fn accept(socket: TcpListener, shared: Arc<Shared>, shutdown: Shutdown) {

@@ -32,7 +32,7 @@ impl StandIn {
     }
 
     async fn opened(operator: Option<OperatorName>) -> Self {
-        let [endpoint] = loopback::endpoints().unwrap();
+        let [endpoint] = session::loopback::endpoints().unwrap();
         let network = Network { listen: vec![endpoint.clone()], ..Network::default() };
         let session = session::open(&network).await.unwrap();
         let (structure, module) = ("tower".parse().unwrap(), "module1".parse().unwrap());

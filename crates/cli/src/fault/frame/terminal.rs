@@ -1,6 +1,6 @@
 //! A freeze frame drawn with characters.
 
-use freeze_chart::{ratios, shown_in, trace};
+use figure::freeze_frame::{ratios, shown_in, trace};
 use names::Step;
 use terminal::Plot;
 use wire::{FreezeFrame, Trace};
@@ -62,7 +62,7 @@ fn of_divergence(frame: &FreezeFrame) -> Plot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use freeze_chart::testing::frame;
+    use figure::freeze_frame::testing::frame;
 
     #[test]
     fn a_frame_is_drawn_like_this() {
