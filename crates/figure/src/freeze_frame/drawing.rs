@@ -102,8 +102,8 @@ fn marked(frame: &FreezeFrame, panel: Panel) -> Panel {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::frame;
+    use super::*;
 
     #[test]
     fn the_drawing_has_a_panel_for_each_signal_and_is_the_same_every_time() {
