@@ -202,7 +202,7 @@ nothing measured is kept any more";
             let text = text(&found, width);
             let limit = usize::from(width.unwrap_or(USUAL_WIDTH));
             assert!(text.lines().all(|line| line.chars().count() <= limit), "{text}");
-            for part in ["µm\n", "46 ┤", "step 1000", "1119\n", "⠒ measured"] {
+            for part in ["µm\n", "46┤", "step 1000", "1119\n", "⠒ measured"] {
                 assert!(text.contains(part), "`{part}` is not in\n{text}");
             }
             assert!(!text.contains("nothing measured"), "{text}");
