@@ -4,12 +4,13 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use daemon::config::{
     DiagnoserConfig, PlantConfig, PlantFlags, Schedule, load_diagnoser, load_plant,
 };
 use names::RunId;
+use parking_lot::Mutex;
 use tempfile::TempDir;
 
 use crate::binaries::{configs, program};
@@ -31,7 +32,7 @@ pub(crate) const LONGEST_LEASE_MS: u32 = 60_000;
 /// An endpoint without a listener.
 #[must_use]
 pub fn free_endpoint() -> String {
-    loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
+    session::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }
 
 /// Configurations in a folder of their own.
@@ -239,7 +240,7 @@ impl Deployment {
     #[must_use]
     pub fn interpose(&self, index: usize) -> Arc<Interposer> {
         let interposer = Arc::new(Interposer::of(self.state_directory(index)));
-        self.interposers.lock().unwrap().insert(index, Arc::clone(&interposer));
+        self.interposers.lock().insert(index, Arc::clone(&interposer));
         interposer
     }
 
@@ -294,7 +295,7 @@ impl Deployment {
     pub fn start_diagnoser(&self, index: usize) -> Process {
         let mut command = program("trusswatch-diagnoser");
         command.arg("run").arg(self.file(index + 1));
-        if let Some(interposer) = self.interposers.lock().unwrap().get(&index) {
+        if let Some(interposer) = self.interposers.lock().get(&index) {
             interposer.preload(&mut command);
         }
         self.launch(Node::DEPLOYED[index + 1], command, MODULES[index])

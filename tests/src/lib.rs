@@ -41,7 +41,6 @@ pub mod web_page;
 pub mod worst;
 
 use std::future::Future;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// No event of a test takes longer than this, on a busy machine either.
@@ -53,10 +52,4 @@ pub async fn in_time<F: Future>(what: &str, event: F) -> F::Output {
         Ok(output) => output,
         Err(_) => panic!("{what} did not happen within {LIMIT:?}"),
     }
-}
-
-/// What is behind a mutex. Every change of it is complete in itself, so a thread that failed has left it in
-/// order.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -29,7 +29,7 @@ impl WebPage {
     /// # Panics
     /// If it does not.
     pub async fn start(deployment: &Deployment) -> Self {
-        let port = loopback::reserve(1).unwrap().start;
+        let port = session::loopback::reserve(1).unwrap().start;
         let address = SocketAddr::from(([127, 0, 0, 1], port));
         let mut command = program("trusswatch");
         command.args(["web", "--structure", "tower", "--mode", "peer"]);

@@ -5,7 +5,6 @@
 
 mod calibrate;
 mod certificates;
-mod chart;
 mod check;
 mod command_line;
 mod commission;

@@ -1,5 +1,7 @@
 //! Colours, on terminals.
 
+use anstream::{AutoStream, ColorChoice};
+use anstyle::{AnsiColor, Style};
 use wire::{FaultState, ModulePhase};
 use wording::{Tone, phase_tone, state_tone};
 
@@ -37,10 +39,12 @@ fn of_tone(tone: Tone) -> Option<Colour> {
 pub(crate) struct Paint(bool);
 
 impl Paint {
-    /// Paints if the output is a terminal and `NO_COLOR` is not set (<https://no-color.org>).
-    pub(crate) fn for_terminal(is_terminal: bool) -> Paint {
-        let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-        Paint(is_terminal && !refused)
+    /// Leaves text alone.
+    pub(crate) const NONE: Paint = Paint(false);
+
+    /// Paints if the output is a terminal that has colours and `NO_COLOR` is not set (<https://no-color.org>).
+    pub(crate) fn of_stdout() -> Paint {
+        Paint(AutoStream::choice(&std::io::stdout()) != ColorChoice::Never)
     }
 
     /// Whether colours are shown.
@@ -49,21 +53,21 @@ impl Paint {
     }
 
     pub(crate) fn in_colour(self, colour: Colour, text: &str) -> String {
-        let code = match colour {
-            Colour::Red => "1;31",
-            Colour::Green => "32",
-            Colour::Yellow => "33",
-            Colour::Cyan => "36",
-            Colour::Dim => "2",
+        let style = match colour {
+            Colour::Red => AnsiColor::Red.on_default().bold(),
+            Colour::Green => AnsiColor::Green.on_default(),
+            Colour::Yellow => AnsiColor::Yellow.on_default(),
+            Colour::Cyan => AnsiColor::Cyan.on_default(),
+            Colour::Dim => Style::new().dimmed(),
         };
-        self.wrap(code, text)
+        self.styled(style, text)
     }
 
     pub(crate) fn bold(self, text: &str) -> String {
-        self.wrap("1", text)
+        self.styled(Style::new().bold(), text)
     }
 
-    fn wrap(self, code: &str, text: &str) -> String {
-        if self.0 { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
+    fn styled(self, style: Style, text: &str) -> String {
+        if self.0 { format!("{style}{text}{style:#}") } else { text.to_owned() }
     }
 }

@@ -1,5 +1,6 @@
-//! Figures as SVG text: plots ([`plot`]) and the drawing of a structure ([`structure`]). The same input gives the
-//! same bytes.
+//! Figures as SVG text: plots ([`plot`]), the drawing of a structure ([`structure`]) and of a fault's freeze frame
+//! ([`freeze_frame`]). The same input gives the same bytes.
 
+pub mod freeze_frame;
 pub mod plot;
 pub mod structure;

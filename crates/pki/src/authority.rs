@@ -14,8 +14,7 @@ use rcgen::{
 
 use crate::address::Address;
 use crate::certificate::{Certificate, PublicKey, ReadError};
-use crate::generation::Issued;
-use crate::holder::{AUTHORITY, CommonName, HolderError};
+use crate::holder::{AUTHORITY, CommonName, HolderError, Issued};
 use crate::identity::{self, Identity};
 use crate::lifetime::Lifetime;
 use crate::private_files::{New, make_directory, replace_public};

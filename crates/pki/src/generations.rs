@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::generation::{Generation, Issued};
-use crate::holder::Holder;
+use crate::generation::Generation;
+use crate::holder::{Holder, Issued};
 
 /// By holder; one of whom nothing is known has the first, or would get it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

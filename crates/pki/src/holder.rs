@@ -13,7 +13,7 @@ use std::str::FromStr;
 
 use names::{ModuleName, StructureName};
 
-use crate::generation::Issued;
+use crate::generation::{Generation, MARK};
 
 /// What an authority's own directory is called; no module may be called so.
 pub const AUTHORITY: &str = "authority";
@@ -42,6 +42,15 @@ pub enum Holder {
 /// Name of a router, an operator or an observer: of the alphabet of all names.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BearerName(ModuleName);
+
+/// A holder with the generation of a certificate.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Issued {
+    /// Who.
+    pub holder: Holder,
+    /// By which of the holder's certificates.
+    pub generation: Generation,
+}
 
 /// A holder in a structure, as a certificate names it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -118,6 +127,35 @@ impl FromStr for Holder {
                 }
             }
         }
+    }
+}
+
+/// By the first certificate.
+impl From<Holder> for Issued {
+    fn from(holder: Holder) -> Self {
+        Self { holder, generation: Generation::FIRST }
+    }
+}
+
+impl fmt::Display for Issued {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.generation {
+            Generation::FIRST => self.holder.fmt(f),
+            generation => write!(f, "{}{MARK}{}", self.holder, generation.number()),
+        }
+    }
+}
+
+impl FromStr for Issued {
+    type Err = HolderError;
+
+    fn from_str(text: &str) -> Result<Self, HolderError> {
+        let Some((holder, generation)) = text.split_once(MARK) else {
+            return Ok(text.parse::<Holder>()?.into());
+        };
+        let wrong = || HolderError::Generation(text.chars().take(80).collect());
+        let generation = Generation::written(generation).ok_or_else(wrong)?;
+        Ok(Self { holder: holder.parse()?, generation })
     }
 }
 
@@ -216,5 +254,25 @@ mod tests {
         let later = format!("{longest}~2.tower").parse::<CommonName>();
         assert!(matches!(later, Err(HolderError::TooLong(_))), "{later:?}");
         assert!(format!("{}~2.tower", &longest[2..]).parse::<CommonName>().is_ok());
+    }
+
+    #[test]
+    fn a_generation_is_written_as_it_is_read_and_the_first_is_not_written() {
+        for (text, number) in
+            [("module1", 1), ("plant~2", 2), ("operator.ada~4294967295", u32::MAX)]
+        {
+            let issued: Issued = text.parse().unwrap();
+            assert_eq!((issued.generation.number(), issued.to_string().as_str()), (number, text));
+        }
+        assert_eq!(Generation::FIRST.next().number(), 2);
+    }
+
+    #[test]
+    fn every_generation_is_written_in_one_way() {
+        for text in ["a~", "a~0", "a~1", "a~02", "a~+2", "a~-2", "a~2~2", "a~4294967296", "a~two"] {
+            let refused = text.parse::<Issued>();
+            assert_eq!(refused, Err(HolderError::Generation(text.to_owned())), "{text}");
+        }
+        assert!(matches!("king.ada~2".parse::<Issued>(), Err(HolderError::Form(_))));
     }
 }

@@ -4,9 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::certificate::Certificate;
-use crate::generation::Issued;
 use crate::generations::Generations;
-use crate::holder::{CommonName, Holder, REVOKED};
+use crate::holder::{CommonName, Holder, Issued, REVOKED};
 use crate::identity::Identity;
 
 /// Behind the name of a revoked certificate in the name of its file.

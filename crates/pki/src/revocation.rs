@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::authority::{Authority, IssueError};
 use crate::certificate::Certificate;
-use crate::generation::Issued;
-use crate::holder::{CommonName, Holder};
+use crate::holder::{CommonName, Holder, Issued};
 use crate::identity;
 use crate::library::Library;
 use crate::lifetime::Lifetime;

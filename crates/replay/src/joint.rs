@@ -11,7 +11,8 @@ use names::ModuleName;
 
 use crate::course::Item;
 use crate::part::{Part, PartError};
-use crate::player::{ReplayedTransition, empty_sample, is_of_consequence, without_values};
+use crate::player::{ReplayedTransition, is_of_consequence, without_values};
+use crate::samples::empty_sample;
 
 /// How long an answer is waited for \[s\], as `queries.timeout_ms` has it.
 const TIMEOUT_S: f64 = 0.3;

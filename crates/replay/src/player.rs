@@ -6,6 +6,7 @@ use names::{RunId, Step};
 use crate::collection::ModuleRecord;
 use crate::comparison::Comparison;
 use crate::course::{Course, Item};
+use crate::samples::empty_sample;
 use crate::shortfall::Shortfall;
 
 /// A diagnoser takes samples that are less far ahead \[s\].
@@ -31,17 +32,6 @@ pub struct Replayed {
     pub comparison: Comparison,
     /// Why it does not go further, if it does not.
     pub shortfall: Option<Shortfall>,
-}
-
-/// An empty sample to read others into.
-pub(crate) fn empty_sample() -> Sample {
-    Sample {
-        run: RunId(0),
-        step: Step(0),
-        demands_n: Vec::new(),
-        pressures_pa: Vec::new(),
-        elongations_m: Vec::new(),
-    }
 }
 
 /// A sample without a value.

@@ -4,8 +4,6 @@ use std::ops::Range;
 
 use names::{RunId, Step};
 
-use crate::player::empty_sample;
-
 /// Which sample it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleHead {
@@ -136,6 +134,17 @@ impl Samples {
     }
 }
 
+/// An empty sample to read others into.
+pub(crate) fn empty_sample() -> diagnosis::Sample {
+    diagnosis::Sample {
+        run: RunId(0),
+        step: Step(0),
+        demands_n: Vec::new(),
+        pressures_pa: Vec::new(),
+        elongations_m: Vec::new(),
+    }
+}
+
 fn same(one: &Entry, other: &Entry, values: &[f64]) -> bool {
     let bits = |entry: &Entry| {
         let [demands, pairs, gages] = entry.lengths;
@@ -173,13 +182,7 @@ mod tests {
         assert_eq!(samples.of(RunId(1), Step(3), 0), 1..4);
         assert_eq!(samples.of(RunId(1), Step(3), 2), 1..4);
         assert_eq!(samples.of(RunId(1), Step(4), 4), 4..4);
-        let mut one = diagnosis::Sample {
-            run: RunId(0),
-            step: Step(0),
-            demands_n: vec![],
-            pressures_pa: vec![],
-            elongations_m: vec![],
-        };
+        let mut one = empty_sample();
         samples.read(3, &mut one);
         assert_eq!((one.step, one.demands_n[0]), (Step(3), 7.0));
         assert_eq!(one.pressures_pa, [[2.0, 3.0]]);

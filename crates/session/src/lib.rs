@@ -9,12 +9,14 @@
 //! | `zenoh_settings` | what all this means for Zenoh |
 //! | `longest_message` | how long a message may be that is received |
 //! | `session` | opened and closed |
+//! | `loopback` | free ports of this machine, for demo and tests |
 
 mod endpoint;
 mod error;
 mod flags;
 mod identity;
 mod longest_message;
+pub mod loopback;
 mod network;
 mod session;
 mod zenoh_file;

@@ -1,7 +1,8 @@
 //! What happens often is logged seldom: at once, and from then on once a minute, with how often it happened meanwhile.
 
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+use parking_lot::Mutex;
 
 /// The time between two lines on the same.
 const AGAIN: Duration = Duration::from_secs(60);
@@ -21,7 +22,7 @@ impl Occurrences {
     /// Counts one more. If that is worth a line, how many there were since the line before, this one included.
     pub fn note(&self, now: Instant) -> Option<u64> {
         // Every change is complete in itself, so a thread that failed has left it in order.
-        let mut lines = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lines = self.0.lock();
         lines.since += 1;
         if lines.latest.is_some_and(|latest| now.saturating_duration_since(latest) < AGAIN) {
             return None;

@@ -1,7 +1,8 @@
 //! Independent pieces of work, several at a time.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use parking_lot::Mutex;
 
 /// Does `work` for every item, `jobs` at a time, in their order as far as that goes. `done` takes the
 /// results one at a time, in the order in which they come. Nothing new is begun once `stop` is set or
@@ -25,7 +26,7 @@ pub fn for_each<I: Sync, T: Send, E: Send>(
                 while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
                     let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
                     let result = work(item);
-                    let mut sink = sink.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                    let mut sink = sink.lock();
                     let (done, outcome) = &mut *sink;
                     if outcome.is_ok() {
                         *outcome = result.and_then(|result| done(item, result));
@@ -35,7 +36,7 @@ pub fn for_each<I: Sync, T: Send, E: Send>(
             });
         }
     });
-    sink.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).1
+    sink.into_inner().1
 }
 
 #[cfg(test)]

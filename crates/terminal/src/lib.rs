@@ -18,3 +18,4 @@ mod view;
 
 pub use settings::{Issuer, Settings};
 pub use station::{ViewError, run};
+pub use view::Plot;

@@ -49,24 +49,12 @@ impl Direction {
     pub fn is_rotation(self) -> bool {
         self.index() >= 3
     }
-
-    /// The word used in files: `x`, `y`, `z`, `rx`, `ry` or `rz`.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Direction::X => "x",
-            Direction::Y => "y",
-            Direction::Z => "z",
-            Direction::RotationX => "rx",
-            Direction::RotationY => "ry",
-            Direction::RotationZ => "rz",
-        }
-    }
 }
 
+/// The word used in files: `x`, `y`, `z`, `rx`, `ry` or `rz`.
 impl fmt::Display for Direction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.as_str())
+        self.serialize(f)
     }
 }
 

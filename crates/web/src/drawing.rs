@@ -8,13 +8,20 @@ use wire::FaultTransition;
 use wording::{aside, identified, state_in_words};
 
 use crate::look;
-use crate::view::View;
 
 /// A structure that is laid out.
 #[derive(Debug)]
 pub(crate) struct Drawing {
     structure: StructureName,
     plan: Plan,
+}
+
+/// What is drawn of a component.
+pub(crate) struct Shown<'a> {
+    /// Where its page is.
+    pub(crate) href: String,
+    /// Its state, if there is any.
+    pub(crate) transition: Option<&'a FaultTransition>,
 }
 
 impl Drawing {
@@ -28,38 +35,45 @@ impl Drawing {
     }
 
     /// The drawing, in which only the signs change.
-    pub(crate) fn markup(&self, view: &View<'_>) -> Markup {
+    pub(crate) fn markup<'a>(
+        &self,
+        shown: impl Fn(&StructureName, &ComponentPath) -> Shown<'a>,
+    ) -> Markup {
         let name = &self.structure;
         html! {
             svg.drawing viewBox=(self.plan.view_box()) role="group" aria-label={ "Drawing of " (name) } {
                 g.ground aria-hidden="true" { (PreEscaped(self.plan.ground())) }
-                g #signs { (self.signs(view)) }
+                g #signs { (self.signs(shown)) }
             }
         }
     }
 
     /// A link for each component, as it is now.
-    pub(crate) fn signs(&self, view: &View<'_>) -> Markup {
-        PreEscaped(self.plan.signs(|component| self.look(view, component)))
+    pub(crate) fn signs<'a>(
+        &self,
+        shown: impl Fn(&StructureName, &ComponentPath) -> Shown<'a>,
+    ) -> Markup {
+        let look = |component: &_| look(component, shown(&self.structure, component));
+        PreEscaped(self.plan.signs(look))
     }
+}
 
-    fn look(&self, view: &View<'_>, component: &ComponentPath) -> Look {
-        let href = view.component(Some(&self.structure), component);
-        match view.scene.component(Some(&self.structure), component) {
-            // Nobody diagnoses it, or nothing has been heard of it.
-            None => Look {
-                class: "absent".to_owned(),
-                badge: String::new(),
-                title: format!("{component}: nothing is known of it"),
-                href,
-            },
-            Some(transition) => Look {
-                class: look::classes(transition),
-                badge: badge(transition),
-                title: title(transition),
-                href,
-            },
-        }
+fn look(component: &ComponentPath, shown: Shown<'_>) -> Look {
+    let Shown { href, transition } = shown;
+    match transition {
+        // Nobody diagnoses it, or nothing has been heard of it.
+        None => Look {
+            class: "absent".to_owned(),
+            badge: String::new(),
+            title: format!("{component}: nothing is known of it"),
+            href,
+        },
+        Some(transition) => Look {
+            class: look::classes(transition),
+            badge: badge(transition),
+            title: title(transition),
+            href,
+        },
     }
 }
 

@@ -11,7 +11,7 @@ use crate::access::Viewer;
 use crate::app::Shared;
 use crate::layout::Page;
 use crate::look;
-use crate::stream::{Part, part};
+use crate::part::{Part, part};
 use crate::view::View;
 
 /// Events on the overview, and on the page of their own.

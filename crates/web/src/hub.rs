@@ -4,9 +4,10 @@ use std::collections::HashMap;
 use std::fmt;
 use std::future::Future;
 use std::hash::Hash;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use tokio::sync::watch::{Receiver, Sender, channel};
 
 /// Each work by its key, with the latest that came of it.
@@ -36,7 +37,7 @@ where
     where
         F: Future<Output = ()> + Send + 'static,
     {
-        let mut running = lock(&self.running);
+        let mut running = self.running.lock();
         if let Some(sender) = running.get(&key) {
             return sender.subscribe();
         }
@@ -45,7 +46,7 @@ where
         let (all, linger, work) = (Arc::clone(&self.running), self.linger, work(sender.clone()));
         tokio::spawn(async move {
             tokio::select! {
-                () = work => { lock(&all).remove(&key); }
+                () = work => { all.lock().remove(&key); }
                 () = abandoned(&all, &key, &sender, linger) => {}
             }
         });
@@ -55,7 +56,7 @@ where
     /// How much work goes on.
     #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
-        lock(&self.running).len()
+        self.running.lock().len()
     }
 }
 
@@ -81,16 +82,12 @@ fn removed<K: Eq + Hash, V>(
     key: &K,
     sender: &Sender<V>,
 ) -> bool {
-    let mut all = lock(all);
+    let mut all = all.lock();
     let abandoned = sender.receiver_count() == 0;
     if abandoned {
         all.remove(key);
     }
     abandoned
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! | `config` | where it is served, and what it shows |
 //! | `server` | the process, from its start to its end |
 //! | `router` | which path leads where |
-//! | `app` | what every request sees |
+//! | `app` | what every request sees, and what is counted |
 //! | `access` | who it is, and what he may do |
 //! | `orders` | forms that order something |
 //! | `listener` | addresses, TLS, limits |
@@ -14,10 +14,11 @@
 //! | `layout`, `assets` | what all pages have in common; style sheet and script |
 //! | `overview`, `component`, `module`, `history`, `events` | the pages |
 //! | `forms` | the forms in which orders are given |
+//! | `subject`, `part` | which page is kept up to date, and its parts |
 //! | `stream` | parts of pages as they change |
 //! | `desk` | what is asked of modules, once for all pages |
 //! | `hub` | work that goes on only while somebody looks |
-//! | `metrics` | what is counted, and whether the process is well |
+//! | `metrics` | `/metrics` and `/healthz` |
 
 mod access;
 mod app;
@@ -37,9 +38,11 @@ mod metrics;
 mod module;
 mod orders;
 mod overview;
+mod part;
 mod router;
 mod server;
 mod stream;
+mod subject;
 #[cfg(test)]
 mod test_server;
 #[cfg(test)]
@@ -48,9 +51,7 @@ mod testing;
 mod tests;
 mod view;
 
-pub use access::{
-    LinkError, NoRandomness, Origin, OriginError, PersonName, PersonNameError, VALID, one_time_link,
-};
+pub use access::{LinkError, NoRandomness, PersonName, PersonNameError, VALID, one_time_link};
 pub use config::WebConfig;
-pub use listener::{ListenError, ListenerSettings, TlsFiles};
+pub use listener::{ListenError, ListenerSettings, Origin, OriginError, TlsFiles};
 pub use server::run;

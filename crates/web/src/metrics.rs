@@ -1,4 +1,4 @@
-//! What is counted, and whether the process is well.
+//! `/metrics` and `/healthz`.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,44 +13,6 @@ use crate::app::Shared;
 
 const TEXT: &str = "text/plain; charset=utf-8";
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-
-/// What is counted as long as the process lives.
-#[derive(Debug, Default)]
-pub(crate) struct Counters {
-    requests: AtomicU64,
-    streams_opened: AtomicU64,
-    streams_closed: AtomicU64,
-    streams_refused: AtomicU64,
-    updates: AtomicU64,
-}
-
-impl Counters {
-    pub(crate) fn request(&self) {
-        self.requests.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(crate) fn stream_opened(&self) {
-        self.streams_opened.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(crate) fn stream_closed(&self) {
-        self.streams_closed.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(crate) fn stream_refused(&self) {
-        self.streams_refused.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(crate) fn update(&self) {
-        self.updates.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Streams that are open.
-    pub(crate) fn streams(&self) -> u64 {
-        let closed = self.streams_closed.load(Ordering::Relaxed);
-        self.streams_opened.load(Ordering::Relaxed).saturating_sub(closed)
-    }
-}
 
 /// What is written of it at one moment.
 struct Report {

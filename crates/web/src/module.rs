@@ -17,7 +17,8 @@ use crate::layout::Page;
 use crate::look;
 use crate::overview::alarms::component_line;
 use crate::overview::{modules, trouble};
-use crate::stream::{Part, Subject, Whose, part};
+use crate::part::{Part, part};
+use crate::subject::{Subject, Whose};
 use crate::view::{View, find_module};
 
 /// The columns of peers, and whether numbers stand in them.

@@ -1,5 +1,7 @@
 //! Which path leads where.
 
+use std::sync::Arc;
+
 use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::StatusCode;
@@ -17,7 +19,7 @@ use crate::{
 
 /// Everything that can be looked at and ordered, behind what every request has to pass.
 pub(crate) fn router(app: Shared) -> Router {
-    access::protect(pages(app.clone()), app)
+    access::protect(pages(app.clone()), Arc::clone(&app.access))
 }
 
 fn pages(app: Shared) -> Router {
@@ -34,7 +36,7 @@ fn pages(app: Shared) -> Router {
         .route("/icon.svg", get(assets::icon))
         .route("/healthz", get(metrics::healthz))
         .route("/metrics", get(metrics::metrics))
-        .merge(access::routes())
+        .merge(access::routes(Arc::clone(&app.access)))
         .merge(orders::routes())
         .fallback(nothing)
         .layer(from_fn_with_state(app.clone(), count))

@@ -11,12 +11,11 @@ use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 
 use crate::access::{self, Access, AccessSettings};
-use crate::app::{App, Shared};
+use crate::app::{App, Counters, Shared};
 use crate::config::WebConfig;
 use crate::desk::Desk;
 use crate::drawing::Drawing;
 use crate::listener::Listener;
-use crate::metrics::Counters;
 use crate::router::router;
 
 /// From one status to the next; each is a watchdog heartbeat.
@@ -68,7 +67,7 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
     };
     Arc::new(App {
         live: Live::start(open, structure.clone(), expected),
-        access: Access::new(access),
+        access: Arc::new(Access::new(access)),
         structure,
         operator,
         timeout,

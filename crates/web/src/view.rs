@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use names::{ComponentPath, ModuleName, StructureName};
 use observer::{LiveModule, Scene};
 
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, Shown};
 
 /// What a page shows of a scene.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +48,12 @@ impl<'a> View<'a> {
     /// Where a module's page is.
     pub(crate) fn module(&self, structure: Option<&StructureName>, module: &ModuleName) -> String {
         self.of(structure, format!("/module/{module}"))
+    }
+
+    /// What a drawing shows of a component.
+    pub(crate) fn shown(&self, structure: &StructureName, path: &ComponentPath) -> Shown<'a> {
+        let transition = self.scene.component(Some(structure), path);
+        Shown { href: self.component(Some(structure), path), transition }
     }
 
     fn of(&self, structure: Option<&StructureName>, path: String) -> String {

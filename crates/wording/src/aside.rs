@@ -1,8 +1,10 @@
 //! Alarms that are set aside, and who did it.
 
+use names::printable;
 use wire::{Aside, FaultTransition, Shelving};
 
-use super::{printable, state_in_words, utc};
+use crate::state::state_in_words;
+use crate::time::utc;
 
 /// Until when, by whom and why the component's alarm is set aside; none if it counts.
 #[must_use]

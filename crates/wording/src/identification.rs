@@ -1,8 +1,7 @@
 //! What kind of fault it is, and how large.
 
+use names::printable;
 use wire::{Candidate, FaultSize, Identification};
-
-use super::printable;
 
 /// Contenders that are named where there is little room.
 const NAMED: usize = 3;

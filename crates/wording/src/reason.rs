@@ -1,8 +1,13 @@
 //! Why a component is in the state that it is in.
 
+use names::printable;
 use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
 
-use super::{asides, by_whom, later_state, printable, residual, utc, why_unconfirmed};
+use crate::aside::{asides, by_whom};
+use crate::doubt::why_unconfirmed;
+use crate::quantity::residual;
+use crate::state::later_state;
+use crate::time::utc;
 
 /// In words; empty if there is nothing to say beside the state.
 pub fn reason(transition: &FaultTransition) -> String {

@@ -1,11 +1,12 @@
 //! Polls all states and subscribes to every transition.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::Duration;
 
 use ::observer::News;
 use names::{ModuleName, Step};
+use parking_lot::{Mutex, MutexGuard};
 use tokio::task::JoinSet;
 use wire::{FaultTransition, Key, ModuleStatus, Progress};
 use zenoh::Session;
@@ -13,7 +14,6 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 
 use super::record::Record;
-use crate::lock;
 use crate::noted::listen;
 use crate::observer::{Hearing, Observer};
 
@@ -39,8 +39,8 @@ impl Witness {
             [follow_progress(&session, &record).await, follow_statuses(&session, &record).await];
         let noted = Arc::clone(&record);
         let note = move |news| match news {
-            News::Fault(transition) => lock(&noted).note_transition(&transition),
-            News::Missed { .. } | News::Lost(_) => lock(&noted).note_missed(&news),
+            News::Fault(transition) => noted.lock().note_transition(&transition),
+            News::Missed { .. } | News::Lost(_) => noted.lock().note_missed(&news),
             _ => {}
         };
         let listening = Some((steady, observer.hear(note).await));
@@ -50,7 +50,7 @@ impl Witness {
     }
 
     pub(super) fn record(&self) -> MutexGuard<'_, Record> {
-        lock(&self.record)
+        self.record.lock()
     }
 
     /// The present states of every module that replies.
@@ -69,7 +69,7 @@ async fn follow_progress(session: &Session, record: &Arc<Mutex<Record>>) -> Subs
     let record = Arc::clone(record);
     let note = move |received: &Sample, progress: Progress| {
         if let Ok(Key::Module { module, .. }) = received.key_expr().as_str().parse::<Key>() {
-            lock(&record).note_progress(module, progress);
+            record.lock().note_progress(module, progress);
         }
     };
     listen(session, "trusswatch/tower/*/progress", note).await
@@ -77,7 +77,7 @@ async fn follow_progress(session: &Session, record: &Arc<Mutex<Record>>) -> Subs
 
 async fn follow_statuses(session: &Session, record: &Arc<Mutex<Record>>) -> Subscriber<()> {
     let record = Arc::clone(record);
-    let note = move |_: &Sample, status: ModuleStatus| lock(&record).note_status(status);
+    let note = move |_: &Sample, status: ModuleStatus| record.lock().note_status(status);
     listen(session, "trusswatch/tower/*/status", note).await
 }
 
@@ -87,14 +87,14 @@ async fn ask_again_and_again(session: Session, record: Arc<Mutex<Record>>) {
     loop {
         ticks.tick().await;
         for (message, since) in states(&session, &record).await {
-            lock(&record).note_state(&message, since);
+            record.lock().note_state(&message, since);
         }
     }
 }
 
 async fn states(session: &Session, record: &Mutex<Record>) -> Vec<State> {
     let known: BTreeMap<ModuleName, Step> = {
-        let record = lock(record);
+        let record = record.lock();
         record.standings.iter().map(|(module, at)| (module.clone(), at.step)).collect()
     };
     let states = crate::observer::states(session).await.into_iter();

@@ -2,17 +2,17 @@
 //! again.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 use ::observer::{OrderError, order};
 use daemon::config::Schedule;
 use names::{ModuleName, RunId, Step, StructureName};
+use parking_lot::Mutex;
 use tokio::task::JoinSet;
 use wire::{Doubt, FaultState, FaultTransition, Obeyed, Order, OrderKind};
 use zenoh::Session;
 
-use crate::lock;
 use crate::observer::{Observer, states};
 use crate::plant_clock::PlantClock;
 
@@ -84,7 +84,7 @@ impl Operator {
     /// Outcomes of the commands so far.
     #[must_use]
     pub fn books(&self) -> Books {
-        lock(&self.books).clone()
+        self.books.lock().clone()
     }
 }
 
@@ -155,7 +155,7 @@ impl Worker {
             for (kind, given) in orders {
                 let reply =
                     order(&session, &structure, &module, &kind.into(), &given, TIMEOUT).await;
-                lock(&books).note(&module, kind, given, reply);
+                books.lock().note(&module, kind, given, reply);
             }
         }
     }

@@ -2,10 +2,9 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use crate::lock;
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
 /// Pending frames by due time; the earliest leaves first.
 #[derive(Debug)]
@@ -54,16 +53,13 @@ impl DelayLine {
             }
             let now = Instant::now();
             let due = state.under_way.peek().map(|Reverse(parcel)| parcel.due);
-            state = match due {
+            match due {
                 Some(due) if due <= now => {
                     return state.under_way.pop().map(|Reverse(parcel)| (parcel.to, parcel.frame));
                 }
-                Some(due) => {
-                    let waited = self.changed.wait_timeout(state, due - now);
-                    waited.unwrap_or_else(PoisonError::into_inner).0
-                }
-                None => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
-            };
+                Some(due) => drop(self.changed.wait_until(&mut state, due)),
+                None => self.changed.wait(&mut state),
+            }
         }
     }
 
@@ -74,7 +70,7 @@ impl DelayLine {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        lock(&self.state)
+        self.state.lock()
     }
 }
 

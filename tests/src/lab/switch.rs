@@ -2,11 +2,12 @@
 //! brings those that are late.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
 use tun_rs::InterruptEvent;
 
 use super::delay_line::DelayLine;
@@ -15,7 +16,6 @@ use super::impairment::Fate;
 use super::link::Link;
 use super::node::Node;
 use super::tap::Card;
-use crate::lock;
 
 /// No frame is longer.
 const LONGEST_FRAME: usize = 1 << 16;
@@ -116,7 +116,7 @@ impl Hub {
     fn forward(&self, from: usize, frame: &[u8]) {
         let Some((destination, source)) = frame::addresses(frame) else { return };
         let known = {
-            let mut learned = lock(&self.learned);
+            let mut learned = self.learned.lock();
             learned.insert(source, from);
             learned.get(&destination).copied()
         };

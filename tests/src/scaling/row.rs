@@ -92,7 +92,7 @@ impl Row {
             Topology::Peers => setting.diagnosers() + 1,
             Topology::Star => 1,
         };
-        let ports = loopback::reserve(u16::try_from(listeners).unwrap()).unwrap();
+        let ports = session::loopback::reserve(u16::try_from(listeners).unwrap()).unwrap();
         let first_port = ports.start;
         let endpoints: Vec<String> = ports.map(|port| format!("tcp/127.0.0.1:{port}")).collect();
         let mut command = program("trusswatch");

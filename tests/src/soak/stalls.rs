@@ -1,8 +1,10 @@
 //! How long the machine kept the test itself waiting: the processes under test were
 //! delayed as well, which does not count against them.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+use parking_lot::Mutex;
 
 const EVERY: Duration = Duration::from_millis(50);
 
@@ -21,7 +23,7 @@ impl Stalls {
             while let Some(total) = total.upgrade() {
                 std::thread::sleep(EVERY);
                 let now = Instant::now();
-                *total.lock().unwrap() += (now - last).saturating_sub(2 * EVERY);
+                *total.lock() += (now - last).saturating_sub(2 * EVERY);
                 last = now;
             }
         });
@@ -31,6 +33,6 @@ impl Stalls {
     /// The sum so far.
     #[must_use]
     pub fn total(&self) -> Duration {
-        *self.0.lock().unwrap()
+        *self.0.lock()
     }
 }

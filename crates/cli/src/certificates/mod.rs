@@ -38,7 +38,7 @@ enum Command {
     List(list::Arguments),
     P12(p12::Arguments),
     Access(access::Arguments),
-    Fleet(access::fleet_access::Arguments),
+    Fleet(access::fleet::Arguments),
 }
 
 /// Where certificates are kept.
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::List(arguments) => list::run(arguments),
         Command::P12(arguments) => p12::run(arguments),
         Command::Access(arguments) => access::run(arguments),
-        Command::Fleet(arguments) => access::fleet_access::run(arguments),
+        Command::Fleet(arguments) => access::fleet::run(arguments),
     }
 }
 

@@ -1,7 +1,7 @@
 //! How entries are printed: coloured lines for people, or one JSON object a line for machines.
 
 use std::collections::BTreeSet;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use super::entry::{DiagnosedFault, Entry, Process, Summary, Verdict};
 use super::finding;
@@ -36,7 +36,7 @@ impl Printer {
     pub(super) fn new(json: bool, step_s: f64) -> Printer {
         Printer {
             json,
-            paint: Paint::for_terminal(io::stdout().is_terminal()),
+            paint: Paint::of_stdout(),
             width: terminal_width(),
             step_s,
             read: BTreeSet::new(),

@@ -46,7 +46,7 @@ impl Rig {
         let binaries = Binaries::find()?;
         let directory = temporary_directory("trusswatch-demo-")?;
         let no_port = |error| Failure::network(format!("nowhere to listen on 127.0.0.1: {error}"));
-        let [own, plant, first, second] = loopback::endpoints().map_err(no_port)?;
+        let [own, plant, first, second] = session::loopback::endpoints().map_err(no_port)?;
         let endpoints = vec![plant, first, second];
         let place = directory.path();
         for file in OTHERS {

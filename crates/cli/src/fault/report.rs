@@ -1,9 +1,10 @@
 //! A component's fault for people.
 
 use names::fault::FaultKind;
-use wire::{Candidate, FaultTransition, Identification, Signature};
+use terminal::Plot;
+use wire::{Candidate, FaultTransition, Identification, Signature, SignaturePoint};
 
-use crate::chart::{Point, chart};
+use super::frame::WIDEST;
 use crate::paint::Paint;
 use crate::paint::state_colour;
 use crate::table::{TextTable, table};
@@ -13,6 +14,9 @@ use wording::{
 
 /// The width of a drawing that goes to a file.
 pub(super) const USUAL_WIDTH: u16 = 80;
+
+/// Lines of a drawing: title, curves, steps.
+const LINES: u16 = 14;
 
 /// The text: in what state the component is, what kind of fault it has, and what was measured of it.
 pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) -> String {
@@ -89,14 +93,16 @@ fn note(decided: &Candidate) -> Option<&'static str> {
 }
 
 fn drawing(signature: &Signature, width: u16, paint: Paint) -> String {
-    let (scale, unit) = in_small_units(&signature.unit);
-    let point = |point: &wire::SignaturePoint| Point {
-        step: point.step.0,
-        measured: point.measured * scale,
-        fitted: point.fitted * scale,
+    let (scale, title) = in_small_units(&signature.unit);
+    #[expect(clippy::cast_precision_loss, reason = "a drawing")]
+    let curve = |value: fn(&SignaturePoint) -> f64| {
+        let points = signature.points.iter();
+        points.map(|point| (point.step.0 as f64, scale * value(point))).collect()
     };
-    let points: Vec<Point> = signature.points.iter().map(point).collect();
-    chart(&points, &unit, usize::from(width), paint)
+    let (points, fitted) = (curve(|point| point.measured), curve(|point| point.fitted));
+    let plot = Plot { title: format!("  {title}"), points, fitted, ..Plot::default() };
+    let text = plot.text(width.min(WIDEST), LINES, paint.has_colours());
+    format!("{text}  {}\n", Plot::FIT_LEGEND)
 }
 
 #[cfg(test)]
@@ -104,7 +110,7 @@ mod tests {
     use super::*;
     use crate::faults::testing::{identification, latched, state};
     use names::Step;
-    use wire::{FaultSize, FaultState, SignaturePoint};
+    use wire::{FaultSize, FaultState};
 
     fn sized(kind: &str, unit: &str, probability: f64, [low, value, high]: [f64; 3]) -> Candidate {
         let size = Some(FaultSize { value, low, high, unit: unit.to_owned() });
@@ -125,7 +131,7 @@ mod tests {
     }
 
     fn text(found: &FaultTransition, width: Option<u16>) -> String {
-        let text = report(found, width, Paint::for_terminal(false));
+        let text = report(found, width, Paint::NONE);
         text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
     }
 
@@ -196,7 +202,7 @@ nothing measured is kept any more";
             let text = text(&found, width);
             let limit = usize::from(width.unwrap_or(USUAL_WIDTH));
             assert!(text.lines().all(|line| line.chars().count() <= limit), "{text}");
-            for part in ["µm\n", "46 ┤", "step 1000", "1119\n", "⠒ measured"] {
+            for part in ["µm\n", "46┤", "step 1000", "1119\n", "⠒ measured"] {
                 assert!(text.contains(part), "`{part}` is not in\n{text}");
             }
             assert!(!text.contains("nothing measured"), "{text}");

@@ -1,6 +1,6 @@
 //! `trusswatch fault show`: what kind of fault a component has, how large it is, and what was measured of it.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use names::Mention;
@@ -141,7 +141,7 @@ fn print(arguments: &Arguments, found: &Found) -> Result<(), Failure> {
         write!(out, "{}", versioned::text(&document)?)?;
         return Ok(out.flush()?);
     }
-    let paint = Paint::for_terminal(io::stdout().is_terminal());
+    let paint = Paint::of_stdout();
     let width = terminal_width();
     write!(out, "{}", report(state, width, paint))?;
     match frame {

@@ -10,7 +10,7 @@ mod structure_table;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use names::ModuleName;
 use observer::{Picture, present};
@@ -78,7 +78,7 @@ fn print(arguments: &Arguments, picture: &Picture) -> Result<(), Failure> {
     if arguments.json {
         write!(out, "{}", versioned::text(&document::document(picture, arguments.all))?)?;
     } else if !picture.modules.is_empty() {
-        let paint = Paint::for_terminal(io::stdout().is_terminal());
+        let paint = Paint::of_stdout();
         let width = arguments.width.limit();
         write!(out, "{}", report::report(picture, arguments.all, width, paint))?;
     }

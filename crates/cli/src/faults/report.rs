@@ -128,7 +128,7 @@ mod tests {
         let first = module("m1", ModulePhase::InService, vec![normal, latched]);
         let stale = module("m2", ModulePhase::Stale, vec![unknown_state("m2/sensor/g1")]);
         let picture = picture(vec![first, stale, silent("m3", Some("m1"))]);
-        let paint = Paint::for_terminal(false);
+        let paint = Paint::NONE;
         report(&picture, all, None, paint).lines().map(|line| line.trim_end().to_owned()).collect()
     }
 
@@ -161,7 +161,7 @@ nothing is known of the components of m3";
             at("west", module("m1", ModulePhase::InService, vec![latched("m1/sensor/g1")])),
             at("west", silent("m2", Some("m1"))),
         ]);
-        let report = |all| report(&picture, all, None, Paint::for_terminal(false));
+        let report = |all| report(&picture, all, None, Paint::NONE);
         let text = report(false);
         let table = "\
   structure   modules in service   not answering   latched   acknowledged   unconfirmed   unknown   set aside   normal and verified
@@ -184,7 +184,7 @@ west
         let first = module("m1", ModulePhase::InService, vec![known, quiet, fault]);
         let stopped = suppressed(state("m2/sensor/g1", FaultState::Unknown));
         let second = module("m2", ModulePhase::Stale, vec![stopped]);
-        let text = report(&picture(vec![first, second]), false, None, Paint::for_terminal(false));
+        let text = report(&picture(vec![first, second]), false, None, Paint::NONE);
         let rows: Vec<&str> = text
             .lines()
             .filter(|line| line.contains("sensor/g") || line.contains("actuator/a"))
@@ -210,7 +210,7 @@ west
     fn several_processes_of_one_module_are_warned_of() {
         let mut one =
             module("m1", ModulePhase::InService, vec![state("m1/sensor/g1", FaultState::Normal)]);
-        let paint = Paint::for_terminal(false);
+        let paint = Paint::NONE;
         let text = |one: &ModulePicture| report(&picture(vec![one.clone()]), false, None, paint);
         assert!(!text(&one).contains("warning"), "{}", text(&one));
         one.processes.extend(["a1", "b2"].map(|id| id.parse::<zenoh::session::ZenohId>().unwrap()));
@@ -224,7 +224,7 @@ west
             module("m1", ModulePhase::InService, vec![state("m1/sensor/g1", FaultState::Normal)]);
         let status = one.member.status.as_mut().unwrap();
         (status.lag_ms, status.sample_age_ms) = (Some(-3_600_000.0), Some(-3_599_000.0));
-        let text = report(&picture(vec![one]), false, None, Paint::for_terminal(false));
+        let text = report(&picture(vec![one]), false, None, Paint::NONE);
         let remark = "its clock is 3600 s behind the publisher's; check time synchronisation";
         assert!(text.contains(remark) && !text.contains("-3600"), "{text}");
     }
@@ -237,7 +237,7 @@ west
         let text = |components: &[&FaultTransition]| {
             let components = components.iter().map(|one| (*one).clone()).collect();
             let picture = picture(vec![module("m1", ModulePhase::InService, components)]);
-            report(&picture, false, None, Paint::for_terminal(false))
+            report(&picture, false, None, Paint::NONE)
         };
         let all = text(&[&verified, &returned]);
         assert!(all.contains("\n1 of 2 components are normal, 1 latched\n"), "{all}");
@@ -252,7 +252,7 @@ west
         let component = format!("{name}/actuator/cylinder-inner-a3");
         let components = vec![latched(&component), latched("m1/sensor/g2")];
         let picture = picture(vec![module(name, ModulePhase::InService, components)]);
-        let paint = Paint::for_terminal(false);
+        let paint = Paint::NONE;
         let folded = report(&picture, false, Some(80), paint);
         assert!(folded.lines().all(|line| line.chars().count() <= 80), "{folded}");
         assert!(folded.contains("m1/sensor/g2") && folded.contains("1970-01-01"), "{folded}");

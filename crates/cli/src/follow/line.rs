@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn each_kind_of_news_has_its_line() {
-        let paint = Paint::for_terminal(false);
+        let paint = Paint::NONE;
         let text = |event: &News| line(event, false, paint);
         let fault = text(&News::Fault(Box::new(transition("m1", 1, 0))));
         assert!(fault.starts_with("1970-01-01T00:00:00.000Z  m1/sensor/g1"), "{fault}");

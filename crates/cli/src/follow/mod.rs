@@ -3,7 +3,7 @@
 mod line;
 
 use std::collections::BTreeMap;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use names::{ComponentPath, StructureName};
 use observer::{Feed, News};
@@ -62,7 +62,7 @@ fn print(arguments: &Arguments, link: &Target, event: &News) -> Result<(), Failu
     if arguments.json {
         write!(out, "{}", versioned::line(&line::Document::of(event))?)?;
     } else {
-        let paint = Paint::for_terminal(io::stdout().is_terminal());
+        let paint = Paint::of_stdout();
         let names_structure = link.structure.is_none();
         writeln!(out, "{}", line::line(event, names_structure, paint))?;
     }

@@ -9,7 +9,7 @@ mod report;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use names::{ComponentPath, ModuleName};
 
@@ -91,7 +91,7 @@ fn print(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
     if arguments.json {
         write!(out, "{}", versioned::text(&document::document(reading, &entries))?)?;
     } else {
-        let paint = Paint::for_terminal(io::stdout().is_terminal());
+        let paint = Paint::of_stdout();
         let width = arguments.width.limit();
         write!(out, "{}", report::report(reading, &entries, width, paint))?;
     }

@@ -98,7 +98,7 @@ mod tests {
         let journal = history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)]);
         let histories = vec![ModuleHistory { identifications, ..journal }];
         let reading = Reading { since: 1, histories, silent: Vec::new() };
-        let paint = Paint::for_terminal(false);
+        let paint = Paint::NONE;
         let text =
             report(&reading, &merged(&reading.histories, Order::Time, |_| true, None), None, paint);
         let text: Vec<&str> = text.lines().map(str::trim_end).collect();
@@ -116,7 +116,7 @@ mod tests {
     fn journals_without_transitions_are_reported_as_such() {
         let reading =
             Reading { since: 1, histories: vec![history("m1", vec![])], silent: Vec::new() };
-        assert_eq!(report(&reading, &[], None, Paint::for_terminal(false)), "no transitions\n");
+        assert_eq!(report(&reading, &[], None, Paint::NONE), "no transitions\n");
     }
 
     #[test]
@@ -124,7 +124,7 @@ mod tests {
         let histories = vec![history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)])];
         let reading = Reading { since: 1, histories, silent: Vec::new() };
         let entries = merged(&reading.histories, Order::Time, |_| true, None);
-        let text = report(&reading, &entries, Some(80), Paint::for_terminal(false));
+        let text = report(&reading, &entries, Some(80), Paint::NONE);
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         for word in ["1970-01-01", "00:00:01.000Z", "sensor/g1", "acknowledged", "ada@station:"] {
             assert!(text.contains(word), "{text}");

@@ -5,11 +5,10 @@ use std::time::Duration;
 use names::StructureName;
 use observer::Command;
 use tokio::time::{Instant, sleep};
-use wire::OrderKind;
+use wire::{Order, OrderKind};
 use zenoh::Session;
 
 use super::homes::homes;
-use super::issuer::Issuer;
 use super::outcome::{CommandOutcome, Outcome};
 use super::subject::Subject;
 use crate::failure::Failure;
@@ -34,6 +33,23 @@ impl Manner {
     /// Without anything else.
     pub(super) fn of(kind: OrderKind) -> Self {
         Self { kind, force: false, re_tare: false, for_s: None, wait: None }
+    }
+}
+
+/// A person, and the reason.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Issuer {
+    pub(super) by: String,
+    pub(super) note: Option<String>,
+}
+
+impl Issuer {
+    /// A command concerning a component or a module.
+    pub(super) fn order(&self, subject: &Subject, manner: Manner) -> Order {
+        let Issuer { by, note } = self.clone();
+        let Manner { force, re_tare, for_s, .. } = manner;
+        let component = subject.mention();
+        Order { component, by, on_behalf_of: None, note, for_s, force, re_tare }
     }
 }
 

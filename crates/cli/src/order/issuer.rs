@@ -1,28 +1,8 @@
-//! Who issues a command.
+//! The name of who issues a command.
 
 use names::OperatorName;
-use wire::Order;
 
-use super::carry_out::Manner;
-use super::subject::Subject;
 use crate::failure::Failure;
-
-/// A person, and the reason.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Issuer {
-    pub(super) by: String,
-    pub(super) note: Option<String>,
-}
-
-impl Issuer {
-    /// A command concerning a component or a module.
-    pub(super) fn order(&self, subject: &Subject, manner: Manner) -> Order {
-        let Issuer { by, note } = self.clone();
-        let Manner { force, re_tare, for_s, .. } = manner;
-        let component = subject.mention();
-        Order { component, by, on_behalf_of: None, note, for_s, force, re_tare }
-    }
-}
 
 /// The name that is recorded: that of the operator whose certificate is shown, else the one that was given, else
 /// `USER@HOST`.

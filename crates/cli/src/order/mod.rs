@@ -16,8 +16,7 @@ use crate::failure::Failure;
 use crate::link;
 pub(crate) use arguments::{AcknowledgeArguments, ResetArguments};
 use arguments::{Orders, Signature};
-use carry_out::{Manner, carry_out};
-use issuer::Issuer;
+use carry_out::{Issuer, Manner, carry_out};
 pub(crate) use set_aside::{
     ShelveArguments, SuppressArguments, UnshelveArguments, UnsuppressArguments, shelve, suppress,
     unshelve, unsuppress,

@@ -1,6 +1,6 @@
 //! Outcomes of commands, for people and for machines. Failures are printed on standard error.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub(super) fn print(outcomes: &[CommandOutcome], json: bool) -> Result<(), Failu
     if json {
         write!(out, "{}", versioned::text(&Document { orders: outcomes })?)?;
     } else {
-        let paint = Paint::for_terminal(io::stdout().is_terminal());
+        let paint = Paint::of_stdout();
         for line in outcomes.iter().filter_map(line) {
             writeln!(out, "{}", paint.in_colour(Colour::Green, &line))?;
         }

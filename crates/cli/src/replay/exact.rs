@@ -7,8 +7,6 @@ use ::replay::{ModuleRecord, Replayed, Shortfall, courses, replay};
 use names::{ModuleName, StructureName};
 
 use super::reading::Reading;
-use super::report;
-use crate::failure::Failure;
 
 /// A process of a module, replayed.
 pub(super) struct Process {
@@ -103,42 +101,5 @@ impl Exact {
             module.replayed().map(|one| one.replayed.samples as f64 * one.step_s).sum()
         };
         self.modules.iter().map(of_module).fold(0.0, f64::max)
-    }
-
-    /// What is written on standard output.
-    pub(super) fn written(
-        &self,
-        verify: bool,
-        json: bool,
-        width: Option<u16>,
-    ) -> Result<String, Failure> {
-        if json {
-            Ok(report::document(self)?)
-        } else if verify {
-            Ok(report::verification(self))
-        } else {
-            Ok(report::verdicts(self, width))
-        }
-    }
-
-    /// How the command ends.
-    pub(super) fn outcome(&self, verify: bool) -> Result<(), Failure> {
-        let differences =
-            self.replayed().filter_map(|(_, p)| p.replayed.comparison.difference.as_ref());
-        let differences: Vec<String> = differences.map(ToString::to_string).collect();
-        if verify && !differences.is_empty() {
-            return Err(Failure::runtimes(differences));
-        }
-        let lacks: Vec<String> = report::shortfalls(self);
-        let verified = self.sum(|r| r.comparison.verdicts + r.comparison.divergences);
-        if verify && verified == 0 {
-            let mut problems = vec!["nothing can be verified".to_owned()];
-            problems.extend(lacks);
-            return Err(Failure::inputs(problems));
-        }
-        if self.replayed().next().is_none() {
-            return Err(Failure::inputs(lacks));
-        }
-        Ok(())
     }
 }

@@ -8,6 +8,7 @@ use translation::Speaker;
 use wire::FaultTransition;
 
 use super::exact::{Exact, Module, Process};
+use crate::failure::Failure;
 use crate::table::table;
 use crate::versioned;
 use wording::{NOTHING, reason, utc};
@@ -15,8 +16,47 @@ use wording::{NOTHING, reason, utc};
 const HEADING: [&str; 8] =
     ["time", "module", "component", "state", "onset s", "detected s", "decided s", "why"];
 
+impl Exact {
+    /// What is written on standard output.
+    pub(super) fn written(
+        &self,
+        verify: bool,
+        json: bool,
+        width: Option<u16>,
+    ) -> Result<String, Failure> {
+        if json {
+            Ok(document(self)?)
+        } else if verify {
+            Ok(verification(self))
+        } else {
+            Ok(verdicts(self, width))
+        }
+    }
+
+    /// How the command ends.
+    pub(super) fn outcome(&self, verify: bool) -> Result<(), Failure> {
+        let differences =
+            self.replayed().filter_map(|(_, p)| p.replayed.comparison.difference.as_ref());
+        let differences: Vec<String> = differences.map(ToString::to_string).collect();
+        if verify && !differences.is_empty() {
+            return Err(Failure::runtimes(differences));
+        }
+        let lacks: Vec<String> = shortfalls(self);
+        let verified = self.sum(|r| r.comparison.verdicts + r.comparison.divergences);
+        if verify && verified == 0 {
+            let mut problems = vec!["nothing can be verified".to_owned()];
+            problems.extend(lacks);
+            return Err(Failure::inputs(problems));
+        }
+        if self.replayed().next().is_none() {
+            return Err(Failure::inputs(lacks));
+        }
+        Ok(())
+    }
+}
+
 /// The verdicts as a table, and how fast it went.
-pub(super) fn verdicts(exact: &Exact, width: Option<u16>) -> String {
+fn verdicts(exact: &Exact, width: Option<u16>) -> String {
     let mut table = table(&HEADING);
     let mut count = 0;
     for (module, process) in exact.replayed() {
@@ -77,7 +117,7 @@ fn modules(count: usize) -> String {
 }
 
 /// What was verified, and what could not be.
-pub(super) fn verification(exact: &Exact) -> String {
+fn verification(exact: &Exact) -> String {
     let verdicts = exact.sum(|r| r.comparison.verdicts);
     let divergences = exact.sum(|r| r.comparison.divergences);
     let differ = exact.replayed().any(|(_, p)| p.replayed.comparison.difference.is_some());
@@ -103,7 +143,7 @@ pub(super) fn verification(exact: &Exact) -> String {
 }
 
 /// Why something is not verified.
-pub(super) fn shortfalls(exact: &Exact) -> Vec<String> {
+fn shortfalls(exact: &Exact) -> Vec<String> {
     let mut all = Vec::new();
     for module in &exact.modules {
         let name = &module.module;
@@ -190,7 +230,7 @@ struct DifferenceDocument {
 }
 
 /// The same for machines.
-pub(super) fn document(exact: &Exact) -> Result<String, serde_json::Error> {
+fn document(exact: &Exact) -> Result<String, serde_json::Error> {
     let of_module = |module: &Module| ModuleDocument {
         structure: module.structure.to_string(),
         module: module.module.to_string(),

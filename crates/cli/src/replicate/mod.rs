@@ -17,8 +17,6 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_plant};
 use session::endpoint;
-use settings::ConfigErrors;
-use toml::Table;
 use truss::Structure;
 use zenoh::config::EndPoint;
 
@@ -26,7 +24,7 @@ use crate::failure::Failure;
 use directory::Directory;
 use layout::Layout;
 use neighbourhood::Neighbourhood;
-use template::Template;
+use template::{Template, read_table, unusable};
 
 /// Most copies: beyond them the plant alone takes minutes to start.
 const MOST_COPIES: usize = 500;
@@ -150,15 +148,4 @@ fn plant_text(file: &Path, layout: &Layout) -> Result<String, Failure> {
         "# The plant of structure.toml. Made of {} by `trusswatch replicate`.\n{table}",
         file.display()
     ))
-}
-
-/// A file that has been read before.
-fn read_table(file: &Path) -> Result<Table, Failure> {
-    let unusable = |reason: String| Failure::input(format!("{}: {reason}", file.display()));
-    let text = std::fs::read_to_string(file).map_err(|error| unusable(error.to_string()))?;
-    text.parse().map_err(|error: toml::de::Error| unusable(error.message().to_owned()))
-}
-
-fn unusable(errors: &ConfigErrors) -> Failure {
-    Failure::inputs(errors.to_string().lines().map(str::to_owned).collect())
 }

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use daemon::config::{DiagnoserConfig, load_diagnoser};
 use daemon::thresholds::Thresholds;
 use names::{ModuleName, StructureName};
+use settings::ConfigErrors;
 use toml::{Table, Value};
 use truss::{Structure, copy_prefix};
 
 use super::directory::Directory;
-use super::{read_table, unusable};
 use crate::failure::Failure;
 
 /// The files of the original's module.
@@ -130,4 +130,15 @@ impl Copied {
         directory.write(&format!("thresholds/{name}.toml"), thresholds)?;
         directory.write(&format!("{name}.toml"), config)
     }
+}
+
+/// A file that has been read before.
+pub(super) fn read_table(file: &Path) -> Result<Table, Failure> {
+    let unusable = |reason: String| Failure::input(format!("{}: {reason}", file.display()));
+    let text = std::fs::read_to_string(file).map_err(|error| unusable(error.to_string()))?;
+    text.parse().map_err(|error: toml::de::Error| unusable(error.message().to_owned()))
+}
+
+pub(super) fn unusable(errors: &ConfigErrors) -> Failure {
+    Failure::inputs(errors.to_string().lines().map(str::to_owned).collect())
 }

@@ -1,6 +1,6 @@
 //! One scenario in words.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use study::{Campaign, LineKind, explain};
 
@@ -11,7 +11,7 @@ use crate::paint::{Colour, Paint};
 /// Replays a scenario and prints it.
 pub(super) fn print(campaign: &Campaign, number: u64) -> Result<(), Failure> {
     let explanation = explain(campaign, number).map_err(|error| unusable(&error))?;
-    let paint = Paint::for_terminal(io::stdout().is_terminal());
+    let paint = Paint::of_stdout();
     let mut out = io::stdout().lock();
     for line in &explanation.lines {
         match colour(line.kind) {

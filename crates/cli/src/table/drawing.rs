@@ -9,7 +9,7 @@ use crate::paint::{Colour, Paint};
 impl TextTable {
     /// The text, no wider than `width`.
     pub(crate) fn text(&self, width: Option<u16>) -> String {
-        self.painted(width, &[], Paint::for_terminal(false))
+        self.painted(width, &[], Paint::NONE)
     }
 
     /// The text, no wider than `width`, each row in its colour. Painted line by line, for the codes of

@@ -53,7 +53,7 @@ fn settings(arguments: &Arguments, target: &Target) -> Result<Settings, Failure>
         expected: arguments.expect.clone(),
         timeout: target.timeout,
         issuer: issuer(arguments, target)?,
-        colours: Paint::for_terminal(true).has_colours(),
+        colours: Paint::of_stdout().has_colours(),
     })
 }
 

@@ -55,7 +55,7 @@ async fn kind_size_and_what_was_measured_are_shown_by_path_and_by_name() {
             "  probability         98.7 %\n",
             "  size                +45.1 µm (44.8 to 45.4)\n",
             "µm\n",
-            "⠒ measured   ─ fitted   ━ both\n",
+            "⠒ measured   • fitted   ● both\n",
             "step 3050",
         ] {
             let text: Vec<&str> = outcome.stdout.lines().map(str::trim_end).collect();
@@ -166,12 +166,12 @@ async fn the_freeze_frame_of_the_fault_is_drawn_and_written_to_files() {
     let [svg, csv] = [svg.to_str().unwrap(), csv.to_str().unwrap()];
     let shown = tower.run(&["fault", "show", "sensor/g3", "--svg", svg, "--csv", csv]);
     shown.succeeds();
-    let detection = format!("  ┴ detection step {}\n", frame.detection_step);
+    let detection = format!("  ┊ detection step {}\n", frame.detection_step);
     for part in [
         "  freeze frame of transition 1\n",
         "  reading [µm]\n",
         "  residual [µm]\n",
-        "  divergence over threshold, power of ten   ─ threshold\n",
+        "  divergence over threshold, power of ten   ╌ threshold\n",
         &detection,
     ] {
         assert!(shown.stdout.contains(part), "`{part}` is not in\n{}", shown.stdout);

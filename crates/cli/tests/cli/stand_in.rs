@@ -424,5 +424,5 @@ fn refuse(query: &Query, reason: String) {
 
 /// An endpoint without a listener.
 pub(crate) fn nowhere() -> String {
-    loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
+    session::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }

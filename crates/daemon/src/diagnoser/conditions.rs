@@ -1,9 +1,10 @@
 //! What the comparison with the reference says of each component, for the thread that answers queries: written by the
 //! diagnosis loop.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use diagnosis::state;
+use parking_lot::Mutex;
 use shell::clock;
 use wire::{Condition, FaultTransition, Unknown};
 
@@ -24,13 +25,13 @@ impl Conditions {
     pub(crate) fn new<'a>(conditions: impl Iterator<Item = &'a state::Condition>) -> Self {
         let known = |condition| Known { condition: to_condition(condition), hidden_since_ns: None };
         let board = Self(Arc::new(Mutex::new(conditions.map(known).collect())));
-        board.0.lock().unwrap_or_else(PoisonError::into_inner).iter_mut().for_each(Known::date);
+        board.0.lock().iter_mut().for_each(Known::date);
         board
     }
 
     /// Takes the conditions at present, in the order of the channels.
     pub(crate) fn update<'a>(&self, conditions: impl Iterator<Item = &'a state::Condition>) {
-        let mut board = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut board = self.0.lock();
         for (known, condition) in board.iter_mut().zip(conditions) {
             known.condition = to_condition(condition);
             known.date();
@@ -39,7 +40,7 @@ impl Conditions {
 
     /// A component's state with its condition. What cannot be verified is not normal.
     pub(crate) fn enter(&self, channel: usize, state: FaultTransition) -> FaultTransition {
-        let board = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let board = self.0.lock();
         let Some(known) = board.get(channel) else { return state };
         let condition = known.condition.clone();
         let reason = condition.reason.clone().unwrap_or_default();

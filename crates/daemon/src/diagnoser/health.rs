@@ -1,8 +1,9 @@
 //! The health of a diagnoser.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
+use parking_lot::{Mutex, MutexGuard};
 use shell::health::{Condition, ProcessReport, Subject, live};
 use shell::supervision::Pulse;
 
@@ -26,7 +27,7 @@ impl ModuleBoard {
 
     /// Every change is one assignment, so a thread that failed has left the board in order.
     fn lock(&self) -> MutexGuard<'_, Option<Arc<ModuleReport>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 

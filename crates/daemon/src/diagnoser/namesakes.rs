@@ -2,9 +2,10 @@
 //! directory of its own. The verdicts of both are right, but an order may reach either of them, and the fault that
 //! it acknowledges stays unacknowledged with the other.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use parking_lot::{Mutex, MutexGuard};
 use shell::occurrences::Occurrences;
 use wire::{ModuleStatus, Topic};
 use zenoh::Session;
@@ -66,7 +67,7 @@ impl Namesakes {
 
     /// Every change is complete in itself, so a thread that failed has left it in order.
     fn lock(&self) -> MutexGuard<'_, Sightings> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 

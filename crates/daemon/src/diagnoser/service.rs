@@ -1,9 +1,10 @@
 //! Whether the module monitors its components, for the thread that answers queries: written by the diagnosis loop,
 //! and believed only as long as that loop is live.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
+use parking_lot::Mutex;
 use shell::clock;
 use shell::health::live;
 use shell::supervision::{Pulse, Sign};
@@ -25,7 +26,7 @@ impl Service {
 
     /// The phase at present, and its reason. What lasts began when it was first entered.
     pub(crate) fn enter(&self, phase: ModulePhase, reason: String) {
-        let mut lack = self.lack.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lack = self.lack.lock();
         let since_unix_ns = lack.as_ref().map_or_else(clock::unix_ns, |lack| lack.since_unix_ns);
         *lack = (phase != ModulePhase::InService).then_some(Unknown { since_unix_ns, reason });
     }
@@ -35,7 +36,7 @@ impl Service {
         let sign = self.pulse.sign(Instant::now());
         let liveness = live(sign);
         if liveness.well {
-            return self.lack.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            return self.lack.lock().clone();
         }
         let age_ns = match sign {
             Sign::Ago(age) | Sign::Stuck(_, age) => {

@@ -1,10 +1,11 @@
 //! Which diagnosers are there, and how far they have come.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use names::{ModuleName, RunId, Step, StructureName};
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use wire::keys::Watched;
 use wire::{Key, Progress, Topic};
 use zenoh::Session;
@@ -130,14 +131,12 @@ impl Attendance {
                 }
                 return;
             }
-            let waited = self.changed.wait_timeout(book, GLANCE.min(timeout));
-            book = waited.unwrap_or_else(PoisonError::into_inner).0;
+            self.changed.wait_for(&mut book, GLANCE.min(timeout));
         }
     }
 
-    /// A thread that failed while it held the book left it in order: every change is one assignment.
     fn book(&self) -> MutexGuard<'_, Book> {
-        self.book.lock().unwrap_or_else(PoisonError::into_inner)
+        self.book.lock()
     }
 }
 

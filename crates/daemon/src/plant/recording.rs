@@ -1,11 +1,12 @@
 //! The latest samples of a module, for diagnosers and recorders that missed some.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use names::{ModuleName, RunId, Step, StructureName};
+use parking_lot::{Mutex, MutexGuard};
 use wire::{Key, SampleQuestion, Topic};
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::query::{Query, Queryable};
@@ -44,12 +45,12 @@ impl Recording {
 
     /// Was a question received or answered so recently?
     pub(crate) fn was_asked_within(&self, time: Duration) -> bool {
-        let asked_at = *self.asked_at.lock().unwrap_or_else(PoisonError::into_inner);
+        let asked_at = *self.asked_at.lock();
         asked_at.is_some_and(|at| at.elapsed() < time)
     }
 
     fn note_question(&self) {
-        *self.asked_at.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+        *self.asked_at.lock() = Some(Instant::now());
     }
 
     /// The samples asked for that are still kept, oldest first.
@@ -113,7 +114,7 @@ impl Recording {
 
     /// One sample more or less is all that a thread that failed can have left undone.
     fn samples(&self) -> MutexGuard<'_, VecDeque<(Step, ZBytes)>> {
-        self.samples.lock().unwrap_or_else(PoisonError::into_inner)
+        self.samples.lock()
     }
 }
 

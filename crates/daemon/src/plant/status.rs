@@ -1,9 +1,10 @@
 //! The status of the plant.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use names::{ModuleName, RunId, Step, StructureName};
+use parking_lot::{Mutex, MutexGuard};
 use shell::clock;
 use shell::supervision::Supervisor;
 use tokio::time::{MissedTickBehavior, interval};
@@ -79,7 +80,7 @@ impl Board {
 
     /// Every change is one assignment, so a thread that failed has left the status in order.
     fn status(&self) -> MutexGuard<'_, PlantStatus> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 

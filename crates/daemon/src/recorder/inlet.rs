@@ -1,10 +1,11 @@
 //! Takes messages from the network into a bounded queue. What finds no room is counted.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use shell::clock;
 use tokio::sync::mpsc;
 use zenoh::sample::{Sample, SampleKind};
@@ -76,13 +77,13 @@ impl Arrival {
 
 impl Dropped {
     fn count(&self, topic: &str) {
-        let mut dropped = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut dropped = self.0.lock();
         *dropped.entry(topic.to_owned()).or_default() += 1;
     }
 
     /// What was dropped since this was last asked.
     pub(super) fn take(&self) -> BTreeMap<String, u64> {
-        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut *self.0.lock())
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+
+use parking_lot::Mutex;
 
 /// How far the recorder has come.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -65,11 +66,11 @@ pub(super) struct Board(Mutex<Report>);
 
 impl Board {
     pub(super) fn read(&self) -> Report {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.0.lock().clone()
     }
 
     pub(super) fn write(&self, report: Report) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = report;
+        *self.0.lock() = report;
     }
 }
 

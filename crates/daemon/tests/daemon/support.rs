@@ -33,7 +33,7 @@ pub fn configs() -> PathBuf {
 
 /// A free endpoint.
 pub fn free_endpoint() -> String {
-    loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
+    session::loopback::endpoints().map(|[endpoint]| endpoint).unwrap()
 }
 
 /// A plant and its diagnosers, each with an endpoint of its own.

@@ -1,6 +1,23 @@
 //! One cylinder's pressures over a sub-step (eq. 8–11).
 
-use super::{ActuatorState, HydraulicParameters};
+use super::parameters::HydraulicParameters;
+use super::spool::Spool;
+
+/// What is wrong with one actuator.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) enum ActuatorState {
+    #[default]
+    Healthy,
+    /// Leak coefficients \[m²\]: from A to B, from A and from B to the environment.
+    Leaking {
+        internal: f64,
+        external_a: f64,
+        external_b: f64,
+    },
+    HardOver,
+    /// The valve's spool sticks.
+    Sticking(Spool),
+}
 
 /// The constants of eq. 8–11 as the integration needs them.
 #[derive(Debug, Clone)]

@@ -24,25 +24,10 @@ mod cylinder;
 mod parameters;
 mod spool;
 
+pub(crate) use cylinder::ActuatorState;
 use cylinder::Cylinder;
 pub use parameters::HydraulicParameters;
 pub(crate) use spool::Spool;
-
-/// What is wrong with one actuator.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) enum ActuatorState {
-    #[default]
-    Healthy,
-    /// Leak coefficients \[m²\]: from A to B, from A and from B to the environment.
-    Leaking {
-        internal: f64,
-        external_a: f64,
-        external_b: f64,
-    },
-    HardOver,
-    /// The valve's spool sticks.
-    Sticking(Spool),
-}
 
 /// The pressures of all actuators.
 #[derive(Debug, Clone)]

@@ -1,19 +1,20 @@
 //! HTTP, on a thread of its own with a runtime of its own: however many ask, and however slowly, the
 //! diagnosis has its own threads.
 
-use std::convert::Infallible;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use http_body_util::Full;
-use hyper::body::{Bytes, Incoming};
-use hyper::header::{ALLOW, CACHE_CONTROL, CONTENT_TYPE, HeaderValue};
+use axum::Router;
+use axum::extract::State;
+use axum::http::header::{ALLOW, CACHE_CONTROL, CONTENT_TYPE};
+use axum::http::{Method, StatusCode};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
 use hyper::server::conn::http1;
-use hyper::service::service_fn;
-use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpStream;
 use tokio::sync::{Semaphore, oneshot};
 
@@ -34,9 +35,8 @@ const LONGEST_HEAD: usize = 8192;
 const LIVE: &str = "/healthz";
 const READY: &str = "/readyz";
 const METRICS: &str = "/metrics";
-const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
-const OPEN_METRICS: HeaderValue =
-    HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
+const TEXT: &str = "text/plain; charset=utf-8";
+const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
 /// Whose health it is.
 pub trait Subject: Send + Sync + 'static {
@@ -104,11 +104,12 @@ impl Server {
             let _inside = runtime.enter();
             tokio::net::TcpListener::from_std(listener)?
         };
+        let router = router(subject);
         let (end, ended) = oneshot::channel();
         let thread = std::thread::Builder::new().name("health".to_owned()).spawn(move || {
             runtime.block_on(async {
                 tokio::select! {
-                    () = accept(listener, subject) => {}
+                    () = accept(listener, router) => {}
                     _ = ended => {}
                 }
             });
@@ -127,16 +128,16 @@ impl Drop for Server {
     }
 }
 
-async fn accept(listener: tokio::net::TcpListener, subject: Arc<dyn Subject>) {
+async fn accept(listener: tokio::net::TcpListener, router: Router) {
     let places = Arc::new(Semaphore::new(CONNECTIONS));
     // The semaphore is never closed.
     while let Ok(place) = Arc::clone(&places).acquire_owned().await {
         match listener.accept().await {
             Ok((stream, _)) => {
-                let subject = Arc::clone(&subject);
+                let router = router.clone();
                 tokio::spawn(async move {
                     let _place = place;
-                    attend(stream, subject).await;
+                    attend(stream, router).await;
                 });
             }
             Err(error) => tracing::debug!("a connection to health failed: {error}"),
@@ -145,17 +146,14 @@ async fn accept(listener: tokio::net::TcpListener, subject: Arc<dyn Subject>) {
     }
 }
 
-async fn attend(stream: TcpStream, subject: Arc<dyn Subject>) {
-    let service = service_fn(move |request: Request<Incoming>| {
-        let response = answer(request.method(), request.uri().path(), &*subject);
-        std::future::ready(Ok::<_, Infallible>(response))
-    });
+/// `axum::serve` has neither these limits nor these timeouts.
+async fn attend(stream: TcpStream, router: Router) {
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(REQUEST_WITHIN)
         .keep_alive(false)
         .max_buf_size(LONGEST_HEAD)
-        .serve_connection(TokioIo::new(stream), service);
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
     match tokio::time::timeout(LONGEST, connection).await {
         Ok(Ok(())) => {}
         Ok(Err(error)) => tracing::debug!("a request for health failed: {error}"),
@@ -163,38 +161,49 @@ async fn attend(stream: TcpStream, subject: Arc<dyn Subject>) {
     }
 }
 
-fn answer(method: &Method, path: &str, subject: &dyn Subject) -> Response<Full<Bytes>> {
-    if !matches!(*method, Method::GET | Method::HEAD) {
-        let mut response = text(StatusCode::METHOD_NOT_ALLOWED, "only GET and HEAD");
-        response.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, HEAD"));
-        return response;
-    }
-    match path {
-        LIVE => of_condition(&subject.live()),
-        READY => of_condition(&subject.ready()),
-        METRICS => match subject.metrics() {
-            Ok(metrics) => respond(StatusCode::OK, OPEN_METRICS, metrics),
-            Err(error) => text(StatusCode::INTERNAL_SERVER_ERROR, &error.to_string()),
-        },
-        _ => text(StatusCode::NOT_FOUND, &format!("there are {LIVE}, {READY} and {METRICS}")),
+fn router(subject: Arc<dyn Subject>) -> Router {
+    Router::new()
+        .route(
+            LIVE,
+            get(async |State(subject): State<Arc<dyn Subject>>| of_condition(&subject.live())),
+        )
+        .route(
+            READY,
+            get(async |State(subject): State<Arc<dyn Subject>>| of_condition(&subject.ready())),
+        )
+        .route(METRICS, get(metrics))
+        .fallback(unknown)
+        .method_not_allowed_fallback(unknown)
+        .with_state(subject)
+}
+
+async fn metrics(State(subject): State<Arc<dyn Subject>>) -> Response {
+    match subject.metrics() {
+        Ok(metrics) => respond(StatusCode::OK, OPEN_METRICS, metrics),
+        Err(error) => text(StatusCode::INTERNAL_SERVER_ERROR, &error.to_string()),
     }
 }
 
-fn of_condition(condition: &Condition) -> Response<Full<Bytes>> {
+async fn unknown(method: Method) -> Response {
+    if matches!(method, Method::GET | Method::HEAD) {
+        let words = format!("there are {LIVE}, {READY} and {METRICS}");
+        return text(StatusCode::NOT_FOUND, &words);
+    }
+    let refused = text(StatusCode::METHOD_NOT_ALLOWED, "only GET and HEAD");
+    ([(ALLOW, "GET, HEAD")], refused).into_response()
+}
+
+fn of_condition(condition: &Condition) -> Response {
     let status = if condition.well { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
     text(status, &condition.words)
 }
 
-fn text(status: StatusCode, words: &str) -> Response<Full<Bytes>> {
+fn text(status: StatusCode, words: &str) -> Response {
     respond(status, TEXT, format!("{}\n", names::printable(words)))
 }
 
-fn respond(status: StatusCode, kind: HeaderValue, body: String) -> Response<Full<Bytes>> {
-    let mut response = Response::new(Full::new(Bytes::from(body)));
-    *response.status_mut() = status;
-    response.headers_mut().insert(CONTENT_TYPE, kind);
-    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    response
+fn respond(status: StatusCode, kind: &'static str, body: String) -> Response {
+    (status, [(CONTENT_TYPE, kind), (CACHE_CONTROL, "no-store")], body).into_response()
 }
 
 #[cfg(test)]
@@ -259,10 +268,15 @@ mod tests {
             ("HEAD /healthz", "200 OK", "\r\n\r\n"),
             ("GET /", "404 Not Found", "there are /healthz, /readyz and /metrics\n"),
             ("POST /healthz", "405 Method Not Allowed", "only GET and HEAD\n"),
+            ("POST /", "405 Method Not Allowed", "only GET and HEAD\n"),
         ] {
             let answer = ask(address, request);
             assert!(answer.starts_with(&format!("HTTP/1.1 {status}\r\n")), "{request}: {answer}");
             assert!(answer.ends_with(end), "{request}: {answer}");
+            assert!(answer.contains("cache-control: no-store\r\n"), "{request}: {answer}");
+            assert_eq!(answer.matches("content-type: ").count(), 1, "{request}: {answer}");
+            let allowed = answer.matches("allow: GET, HEAD\r\n").count();
+            assert_eq!(allowed, usize::from(status.starts_with("405")), "{request}: {answer}");
         }
         let kind = "content-type: application/openmetrics-text; version=1.0.0; charset=utf-8";
         assert!(ask(address, "GET /metrics").contains(kind));

@@ -57,8 +57,9 @@ impl Visit for Texts {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::{Arc, Mutex};
+    use std::sync::Arc;
 
+    use parking_lot::Mutex;
     use tracing::Subscriber;
     use tracing_subscriber::Layer;
     use tracing_subscriber::layer::{Context, SubscriberExt};
@@ -78,7 +79,7 @@ mod tests {
 
     impl Visit for Keep {
         fn record_str(&mut self, field: &Field, value: &str) {
-            self.0.lock().unwrap().push((field.name().to_owned(), value.to_owned()));
+            self.0.lock().push((field.name().to_owned(), value.to_owned()));
         }
 
         fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
@@ -91,7 +92,7 @@ mod tests {
         let subscriber = Rewriting(keep.clone(), with_fields_in_text);
         let subscriber = tracing_subscriber::registry().with(subscriber);
         tracing::subscriber::with_default(subscriber, log);
-        let kept = keep.0.lock().unwrap();
+        let kept = keep.0.lock();
         kept.clone()
     }
 

@@ -1,8 +1,10 @@
 //! The latest heartbeat of the working loop, and how long the threads beside it have been at their present work.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+use parking_lot::Mutex;
 
 const NOT_YET: u64 = u64::MAX;
 const OVER: u64 = u64::MAX - 1;
@@ -52,12 +54,8 @@ impl Pulse {
     /// Another thread, which counts as long as it lives.
     pub(super) fn lane(&self, name: &'static str) -> Lane {
         let lane = Lane { name, start: self.start, busy_since_ns: Arc::new(AtomicU64::new(IDLE)) };
-        self.lanes().push(lane.clone());
+        self.lanes.lock().push(lane.clone());
         lane
-    }
-
-    fn lanes(&self) -> MutexGuard<'_, Vec<Lane>> {
-        self.lanes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The loop made progress.
@@ -76,7 +74,9 @@ impl Pulse {
             NOT_YET => Sign::NotYet,
             OVER => Sign::Over,
             latest_ns => {
-                if let Some(lane) = self.lanes().iter().find(|lane| lane.busy(now) >= HANGS_AFTER) {
+                if let Some(lane) =
+                    self.lanes.lock().iter().find(|lane| lane.busy(now) >= HANGS_AFTER)
+                {
                     return Sign::Stuck(lane.name, lane.busy(now));
                 }
                 let elapsed = now.saturating_duration_since(self.start);

@@ -117,10 +117,8 @@ fn plots(seen: &CloseUp, area: Rect, cells: &mut Cells) {
 fn of_frame(frame: &Had<Box<FreezeFrame>>) -> [Plot; 2] {
     let empty = |title: &str, why: &str| Plot {
         title: title.to_owned(),
-        points: Vec::new(),
-        level: None,
-        marks: Vec::new(),
         otherwise: why.to_owned(),
+        ..Plot::default()
     };
     let titles = ["residual, at the onset", "D/γ, power of ten, at the onset"];
     let frame = match frame {
@@ -140,9 +138,9 @@ fn of_frame(frame: &Had<Box<FreezeFrame>>) -> [Plot; 2] {
         Plot {
             title,
             points: residuals,
-            level: None,
             marks: marks.clone(),
             otherwise: nothing.clone(),
+            ..Plot::default()
         },
         Plot {
             title: "D/γ, power of ten, ╌ threshold".to_owned(),
@@ -150,6 +148,7 @@ fn of_frame(frame: &Had<Box<FreezeFrame>>) -> [Plot; 2] {
             level: Some(0.0),
             marks,
             otherwise: nothing,
+            ..Plot::default()
         },
     ]
 }
@@ -178,16 +177,15 @@ fn of_latest(seen: &CloseUp) -> [Plot; 2] {
         Plot {
             title: format!("residual [{unit}], live"),
             points: residuals,
-            level: None,
-            marks: Vec::new(),
             otherwise: nothing.clone(),
+            ..Plot::default()
         },
         Plot {
             title: "D/γ, power of ten, live".to_owned(),
             points: powers,
             level: Some(0.0),
-            marks: Vec::new(),
             otherwise: nothing,
+            ..Plot::default()
         },
     ]
 }

@@ -34,6 +34,7 @@ use ratatui::layout::Rect;
 use crate::model::Model;
 use cells::{Cells, part};
 use palette::Palette;
+pub use plot::Plot;
 
 /// Lines of header and footer.
 const HEADER: u16 = 2;

@@ -38,6 +38,11 @@ impl Palette {
     fn coloured(self, colour: Color) -> Style {
         if self.colours { self.plain().fg(colour) } else { self.plain() }
     }
+
+    /// The colour of what is no text.
+    pub(super) fn colour(self, colour: Color) -> Color {
+        if self.colours { colour } else { Color::Reset }
+    }
 }
 
 /// The symbol of a component's state.

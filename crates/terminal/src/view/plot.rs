@@ -1,30 +1,73 @@
-//! One curve over the steps with a level and marks, drawn with dots (braille). Level and marks are lines of other
-//! characters, so that the drawing can be read without colours.
+//! One curve over the steps with a level, another curve that was fitted to it, and marks, drawn with dots (braille).
+//! Level, fit and marks are of other characters, so that the drawing can be read without colours.
 
+use anstyle::AnsiColor;
+use ratatui::buffer::{Buffer, Cell};
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 use ratatui::symbols::Marker;
 use ratatui::widgets::Widget;
-use ratatui::widgets::canvas::{Canvas, Line};
+use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 use wording::decimals;
 
 use super::cells::Cells;
+use super::palette::Palette;
 
 /// Columns of the labels.
 const LABELS: u16 = 8;
 /// An empty cell of the canvas.
 const BLANK: [&str; 2] = [" ", "⠀"];
+/// The fitted curve, and where it covers dots of the measured one.
+const FITTED: [&str; 2] = ["•", "●"];
 
-/// What is drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Plot {
-    pub(super) title: String,
-    /// Step and value, in the order of the steps; a value that is not finite is left out.
-    pub(super) points: Vec<(f64, f64)>,
-    pub(super) level: Option<f64>,
-    pub(super) marks: Vec<f64>,
+/// One curve over the steps.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plot {
+    /// What is drawn, in which unit.
+    pub title: String,
+    /// Step and value, in the order of the steps; a value that is not finite is left out. Joined by lines, unless
+    /// another curve is fitted to it.
+    pub points: Vec<(f64, f64)>,
+    /// Another curve, in the order of the steps.
+    pub fitted: Vec<(f64, f64)>,
+    /// A value of interest, drawn as a line across.
+    pub level: Option<f64>,
+    /// Steps of interest, drawn as vertical lines.
+    pub marks: Vec<f64>,
     /// What stands instead of the curve if there are no points.
-    pub(super) otherwise: String,
+    pub otherwise: String,
+}
+
+impl Plot {
+    /// What the characters are of a plot with a fitted curve.
+    pub const FIT_LEGEND: &str = "⠒ measured   • fitted   ● both";
+
+    /// The plot as lines of text, of which the first is the title and the last has the steps.
+    #[must_use]
+    pub fn text(&self, width: u16, height: u16, colours: bool) -> String {
+        let area = Rect::new(0, 0, width.max(1), height);
+        let mut buffer = Buffer::empty(area);
+        draw(self, area, &mut Cells { buffer: &mut buffer, palette: Palette { colours } });
+        let lines = buffer.content().chunks(usize::from(area.width)).map(|line| {
+            let runs = line.chunk_by(|one, next| one.fg == next.fg);
+            let text: String = runs.map(run).collect();
+            text.trim_end().to_owned() + "\n"
+        });
+        lines.collect()
+    }
+}
+
+/// Cells of one colour, with the codes that a terminal knows it by.
+fn run(cells: &[Cell]) -> String {
+    let text: String =
+        cells.iter().map(Cell::symbol).collect::<String>().replace(BLANK[1], BLANK[0]);
+    let colour = match cells[0].fg {
+        Color::Green => AnsiColor::Green,
+        Color::Cyan => AnsiColor::Cyan,
+        _ => return text,
+    };
+    let style = colour.on_default();
+    format!("{style}{text}{style:#}")
 }
 
 /// The range of a plot.
@@ -73,30 +116,69 @@ pub(super) fn draw(plot: &Plot, area: Rect, cells: &mut Cells) {
     let points: Vec<_> =
         plot.points.iter().copied().filter(|(_, value)| value.is_finite()).collect();
     let steps = Range::of(points.iter().map(|(step, _)| *step));
-    let values = Range::of(points.iter().map(|(_, value)| *value).chain(plot.level));
+    let values = points.iter().chain(&plot.fitted).map(|(_, value)| *value);
+    let values = Range::of(values.chain(plot.level));
     let (Some(steps), Some(values), false) = (steps, values, points.is_empty()) else {
         cells.text(inner, 0, &plot.otherwise, cells.palette.dim());
         return;
     };
-    curve(&points, (steps, values), inner, cells);
+    if plot.fitted.is_empty() {
+        curve(&points, (steps, values), inner, cells);
+    } else {
+        fit(&points, &plot.fitted, (steps, values), inner, cells);
+    }
     level(plot, values, inner, cells);
     marks(plot, steps, inner, cells);
     labels((steps, values), area, inner, cells);
 }
 
-fn curve(points: &[(f64, f64)], (steps, values): (Range, Range), inner: Rect, cells: &mut Cells) {
-    let color = if cells.palette.colours { Color::Green } else { Color::Reset };
+fn canvas<F: Fn(&mut Context<'_>)>(
+    (steps, values): (Range, Range),
+    paint: F,
+) -> Canvas<'static, F> {
     Canvas::default()
-        .marker(Marker::Braille)
         .x_bounds([steps.low, steps.high])
         .y_bounds([values.low, values.high])
-        .paint(|context| {
-            for pair in points.windows(2) {
-                let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
-                context.draw(&Line { x1, y1, x2, y2, color });
-            }
-        })
+        .paint(paint)
+}
+
+/// Lines from each of these places to the next.
+fn join(context: &mut Context<'_>, points: &[(f64, f64)], color: Color) {
+    for pair in points.windows(2) {
+        let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
+        context.draw(&Line { x1, y1, x2, y2, color });
+    }
+}
+
+fn curve(points: &[(f64, f64)], ranges: (Range, Range), inner: Rect, cells: &mut Cells) {
+    let color = cells.palette.colour(Color::Green);
+    canvas(ranges, |context| join(context, points, color))
+        .marker(Marker::Braille)
         .render(inner, cells.buffer);
+}
+
+/// Dots that were measured, and over them the fitted curve.
+fn fit(
+    points: &[(f64, f64)],
+    fitted: &[(f64, f64)],
+    ranges: (Range, Range),
+    inner: Rect,
+    cells: &mut Cells,
+) {
+    let color = cells.palette.colour(Color::Green);
+    canvas(ranges, |context| context.draw(&Points { coords: points, color }))
+        .marker(Marker::Braille)
+        .render(inner, cells.buffer);
+    let measured = cells.buffer.clone();
+    let color = cells.palette.colour(Color::Cyan);
+    canvas(ranges, |context| join(context, fitted, color))
+        .marker(Marker::Dot)
+        .render(inner, cells.buffer);
+    for place in inner.positions() {
+        if cells.buffer[place].symbol() == FITTED[0] && !BLANK.contains(&measured[place].symbol()) {
+            cells.buffer[place].set_symbol(FITTED[1]);
+        }
+    }
 }
 
 fn level(plot: &Plot, values: Range, inner: Rect, cells: &mut Cells) {
@@ -139,4 +221,73 @@ fn labels((steps, values): (Range, Range), area: Rect, inner: Rect, cells: &mut 
     let below = Rect { y: inner.y + inner.height, height: 1, ..inner };
     cells.text(below, 0, &format!("step {:.0}", steps.low), cells.palette.dim());
     cells.right(below, 0, &format!("{:.0}", steps.high), cells.palette.dim());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jump() -> Plot {
+        let value = |step: u32| if step < 1020 { 1.0 } else { 9.0 };
+        Plot {
+            title: "divergence".to_owned(),
+            points: (1000..1040).map(|step| (f64::from(step), value(step))).collect(),
+            level: Some(5.0),
+            marks: vec![1020.0, 5000.0],
+            ..Plot::default()
+        }
+    }
+
+    /// A bias of which every second reading is a bit off.
+    fn bias(count: u32) -> Plot {
+        let fitted = |step| if step < count / 2 { 0.0 } else { 45.0 };
+        let off = |step: u32| if step.is_multiple_of(2) { 4.0 } else { -4.0 };
+        let at = |step| f64::from(36_000 + step);
+        Plot {
+            title: "µm".to_owned(),
+            points: (0..count).map(|step| (at(step), fitted(step) + off(step))).collect(),
+            fitted: (0..count).map(|step| (at(step), fitted(step))).collect(),
+            ..Plot::default()
+        }
+    }
+
+    #[test]
+    fn a_curve_with_level_and_mark_is_this() {
+        let expected = "";
+        let text = jump().text(34, 10, false);
+        assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn a_fit_over_what_was_measured_is_this() {
+        let expected = "";
+        let text = bias(32).text(42, 14, false);
+        assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn it_fits_any_width() {
+        for width in [1, 12, 13, 20, 40, 80, 200] {
+            for plot in [jump(), bias(120), bias(1), Plot::default()] {
+                let text = plot.text(width, 10, false);
+                let widest = text.lines().map(|line| line.chars().count()).max();
+                assert!(widest <= Some(usize::from(width)), "{width}:\n{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_perfect_fit_covers_all_that_was_measured() {
+        let points: Vec<_> = (0..60).map(|step| (f64::from(step), 1.0)).collect();
+        let text = Plot { fitted: points.clone(), points, ..Plot::default() }.text(40, 14, false);
+        assert!(text.contains("●●●●●●●●●●") && !text.contains('•'), "{text}");
+        assert!(!text.chars().any(|c| ('⠁'..='⣿').contains(&c)), "{text}");
+    }
+
+    #[test]
+    fn the_curves_of_a_fit_have_colours_where_there_are_any() {
+        let text = bias(32).text(42, 14, true);
+        assert!(text.contains("\x1b[32m") && text.contains("\x1b[36m"), "{text:?}");
+        assert!(!bias(32).text(42, 14, false).contains('\x1b'));
+    }
 }

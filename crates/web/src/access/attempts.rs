@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+use parking_lot::Mutex;
 
 /// Failures of one address within [`WINDOW`]. A secret has 256 bits; this bounds what guessing costs here.
 const MOST: u32 = 10;
@@ -24,7 +25,7 @@ struct Failures {
 impl Attempts {
     /// Whether this address has failed too often.
     pub(crate) fn is_exhausted(&self, address: IpAddr, now: Instant) -> bool {
-        let failures = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let failures = self.0.lock();
         failures
             .get(&address)
             .is_some_and(|failures| !failures.is_over(now) && failures.count >= MOST)
@@ -32,7 +33,7 @@ impl Attempts {
 
     /// One more failure.
     pub(crate) fn failed(&self, address: IpAddr, now: Instant) {
-        let mut failures = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut failures = self.0.lock();
         if failures.len() >= ADDRESSES && !failures.contains_key(&address) {
             failures.retain(|_, failures| !failures.is_over(now));
             if failures.len() >= ADDRESSES {
@@ -76,6 +77,6 @@ mod tests {
         for number in 0..5000_u32 {
             attempts.failed(IpAddr::from(number.to_be_bytes()), start);
         }
-        assert_eq!(attempts.0.lock().unwrap().len(), ADDRESSES);
+        assert_eq!(attempts.0.lock().len(), ADDRESSES);
     }
 }

@@ -5,16 +5,15 @@ use std::convert::Infallible;
 use std::time::Duration;
 
 use axum::Form;
-use axum::body::{Body, to_bytes};
-use axum::extract::{FromRequest, FromRequestParts};
+use axum::body::Body;
+use axum::extract::{DefaultBodyLimit, FromRequest, FromRequestParts};
 use axum::http::request::Parts;
-use axum::http::{HeaderMap, Request, StatusCode, header};
+use axum::http::{Request, StatusCode};
 
 /// Longest form, in bytes.
 const LONGEST: usize = 16 * 1024;
 /// A form that has not come by then is given up.
 const WITHIN: Duration = Duration::from_secs(10);
-const KIND: &str = "application/x-www-form-urlencoded";
 
 /// The fields of a form, by name.
 #[derive(Debug, Clone, Default)]
@@ -38,7 +37,7 @@ impl<'a> FromIterator<(&'a str, &'a str)> for Fields {
     }
 }
 
-/// Those that [`super::protect`] has read.
+/// Those that the guard has read.
 impl<S: Sync> FromRequestParts<S> for Fields {
     type Rejection = Infallible;
 
@@ -49,45 +48,23 @@ impl<S: Sync> FromRequestParts<S> for Fields {
 
 /// Reads the form of a request.
 pub(super) async fn read(parts: &Parts, body: Body) -> Result<Fields, (StatusCode, String)> {
-    let kind = parts.headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
-    let kind = kind.and_then(|kind| kind.split(';').next()).unwrap_or_default();
-    if !kind.trim().eq_ignore_ascii_case(KIND) {
-        return Err((
-            StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            format!("a form has the content type {KIND}"),
-        ));
-    }
-    let too_long =
-        || (StatusCode::PAYLOAD_TOO_LARGE, format!("a form has at most {LONGEST} bytes"));
-    if announced(&parts.headers).is_some_and(|length| length > LONGEST) {
-        return Err(too_long());
-    }
-    let bytes = match tokio::time::timeout(WITHIN, to_bytes(body, LONGEST)).await {
-        Ok(Ok(bytes)) => bytes,
-        Ok(Err(_)) => return Err(too_long()),
+    let mut request = Request::from_parts(parts.clone(), body);
+    DefaultBodyLimit::max(LONGEST).apply(&mut request);
+    let form = Form::<Vec<(String, String)>>::from_request(request, &());
+    let pairs = match tokio::time::timeout(WITHIN, form).await {
+        Ok(Ok(Form(pairs))) => pairs,
+        Ok(Err(refused)) => return Err((refused.status(), refused.body_text())),
         Err(_) => {
-            return Err((
-                StatusCode::REQUEST_TIMEOUT,
-                format!("the form did not come within {WITHIN:?}"),
-            ));
+            let words = format!("the form did not come within {WITHIN:?}");
+            return Err((StatusCode::REQUEST_TIMEOUT, words));
         }
     };
-    let request = Request::from_parts(parts.clone(), Body::from(bytes));
-    let pairs = Form::<Vec<(String, String)>>::from_request(request, &()).await;
-    let Form(pairs) = pairs.map_err(|_| unreadable("the form cannot be read"))?;
     let mut fields = BTreeMap::new();
     for (name, value) in pairs {
         if fields.insert(name, value).is_some() {
-            return Err(unreadable("a field of the form is there twice"));
+            let words = "a field of the form is there twice".to_owned();
+            return Err((StatusCode::BAD_REQUEST, words));
         }
     }
     Ok(Fields(fields))
-}
-
-fn announced(headers: &HeaderMap) -> Option<usize> {
-    headers.get(header::CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
-}
-
-fn unreadable(words: &str) -> (StatusCode, String) {
-    (StatusCode::BAD_REQUEST, words.to_owned())
 }

@@ -1,5 +1,6 @@
 //! What every request has to pass, whatever page it is for. A page behind it need not think of any of this.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use axum::Router;
@@ -13,22 +14,13 @@ use maud::html;
 
 use super::refusals::Refused;
 use super::secret::Secret;
-use super::{Access, Person, certificate, form, headers, plain};
-use crate::app::Shared;
+use super::{Access, Person, Visit, certificate, form, headers, plain};
 use crate::listener::Connection;
 
 /// Where people sign in.
 pub(super) const SIGN_IN: &str = "/sign-in";
 /// What is there for everybody even if pages are not: it says nothing of the structure.
 const OPEN: [&str; 6] = [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js", "/icon.svg"];
-
-/// Who has sent a request, as far as it says.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Visit {
-    pub(super) person: Option<Person>,
-    /// The session, also of a person whose certificate is not shown any more.
-    pub(super) session: Option<Secret>,
-}
 
 /// Why a request goes no further.
 struct Stop {
@@ -45,17 +37,16 @@ impl Stop {
 
 /// Lets through what is a browser's of ours, and says to every browser what it has to know. Requests need the
 /// [`Connection`] that [`crate::listener`] gives them.
-pub(crate) fn protect(router: Router, shared: Shared) -> Router {
-    router.layer(from_fn_with_state(shared, guard))
+pub(crate) fn protect(router: Router, access: Arc<Access>) -> Router {
+    router.layer(from_fn_with_state(access, guard))
 }
 
-async fn guard(State(shared): State<Shared>, request: Request, next: Next) -> Response {
-    let access = &shared.access;
+async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) -> Response {
     let Some(connection) = request.extensions().get::<Connection>().cloned() else {
         return StatusCode::INTERNAL_SERVER_ERROR.into_response();
     };
     let (parts, body) = request.into_parts();
-    let mut response = match judge(access, &connection, parts, body).await {
+    let mut response = match judge(&access, &connection, parts, body).await {
         Ok(Passed::On(request)) => next.run(*request).await,
         Ok(Passed::ToSignIn) => Redirect::to(SIGN_IN).into_response(),
         Err(stop) => {
@@ -74,7 +65,7 @@ enum Passed {
 }
 
 async fn judge(
-    access: &Access,
+    access: &Arc<Access>,
     connection: &Connection,
     mut parts: Parts,
     body: Body,
@@ -160,17 +151,18 @@ fn may_see(access: &Access, parts: &Parts, visit: &Visit) -> Result<Option<Passe
 }
 
 /// The session that the request names, if it is not over and the certificate that it began with is there.
-fn visit(access: &Access, connection: &Connection, parts: &Parts) -> Visit {
+fn visit(access: &Arc<Access>, connection: &Connection, parts: &Parts) -> Visit {
     let is_use = parts.method == Method::POST || is_page(&parts.headers);
     let session = access.cookie().read(&parts.headers);
     let found = session.as_ref().and_then(|id| access.sessions.find(id, is_use, Instant::now()));
-    let Some(found) = found else { return Visit::default() };
+    let nobody = Visit { access: Arc::clone(access), person: None, session: None };
+    let Some(found) = found else { return nobody };
     let signed_in = found.signed_in;
     if let Some(begun_with) = &signed_in.certificate {
         let revoked = access.settings.revoked.as_ref();
         let is_shown = connection.shown.as_ref() == Some(begun_with);
         if !is_shown || certificate::person(begun_with, revoked).is_err() {
-            return Visit::default();
+            return nobody;
         }
     }
     let person = Person {
@@ -178,7 +170,7 @@ fn visit(access: &Access, connection: &Connection, parts: &Parts) -> Visit {
         may_order: signed_in.may_order && access.read_only().is_none(),
         form_token: found.form_token.as_str().to_owned(),
     };
-    Visit { person: Some(person), session }
+    Visit { person: Some(person), session, ..nobody }
 }
 
 fn is_page(headers: &HeaderMap) -> bool {

@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `guard` | what every request has to pass: method, host, origin, form token |
 //! | `headers` | what every answer tells a browser |
-//! | `site` | the names under which the page is reached |
 //! | `form` | the fields of a form |
 //! | `sign_in`, `sign_out` | the pages for that |
 //! | `one_time_link`, `certificate` | the two ways to sign in |
@@ -32,23 +31,20 @@ mod secret;
 mod sessions;
 mod sign_in;
 mod sign_out;
-mod site;
 #[cfg(test)]
 mod tests;
 
 use std::convert::Infallible;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use axum::Router;
 use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 use axum::http::{Method, header};
-use axum::routing::get;
 
-use crate::app::Shared;
+use crate::listener::Site;
 use attempts::Attempts;
 use cookie::Cookie;
-use guard::Visit;
 use refusals::Refusals;
 use sessions::Sessions;
 
@@ -57,12 +53,11 @@ pub(crate) use form::Fields;
 pub(crate) use guard::protect;
 pub(crate) use plain::plain;
 pub(crate) use read_only::read_only;
-pub(crate) use site::Site;
+pub(crate) use sign_in::routes;
 
 pub use one_time_link::{LinkError, VALID, one_time_link};
 pub use person_name::{PersonName, PersonNameError};
 pub use secret::NoRandomness;
-pub use site::{Origin, OriginError};
 
 /// What decides on permissions.
 #[derive(Debug, Clone, Default)]
@@ -111,13 +106,6 @@ impl Access {
     }
 }
 
-/// The pages to sign in and out on.
-pub(crate) fn routes() -> Router<Shared> {
-    Router::new()
-        .route(guard::SIGN_IN, get(sign_in::page).post(sign_in::enter))
-        .route("/sign-out", get(sign_out::page).post(sign_out::leave))
-}
-
 /// Whoever has opened a page.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Viewer {
@@ -141,21 +129,30 @@ pub(crate) struct Person {
     pub(crate) form_token: String,
 }
 
-impl FromRequestParts<Shared> for Viewer {
+/// Who has sent a request, as far as it says.
+#[derive(Debug, Clone)]
+struct Visit {
+    access: Arc<Access>,
+    person: Option<Person>,
+    /// The session, also of a person whose certificate is not shown any more.
+    session: Option<secret::Secret>,
+}
+
+impl<S: Sync> FromRequestParts<S> for Viewer {
     type Rejection = Infallible;
 
     /// What [`protect`] has found out of the request; nobody is signed in where that has not seen it. The message is
     /// taken by pages alone, not by what they load.
-    async fn from_request_parts(parts: &mut Parts, shared: &Shared) -> Result<Self, Infallible> {
-        let Visit { person, session } =
-            parts.extensions.get::<Visit>().cloned().unwrap_or_default();
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        let Some(Visit { access, person, session }) = parts.extensions.get().cloned() else {
+            return Ok(Self::default());
+        };
         let accepts = parts.headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
         let is_page =
             parts.method == Method::GET && accepts.is_none_or(|kinds| kinds.contains("text/html"));
         let session_of_page = session.as_ref().filter(|_| is_page);
-        let message =
-            session_of_page.and_then(|session| shared.access.sessions.take_message(session));
-        let read_only = shared.access.read_only().map(str::to_owned);
+        let message = session_of_page.and_then(|session| access.sessions.take_message(session));
+        let read_only = access.read_only().map(str::to_owned);
         Ok(Self { person, message, read_only, session })
     }
 }

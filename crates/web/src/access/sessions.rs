@@ -1,9 +1,9 @@
 //! Who is signed in. Sessions are in memory: they end with the process.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
 use pki::Issued;
 
 use super::secret::{Fingerprint, NoRandomness, Secret};
@@ -51,7 +51,7 @@ impl Sessions {
     pub(crate) fn begin(&self, signed_in: SignedIn, now: Instant) -> Result<Secret, NoRandomness> {
         let (secret, form_token) = (Secret::new()?, Secret::new()?);
         let found = Found { signed_in, form_token };
-        let mut sessions = self.lock();
+        let mut sessions = self.0.lock();
         sessions.retain(|_, session| !session.is_over(now));
         if sessions.len() >= MOST {
             let idle = sessions.iter().min_by_key(|(_, session)| session.used);
@@ -65,7 +65,7 @@ impl Sessions {
 
     /// The session of this secret, unless it is over. `is_use`: a person does something, not a page by itself.
     pub(crate) fn find(&self, secret: &Secret, is_use: bool, now: Instant) -> Option<Found> {
-        let mut sessions = self.lock();
+        let mut sessions = self.0.lock();
         let session = sessions.get_mut(&secret.fingerprint())?;
         if session.is_over(now) {
             return None;
@@ -78,24 +78,19 @@ impl Sessions {
 
     /// Ends a session.
     pub(crate) fn end(&self, secret: &Secret) {
-        self.lock().remove(&secret.fingerprint());
+        self.0.lock().remove(&secret.fingerprint());
     }
 
     /// Leaves a message for the next page.
     pub(crate) fn leave_message(&self, secret: &Secret, message: String) {
-        if let Some(session) = self.lock().get_mut(&secret.fingerprint()) {
+        if let Some(session) = self.0.lock().get_mut(&secret.fingerprint()) {
             session.message = Some(message);
         }
     }
 
     /// The message, which is shown once.
     pub(crate) fn take_message(&self, secret: &Secret) -> Option<String> {
-        self.lock().get_mut(&secret.fingerprint())?.message.take()
-    }
-
-    /// Every change is complete in itself, so a thread that failed has left them in order.
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Fingerprint, Session>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().get_mut(&secret.fingerprint())?.message.take()
     }
 }
 
@@ -151,7 +146,7 @@ mod tests {
         for _ in 2..=MOST {
             sessions.begin(ada(), now).unwrap();
         }
-        assert_eq!(sessions.lock().len(), MOST);
+        assert_eq!(sessions.0.lock().len(), MOST);
         assert!(sessions.find(&first, true, now).is_some());
         assert!(sessions.find(&second, true, now).is_none());
     }

@@ -2,11 +2,14 @@
 //! up: a person presses the button.
 
 use std::net::IpAddr;
+use std::sync::Arc;
 use std::time::Instant;
 
+use axum::Router;
 use axum::extract::{Extension, Query, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::routing::get;
 use maud::{Markup, html};
 
 use super::form::Fields;
@@ -14,24 +17,31 @@ use super::guard::SIGN_IN;
 use super::refusals::Refused;
 use super::secret::Secret;
 use super::sessions::SignedIn;
-use super::{Access, Viewer, certificate, one_time_link, plain};
-use crate::app::Shared;
+use super::{Access, Viewer, certificate, one_time_link, plain, sign_out};
 use crate::listener::Connection;
 
 /// What a person without a link reads.
 const HOW: &str =
     "Ask whoever runs this page for a one-time link: `trusswatch web link` makes one.";
 
+/// The pages to sign in and out on.
+pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
+    Router::new()
+        .route(SIGN_IN, get(page).post(enter))
+        .route("/sign-out", get(sign_out::page).post(sign_out::leave))
+        .with_state(access)
+}
+
 /// Offers the ways that this browser has.
-pub(super) async fn page(
-    State(shared): State<Shared>,
+async fn page(
+    State(access): State<Arc<Access>>,
     Extension(connection): Extension<Connection>,
     viewer: Viewer,
     Query(query): Query<Vec<(String, String)>>,
 ) -> Response {
     let link = query.iter().find(|(name, _)| name == "link");
     let link = link.and_then(|(_, text)| Secret::from_text(text));
-    let revoked = shared.access.settings.revoked.as_ref();
+    let revoked = access.settings.revoked.as_ref();
     let shown = connection.shown.as_ref();
     let by_certificate = shown.map(|shown| certificate::person(shown, revoked));
     let content = html! {
@@ -64,30 +74,30 @@ fn button(words: &str, link: Option<&Secret>) -> Markup {
 }
 
 /// Lets a person in, in a session of its own: that of a browser that was signed in before ends.
-pub(super) async fn enter(
-    State(shared): State<Shared>,
+async fn enter(
+    State(access): State<Arc<Access>>,
     Extension(connection): Extension<Connection>,
     viewer: Viewer,
     fields: Fields,
 ) -> Response {
-    let (access, address) = (&shared.access, connection.peer.ip());
+    let address = connection.peer.ip();
     if access.attempts.is_exhausted(address, Instant::now()) {
         return refuse(
-            access,
+            &access,
             address,
             StatusCode::TOO_MANY_REQUESTS,
             "too many attempts; wait a minute",
         );
     }
     let let_in = match fields.get("link") {
-        Some(link) => by_link(access, link).await,
-        None => by_certificate(access, &connection),
+        Some(link) => by_link(&access, link).await,
+        None => by_certificate(&access, &connection),
     };
     let signed_in = match let_in {
         Ok(signed_in) => signed_in,
         Err(words) => {
             access.attempts.failed(address, Instant::now());
-            return refuse(access, address, StatusCode::FORBIDDEN, &words);
+            return refuse(&access, address, StatusCode::FORBIDDEN, &words);
         }
     };
     if let Some(former) = &viewer.session {

@@ -1,12 +1,13 @@
 //! The page to sign out on.
 
+use std::sync::Arc;
+
 use axum::extract::State;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use maud::html;
 
-use super::{Viewer, plain};
-use crate::app::Shared;
+use super::{Access, Viewer, plain};
 
 /// Asks, for a page that was only loaded changes nothing.
 pub(super) async fn page(viewer: Viewer) -> Response {
@@ -27,8 +28,7 @@ pub(super) async fn page(viewer: Viewer) -> Response {
 }
 
 /// Ends the session.
-pub(super) async fn leave(State(shared): State<Shared>, viewer: Viewer) -> Response {
-    let access = &shared.access;
+pub(super) async fn leave(State(access): State<Arc<Access>>, viewer: Viewer) -> Response {
     if let Some(session) = &viewer.session {
         access.sessions.end(session);
     }

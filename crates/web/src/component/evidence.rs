@@ -25,7 +25,9 @@ impl Evidence {
             module.picture.member.structure.as_ref() == Some(&transition.structure)
         };
         let modules = scene.modules.iter().filter(of);
-        let journals = join_all(modules.map(|module| app.desk.journals.of(app, module)));
+        let journals = join_all(
+            modules.map(|module| app.desk.journals.of(app.live.session(), app.timeout, module)),
+        );
         let (journals, frame) = tokio::join!(journals, frame(app, scene, transition));
         Self { journals, frame }
     }
@@ -53,6 +55,6 @@ async fn frame(app: &App, scene: &Scene, transition: &FaultTransition) -> Option
     match (transition.state.is_fault(), module.is_some_and(|m| m.silent_since_unix_ns.is_none())) {
         (false, _) => None,
         (true, false) => Some(Err("its module is not heard".into())),
-        (true, true) => Some(app.desk.frames.of(app, transition).await),
+        (true, true) => Some(app.desk.frames.of(app.live.session(), app.timeout, transition).await),
     }
 }

@@ -28,10 +28,11 @@ use wording::printable;
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::desk::{Traces, traces};
+use crate::desk::Traces;
 use crate::forms;
 use crate::layout::Page;
-use crate::stream::{Part, Subject, Whose, part};
+use crate::part::{Part, part};
+use crate::subject::{Subject, Whose};
 use crate::view::View;
 use evidence::Evidence;
 
@@ -72,7 +73,7 @@ pub(crate) async fn page(
         return unknown(&viewer, &scene, &format!("nothing is known of `{}`", whose.name));
     };
     let evidence = Evidence::fetch(&app, &scene, transition).await;
-    let live = traces(&app, &transition.structure, &transition.module);
+    let live = app.traces(&transition.structure, &transition.module);
     let traces = Arc::clone(&live.borrow());
     let shown = Shown { view: &view, transition, evidence: &evidence, traces: &traces };
     let page = Page {

@@ -12,8 +12,9 @@ use wire::{FaultState, FaultTransition};
 use super::Shown;
 use super::evidence::Evidence;
 use crate::app::Shared;
-use crate::desk::{Traces, traces};
-use crate::stream::{Part, Whose};
+use crate::desk::Traces;
+use crate::part::Part;
+use crate::subject::Whose;
 use crate::view::View;
 
 /// What was lacking is asked for again after this time.
@@ -73,7 +74,7 @@ impl Watch {
         self.ask_if_due(transition);
         let (structure, module) = (&transition.structure, &transition.module);
         let app = &self.app;
-        let live = self.traces.get_or_insert_with(|| traces(app, structure, module));
+        let live = self.traces.get_or_insert_with(|| app.traces(structure, module));
         let traces = Arc::clone(&live.borrow_and_update());
         let nothing = Evidence::default();
         let evidence = self.evidence.as_ref().unwrap_or(&nothing);

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use wire::FaultTransition;
+use zenoh::Session;
 
 use super::answers::Answers;
-use crate::app::App;
 
 /// A frame does not change, but may not be there yet.
 const KEEP: Duration = Duration::from_secs(3);
@@ -26,12 +26,17 @@ impl Default for Frames {
 
 impl Frames {
     /// What was seen around the latching of the fault that a component has, as SVG text.
-    pub(crate) async fn of(&self, app: &App, fault: &FaultTransition) -> Frame {
-        let Some(session) = app.live.session() else { return Err("there is no network".into()) };
+    pub(crate) async fn of(
+        &self,
+        session: Option<Session>,
+        timeout: Duration,
+        fault: &FaultTransition,
+    ) -> Frame {
+        let Some(session) = session else { return Err("there is no network".into()) };
         let key = format!("{}/{}/{}", fault.structure, fault.component, fault.sequence);
         let fetch = || async {
-            let frame = observer::freeze_frame_of(&session, fault, app.timeout).await;
-            frame.map(|frame| freeze_chart::svg(&frame).into()).map_err(Into::into)
+            let frame = observer::freeze_frame_of(&session, fault, timeout).await;
+            frame.map(|frame| figure::freeze_frame::svg(&frame).into()).map_err(Into::into)
         };
         self.0.get(key, fetch).await
     }

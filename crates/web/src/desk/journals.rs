@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use names::{ModuleName, StructureName};
 use observer::{LiveModule, ModuleHistory};
+use zenoh::Session;
 
 use super::answers::Answers;
-use crate::app::App;
 
 /// Transitions that are shown of a module; `trusswatch history` shows all.
 const LATEST: u64 = 2000;
@@ -33,7 +33,12 @@ impl Default for Journals {
 
 impl Journals {
     /// The latest of a module's journal. A module that is not heard is not asked.
-    pub(crate) async fn of(&self, app: &App, module: &LiveModule) -> Journal {
+    pub(crate) async fn of(
+        &self,
+        session: Option<Session>,
+        timeout: Duration,
+        module: &LiveModule,
+    ) -> Journal {
         let member = &module.picture.member;
         let status = member.status.as_ref();
         let next = status.map_or(1, |status| status.next_sequence);
@@ -44,10 +49,10 @@ impl Journals {
         if module.silent_since_unix_ns.is_some() {
             return none("it is not heard");
         }
-        let Some(session) = app.live.session() else { return none("there is no network") };
+        let Some(session) = session else { return none("there is no network") };
         let fetch = || async {
             let history =
-                observer::history(&session, structure, &member.module, since, app.timeout).await;
+                observer::history(&session, structure, &member.module, since, timeout).await;
             match (&history.broken_off, history.answered()) {
                 (Some(error), false) => none(&error.to_string()),
                 _ => Journal { read: Ok(Arc::new(history)), ..none("") },

@@ -16,14 +16,18 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use names::{ModuleName, StructureName};
+use tokio::sync::Semaphore;
 
 use crate::hub::Hub;
-use crate::stream::{Parts, Places, Subject};
+use crate::part::Parts;
+use crate::subject::Subject;
 
 pub(crate) use frames::{Frame, Frames};
 pub(crate) use journals::{Journal, Journals};
-pub(crate) use traces::{Traces, traces};
+pub(crate) use traces::{Traces, watch};
 
+/// Streams at a time; further pages poll.
+pub(crate) const STREAMS: usize = 256;
 /// How long work goes on after the last has looked away: a reload does not begin it anew.
 const LINGER: Duration = Duration::from_secs(10);
 
@@ -36,7 +40,8 @@ pub(crate) struct Desk {
     pub(crate) traces: Hub<(StructureName, ModuleName), Arc<Traces>>,
     pub(crate) journals: Journals,
     pub(crate) frames: Frames,
-    pub(crate) places: Places,
+    /// Places for streams.
+    pub(crate) streams: Arc<Semaphore>,
 }
 
 impl Default for Desk {
@@ -46,7 +51,7 @@ impl Default for Desk {
             traces: Hub::new(LINGER),
             journals: Journals::default(),
             frames: Frames::default(),
-            places: Places::default(),
+            streams: Arc::new(Semaphore::new(STREAMS)),
         }
     }
 }

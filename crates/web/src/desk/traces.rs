@@ -7,12 +7,10 @@ use std::time::Duration;
 
 use names::{ModuleName, StructureName};
 use observer::DivergenceFeed;
-use tokio::sync::watch::{Receiver, Sender};
+use tokio::sync::watch::Sender;
 use tokio::time::{Instant, sleep};
 use wire::Divergences;
 use zenoh::Session;
-
-use crate::app::Shared;
 
 /// How far back they reach.
 const MINUTE_NS: u64 = 60_000_000_000;
@@ -26,20 +24,14 @@ const AGAIN_AFTER: Duration = Duration::from_secs(1);
 /// The messages of the last minute, oldest first.
 pub(crate) type Traces = VecDeque<Arc<Divergences>>;
 
-/// The divergences of a module as they come.
-pub(crate) fn traces(
-    app: &Shared,
-    structure: &StructureName,
-    module: &ModuleName,
-) -> Receiver<Arc<Traces>> {
-    let key = (structure.clone(), module.clone());
-    let (app_of_work, whose) = (Arc::clone(app), key.clone());
-    app.desk.traces.look(key, Arc::default(), move |sender| watch(app_of_work, whose, sender))
-}
-
-async fn watch(app: Shared, whose: (StructureName, ModuleName), shown: Sender<Arc<Traces>>) {
+/// Shows the divergences of a module as they come, over each session that there is.
+pub(crate) async fn watch(
+    session: impl Fn() -> Option<Session>,
+    whose: (StructureName, ModuleName),
+    shown: Sender<Arc<Traces>>,
+) {
     loop {
-        if let Some(session) = app.live.session() {
+        if let Some(session) = session() {
             follow(&session, &whose, &shown).await;
         }
         sleep(AGAIN_AFTER).await;

@@ -46,7 +46,10 @@ pub(crate) async fn page(
     match asked.filter() {
         Ok(filter) => {
             let wanted = scene.modules.iter().filter(|module| filter.wants_module(module));
-            let journals = join_all(wanted.map(|module| app.desk.journals.of(&app, module))).await;
+            let journals = join_all(
+                wanted.map(|module| app.desk.journals.of(app.live.session(), app.timeout, module)),
+            )
+            .await;
             page.around(&main(&view, &asked, &filter, &journals))
         }
         Err(problem) => page.refusing(

@@ -1,6 +1,7 @@
 //! One connection of a browser, which may be slow, silent, hostile or gone.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use axum::Router;
@@ -13,14 +14,14 @@ use hyper_util::service::TowerToHyperService;
 use nix::sys::socket::setsockopt;
 use nix::sys::socket::sockopt::TcpUserTimeout;
 use pki::{Certificate, CommonName, Issued};
+use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
+use tokio::sync::Semaphore;
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
-
-use super::Shared;
 
 /// A head of a request, or the beginning of TLS, that has not come by then ends the connection.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
@@ -40,6 +41,15 @@ pub(crate) struct Connection {
     pub(crate) peer: SocketAddr,
     /// Whose certificate was shown, if one was: TLS has verified it.
     pub(crate) shown: Option<Issued>,
+}
+
+/// What all connections have in common.
+pub(super) struct Shared {
+    pub(super) router: Router,
+    pub(super) tls: Option<TlsAcceptor>,
+    pub(super) places: Arc<Semaphore>,
+    /// Connections that did not become any.
+    pub(super) failed: Occurrences,
 }
 
 /// Serves a connection until it ends.

@@ -4,10 +4,12 @@
 //! |---|---|
 //! | `settings` | where, and over what; what must not be |
 //! | `tls` | the certificate that is shown, and those that are asked for |
+//! | `site` | the names under which the page is reached |
 //! | `connection` | one connection from beginning to end |
 
 mod connection;
 mod settings;
+mod site;
 #[cfg(test)]
 mod tests;
 mod tls;
@@ -24,8 +26,10 @@ use tokio::task::JoinSet;
 use tokio_rustls::TlsAcceptor;
 
 pub(crate) use connection::Connection;
-use connection::attend;
+use connection::{Shared, attend};
 pub use settings::{ListenError, ListenerSettings, TlsFiles};
+pub(crate) use site::Site;
+pub use site::{Origin, OriginError};
 
 /// Connections at a time; further ones wait.
 const CONNECTIONS: usize = 1024;
@@ -81,15 +85,6 @@ impl Listener {
         // Every connection ends by itself within its time.
         let _ = connections.acquire_many(CONNECTIONS as u32).await;
     }
-}
-
-/// What all connections have in common.
-struct Shared {
-    router: Router,
-    tls: Option<TlsAcceptor>,
-    places: Arc<Semaphore>,
-    /// Connections that did not become any.
-    failed: Occurrences,
 }
 
 async fn accept(socket: TcpListener, shared: Arc<Shared>, shutdown: Shutdown) {

@@ -4,7 +4,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use crate::access::{Origin, Site};
+use super::site::{Origin, Site};
 
 /// Where the page is served.
 #[derive(Debug, Clone)]

@@ -44,7 +44,7 @@ impl Bench {
     }
 
     fn came(&self) -> Vec<(OrderKind, Order)> {
-        self.stand_in.orders.lock().unwrap().clone()
+        self.stand_in.orders.lock().clone()
     }
 }
 

@@ -21,7 +21,7 @@ use crate::access::Viewer;
 use crate::app::Shared;
 use crate::events;
 use crate::layout::Page;
-use crate::stream::{Part, part};
+use crate::part::{Part, part};
 use crate::view::View;
 
 /// `/`
@@ -44,7 +44,7 @@ pub(crate) fn parts(view: &View<'_>) -> Vec<Part> {
         part("latest", events::latest(view)),
     ];
     if let Some(drawing) = view.drawing {
-        parts.push(part("signs", drawing.signs(view)));
+        parts.push(part("signs", drawing.signs(|structure, path| view.shown(structure, path))));
     }
     parts
 }
@@ -64,7 +64,7 @@ pub(crate) fn main(view: &View<'_>) -> Markup {
             @if let Some(drawing) = view.drawing {
                 section.structure aria-labelledby="drawing-title" {
                     h2 #drawing-title { "Structure" }
-                    (drawing.markup(view))
+                    (drawing.markup(|structure, path| view.shown(structure, path)))
                     (legend())
                 }
             }

@@ -10,30 +10,19 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream::{Stream, unfold};
 use shell::shutdown::Shutdown;
+use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::watch::Receiver;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::part::Parts;
 use super::rendering;
-use super::subject::Wanted;
 use crate::app::Shared;
+use crate::desk::STREAMS;
+use crate::part::Parts;
+use crate::subject::Wanted;
 
-/// Streams at a time; further pages poll.
-const MOST: usize = 256;
 /// After this time, whoever was refused may try again \[s\].
 const AGAIN_S: u64 = 30;
 /// A comment is sent this often, so that nobody between takes the connection for dead.
 const HEARTBEAT: Duration = Duration::from_secs(15);
-
-/// Places for streams.
-#[derive(Debug, Clone)]
-pub(crate) struct Places(Arc<Semaphore>);
-
-impl Default for Places {
-    fn default() -> Self {
-        Self(Arc::new(Semaphore::new(MOST)))
-    }
-}
 
 /// `/stream`
 pub(crate) async fn stream(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
@@ -41,9 +30,9 @@ pub(crate) async fn stream(State(app): State<Shared>, Query(wanted): Query<Wante
         Ok(subject) => subject,
         Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
     };
-    let Ok(place) = Arc::clone(&app.desk.places.0).try_acquire_owned() else {
+    let Ok(place) = Arc::clone(&app.desk.streams).try_acquire_owned() else {
         app.counters.stream_refused();
-        let words = format!("{MOST} streams are open: poll, or try again in {AGAIN_S} s");
+        let words = format!("{STREAMS} streams are open: poll, or try again in {AGAIN_S} s");
         let again = [(header::RETRY_AFTER, AGAIN_S.to_string())];
         return (StatusCode::SERVICE_UNAVAILABLE, again, words).into_response();
     };

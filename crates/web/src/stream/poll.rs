@@ -7,10 +7,10 @@ use axum::extract::{Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
-use super::part::Parts;
 use super::rendering;
-use super::subject::Wanted;
 use crate::app::Shared;
+use crate::part::Parts;
+use crate::subject::Wanted;
 
 /// How long the first rendering is waited for.
 const FIRST_WITHIN: Duration = Duration::from_secs(2);

@@ -6,13 +6,12 @@ use std::time::Duration;
 use tokio::sync::watch::{Receiver, Sender};
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
-use super::part::{Part, Parts};
-use super::subject::Subject;
 use crate::app::Shared;
 use crate::component::Watch;
-use crate::layout;
+use crate::part::{Part, Parts, part};
+use crate::subject::Subject;
 use crate::view::View;
-use crate::{events, module, overview, stream::part};
+use crate::{events, layout, module, overview};
 
 /// From one rendering to the next at least: well within what a person calls at once.
 const PAUSE: Duration = Duration::from_millis(150);

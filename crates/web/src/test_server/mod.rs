@@ -26,10 +26,9 @@ use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use crate::access::{Access, AccessSettings, Viewer};
-use crate::app::{App, Shared};
+use crate::app::{App, Counters, Shared};
 use crate::desk::Desk;
 use crate::listener::{Listener, ListenerSettings, TlsFiles};
-use crate::metrics::Counters;
 use crate::{access, orders};
 
 pub(crate) use browser::{Answer, Browser, Request};
@@ -65,7 +64,7 @@ impl PageServer {
         let (trigger, shutdown) = shutdown::pair();
         let app = App {
             live: live(network),
-            access: Access::new(access),
+            access: Arc::new(Access::new(access)),
             structure: None,
             operator,
             timeout: Duration::from_secs(10),
@@ -78,8 +77,9 @@ impl PageServer {
         let shared = Arc::new(app);
         let listener = Listener::bind(&settings).await.unwrap();
         let address = listener.addresses()[0];
-        let router = pages().merge(access::routes()).merge(orders::routes());
-        let router = access::protect(router.with_state(shared.clone()), shared.clone());
+        let router =
+            pages().merge(access::routes(Arc::clone(&shared.access))).merge(orders::routes());
+        let router = access::protect(router.with_state(shared.clone()), Arc::clone(&shared.access));
         let task = tokio::spawn(listener.serve(router, shutdown));
         Self { address, shared, trigger, task }
     }

@@ -1,8 +1,9 @@
 //! A session that plays the diagnoser of `module1` of the tower.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use names::{Component, OperatorName};
+use parking_lot::Mutex;
 use session::Network;
 use tokio::time::timeout;
 use wire::{FaultState, Key, Obeyed, Order, OrderKind, Refused, Topic};
@@ -31,7 +32,7 @@ impl StandIn {
     }
 
     async fn opened(operator: Option<OperatorName>) -> Self {
-        let [endpoint] = loopback::endpoints().unwrap();
+        let [endpoint] = session::loopback::endpoints().unwrap();
         let network = Network { listen: vec![endpoint.clone()], ..Network::default() };
         let session = session::open(&network).await.unwrap();
         let (structure, module) = ("tower".parse().unwrap(), "module1".parse().unwrap());
@@ -56,7 +57,7 @@ impl StandIn {
 fn obey(query: &Query, key: &str, kind: OrderKind, orders: &Orders) {
     let order: Order = wire::decode(&query.payload().unwrap().to_bytes()).unwrap();
     let component: Option<Component> = order.component.clone().map(|mention| mention.component);
-    orders.lock().unwrap().push((kind, order));
+    orders.lock().push((kind, order));
     if kind == OrderKind::Reset {
         let reason = "the <b>evidence</b> is still there".to_owned();
         let refused = wire::encode(&Refused { reason }).unwrap();

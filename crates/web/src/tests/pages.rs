@@ -86,7 +86,8 @@ fn what_is_unknown_never_looks_normal_in_the_drawing() {
     let first = drawing_component(&drawing);
     let gone = silent(module("module1", vec![component(&first, FaultState::Normal)]));
     let heard_of = scene(vec![gone]);
-    let signs = drawing.signs(&View::new(&heard_of, Some(&drawing))).into_string();
+    let view = View::new(&heard_of, Some(&drawing));
+    let signs = drawing.signs(|structure, path| view.shown(structure, path)).into_string();
     assert_eq!(signs.matches(r#"class="mark unknown""#).count(), 1);
     assert_eq!(signs.matches("mark normal").count() + signs.matches("mark unverified").count(), 0);
     assert!(signs.matches("mark absent").count() > 10, "nobody has reported the others");
@@ -95,7 +96,8 @@ fn what_is_unknown_never_looks_normal_in_the_drawing() {
 
 fn drawing_component(drawing: &Drawing) -> String {
     let empty = Scene::default();
-    let signs = drawing.signs(&View::new(&empty, None)).into_string();
+    let view = View::new(&empty, None);
+    let signs = drawing.signs(|structure, path| view.shown(structure, path)).into_string();
     let begin = signs.split("/component/").nth(1).unwrap();
     begin.split('"').next().unwrap().to_owned()
 }

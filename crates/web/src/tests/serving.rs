@@ -95,7 +95,7 @@ async fn until(stream: &mut Response<Incoming>, words: &str) -> String {
 
 /// A place on the network for the server, and a session that plays a diagnoser there.
 async fn diagnoser() -> (Network, Session) {
-    let [endpoint] = loopback::endpoints().unwrap();
+    let [endpoint] = session::loopback::endpoints().unwrap();
     let listening = Network { listen: vec![endpoint.clone()], ..Network::default() };
     let session = session::open(&listening).await.unwrap();
     (Network { connect: vec![endpoint], ..Network::default() }, session)
@@ -138,7 +138,7 @@ fn without_a_network_every_page_says_so_and_the_process_is_live() {
 async fn without_a_network() {
     let nowhere = Network {
         mode: Some(session::Mode::Client),
-        connect: loopback::endpoints::<1>().unwrap().to_vec(),
+        connect: session::loopback::endpoints::<1>().unwrap().to_vec(),
         ..Network::default()
     };
     let server = Server::start(nowhere).await;

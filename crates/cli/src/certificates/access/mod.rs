@@ -1,30 +1,20 @@
 //! `trusswatch pki access`: Zenoh settings for access control.
 
-mod common;
-mod document;
-mod fleet;
-pub(super) mod fleet_access;
-mod fleet_link;
-mod gateway;
+pub(super) mod fleet;
+mod parties;
 mod rules;
-mod side;
-#[cfg(test)]
-mod testing;
+mod settings;
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use pki::Holder;
 use truss::Structure;
 
 use crate::failure::Failure;
-use common::{Common, check_endpoints};
-use document::Document;
-use gateway::Gateway;
-use rules::{AccessControl, People};
-use side::{Linked, Side};
+use parties::{Gateway, Linked, People, Side};
+use settings::{Common, gateway_endpoint};
 
 /// Print Zenoh settings for access control in a structure
 ///
@@ -76,27 +66,25 @@ enum Mode {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { mode, common, .. } = arguments;
-    check_endpoints(&common.listen)?;
+    common.check_endpoints()?;
     let structure = read(&arguments.structure)?;
     let people = people(arguments)?;
     check_sides(&structure, &people)?;
     check_gateway(&structure, *mode, people.gateway.as_ref())?;
     let connect = arguments.to_fleet.endpoint()?;
-    let access = AccessControl::of(&structure, &people);
-    let document = match mode {
-        Mode::Router => Document::of_router(access, &common.listen, connect, common.lease_ms),
-        Mode::Peer => Document::of_peer(access, &common.listen, common.lease_ms),
-    };
-    let mut out = io::stdout().lock();
-    writeln!(out, "{}", comment(&structure, *mode, &people))?;
-    document.write(&mut out)
+    let heading = comment(&structure, *mode, &people);
+    let access = rules::of_structure(&structure, &people);
+    match mode {
+        Mode::Router => common.print_router(&heading, access, connect.as_deref()),
+        Mode::Peer => common.print_peer(&heading, access),
+    }
 }
 
 impl ToFleet {
     /// Where the gateway connects to, and by which certificate.
     fn endpoint(&self) -> Result<Option<String>, Failure> {
         match (&self.fleet_endpoint, &self.fleet_tls) {
-            (Some(place), Some(directory)) => fleet_link::endpoint(place, directory).map(Some),
+            (Some(place), Some(directory)) => gateway_endpoint(place, directory).map(Some),
             _ => Ok(None),
         }
     }

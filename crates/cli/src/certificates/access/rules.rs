@@ -1,143 +1,143 @@
-//! The rules of Zenoh's access control.
-//!
-//! Zenoh judges each message on the link that it arrives by, and identifies its sender by the common name
-//! of the certificate. What is not allowed is denied.
+//! Access control in Zenoh's settings: what modules, plant, routers and people may do. All else is denied.
 
 use std::collections::BTreeSet;
 
-use names::{ModuleName, StructureName};
+use names::{ModuleName, OperatorName, StructureName};
 use pki::holder::BearerName;
 use pki::{CommonName, Generations, Holder};
-use serde::Serialize;
+use serde_json::{Value, json};
 use truss::Structure;
+use wire::fleet::Crossing;
 use wire::realm;
 
-use super::gateway::Gateway;
-use super::side::Linked;
+use super::parties::{Fleet, Gateway, Linked, People};
 
-/// Clients that are no part of the structure.
-#[derive(Debug, Default)]
-pub(super) struct People {
-    pub(super) operators: BTreeSet<BearerName>,
-    pub(super) observers: BTreeSet<BearerName>,
-    /// Routers linked to the one that the rules are for.
-    pub(super) routers: BTreeSet<Linked>,
-    /// The fleet's router, if the rules are for a gateway.
-    pub(super) gateway: Option<Gateway>,
-    /// By which certificates these and the modules and the plant are admitted.
-    pub(super) generations: Generations,
-}
-
-/// The table `access_control`.
-#[derive(Debug, Serialize)]
-pub(super) struct AccessControl {
-    enabled: bool,
-    default_permission: &'static str,
-    rules: Vec<Rule>,
-    subjects: Vec<Subject>,
-    policies: Vec<Policy>,
-    #[serde(skip)]
-    generations: Generations,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct Rule {
-    id: String,
-    permission: &'static str,
-    flows: [&'static str; 1],
-    messages: Vec<&'static str>,
-    key_exprs: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Subject {
-    id: String,
-    cert_common_names: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Policy {
-    rules: Vec<String>,
-    subjects: Vec<String>,
-}
-
-pub(super) const INCOMING: [&str; 1] = ["ingress"];
-pub(super) const OUTGOING: [&str; 1] = ["egress"];
+const INCOMING: &str = "ingress";
+const OUTGOING: &str = "egress";
 
 /// What the owner of a key does with it.
-pub(super) const OWN: [&str; 5] =
-    ["put", "delete", "declare_queryable", "reply", "liveliness_token"];
+const OWN: &[&str] = &["put", "delete", "declare_queryable", "reply", "liveliness_token"];
 /// The parts of that.
-pub(super) const PUBLISH: [&str; 2] = ["put", "delete"];
-pub(super) const ANSWER: [&str; 2] = ["declare_queryable", "reply"];
-pub(super) const SHOW: [&str; 1] = ["liveliness_token"];
+const PUBLISH: &[&str] = &["put", "delete"];
+const ANSWER: &[&str] = &["declare_queryable", "reply"];
+const SHOW: &[&str] = &["liveliness_token"];
 /// What a subscriber does that also reads liveliness tokens.
-pub(super) const LISTEN: [&str; 3] =
-    ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
+const LISTEN: &[&str] =
+    &["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
 /// The parts of that.
-pub(super) const SUBSCRIBE: [&str; 1] = ["declare_subscriber"];
-pub(super) const WATCH: [&str; 2] = ["liveliness_query", "declare_liveliness_subscriber"];
-pub(super) const ASK: [&str; 1] = ["query"];
+const SUBSCRIBE: &[&str] = &["declare_subscriber"];
+const WATCH: &[&str] = &["liveliness_query", "declare_liveliness_subscriber"];
+const ASK: &[&str] = &["query"];
 /// What others do with a key that they do not own.
-pub(super) const REQUEST: [&str; 4] =
-    ["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
+const REQUEST: &[&str] =
+    &["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
 
-pub(super) const GET: &str = "gets what it may know";
-pub(super) const ASKED: &str = "is asked and listened to";
-pub(super) const HEAR: &str = "listens";
-pub(super) const READ: &str = "asks what only tells";
+const GET: &str = "gets what it may know";
+const ASKED: &str = "is asked and listened to";
+const HEAR: &str = "listens";
+const READ: &str = "asks what only tells";
 const PEER: &str = "asks as a peer";
 const PLANT: &str = "plant speaks";
+const LISTENS: &str = "the fleet listens";
+const WATCHES: &str = "the fleet watches who is there";
+const ASKS: &str = "the fleet asks what only tells";
+const PUBLISHES: &str = "publishes to the fleet";
+const SHOWS: &str = "the fleet sees who is there";
+const ANSWERS: &str = "the fleet is answered";
+const ORDERS: &str = "the fleet orders";
 
-impl AccessControl {
-    /// What the modules of a structure, its plant and these people may do.
-    pub(super) fn of(structure: &Structure, people: &People) -> Self {
+/// The table `access_control` for what the modules of a structure, its plant and these people may do.
+pub(super) fn of_structure(structure: &Structure, people: &People) -> Value {
+    let name = &structure.name;
+    let mut access = AccessControl::new(&people.generations);
+    access.add_general_rules(structure);
+    for module in structure.equipped() {
+        let rule = speaks(&module.name);
+        access.allow(&rule, INCOMING, OWN, realm::of_module(name, &module.name));
+        access.admit(name, Holder::Module(module.name.clone()), &[&rule, PEER]);
+    }
+    access.admit(name, Holder::Plant, &[PLANT]);
+    for operator in &people.operators {
+        let rule = orders(operator);
+        if let Ok(known) = operator.to_string().parse() {
+            access.allow(&rule, INCOMING, ASK, realm::commands_of(name, &known));
+        }
+        access.admit(name, Holder::Operator(operator.clone()), &[&rule]);
+    }
+    for observer in &people.observers {
+        access.admit(name, Holder::Observer(observer.clone()), &[]);
+    }
+    for linked in &people.routers {
+        access.link(structure, &people.operators, linked);
+    }
+    if let Some(gateway) = &people.gateway {
+        access.open(name, gateway);
+    }
+    access.table()
+}
+
+/// The table `access_control` for what the gateways and the people of a fleet may do.
+pub(super) fn of_fleet(fleet: &Fleet) -> Value {
+    let any = Crossing::of_any();
+    let mut access = AccessControl::new(&fleet.people.generations);
+    access.allow(GET, OUTGOING, OWN, realm::everything());
+    access.allow(ASKED, OUTGOING, REQUEST, realm::everything());
+    access.allow(HEAR, INCOMING, LISTEN, realm::everything());
+    access.allow(READ, INCOMING, ASK, realm::readable());
+    access.allow(LISTENS, OUTGOING, SUBSCRIBE, any.news());
+    access.allow(WATCHES, OUTGOING, WATCH, any.tokens());
+    access.allow(ASKS, OUTGOING, ASK, any.questions());
+    for structure in &fleet.structures {
+        access.join(&fleet.name, structure);
+    }
+    for operator in &fleet.people.operators {
+        let rule = orders(operator);
+        if let Ok(known) = operator.to_string().parse::<OperatorName>() {
+            let structures = fleet.structures.iter();
+            let keys = structures.flat_map(|structure| Crossing::of(structure).commands_of(&known));
+            access.allow(&rule, INCOMING, ASK, keys.collect());
+            access.admit(&fleet.name, Holder::Operator(operator.clone()), &[&rule]);
+        }
+    }
+    for observer in &fleet.people.observers {
+        access.admit(&fleet.name, Holder::Observer(observer.clone()), &[]);
+    }
+    access.table()
+}
+
+/// The entries of the table `access_control`.
+struct AccessControl<'a> {
+    rules: Vec<Value>,
+    subjects: Vec<Value>,
+    policies: Vec<Value>,
+    generations: &'a Generations,
+}
+
+impl<'a> AccessControl<'a> {
+    fn new(generations: &'a Generations) -> Self {
+        Self { rules: Vec::new(), subjects: Vec::new(), policies: Vec::new(), generations }
+    }
+
+    fn table(self) -> Value {
+        json!({
+            "enabled": true,
+            "default_permission": "deny",
+            "rules": self.rules,
+            "subjects": self.subjects,
+            "policies": self.policies,
+        })
+    }
+
+    fn add_general_rules(&mut self, structure: &Structure) {
         let name = &structure.name;
-        let mut access = Self::of_rules(general_rules(structure), &people.generations);
-        for module in structure.equipped() {
-            let rule = speaks(&module.name);
-            let keys = realm::of_module(name, &module.name);
-            access.rules.push(allow(&rule, INCOMING, &OWN, keys));
-            access.admit(name, Holder::Module(module.name.clone()), &[&rule, PEER]);
-        }
-        access.admit(name, Holder::Plant, &[PLANT]);
-        for operator in &people.operators {
-            let rule = orders(operator);
-            if let Ok(known) = operator.to_string().parse() {
-                let keys = realm::commands_of(name, &known);
-                access.rules.push(allow(&rule, INCOMING, &ASK, keys));
-            }
-            access.admit(name, Holder::Operator(operator.clone()), &[&rule]);
-        }
-        for observer in &people.observers {
-            access.admit(name, Holder::Observer(observer.clone()), &[]);
-        }
-        for linked in &people.routers {
-            access.link(structure, &people.operators, linked);
-        }
-        if let Some(gateway) = &people.gateway {
-            access.open(name, gateway);
-        }
-        access
-    }
-
-    /// These rules, and nobody yet to whom they apply.
-    pub(super) fn of_rules(rules: Vec<Rule>, generations: &Generations) -> Self {
-        Self {
-            enabled: true,
-            default_permission: "deny",
-            rules,
-            subjects: Vec::new(),
-            policies: Vec::new(),
-            generations: generations.clone(),
-        }
-    }
-
-    /// Adds a rule; returns its name.
-    pub(super) fn add(&mut self, rule: Rule) -> String {
-        let id = rule.id.clone();
-        self.rules.push(rule);
-        id
+        let mut plants = realm::of_plant(name);
+        plants.extend(structure.equipped().map(|module| realm::samples(name, &module.name)));
+        self.allow(GET, OUTGOING, OWN, realm::of_structure(name));
+        self.allow(ASKED, OUTGOING, REQUEST, realm::everything());
+        self.allow(HEAR, INCOMING, LISTEN, realm::everything());
+        self.allow(READ, INCOMING, ASK, realm::readable());
+        self.allow(PEER, INCOMING, ASK, vec![realm::questions_of_peers(name)]);
+        self.allow(PLANT, INCOMING, OWN, plants);
     }
 
     /// Allows a router to pass on what those on its side may say, and nothing else.
@@ -160,13 +160,56 @@ impl AccessControl {
         self.admit(&structure.name, Holder::Router(router.clone()), &rules);
     }
 
+    /// Allows the fleet's router what leaves the structure and what may come in, and nothing else.
+    fn open(&mut self, structure: &StructureName, gateway: &Gateway) {
+        let (own, any) = (Crossing::of(structure), Crossing::of_any());
+        let mut answers = own.questions();
+        let orders: Vec<String> =
+            gateway.operators.iter().flat_map(|operator| own.commands_of(operator)).collect();
+        if !orders.is_empty() {
+            answers.extend(own.commands());
+        }
+        let mut rules = vec![PUBLISHES, SHOWS, ANSWERS, LISTENS, WATCHES, ASKS];
+        self.allow(PUBLISHES, OUTGOING, PUBLISH, own.news());
+        self.allow(SHOWS, OUTGOING, SHOW, own.tokens());
+        self.allow(ANSWERS, OUTGOING, ANSWER, answers);
+        self.allow(LISTENS, INCOMING, SUBSCRIBE, any.news());
+        self.allow(WATCHES, INCOMING, WATCH, any.tokens());
+        self.allow(ASKS, INCOMING, ASK, any.questions());
+        if !orders.is_empty() {
+            self.allow(ORDERS, INCOMING, ASK, orders);
+            rules.push(ORDERS);
+        }
+        self.permit(&gateway.router, &rules);
+    }
+
+    /// Allows the router that has the name of a structure, its gateway, to speak and answer for this structure and to be
+    /// asked for it.
+    fn join(&mut self, fleet: &StructureName, structure: &StructureName) {
+        let own = Crossing::of(structure);
+        let answers = [own.questions(), own.commands()].concat();
+        let does = |what: &str| format!("{structure} {what}");
+        let rules =
+            [does("publishes"), does("shows who is there"), does("answers"), does("is ordered")];
+        self.allow(&rules[0], INCOMING, PUBLISH, own.news());
+        self.allow(&rules[1], INCOMING, SHOW, own.tokens());
+        self.allow(&rules[2], INCOMING, ANSWER, answers);
+        self.allow(&rules[3], OUTGOING, ASK, own.commands());
+        let own = rules.iter().map(String::as_str);
+        let rules: Vec<&str> = own.chain([LISTENS, WATCHES, ASKS]).collect();
+        // Every name of a structure is one of a router.
+        if let Ok(name) = structure.to_string().parse() {
+            self.admit_to(fleet, Holder::Router(name), &rules);
+        }
+    }
+
     /// Allows a holder these rules and those of every known client.
-    pub(super) fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
+    fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
         self.admit_to(structure, holder, &[rules, &[HEAR, READ, GET, ASKED]].concat());
     }
 
     /// Allows a holder these rules and nothing else.
-    pub(super) fn admit_to(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
+    fn admit_to(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
         // A name that is too long for a certificate has none.
         if let Ok(name) = CommonName::new(self.generations.of(holder), structure.clone()) {
             self.permit(&name, rules);
@@ -174,15 +217,25 @@ impl AccessControl {
     }
 
     /// Allows whoever shows a certificate of this name these rules.
-    pub(super) fn permit(&mut self, name: &CommonName, rules: &[&str]) {
+    fn permit(&mut self, name: &CommonName, rules: &[&str]) {
         let id = name.to_string();
-        self.subjects.push(Subject { id: id.clone(), cert_common_names: vec![id.clone()] });
-        let rules = rules.iter().map(ToString::to_string).collect();
-        self.policies.push(Policy { rules, subjects: vec![id] });
+        self.subjects.push(json!({ "id": id, "cert_common_names": [id] }));
+        self.policies.push(json!({ "subjects": [id], "rules": rules }));
+    }
+
+    /// Adds a rule, which allows nobody anything before [`Self::permit`] names it.
+    fn allow(&mut self, id: &str, flow: &str, messages: &[&str], keys: Vec<String>) {
+        self.rules.push(json!({
+            "id": id,
+            "permission": "allow",
+            "flows": [flow],
+            "messages": messages,
+            "key_exprs": keys,
+        }));
     }
 }
 
-pub(super) fn orders(operator: &BearerName) -> String {
+fn orders(operator: &BearerName) -> String {
     format!("{operator} orders")
 }
 
@@ -190,35 +243,31 @@ fn speaks(module: &ModuleName) -> String {
     format!("{module} speaks")
 }
 
-fn general_rules(structure: &Structure) -> Vec<Rule> {
-    let name = &structure.name;
-    let mut plants = realm::of_plant(name);
-    plants.extend(structure.equipped().map(|module| realm::samples(name, &module.name)));
-    vec![
-        allow(GET, OUTGOING, &OWN, realm::of_structure(name)),
-        allow(ASKED, OUTGOING, &REQUEST, realm::everything()),
-        allow(HEAR, INCOMING, &LISTEN, realm::everything()),
-        allow(READ, INCOMING, &ASK, realm::readable()),
-        allow(PEER, INCOMING, &ASK, vec![realm::questions_of_peers(name)]),
-        allow(PLANT, INCOMING, &OWN, plants),
-    ]
-}
-
-pub(super) fn allow(
-    id: &str,
-    flows: [&'static str; 1],
-    messages: &[&'static str],
-    key_exprs: Vec<String>,
-) -> Rule {
-    Rule { id: id.to_owned(), permission: "allow", flows, messages: messages.to_vec(), key_exprs }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{covers, rules_of};
     use super::*;
+    use zenoh::key_expr::KeyExpr;
 
-    fn access() -> serde_json::Value {
+    /// The rules of a subject.
+    fn rules_of(access: &Value, subject: &str) -> Vec<String> {
+        let policies = access["policies"].as_array().unwrap();
+        let policy = policies.iter().find(|policy| policy["subjects"][0] == subject).unwrap();
+        let rules = policy["rules"].as_array().unwrap();
+        rules.iter().map(|rule| rule.as_str().unwrap().to_owned()).collect()
+    }
+
+    /// Does a rule cover this key?
+    fn covers(access: &Value, rule: &str, key: &str) -> bool {
+        let rules = access["rules"].as_array().unwrap();
+        let rule = rules.iter().find(|known| known["id"] == rule).unwrap();
+        let key = KeyExpr::try_from(key.to_owned()).unwrap();
+        let expressions = rule["key_exprs"].as_array().unwrap().iter();
+        expressions
+            .map(|expression| KeyExpr::try_from(expression.as_str().unwrap().to_owned()).unwrap())
+            .any(|expression| expression.includes(&key))
+    }
+
+    fn access() -> Value {
         let text = include_str!("../../../../../configs/tower.toml");
         let structure = Structure::from_toml(text).unwrap();
         let people = People {
@@ -234,7 +283,7 @@ mod tests {
             .into(),
             ..People::default()
         };
-        serde_json::to_value(AccessControl::of(&structure, &people)).unwrap()
+        of_structure(&structure, &people)
     }
 
     #[test]
@@ -309,5 +358,92 @@ mod tests {
                 assert!(!messages.contains(&"reply".into()), "{rule}");
             }
         }
+    }
+
+    #[test]
+    fn of_the_structure_only_faults_phases_and_presence_leave_and_orders_of_operators_enter() {
+        let text = include_str!("../../../../../configs/tower.toml");
+        let gateway = Some("hub.fleet=operator.ada".parse().unwrap());
+        let people = People { gateway, ..People::default() };
+        let access = of_structure(&Structure::from_toml(text).unwrap(), &people);
+        let rules = rules_of(&access, "router.hub.fleet");
+        assert_eq!(rules, [PUBLISHES, SHOWS, ANSWERS, LISTENS, WATCHES, ASKS, ORDERS]);
+        assert!(!rules.iter().any(|rule| [GET, HEAR, READ].contains(&rule.as_str())));
+        let key = |rest: &str| format!("trusswatch/tower/module1/{rest}");
+        for leaves in ["fault/sensor/g3", "identification/sensor/g3", "phase"] {
+            assert!(covers(&access, PUBLISHES, &key(leaves)), "{leaves}");
+            assert!(covers(&access, ASKS, &key(leaves)), "{leaves}");
+        }
+        assert!(covers(&access, ANSWERS, &key("history")) && covers(&access, SHOWS, &key("alive")));
+        assert!(covers(&access, LISTENS, "trusswatch/*/*/fault/**"));
+        for stays in ["sample", "divergence", "change", "status", "progress", "state"] {
+            for rule in &rules {
+                assert!(!covers(&access, rule, &key(stays)), "{rule}: {stays}");
+                assert!(!covers(&access, rule, &format!("trusswatch/*/*/{stays}")), "{rule}");
+            }
+        }
+        assert!(covers(&access, ORDERS, &key("command/acknowledge/ada")));
+        for not in ["command/acknowledge/bob", "command/acknowledge", "command/*/*"] {
+            assert!(!covers(&access, ORDERS, &key(not)), "{not}");
+        }
+        assert!(!covers(&access, ORDERS, "trusswatch/tower/plant/command/inject"));
+        assert!(!covers(&access, PUBLISHES, "trusswatch/mast/module1/fault/sensor/g3"));
+    }
+
+    fn fleet_access() -> Value {
+        let people = People {
+            operators: BTreeSet::from(["ada".parse().unwrap()]),
+            observers: BTreeSet::from(["wall".parse().unwrap()]),
+            generations: Generations::default(),
+            ..People::default()
+        };
+        let structures = ["tower", "mast"].map(|name| name.parse().unwrap()).into();
+        let fleet = Fleet { name: "fleet".parse().unwrap(), structures, people };
+        of_fleet(&fleet)
+    }
+
+    #[test]
+    fn a_gateway_speaks_for_its_structure_only() {
+        let access = fleet_access();
+        let rules = rules_of(&access, "router.tower.fleet");
+        assert!(
+            !rules
+                .iter()
+                .any(|rule| rule.starts_with("mast") || [GET, HEAR, READ].contains(&rule.as_str())),
+            "{rules:?}"
+        );
+        let own = |rest: &str| format!("trusswatch/tower/module1/{rest}");
+        for published in ["fault/sensor/g3", "identification/sensor/g3", "phase"] {
+            assert!(covers(&access, "tower publishes", &own(published)), "{published}");
+            assert!(covers(&access, "tower answers", &own(published)), "{published}");
+        }
+        assert!(covers(&access, "tower answers", &own("command/reset/*")));
+        for not in
+            ["sample", "divergence", "change", "status", "progress", "state", "command/reset"]
+        {
+            assert!(!covers(&access, "tower publishes", &own(not)), "{not}");
+            assert!(!covers(&access, "tower answers", &own(not)), "{not}");
+        }
+        assert!(!covers(&access, "tower publishes", "trusswatch/mast/module1/fault/sensor/g3"));
+        assert!(!covers(&access, "tower answers", "trusswatch/mast/module1/history"));
+    }
+
+    #[test]
+    fn an_operator_of_the_fleet_commands_modules_of_every_structure_in_his_own_name() {
+        let access = fleet_access();
+        assert_eq!(rules_of(&access, "operator.ada.fleet"), ["ada orders", HEAR, READ, GET, ASKED]);
+        assert_eq!(rules_of(&access, "observer.wall.fleet"), [HEAR, READ, GET, ASKED]);
+        for structure in ["tower", "mast"] {
+            let key = |rest: &str| format!("trusswatch/{structure}/{rest}");
+            assert!(covers(&access, "ada orders", &key("module1/command/acknowledge/ada")));
+            for not in [
+                "module1/command/acknowledge/bob",
+                "module1/command/acknowledge",
+                "plant/command/inject",
+            ] {
+                assert!(!covers(&access, "ada orders", &key(not)), "{not}");
+            }
+        }
+        assert!(!covers(&access, "ada orders", "trusswatch/other/module1/command/reset/ada"));
     }
 }

@@ -8,6 +8,6 @@
 mod rows;
 mod terminal;
 
-pub(super) use freeze_chart::svg;
+pub(super) use figure::freeze_frame::svg;
 pub(super) use rows::csv;
-pub(super) use terminal::text;
+pub(super) use terminal::{WIDEST, text};

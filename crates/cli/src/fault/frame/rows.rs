@@ -1,6 +1,6 @@
 //! A freeze frame as CSV: one row a step.
 
-use freeze_chart::seconds;
+use figure::freeze_frame::seconds;
 use wire::FreezeFrame;
 
 /// The step, the time since the detection, and the traces with their units in the header; a value that is not there is
@@ -25,7 +25,7 @@ pub(in crate::fault) fn csv(frame: &FreezeFrame) -> Result<Vec<u8>, csv::Error> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use freeze_chart::testing::frame;
+    use figure::freeze_frame::testing::frame;
 
     #[test]
     fn every_step_has_a_row_and_what_is_undefined_is_empty() {

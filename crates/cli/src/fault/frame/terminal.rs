@@ -1,66 +1,68 @@
 //! A freeze frame drawn with characters.
 
-use freeze_chart::{ratios, shown_in, trace};
+use figure::freeze_frame::{ratios, shown_in, trace};
+use names::Step;
+use terminal::Plot;
 use wire::{FreezeFrame, Trace};
 
-use crate::chart::{Curve, curve};
 use crate::paint::Paint;
 
-/// What was measured, the residual and the divergence, with what the marks on their axes are.
+/// Lines of a plot: title, curve, steps.
+const LINES: u16 = 10;
+/// No drawing is wider: dots would be few and far between.
+pub(in crate::fault) const WIDEST: u16 = 100;
+
+/// What was measured, the residual and the divergence, with what the marks in them are.
 pub(in crate::fault) fn text(frame: &FreezeFrame, width: u16, paint: Paint) -> String {
-    let width = usize::from(width);
     let measured = trace(frame, &["reading", "force"]);
     let residual = trace(frame, &["residual"]);
+    let traces = [measured, residual].into_iter().flatten().map(|trace| of_trace(frame, trace));
+    let plots = traces.chain([of_divergence(frame)]);
     let mut parts = vec![format!("  freeze frame of transition {}\n", frame.sequence)];
-    parts.extend(
-        [measured, residual]
-            .into_iter()
-            .flatten()
-            .map(|trace| of_trace(frame, trace))
-            .map(|drawn| curve(&drawn, width, paint)),
-    );
-    parts.push(curve(&of_divergence(frame), width, paint));
+    let colours = paint.has_colours();
+    parts.extend(plots.map(|plot| plot.text(width.min(WIDEST), LINES, colours)));
     let marks = [
         ("onset", frame.onset_step),
         ("detection", frame.detection_step),
         ("latched as of", frame.decided_step),
     ];
-    let marks = marks.map(|(name, step)| format!("  ┴ {name} step {step}\n"));
-    parts.push(marks.concat());
-    parts.retain(|part| !part.is_empty());
+    parts.push(marks.map(|(name, step)| format!("  ┊ {name} step {step}\n")).concat());
     parts.join("\n")
 }
 
-fn marks(frame: &FreezeFrame) -> Vec<u64> {
-    [frame.onset_step, frame.detection_step, frame.decided_step].map(|step| step.0).to_vec()
+fn plot(frame: &FreezeFrame, title: String, values: impl Iterator<Item = f64>) -> Plot {
+    let marks = [frame.onset_step, frame.detection_step, frame.decided_step];
+    Plot {
+        title: format!("  {title}"),
+        points: frame.steps.iter().map(|step| number(*step)).zip(values).collect(),
+        marks: marks.map(number).to_vec(),
+        otherwise: "no values".to_owned(),
+        ..Plot::default()
+    }
 }
 
-fn of_trace(frame: &FreezeFrame, trace: &Trace) -> Curve {
+#[expect(clippy::cast_precision_loss, reason = "a drawing")]
+fn number(step: Step) -> f64 {
+    step.0 as f64
+}
+
+fn of_trace(frame: &FreezeFrame, trace: &Trace) -> Plot {
     let (scale, unit) = shown_in(trace);
     let values = trace.values.iter().map(|value| value.map_or(f64::NAN, |value| scale * value));
-    Curve {
-        title: format!("{} [{unit}]", names::printable(&trace.name)),
-        points: frame.steps.iter().map(|step| step.0).zip(values).collect(),
-        level: None,
-        marks: marks(frame),
-    }
+    plot(frame, format!("{} [{unit}]", names::printable(&trace.name)), values)
 }
 
 /// By powers of ten: it grows with the fourth power of what the residual is off.
-fn of_divergence(frame: &FreezeFrame) -> Curve {
+fn of_divergence(frame: &FreezeFrame) -> Plot {
     let powers = ratios(frame).into_iter().map(f64::log10);
-    Curve {
-        title: "divergence over threshold, power of ten".to_owned(),
-        points: frame.steps.iter().map(|step| step.0).zip(powers).collect(),
-        level: Some((0.0, "threshold")),
-        marks: marks(frame),
-    }
+    let title = "divergence over threshold, power of ten   ╌ threshold".to_owned();
+    Plot { level: Some(0.0), ..plot(frame, title, powers) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use freeze_chart::testing::frame;
+    use figure::freeze_frame::testing::frame;
 
     #[test]
     fn a_frame_is_drawn_like_this() {
@@ -106,14 +108,14 @@ mod tests {
   ┴ detection step 1102
   ┴ latched as of step 1150
 ";
-        let text = text(&frame(), 50, Paint::for_terminal(false));
+        let text = text(&frame(), 50, Paint::NONE);
         assert_eq!(text, expected, "\n{text}");
     }
 
     #[test]
     fn it_fits_the_terminal() {
         for width in [40, 80, 120] {
-            let text = text(&frame(), width, Paint::for_terminal(false));
+            let text = text(&frame(), width, Paint::NONE);
             let widest = text.lines().map(|line| line.chars().count()).max();
             assert!(widest <= Some(usize::from(width).max(42)), "{text}");
         }

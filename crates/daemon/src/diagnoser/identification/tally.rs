@@ -1,9 +1,9 @@
 //! What was identified and how long it took, for the metrics.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use wire::Identification;
 
 use crate::metrics::{IdentificationReport, KindReport};
@@ -52,7 +52,7 @@ impl IdentificationTally {
             })
         });
         let kinds = kinds.collect();
-        *self.kinds.lock().unwrap_or_else(PoisonError::into_inner) = kinds;
+        *self.kinds.lock() = kinds;
     }
 
     pub(crate) fn read(&self) -> IdentificationReport {
@@ -63,7 +63,7 @@ impl IdentificationTally {
             turned_away: read(&self.turned_away),
             failed: read(&self.failed),
             published: read(&self.published),
-            kinds: self.kinds.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+            kinds: self.kinds.lock().clone(),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Keeps inputs as they were published: the first for good, of the others the latest.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use wire::InputQuestion;
 use zenoh::bytes::ZBytes;
 
@@ -34,7 +35,7 @@ impl Shelf {
 
     /// Keeps an input, which is newer than those before, in place of the oldest.
     pub(crate) fn keep(&self, number: u64, input: ZBytes) {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.kept.lock();
         if number == 1 {
             kept.first = Some(input);
             return;
@@ -54,7 +55,7 @@ impl Shelf {
         }
         let from = question.from.unwrap_or(0);
         let wanted = from..=question.to.unwrap_or(u64::MAX);
-        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = self.kept.lock();
         let first = kept.first.iter().map(|input| (1, input));
         let latest = kept.latest.iter().map(|(number, input)| (*number, input));
         let all = first.chain(latest).filter(|(number, _)| wanted.contains(number));

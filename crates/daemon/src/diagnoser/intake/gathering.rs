@@ -3,10 +3,11 @@
 //! It is filled on the network's own thread, which never waits for it: there is room for one sample of each step.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 use names::{ModuleName, Step};
+use parking_lot::{Mutex, MutexGuard};
 use tokio::sync::Notify;
 use wire::SampleQuestion;
 use zenoh::query::Reply;
@@ -86,7 +87,7 @@ impl Gathering {
 
     /// Every change is made whole or not at all, so a thread that failed has left it in order.
     fn samples(&self) -> MutexGuard<'_, BTreeMap<Step, Arrival>> {
-        self.samples.lock().unwrap_or_else(PoisonError::into_inner)
+        self.samples.lock()
     }
 }
 

@@ -4,11 +4,12 @@
 //! and counted, and the diagnosis is informed, so that it drops its backlog.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use names::ModuleName;
+use parking_lot::{Mutex, MutexGuard};
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
 use wire::Topic;
@@ -146,7 +147,7 @@ impl Receiver {
 
     /// Every change is made whole or not at all, so a thread that failed has left it in order.
     fn incumbent(&self) -> MutexGuard<'_, Incumbent> {
-        self.incumbent.lock().unwrap_or_else(PoisonError::into_inner)
+        self.incumbent.lock()
     }
 }
 

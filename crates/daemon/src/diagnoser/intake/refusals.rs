@@ -1,7 +1,8 @@
 //! Samples that arrive and are not used: the reason why nothing is known.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+use parking_lot::{Mutex, MutexGuard};
 
 /// Refusals are counted by spans of this length.
 const SPAN: Duration = Duration::from_secs(1);
@@ -39,7 +40,7 @@ impl Refusals {
 
     /// Every change is made whole or not at all, so a thread that failed has left it in order.
     fn lock(&self) -> MutexGuard<'_, Option<Latest>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 

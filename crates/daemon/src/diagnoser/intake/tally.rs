@@ -1,9 +1,9 @@
 //! What was counted on the way in, and whose samples come in.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use parking_lot::{Mutex, MutexGuard};
 use shell::occurrences::Occurrences;
 use wire::{DecodeError, IntakeCounters};
 
@@ -74,7 +74,7 @@ impl IntakeTally {
 
     /// Nothing can be left undone.
     fn source(&self) -> MutexGuard<'_, Option<Source>> {
-        self.source.lock().unwrap_or_else(PoisonError::into_inner)
+        self.source.lock()
     }
 
     pub(super) fn of_error(&self, error: &DecodeError) -> &Refused {

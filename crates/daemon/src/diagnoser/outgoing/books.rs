@@ -1,7 +1,8 @@
 //! What is known of the components at present: kept by the thread that publishes it, read by the one that replies.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::{Mutex, MutexGuard};
 use wire::{FaultTransition, Identification, PhaseChange};
 use zenoh::key_expr::KeyExpr;
 
@@ -44,6 +45,6 @@ impl SharedBooks {
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, Books> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }

@@ -1,9 +1,10 @@
 //! Each peer as this module sees it.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use diagnosis::PeerFailure;
 use names::ModuleName;
+use parking_lot::{Mutex, MutexGuard};
 use wire::{PeerOutcome, PeerStatus};
 
 /// The peers, in the order of the configuration.
@@ -88,7 +89,7 @@ impl PeerBook {
 
     /// Pages are changed one field at a time, each of them valid by itself.
     fn pages(&self) -> MutexGuard<'_, Vec<PeerStatus>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeMap;
 use std::iter::successors;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::PeerFailure;
 use names::ModuleName;
+use parking_lot::{Mutex, MutexGuard};
 
 /// How many different timeouts there are; each is twice the one before.
 const TIMEOUTS: usize = 3;
@@ -61,7 +62,7 @@ impl Timeouts {
 
     /// Each peer's timeout is valid by itself.
     fn longer(&self) -> MutexGuard<'_, BTreeMap<ModuleName, Duration>> {
-        self.longer.lock().unwrap_or_else(PoisonError::into_inner)
+        self.longer.lock()
     }
 }
 

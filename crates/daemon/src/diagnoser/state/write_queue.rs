@@ -5,9 +5,10 @@
 //! first batch of records, and none after it.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use wire::JournalStatus;
 
 use super::record::Record;
@@ -133,7 +134,7 @@ impl State {
 impl Queue {
     /// Every change of the state is complete before the lock is released.
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock()
     }
 }
 
@@ -171,8 +172,7 @@ impl Submission {
                 state.tell_hang();
                 break;
             };
-            let waited = self.0.answered.wait_timeout(state, left);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            self.0.answered.wait_for(&mut state, left);
         }
         state.durable >= ticket
     }
@@ -200,14 +200,11 @@ impl Outlet {
                 return None;
             }
             let left = end.map(|end| end.saturating_duration_since(Instant::now()));
-            state = match left {
+            match left {
                 Some(left) if left.is_zero() => break,
-                Some(left) => {
-                    let waited = self.0.handed_in.wait_timeout(state, left);
-                    waited.unwrap_or_else(PoisonError::into_inner).0
-                }
-                None => self.0.handed_in.wait(state).unwrap_or_else(PoisonError::into_inner),
-            };
+                Some(left) => drop(self.0.handed_in.wait_for(&mut state, left)),
+                None => self.0.handed_in.wait(&mut state),
+            }
         }
         Some(state.take(Instant::now()))
     }

@@ -33,7 +33,7 @@ pub(crate) struct Wanted {
 
 impl Wanted {
     /// What is wanted, if it is in the scene: nothing is done for names that are made up.
-    pub(super) fn subject(&self, scene: &Scene) -> Result<Subject, String> {
+    pub(crate) fn subject(&self, scene: &Scene) -> Result<Subject, String> {
         let structure = self.structure.as_deref().map(str::parse).transpose();
         let structure: Option<StructureName> =
             structure.map_err(|error| format!("structure: {error}"))?;

@@ -12,7 +12,8 @@ use std::net::TcpListener;
 use std::ops::Range;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
-use std::sync::{Mutex, PoisonError};
+
+use parking_lot::Mutex;
 
 /// Lower ones are better known.
 const LOWEST: u16 = 10_000;
@@ -49,7 +50,7 @@ pub fn reserve(count: u16) -> io::Result<Range<u16>> {
         // A block begins inside the range, whose ends are ports.
         let first = ports.start + block as u16 * count;
         if let Some(claims) = claim(first..first + count) {
-            CLAIMS.lock().unwrap_or_else(PoisonError::into_inner).extend(claims);
+            CLAIMS.lock().extend(claims);
             return Ok(first..first + count);
         }
     }

@@ -1,11 +1,11 @@
 //! A freeze frame drawn as SVG.
 
-use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
+use crate::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
 use wire::{FreezeFrame, Trace};
 
 use wording::utc;
 
-use crate::signals::{ratios, seconds, shown_in, trace};
+use super::signals::{ratios, seconds, shown_in, trace};
 
 /// Height of a plot \[px\].
 const HEIGHT: f64 = 130.0;
@@ -102,8 +102,8 @@ fn marked(frame: &FreezeFrame, panel: Panel) -> Panel {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::frame;
     use super::*;
-    use crate::testing::frame;
 
     #[test]
     fn the_drawing_has_a_panel_for_each_signal_and_is_the_same_every_time() {

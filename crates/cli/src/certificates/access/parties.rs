@@ -1,0 +1,141 @@
+//! Who a router may be linked to, and clients that are no part of the structure.
+
+use std::collections::BTreeSet;
+use std::str::FromStr;
+
+use names::{OperatorName, StructureName};
+use pki::holder::BearerName;
+use pki::{CommonName, Generations, Holder};
+
+/// Clients that are no part of the structure.
+#[derive(Debug, Default)]
+pub(super) struct People {
+    pub(super) operators: BTreeSet<BearerName>,
+    pub(super) observers: BTreeSet<BearerName>,
+    /// Routers linked to the one that the rules are for.
+    pub(super) routers: BTreeSet<Linked>,
+    /// The fleet's router, if the rules are for a gateway.
+    pub(super) gateway: Option<Gateway>,
+    /// By which certificates these and the modules and the plant are admitted.
+    pub(super) generations: Generations,
+}
+
+/// Structures, each behind a gateway, and the people at the fleet's router.
+#[derive(Debug)]
+pub(super) struct Fleet {
+    pub(super) name: StructureName,
+    pub(super) structures: BTreeSet<StructureName>,
+    pub(super) people: People,
+}
+
+/// A router that another one is linked to.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Linked {
+    pub(super) router: BearerName,
+    pub(super) side: Side,
+}
+
+/// Those whose messages come by a link: behind the router at its other end, or behind further ones.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Side {
+    /// Anybody of the structure.
+    Everybody,
+    /// These.
+    These(BTreeSet<Holder>),
+}
+
+impl Side {
+    pub(super) fn includes(&self, holder: &Holder) -> bool {
+        match self {
+            Side::Everybody => true,
+            Side::These(holders) => holders.contains(holder),
+        }
+    }
+}
+
+/// `ground` or `ground=module1,operator.ada`.
+impl FromStr for Linked {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (router, side) = match text.split_once('=') {
+            None => (text, Side::Everybody),
+            Some((router, holders)) => {
+                let holders = holders.split(',').map(|holder| holder.trim().parse::<Holder>());
+                let holders: Result<_, _> = holders.collect();
+                (router, Side::These(holders.map_err(|error| error.to_string())?))
+            }
+        };
+        let named = router.strip_prefix("router.").unwrap_or(router);
+        let router = named.parse().map_err(|error| format!("no name of a router: {error}"))?;
+        Ok(Linked { router, side })
+    }
+}
+
+/// The fleet's router as a gateway sees it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Gateway {
+    /// By the certificate of the fleet's authority.
+    pub(super) router: CommonName,
+    /// Operators of the fleet who may issue commands in the structure.
+    pub(super) operators: BTreeSet<OperatorName>,
+}
+
+/// `hub.fleet` or `hub.fleet=operator.ada,operator.bob`.
+impl FromStr for Gateway {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (router, operators) = match text.split_once('=') {
+            None => (text, BTreeSet::new()),
+            Some((router, holders)) => {
+                (router, holders.split(',').map(operator).collect::<Result<_, _>>()?)
+            }
+        };
+        let named = router.strip_prefix("router.").unwrap_or(router);
+        let wrong = || format!("`{named}` is no router of a fleet; `hub.fleet` is");
+        let router = format!("router.{named}").parse::<CommonName>().map_err(|_| wrong())?;
+        if !matches!(router.issued.holder, Holder::Router(_)) {
+            return Err(wrong());
+        }
+        Ok(Gateway { router, operators })
+    }
+}
+
+fn operator(text: &str) -> Result<OperatorName, String> {
+    let text = text.trim();
+    match text.parse::<Holder>() {
+        Ok(Holder::Operator(name)) => name.to_string().parse().map_err(|error| format!("{error}")),
+        _ => Err(format!("`{text}` is no operator; only commands of e.g. `operator.ada` come in")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_router_is_given_with_or_without_its_side() {
+        let all: Linked = "ground".parse().unwrap();
+        assert_eq!((all.router.to_string().as_str(), &all.side), ("ground", &Side::Everybody));
+        let some: Linked = "router.top=module2, operator.ada".parse().unwrap();
+        let module = |name: &str| Holder::Module(name.parse().unwrap());
+        assert!(some.side.includes(&module("module2")) && !some.side.includes(&module("module1")));
+        assert!(some.side.includes(&Holder::Operator("ada".parse().unwrap())));
+        for wrong in ["", "=module1", "top=", "top=king.ada", "a/b"] {
+            assert!(wrong.parse::<Linked>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_gateway_is_given_with_the_fleet_and_its_operators() {
+        let one: Gateway = "hub.fleet".parse().unwrap();
+        assert_eq!((one.router.to_string().as_str(), one.operators.len()), ("router.hub.fleet", 0));
+        let two: Gateway = "router.hub~2.fleet=operator.ada, operator.bob".parse().unwrap();
+        assert_eq!(two.router.to_string(), "router.hub~2.fleet");
+        assert!(two.operators.iter().map(OperatorName::as_str).eq(["ada", "bob"]));
+        for wrong in ["", "hub", "hub.fleet=", "hub.fleet=module1", "hub.fleet=observer.wall"] {
+            assert!(wrong.parse::<Gateway>().is_err(), "{wrong}");
+        }
+    }
+}
