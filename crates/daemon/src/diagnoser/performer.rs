@@ -129,6 +129,7 @@ impl Performer {
                 let step = diagnoser.last_step().unwrap_or_default();
                 tracing::warn!(%component, %step, "channel restarted: {violation}");
             }
+            Action::RunEnded => self.outbox.event(Outgoing::RunEnded),
             Action::RunStarted(run) => tracing::info!(%run, "new run"),
         }
     }
