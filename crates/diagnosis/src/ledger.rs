@@ -260,18 +260,20 @@ impl Ledger {
         self.entries[channel].tare = Some(tare);
     }
 
-    /// Gives a component the verdict that an operator commands; `None` if it never had a transition.
+    /// Gives a component the verdict that an operator commands; `None` if it never had a transition. A transition has
+    /// the steps of one run: of a fault that was found in another than the present one, the step stays that it had.
     pub(crate) fn obey(
         &mut self,
         channel: usize,
         verdict: Verdict,
-        decided: Step,
+        (run, now): (Option<RunId>, Step),
         order: GivenOrder,
     ) -> Option<Transition> {
         let sequence = self.next_sequence();
         let entry = &mut self.entries[channel];
         let tare = entry.tare;
         let latest = entry.latest.as_mut()?;
+        let decided = if run.is_some_and(|run| latest.is_of(run)) { now } else { latest.decided };
         let order = Some(order);
         *latest = Transition {
             sequence,
