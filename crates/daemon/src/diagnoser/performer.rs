@@ -85,7 +85,7 @@ impl Performer {
             Action::Identify(excerpt) => self.identifier.identify(excerpt),
             Action::Freeze(frame) => self.freeze_frames.keep(frame),
             Action::Ask { peer, question } => {
-                self.query_pause.begin();
+                self.query_pause.begin(&peer);
                 self.peers.ask(peer, question);
             }
             Action::Answer { token, answer } => {
