@@ -410,7 +410,7 @@ impl DiagnosisLoop {
         let stale = self.staleness.is_stale();
         let hold = self.performer.pending.hold();
         for token in self.performer.pending.expired(now.into_std(), stale) {
-            self.diagnoser.handle(Event::Withdrawn { token }, &mut self.actions);
+            self.handle(Event::Withdrawn { token });
             let reason = if stale {
                 self.staleness.reason(ModulePhase::Stale)
             } else {
