@@ -197,7 +197,8 @@ impl Commands<'_> {
         actions: &mut Vec<Action>,
     ) -> u64 {
         let ledger = self.judging.ledger_mut();
-        actions.extend(ledger.obey(channel, verdict, self.now, given).map(Action::Publish));
+        let now = (self.run, self.now);
+        actions.extend(ledger.obey(channel, verdict, now, given).map(Action::Publish));
         ledger.next_sequence() - 1
     }
 }

@@ -153,6 +153,7 @@ impl Diagnoser {
     /// forgets nothing.
     fn begin_run(&mut self, run: RunId, ended: Option<Step>, actions: &mut Vec<Action>) {
         self.counters.runs += 1;
+        actions.extend(ended.map(|_| Action::RunEnded));
         actions.push(Action::RunStarted(run));
         if let Some(last) = ended {
             self.end_freeze_frames(actions);

@@ -173,6 +173,9 @@ pub enum Action {
         /// Why.
         violation: Violation,
     },
+    /// The run ended, whatever the number of the next one. To be stored: it holds of every transition published so far
+    /// ([`Transition::run_ended`]), and the changes stored so far are those of runs that are over.
+    RunEnded,
     /// A new run began: everything but latched faults was forgotten.
     RunStarted(RunId),
 }

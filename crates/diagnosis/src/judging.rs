@@ -69,7 +69,7 @@ impl Judging {
         self.isolator.recall_changes(known.into_values());
         for (channel, component) in channels.components().iter().enumerate() {
             let Some(latest) = self.ledger.latest(component) else { continue };
-            if latest.run == past.run
+            if latest.is_of(past.run)
                 && let Verdict::Explained { by, since } = &latest.verdict
             {
                 self.isolator.recall_claim(channel, latest, by, *since);
@@ -78,7 +78,7 @@ impl Judging {
                 latest.verdict,
                 Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) }
             );
-            if !open || latest.run != past.run {
+            if !open || !latest.is_of(past.run) {
                 continue;
             }
             self.isolator.recall_case(channel, latest);

@@ -18,8 +18,6 @@ struct Entry {
     /// The number of the latest transition that was about the verdict.
     judged: u64,
     tare: Option<f64>,
-    /// The steps of the latest transition are those of a run that is over.
-    over: bool,
 }
 
 /// When a fault began, in steps of one run.
@@ -32,8 +30,8 @@ pub(crate) struct FaultySince {
 }
 
 impl FaultySince {
-    fn of(latest: &Transition, run: RunId, over: bool) -> Self {
-        if latest.run != run || over {
+    fn of(latest: &Transition, run: RunId) -> Self {
+        if !latest.is_of(run) {
             // It came with an earlier run, whose steps mean nothing here.
             return Self { change: Step(0), found: Step(0) };
         }
@@ -68,7 +66,6 @@ impl Ledger {
             latest: None,
             judged: 0,
             tare: None,
-            over: false,
         };
         Self { entries: components.iter().map(entry).collect(), sequence: 0 }
     }
@@ -120,7 +117,7 @@ impl Ledger {
     ) -> impl Iterator<Item = (ComponentPath, FaultySince)> {
         let latched = self.entries.iter().filter(|entry| entry.verdict.is_latched());
         latched.filter_map(move |entry| {
-            let since = FaultySince::of(entry.latest.as_ref()?, run, entry.over);
+            let since = FaultySince::of(entry.latest.as_ref()?, run);
             let component = entry.component.clone();
             Some((ComponentPath { module: module.clone(), component }, since))
         })
@@ -130,7 +127,7 @@ impl Ledger {
     pub(crate) fn alarms(&self, run: RunId, as_of: Step) -> Vec<Alarm> {
         let alarm = |entry: &Entry| {
             let latest = entry.latest.as_ref()?;
-            let since = FaultySince::of(latest, run, entry.over);
+            let since = FaultySince::of(latest, run);
             let faulty = entry.verdict.is_latched();
             let was_reset = entry.verdict == Verdict::Normal && latest.command().is_some();
             let is_open = matches!(entry.verdict, Verdict::Unconfirmed { .. });
@@ -213,7 +210,7 @@ impl Ledger {
     ) -> bool {
         let faulty_before = |entry: &Entry| {
             let latest = entry.latest.as_ref().filter(|_| entry.verdict.is_latched());
-            latest.is_some_and(|latest| latest.run == run && latest.onset <= until)
+            latest.is_some_and(|latest| latest.is_of(run) && latest.onset <= until)
         };
         let mut own = suspects.iter().filter(|suspect| suspect.module == *module);
         own.any(|suspect| {
@@ -238,15 +235,16 @@ impl Ledger {
     /// What was found in a run that is over: what was explained is over too, what was not judged never
     /// will be.
     pub(crate) fn end_run(&mut self, channel: usize, decided: Step) -> Option<Transition> {
-        let transition = match &self.entries[channel].verdict {
+        let revised = match &self.entries[channel].verdict {
             Verdict::Explained { .. } => self.clear(channel, decided),
             Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) } => {
                 self.revise(channel, Verdict::Unconfirmed { doubt: Doubt::RunEnded }, decided)
             }
             _ => None,
         };
-        self.entries[channel].over = true;
-        transition
+        let latest = self.entries[channel].latest.as_mut()?;
+        latest.run_ended = true;
+        revised.map(|_| latest.clone())
     }
 
     /// Gives a component another verdict on the same change.
@@ -262,18 +260,20 @@ impl Ledger {
         self.entries[channel].tare = Some(tare);
     }
 
-    /// Gives a component the verdict that an operator commands; `None` if it never had a transition.
+    /// Gives a component the verdict that an operator commands; `None` if it never had a transition. A transition has
+    /// the steps of one run: of a fault that was found in another than the present one, the step stays that it had.
     pub(crate) fn obey(
         &mut self,
         channel: usize,
         verdict: Verdict,
-        decided: Step,
+        (run, now): (Option<RunId>, Step),
         order: GivenOrder,
     ) -> Option<Transition> {
         let sequence = self.next_sequence();
         let entry = &mut self.entries[channel];
         let tare = entry.tare;
         let latest = entry.latest.as_mut()?;
+        let decided = if run.is_some_and(|run| latest.is_of(run)) { now } else { latest.decided };
         let order = Some(order);
         *latest = Transition {
             sequence,
@@ -336,6 +336,7 @@ impl Ledger {
         let transition = Transition {
             sequence,
             run,
+            run_ended: false,
             component: entry.component.clone(),
             verdict: verdict.clone(),
             symptom,
@@ -354,7 +355,6 @@ impl Ledger {
         entry.verdict = verdict;
         entry.judged = sequence;
         entry.latest = Some(transition.clone());
-        entry.over = false;
         Some(transition)
     }
 }
@@ -376,6 +376,7 @@ impl Blank {
         Transition {
             sequence: 0,
             run,
+            run_ended: false,
             component: entry.component.clone(),
             verdict: entry.verdict.clone(),
             symptom: Symptom::default(),
@@ -400,7 +401,7 @@ fn keeps_first(entry: &Entry, run: RunId, verdict: &Verdict, record: &Record) ->
     let open = |verdict: &Verdict| {
         matches!(verdict, Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) })
     };
-    let earlier = |latest: &Transition| latest.run == run && latest.detection < record.detection;
+    let earlier = |latest: &Transition| latest.is_of(run) && latest.detection < record.detection;
     open(&entry.verdict) && open(verdict) && entry.latest.as_ref().is_some_and(earlier)
 }
 

@@ -130,6 +130,8 @@ pub struct Transition {
     pub sequence: u64,
     /// The run that the steps are counted in.
     pub run: RunId,
+    /// That run has ended since, though another with the same number may be under way.
+    pub run_ended: bool,
     /// The component.
     pub component: Component,
     /// The new verdict.
@@ -162,6 +164,12 @@ pub struct Transition {
 }
 
 impl Transition {
+    /// Whether its steps are those of the run with this number that is under way.
+    #[must_use]
+    pub fn is_of(&self, run: RunId) -> bool {
+        self.run == run && !self.run_ended
+    }
+
     /// The command that led to the verdict, by this transition or by an earlier one since when nothing but the alarm's
     /// shelving changed.
     #[must_use]

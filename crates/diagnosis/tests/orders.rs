@@ -130,6 +130,24 @@ fn nothing_can_be_reset_unseen_after_a_restart() {
     assert_eq!(restarted.acknowledged(), [""; 0]);
 }
 
+#[test]
+fn a_command_on_a_fault_of_another_run_leaves_the_transition_the_steps_of_that_run() {
+    for restart in [false, true] {
+        let mut bench = faulty();
+        let found = bench.transitions().pop().unwrap().clone();
+        if restart {
+            bench = bench.restarted();
+        } else {
+            bench.signals.run = RunId(9);
+            bench.signals.step = Step(0);
+            bench.run(10);
+        }
+        give(&mut bench, OrderKind::Acknowledge).unwrap();
+        let acknowledged = bench.transitions().pop().unwrap().clone();
+        assert_eq!((acknowledged.run, acknowledged.decided), (found.run, found.decided));
+    }
+}
+
 /// A fault of actuator a1, found by the rule of the paper, and as of which step.
 fn faulty_actuator() -> (Bench, Step) {
     let mut bench = Bench::alone(Rule::Paper);

@@ -117,6 +117,30 @@ fn after_a_restart_into_another_run_what_was_open_stays_unconfirmed_until_reset(
 }
 
 #[test]
+fn a_fault_of_before_the_publisher_began_again_with_the_same_run_raises_its_alarm_after_a_restart()
+{
+    let (mut bench, question) = open_question();
+    bench.give(quiet(question));
+    let found = bench.now();
+    bench.signals.step = Step(0);
+    bench.run(WARM_UP + 80);
+    assert!(bench.now() < found);
+    let alarms = |bench: &mut Bench| {
+        let question = Question { run: RunId(1), from: Step(0), as_of: bench.now(), window: None };
+        bench.give(Event::Asked { token: QuestionToken(1), question });
+        let Some(Action::Answer { answer, .. }) = bench.actions.pop() else { panic!() };
+        let alarms = answer.alarms.unwrap().into_iter();
+        alarms.map(|alarm| (alarm.component.to_string(), alarm.step.0, alarm.faulty)).collect()
+    };
+    let raised: Vec<(String, u64, bool)> = alarms(&mut bench);
+    assert_eq!(raised, [("sensor/g1".to_owned(), 0, true)]);
+    let mut again = bench.restarted();
+    again.signals = bench.signals.clone();
+    again.run(1);
+    assert_eq!(alarms(&mut again), raised);
+}
+
+#[test]
 fn a_peer_that_returns_is_asked_at_once() {
     let (mut bench, question) = open_question();
     let failure = PeerFailure::Absent;

@@ -17,9 +17,8 @@ impl Store {
     /// Takes what an action says.
     pub(crate) fn note(&mut self, action: &Action) {
         match action {
-            Action::RunStarted(run) if self.run != Some(*run) => {
-                *self = Self { run: Some(*run), ..Self::default() };
-            }
+            Action::RunEnded => *self = Self::default(),
+            Action::RunStarted(run) => self.run = Some(*run),
             Action::Phase(Phase::InService { since }) => self.watched_since = Some(*since),
             Action::Phase(_) => self.watched_since = None,
             Action::Settled { change, .. } => self.changes.push(change.clone()),

@@ -315,7 +315,8 @@ impl Rig {
             | Action::SignalLost { .. }
             | Action::AnswerRejected { .. }
             | Action::WordBroken { .. }
-            | Action::RunStarted(_) => None,
+            | Action::RunStarted(_)
+            | Action::RunEnded => None,
         }
     }
 }

@@ -68,6 +68,7 @@ impl Speaker {
         let Transition {
             sequence,
             run,
+            run_ended,
             component,
             verdict,
             symptom,
@@ -86,6 +87,7 @@ impl Speaker {
         let mut message = self.untouched(&component, time_unix_ns);
         message.sequence = sequence;
         message.run = Some(run);
+        message.run_ended = run_ended;
         message.onset_step = Some(onset);
         message.detection_step = Some(detection);
         message.decided_step = Some(decided);
@@ -228,6 +230,7 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
     Some(Transition {
         sequence: message.sequence,
         run: message.run?,
+        run_ended: message.run_ended,
         component: message.component.component,
         verdict,
         symptom: from_symptom(message.symptom),

@@ -196,6 +196,7 @@ proptest! {
         let transition = Transition {
             sequence: 9,
             run: RunId(run),
+            run_ended: true,
             component,
             verdict: Verdict::Acknowledged,
             symptom: Symptom::Departure,

@@ -93,6 +93,9 @@ pub struct FaultTransition {
     pub incarnation: Option<u64>,
     /// The run that the steps are counted in.
     pub run: Option<RunId>,
+    /// That run had ended when this was sent, though another with the same number may be under way.
+    #[serde(default)]
+    pub run_ended: bool,
     /// Since when the residual has been changing; of a departure, the first step at which it may have begun.
     pub onset_step: Option<Step>,
     /// When the divergence reached its threshold.
@@ -185,6 +188,7 @@ impl FaultTransition {
             sequence: 0,
             incarnation: None,
             run: None,
+            run_ended: false,
             onset_step: None,
             detection_step: None,
             decided_step: None,

@@ -287,6 +287,7 @@ fn events_are_read_back() {
         sequence: 3,
         incarnation: Some(1_795_290_000_000),
         run: Some(RunId(5)),
+        run_ended: true,
         onset_step: Some(Step(40)),
         detection_step: Some(Step(41)),
         decided_step: Some(Step(47)),

@@ -27,9 +27,9 @@ pub fn span(ms: f64) -> String {
         format!("{ms:.1} ms")
     } else if ms.abs() < 999.5 {
         format!("{ms:.0} ms")
-    } else if seconds < 120.0 {
+    } else if seconds.abs() < 120.0 {
         format!("{seconds:.1} s")
-    } else if seconds < 7200.0 {
+    } else if seconds.abs() < 7200.0 {
         format!("{:.1} min", seconds / 60.0)
     } else {
         format!("{:.1} h", seconds / 3600.0)
@@ -53,7 +53,9 @@ mod tests {
 
     #[test]
     fn spans_are_printed_in_the_unit_that_suits_them() {
-        let text = [0.25, 42.4, 999.6, 119_000.0, 600_000.0, 8_000_000.0].map(span);
-        assert_eq!(text, ["0.2 ms", "42 ms", "1.0 s", "119.0 s", "10.0 min", "2.2 h"]);
+        let spans = [0.25, 42.4, 999.6, 119_000.0, 600_000.0, 8_000_000.0];
+        let expected = ["0.2 ms", "42 ms", "1.0 s", "119.0 s", "10.0 min", "2.2 h"];
+        assert_eq!(spans.map(span), expected);
+        assert_eq!(spans.map(|ms| span(-ms)), expected.map(|text| format!("-{text}")));
     }
 }

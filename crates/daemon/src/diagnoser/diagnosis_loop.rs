@@ -148,7 +148,7 @@ impl DiagnosisLoop {
         self.supervisor.ready(&status_line::of_module(&self.status(0)));
         loop {
             self.supervisor.progress();
-            let pause = self.performer.query_pause.until;
+            let pause = self.performer.query_pause.until();
             // The senders of the queues live as long as the loop, so no queue ever closes.
             tokio::select! {
                 () = shutdown.requested() => break,
@@ -160,7 +160,7 @@ impl DiagnosisLoop {
                     self.intake.sequencer.push(arrival);
                 }
                 () = sleep_until(pause.unwrap_or_else(Instant::now)), if pause.is_some() => {
-                    self.performer.query_pause.until = None;
+                    self.performer.query_pause.expire();
                 }
                 now = ticks.tick() => self.tick(now, &mut queues.samples),
             }
@@ -173,7 +173,7 @@ impl DiagnosisLoop {
 
     /// Diagnoses what is there to be diagnosed.
     fn advance(&mut self) {
-        while self.performer.query_pause.until.is_none() {
+        while self.performer.query_pause.until().is_none() {
             let last = self.diagnoser.run().zip(self.diagnoser.last_step());
             match self.intake.sequencer.next(last, std::time::Instant::now()) {
                 Some(Flow::Process(arrival)) => self.take_sample(arrival),
@@ -329,9 +329,12 @@ impl DiagnosisLoop {
             Event::Unanswered { peer, .. } => Some((peer.clone(), false)),
             _ => None,
         };
+        if let Some((peer, _)) = &ended {
+            // Before what comes of it: a query that follows pauses the samples anew.
+            self.performer.query_pause.end(peer);
+        }
         self.handle(event);
         if let Some((peer, answered)) = ended {
-            self.performer.query_pause.end();
             self.boards.conditions.update(self.diagnoser.conditions());
             self.backoff.note(&peer, answered, std::time::Instant::now());
         }
@@ -407,7 +410,7 @@ impl DiagnosisLoop {
         let stale = self.staleness.is_stale();
         let hold = self.performer.pending.hold();
         for token in self.performer.pending.expired(now.into_std(), stale) {
-            self.diagnoser.handle(Event::Withdrawn { token }, &mut self.actions);
+            self.handle(Event::Withdrawn { token });
             let reason = if stale {
                 self.staleness.reason(ModulePhase::Stale)
             } else {

@@ -85,7 +85,7 @@ impl Performer {
             Action::Identify(excerpt) => self.identifier.identify(excerpt),
             Action::Freeze(frame) => self.freeze_frames.keep(frame),
             Action::Ask { peer, question } => {
-                self.query_pause.begin();
+                self.query_pause.begin(&peer);
                 self.peers.ask(peer, question);
             }
             Action::Answer { token, answer } => {
@@ -129,6 +129,7 @@ impl Performer {
                 let step = diagnoser.last_step().unwrap_or_default();
                 tracing::warn!(%component, %step, "channel restarted: {violation}");
             }
+            Action::RunEnded => self.outbox.event(Outgoing::RunEnded),
             Action::RunStarted(run) => tracing::info!(%run, "new run"),
         }
     }

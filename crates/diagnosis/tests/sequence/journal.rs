@@ -22,6 +22,10 @@ impl Journal {
                 self.memory.latest.retain(|known| known.component != transition.component);
                 self.memory.latest.push(transition.clone());
             }
+            Action::RunEnded => {
+                self.memory.latest.iter_mut().for_each(|latest| latest.run_ended = true);
+                self.changes.clear();
+            }
             Action::Settled { run, change } => self.changes.push((*run, change.clone())),
             _ => {}
         }

@@ -45,6 +45,8 @@ pub(crate) enum Outgoing {
         /// The change.
         change: StateChange,
     },
+    /// The run ended: for the journal only.
+    RunEnded,
     /// Another phase.
     Phase(Box<PhaseChange>),
     /// An order was obeyed by a transition before this.
@@ -68,6 +70,7 @@ impl Outgoing {
             Outgoing::Settled { run, change } => {
                 Some(Record::Change { run: *run, change: change.clone() })
             }
+            Outgoing::RunEnded => Some(Record::RunEnded),
             Outgoing::Change(_)
             | Outgoing::Phase(_)
             | Outgoing::Obeyed { .. }
@@ -184,7 +187,7 @@ impl EventLane {
                 self.identification(&found);
             }
             Outgoing::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
-            Outgoing::Settled { .. } | Outgoing::Watched(_) => {}
+            Outgoing::Settled { .. } | Outgoing::RunEnded | Outgoing::Watched(_) => {}
             Outgoing::Phase(change) => self.phase(*change),
             Outgoing::Obeyed { query, obeyed } => reply(&query, &obeyed),
             Outgoing::Input(input) => self.inputs.tell(&input),

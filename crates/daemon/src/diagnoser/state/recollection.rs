@@ -60,6 +60,10 @@ impl Recollection {
             }
             Record::Transition(_) | Record::Identification(_) | Record::Start { .. } => {}
             Record::Change { run, change } => self.changes.push((run, from_change(change))),
+            Record::RunEnded => {
+                self.changes.clear();
+                self.latest.iter_mut().for_each(|latest| latest.run_ended = true);
+            }
         }
     }
 
@@ -227,6 +231,30 @@ mod tests {
         let watch = memory.watch.unwrap();
         assert_eq!(watch.changes.iter().map(|c| c.step.0).collect::<Vec<_>>(), [9]);
         assert_eq!(watch.watched, Some((Step(1), Step(20))));
+    }
+
+    #[test]
+    fn after_the_end_of_a_run_its_faults_are_left_and_its_changes_are_not() {
+        let latched = |sequence| transition("sensor/g1", sequence, FaultState::Latched);
+        let ended = Record::RunEnded.to_text().unwrap();
+        let mut records = vec![latched(1), change(1, 7), ended, change(1, 2)];
+        let module = "m1".parse().unwrap();
+        let recalled = |records: &[String]| {
+            let watch = Watch { run: RunId(1), watched: None };
+            let memory = Recollection::of(records, &module).memory(Some(watch));
+            let changes: Vec<u64> =
+                memory.watch.unwrap().changes.iter().map(|c| c.step.0).collect();
+            (memory.latest.iter().map(|latest| latest.run_ended).collect::<Vec<_>>(), changes)
+        };
+        assert_eq!(recalled(&records), (vec![true], vec![2]));
+        let mut snapshot = super::super::snapshot::Snapshot::default();
+        snapshot.note_texts(records.clone());
+        let texts: Vec<String> = snapshot.texts().map(str::to_owned).collect();
+        // Whatever stands before it in an older file, and on its own.
+        assert_eq!(recalled(&[&records[..2], &texts].concat()), (vec![true], vec![2]));
+        assert_eq!(recalled(&texts), (vec![true], vec![2]));
+        records.push(latched(2));
+        assert_eq!(recalled(&records), (vec![false], vec![2]));
     }
 
     #[test]

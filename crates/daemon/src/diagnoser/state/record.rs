@@ -19,6 +19,9 @@ pub(crate) enum Record {
         /// The change.
         change: StateChange,
     },
+    /// A run ended: the steps of all transitions and changes before this are those of runs that are over, whatever the
+    /// number of the next one.
+    RunEnded,
     /// A process began to write here. Whether the disk takes anything shows before there is a fault.
     Start {
         /// Version of the software.

@@ -19,6 +19,8 @@ const LATER: usize = 512;
 pub(crate) struct Snapshot {
     /// The latest start, for what sequence numbers count in.
     start: Option<String>,
+    /// The latest end of a run, if there was one: it holds of what other files say, too.
+    run_ended: Option<String>,
     /// Of each component the latest transition that is understood, and a later one that is not.
     present: Vec<Latest>,
     /// Of each component that is faulty, the latest word on what its fault is.
@@ -52,6 +54,11 @@ impl Snapshot {
                 }
                 self.changes.push_back(text);
             }
+            Record::RunEnded => {
+                self.changes.clear();
+                self.present.iter_mut().for_each(Latest::end_run);
+                self.run_ended = Some(text);
+            }
             Record::Start { .. } => self.start = Some(text),
         }
     }
@@ -71,7 +78,8 @@ impl Snapshot {
     pub(crate) fn texts(&self) -> impl Iterator<Item = &str> {
         let states = self.present.iter().chain(&self.identified);
         let states = states.map(|latest| latest.text.as_str());
-        let first = self.start.iter().chain(&self.later).chain(&self.changes);
+        let first =
+            self.start.iter().chain(&self.run_ended).chain(&self.later).chain(&self.changes);
         first.map(String::as_str).chain(states)
     }
 
@@ -123,6 +131,18 @@ impl Snapshot {
 impl Latest {
     fn is_of(&self, module: &ModuleName, component: &ComponentPath) -> bool {
         (&self.module, &self.component) == (module, component)
+    }
+
+    /// What a later version wrote stays as it is.
+    fn end_run(&mut self) {
+        if let Some(Record::Transition(mut transition)) = Record::from_text(&self.text)
+            && self.is_understood
+        {
+            transition.run_ended = true;
+            if let Ok(text) = Record::Transition(transition).to_text() {
+                self.text = text;
+            }
+        }
     }
 
     /// Takes the place of what is known of the component, unless that is of a later transition.
