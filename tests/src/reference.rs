@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use names::{ComponentPath, RunId};
-use study::{Injection, Occurrence, Rig, Schedule};
+use study::{Injection, Occurrence, Rig};
 
 use crate::deployment::Deployment;
 use crate::held::Held;
@@ -72,7 +72,7 @@ fn occurrences_with(
     });
     let setups = deployment.diagnoser_configs().iter().map(|c| c.module_setup()).collect();
     let plant = config.make_plant().unwrap();
-    let mut rig = Rig::new(plant, setups, Schedule::new(injections.collect()), run).unwrap();
+    let mut rig = Rig::new(plant, setups, injections.collect(), run).unwrap();
     rig.run(steps).unwrap();
     rig.take_occurrences()
 }

@@ -30,11 +30,6 @@ impl Progress {
         Progress::new(what, "snippets", all)
     }
 
-    /// Counts seconds of the tower's time.
-    pub(crate) fn of_time(what: &'static str, all: u64) -> Progress {
-        Progress::new(what, "s of the tower's time", all)
-    }
-
     fn new(what: &'static str, unit: &'static str, all: u64) -> Progress {
         let template = format!("{{msg}} {{wide_bar}} {{pos}} of {{len}} {unit}, {{eta}} left");
         let style = ProgressStyle::with_template(&template)
@@ -61,9 +56,10 @@ impl Progress {
             let _ = writeln!(io::stderr(), "{what}: {done} of {all} {unit}");
         }
     }
+}
 
-    /// It is over.
-    pub(crate) fn end(self) {
+impl Drop for Progress {
+    fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
 }

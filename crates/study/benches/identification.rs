@@ -10,7 +10,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::identification::{Excerpt, Identification, identify};
 use names::RunId;
 use names::fault::Fault;
-use study::{Injection, Rig, Schedule};
+use study::{Injection, Rig};
 
 #[path = "../tests/tower/mod.rs"]
 mod tower;
@@ -36,8 +36,8 @@ fn excerpts(component: &str, fault: Fault) -> Vec<Excerpt> {
     };
     let plant = study::plant(&structure, &parameters, 0.0, 1);
     let plant = plant.expect("the tower is a plant");
-    let schedule = Schedule::new(vec![injection]);
-    let mut rig = Rig::new(plant, setups, schedule, RunId(1)).expect("the tower has modules");
+    let mut rig =
+        Rig::new(plant, setups, vec![injection], RunId(1)).expect("the tower has modules");
     rig.identify_by(keep);
     rig.run(17_000).expect("the tower runs");
     EXCERPTS.take()

@@ -1,158 +1,71 @@
-//! A campaign: many runs with and without faults, all made in the same way.
+//! What a campaign is: cases that are drawn, run, judged and summarised.
 
-use diagnosis::ModuleSetup;
-use names::RunId;
-use plant::PlantParameters;
-use truss::Structure;
+use std::collections::BTreeMap;
+use std::fmt;
 
-use crate::calibration::plant;
-use crate::closest::ClosestSoFar;
-use crate::controller::Controller;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::case::{Case, Run};
 use crate::error::StudyError;
-use crate::record::{NominalRecord, ScenarioRecord, Watch};
-use crate::rig::{Occurrence, Rig};
-use crate::scenario::{Scenario, ScenarioRanges, nominal_seed};
-use crate::schedule::Schedule;
+use crate::report::{Figure, Table};
+use crate::system::{CommissionedPlant, System};
 
-/// What all runs of a campaign have in common.
-#[derive(Debug, Clone)]
-pub struct Campaign {
-    /// The structure as described.
-    pub structure: Structure,
-    /// The nominal parameters of the plant.
-    pub parameters: PlantParameters,
-    /// The diagnosers, in the order of the structure's modules.
-    pub setups: Vec<ModuleSetup>,
-    /// By how much each run's plant differs from the nominal model; 0 for no mismatch.
-    pub mismatch: f64,
-    /// The controllers that runs have in turn; none for the shipped one.
-    pub controllers: Vec<Controller>,
-    /// Seed of the campaign.
-    pub seed: u64,
-    /// From what its scenarios are drawn.
-    pub ranges: ScenarioRanges,
-}
+/// What came of cases, by their number.
+pub type Rows<R> = BTreeMap<u64, R>;
 
-impl Campaign {
-    /// Steps of a run with a fault.
-    #[must_use]
-    pub fn steps(&self) -> u64 {
-        (self.ranges.length_s / self.parameters.step_s).round() as u64
-    }
+/// A campaign. The [engine](crate::Engine) runs its cases.
+pub trait Campaign: Sync {
+    /// What a case is an example of.
+    type Kind: fmt::Display;
+    /// What came of a case: a line of the journal.
+    type Row: Serialize + DeserializeOwned + Send;
+    /// What came of all.
+    type Summary: Serialize;
 
-    /// Steps of a run without a fault.
-    #[must_use]
-    pub fn nominal_steps(&self) -> u64 {
-        (self.ranges.nominal_s / self.parameters.step_s).round() as u64
-    }
+    /// The systems that its cases are of; at least one.
+    fn systems(&self) -> &[System];
 
-    /// Draws a scenario.
+    /// How many cases it has.
+    fn cases(&self) -> u64;
+
+    /// Which system a case is of, by its place, and which of that system's plants if it is commissioned beforehand.
+    /// Otherwise the case has a plant of its own.
+    fn plant_of(&self, case: u64) -> (usize, Option<u64>);
+
+    /// Draws a case. The plant is that of [`Self::plant_of`].
     ///
     /// # Errors
-    /// The structure has no component that the scenario's fault could befall.
-    pub fn scenario(&self, number: u64) -> Result<Scenario, StudyError> {
-        Scenario::draw(self.seed, number, &self.structure, &self.parameters, &self.ranges)
-            .ok_or(StudyError::NothingToBreak)
-    }
-
-    /// The controller of the run with this seed.
-    #[must_use]
-    pub fn controller_of(&self, seed: u64) -> Controller {
-        let count = self.controllers.len().max(1) as u64;
-        let place = usize::try_from(seed % count).unwrap_or_default();
-        self.controllers.get(place).copied().unwrap_or(Controller::Shipped)
-    }
-
-    /// The rig of a run with this schedule, before its first step.
-    ///
-    /// # Errors
-    /// A plant or diagnosers that cannot be made.
-    pub fn rig(&self, seed: u64, schedule: Schedule) -> Result<Rig, StudyError> {
-        let parameters = self.controller_of(seed).of(&self.parameters);
-        let plant = plant(&self.structure, &parameters, self.mismatch, seed)?;
-        Ok(Rig::new(plant, self.setups.clone(), schedule, RunId(seed))?)
-    }
-
-    /// Runs a scenario.
-    ///
-    /// # Errors
-    /// A plant or diagnosers that cannot be made.
-    pub fn run_scenario(&self, number: u64) -> Result<ScenarioRecord, StudyError> {
-        self.follow_scenario(number, |_, _| Ok(()))
-    }
-
-    /// Runs a scenario and shows `each_step` the rig after every step, with what happened in it.
-    ///
-    /// # Errors
-    /// A plant or diagnosers that cannot be made, or what `each_step` fails with.
-    pub fn follow_scenario(
+    /// Nothing in the structure can have the fault.
+    fn draw(
         &self,
         number: u64,
-        each_step: impl FnMut(&Rig, &[Occurrence]) -> Result<(), StudyError>,
-    ) -> Result<ScenarioRecord, StudyError> {
-        self.follow(&self.scenario(number)?, self.steps(), each_step)
-    }
+        plant: Option<&CommissionedPlant>,
+    ) -> Result<Case<Self::Kind>, StudyError>;
 
-    /// Runs any scenario for this many steps and shows `each_step` the rig after every step, with what
-    /// happened in it.
+    /// Runs a case, to its end or as far as need be, and judges what comes of it.
     ///
     /// # Errors
-    /// A plant or diagnosers that cannot be made, or what `each_step` fails with.
-    pub fn follow(
-        &self,
-        scenario: &Scenario,
-        steps: u64,
-        mut each_step: impl FnMut(&Rig, &[Occurrence]) -> Result<(), StudyError>,
-    ) -> Result<ScenarioRecord, StudyError> {
-        let mut rig = self.rig(scenario.seed, scenario.schedule())?;
-        let mut watch = Watch::new(&self.structure, scenario, self.parameters.gages.noise_strain);
-        let occurrences = go_through(&mut rig, steps, |rig, latest| {
-            watch.follow(rig);
-            each_step(rig, latest)
-        })?;
-        Ok(watch.finish(scenario, &rig, &occurrences, steps))
-    }
+    /// What the run fails with.
+    fn judge(&self, case: &Case<Self::Kind>, run: &mut Run) -> Result<Self::Row, StudyError>;
 
-    /// Runs a nominal run.
+    /// Sums up rows, which may be those of a part of the cases.
+    fn summarize(&self, rows: &Rows<Self::Row>) -> Self::Summary;
+
+    /// The summary as tables, and as sentences that stand below them.
+    fn tables(&self, rows: &Rows<Self::Row>, summary: &Self::Summary) -> (Vec<Table>, Vec<String>);
+
+    /// The figures of a summary.
     ///
     /// # Errors
-    /// A plant or diagnosers that cannot be made.
-    pub fn run_nominal(&self, number: u64) -> Result<NominalRecord, StudyError> {
-        self.follow_nominal(number, |_, _| Ok(()))
+    /// A structure that has not what a figure shows.
+    fn figures(&self, _: &Self::Summary) -> Result<Vec<Figure>, StudyError> {
+        Ok(Vec::new())
     }
 
-    /// Runs a nominal run and shows `each_step` the rig after every step, with what happened in it.
-    ///
-    /// # Errors
-    /// A plant or diagnosers that cannot be made, or what `each_step` fails with.
-    pub fn follow_nominal(
-        &self,
-        number: u64,
-        mut each_step: impl FnMut(&Rig, &[Occurrence]) -> Result<(), StudyError>,
-    ) -> Result<NominalRecord, StudyError> {
-        let seed = nominal_seed(self.seed, number);
-        let mut rig = self.rig(seed, Schedule::default())?;
-        let mut closest = ClosestSoFar::default();
-        let occurrences = go_through(&mut rig, self.nominal_steps(), |rig, latest| {
-            closest.follow(rig);
-            each_step(rig, latest)
-        })?;
-        Ok(NominalRecord::of(number, seed, &rig, &occurrences, &closest))
+    /// The healthy components that were named in a case although no campaign may ever name one: a defect of the
+    /// diagnosis.
+    fn defects(&self, _: &Self::Row) -> Vec<String> {
+        Vec::new()
     }
-}
-
-/// Goes through the steps of a run; returns all that happened.
-fn go_through(
-    rig: &mut Rig,
-    steps: u64,
-    mut each_step: impl FnMut(&Rig, &[Occurrence]) -> Result<(), StudyError>,
-) -> Result<Vec<Occurrence>, StudyError> {
-    let mut all = Vec::new();
-    for _ in 0..steps {
-        rig.step()?;
-        let latest = rig.take_occurrences();
-        each_step(rig, &latest)?;
-        all.extend(latest);
-    }
-    Ok(all)
 }

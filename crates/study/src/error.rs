@@ -1,5 +1,7 @@
 //! What can go wrong in a study.
 
+use std::path::PathBuf;
+
 use names::StructureName;
 use plant::{ParameterErrors, PlantError};
 
@@ -28,6 +30,22 @@ pub enum StudyError {
     /// A recording could not be written.
     #[error("cannot write the recording: {0}")]
     Write(#[from] std::io::Error),
+    /// A journal could not be written.
+    #[error("cannot write `{}`: {error}", path.display())]
+    File {
+        /// The journal.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A journal that cannot be used.
+    #[error("`{}` {problem}", path.display())]
+    Journal {
+        /// The journal.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A reference that cannot be made.
     #[error(transparent)]
     Commissioning(#[from] diagnosis::state::CommissioningError),

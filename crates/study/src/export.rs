@@ -5,14 +5,16 @@
 //! its residual (\[N\] for an actuator, \[m\] for a gage). Numbers are written so that they are read back
 //! bit by bit.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use diagnosis::Diagnoser;
 use names::{ComponentPath, Step};
 
 use crate::campaign::Campaign;
+use crate::case::Injection;
+use crate::engine::run_case;
 use crate::error::StudyError;
-use crate::record::{NominalRecord, ScenarioRecord};
 use crate::rig::{Occurrence, Rig};
 
 /// A change that a diagnoser reported during a recorded run.
@@ -24,46 +26,26 @@ pub struct RecordedChange {
     pub step: Step,
 }
 
-/// A run that was recorded.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Exported<R> {
-    /// What came of it.
-    pub record: R,
-    /// Every change that the diagnosers reported, in order.
-    pub changes: Vec<RecordedChange>,
-}
-
-/// Runs a scenario and writes its recording.
+/// Runs a case, of scenarios or of any other campaign whose plants are not commissioned, and writes its recording.
+/// Returns what came of it, and every change that the diagnosers reported, in order.
 ///
 /// # Errors
 /// A plant or diagnosers that cannot be made, or what `out` fails with.
-pub fn export_scenario(
-    campaign: &Campaign,
+pub fn export<C: Campaign>(
+    campaign: &C,
     number: u64,
     out: &mut impl Write,
-) -> Result<Exported<ScenarioRecord>, StudyError> {
-    let injection = campaign.scenario(number)?.injection;
+) -> Result<(C::Row, Vec<RecordedChange>), StudyError> {
+    let faults = campaign.draw(number, None)?.faults;
     let mut recorder = Recorder::new(out);
-    let record = campaign.follow_scenario(number, |rig, occurrences| {
-        let faulty = |step| (step >= injection.at).then_some(&injection.component);
+    let row = run_case(campaign, number, &BTreeMap::new(), &mut |rig, occurrences| {
+        let is_present = |of: &&Injection, step: Step| {
+            of.at <= step && of.until.is_none_or(|until| step < until)
+        };
+        let faulty = |step| faults.iter().find(|of| is_present(of, step)).map(|of| &of.component);
         recorder.take(rig, occurrences, faulty)
     })?;
-    Ok(Exported { record, changes: recorder.finish()? })
-}
-
-/// Runs a nominal run and writes its recording.
-///
-/// # Errors
-/// A plant or diagnosers that cannot be made, or what `out` fails with.
-pub fn export_nominal(
-    campaign: &Campaign,
-    number: u64,
-    out: &mut impl Write,
-) -> Result<Exported<NominalRecord>, StudyError> {
-    let mut recorder = Recorder::new(out);
-    let record = campaign
-        .follow_nominal(number, |rig, occurrences| recorder.take(rig, occurrences, |_| None))?;
-    Ok(Exported { record, changes: recorder.finish()? })
+    Ok((row, recorder.finish()?))
 }
 
 /// Writes a run step by step.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::statistics::Interval95;
+
 /// What is reported.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
@@ -10,14 +12,14 @@ pub struct Report {
     /// What stands below the title, one entry a paragraph.
     pub paragraphs: Vec<String>,
     /// Tables.
-    pub tables: Vec<ReportTable>,
+    pub tables: Vec<Table>,
     /// Figures.
-    pub figures: Vec<ReportFigure>,
+    pub figures: Vec<Figure>,
 }
 
 /// A table of a report. A column in which every cell begins like a number is set flush right.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct ReportTable {
+pub struct Table {
     /// Title.
     pub title: String,
     /// What needs to be said of the table; may be empty.
@@ -28,9 +30,38 @@ pub struct ReportTable {
     pub rows: Vec<Vec<String>>,
 }
 
+impl Table {
+    /// A table without a note.
+    #[must_use]
+    pub fn new(title: &str, heading: &[&str], rows: Vec<Vec<String>>) -> Self {
+        let heading = heading.iter().map(ToString::to_string).collect();
+        Self { title: title.to_owned(), note: String::new(), heading, rows }
+    }
+
+    /// The table with a note.
+    #[must_use]
+    pub fn with_note(self, note: impl Into<String>) -> Self {
+        Self { note: note.into(), ..self }
+    }
+}
+
+/// A share as a percentage.
+#[must_use]
+pub fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// An interval of a share as percentages.
+#[must_use]
+pub fn interval(Interval95(low, high): Interval95) -> String {
+    format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
+}
+
 /// A figure of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct ReportFigure {
+pub struct Figure {
+    /// Name of its file, without what follows the point.
+    pub name: &'static str,
     /// What it shows.
     pub caption: String,
     /// An SVG document; goes into the page as it is.
@@ -86,7 +117,7 @@ fn paragraph(class: &str, words: &str) -> String {
     }
 }
 
-fn table(table: &ReportTable) -> String {
+fn table(table: &Table) -> String {
     let numeric: Vec<bool> = (0..table.heading.len()).map(|at| is_numeric(table, at)).collect();
     let class = |at: usize| match numeric.get(at) {
         Some(true) => " class=\"number\"",
@@ -112,7 +143,7 @@ fn table(table: &ReportTable) -> String {
 }
 
 /// Does every cell of the column that says anything begin like a number?
-fn is_numeric(table: &ReportTable, column: usize) -> bool {
+fn is_numeric(table: &Table, column: usize) -> bool {
     let begins_like_one = |cell: &str| {
         let digits = cell.trim_start_matches(['-', '−', '+', '<', '>', '≤', '≥', '±', '≈', ' ']);
         digits.starts_with(|c: char| c.is_ascii_digit())
@@ -123,7 +154,7 @@ fn is_numeric(table: &ReportTable, column: usize) -> bool {
     any.is_some_and(|cell| begins_like_one(cell)) && said.all(|cell| begins_like_one(cell))
 }
 
-fn figure((number, figure): (usize, &ReportFigure)) -> String {
+fn figure((number, figure): (usize, &Figure)) -> String {
     format!(
         "<figure>\n{}\n<figcaption>Figure {}. {}</figcaption>\n</figure>",
         without_prolog(&figure.svg),

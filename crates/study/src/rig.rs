@@ -7,11 +7,11 @@ use diagnosis::{
     Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
     SetupError, Transition,
 };
-use names::{ModuleName, RunId, Step};
+use names::{ComponentPath, ModuleName, RunId, Step};
 use plant::{InjectError, Plant, Stroke, StrokeError};
 
+use crate::case::{Injection, apply};
 use crate::recollection::Store;
-use crate::schedule::Schedule;
 
 /// An event of a module that the study records.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +52,16 @@ pub enum Occurrence {
     },
 }
 
+impl Occurrence {
+    /// The transition and its component, if it is one.
+    #[must_use]
+    pub fn transition(&self) -> Option<(ComponentPath, &Transition)> {
+        let Self::Transition { module, transition } = self else { return None };
+        let component = transition.component.clone();
+        Some((ComponentPath { module: module.clone(), component }, transition))
+    }
+}
+
 /// A rig that cannot be put together or driven.
 #[derive(Debug, thiserror::Error)]
 pub enum RigError {
@@ -71,7 +81,7 @@ pub enum RigError {
         /// Modules of the plant.
         plant: String,
     },
-    /// A fault of the schedule does not fit the plant.
+    /// A fault does not fit the plant.
     #[error(transparent)]
     Inject(#[from] InjectError),
     /// A stroke does not.
@@ -87,7 +97,7 @@ pub struct Rig {
     setups: Vec<ModuleSetup>,
     diagnosers: Vec<Diagnoser>,
     samples: Vec<Sample>,
-    schedule: Schedule,
+    faults: Vec<Injection>,
     occurrences: Vec<Occurrence>,
     actions: Vec<Action>,
     /// Every question put so far, by token: asker, peer and question.
@@ -108,7 +118,7 @@ impl Rig {
     pub fn new(
         plant: Plant,
         setups: Vec<ModuleSetup>,
-        schedule: Schedule,
+        faults: Vec<Injection>,
         run: RunId,
     ) -> Result<Self, RigError> {
         check_modules(&plant, &setups)?;
@@ -123,7 +133,7 @@ impl Rig {
             diagnosers: diagnosers.collect::<Result<_, _>>()?,
             setups,
             samples: Vec::new(),
-            schedule,
+            faults,
             occurrences: Vec::new(),
             actions: Vec::new(),
             asked: Vec::new(),
@@ -169,7 +179,7 @@ impl Rig {
     /// Goes on for `steps` steps.
     ///
     /// # Errors
-    /// A fault of the schedule that does not fit the plant.
+    /// A fault that does not fit the plant.
     pub fn run(&mut self, steps: u64) -> Result<(), RigError> {
         (0..steps).try_for_each(|_| self.step())
     }
@@ -177,7 +187,7 @@ impl Rig {
     /// Goes on by one step: every diagnoser takes its sample, then questions are answered.
     ///
     /// # Errors
-    /// A fault of the schedule that does not fit the plant.
+    /// A fault that does not fit the plant.
     pub fn step(&mut self) -> Result<(), RigError> {
         self.step_without(|_| false)
     }
@@ -185,10 +195,10 @@ impl Rig {
     /// Goes on by one step whose sample is lost on its way to some diagnosers, by their place.
     ///
     /// # Errors
-    /// A fault of the schedule that does not fit the plant.
+    /// A fault that does not fit the plant.
     pub fn step_without(&mut self, is_lost: impl Fn(usize) -> bool) -> Result<(), RigError> {
         let step = self.plant.next_step();
-        self.schedule.apply(step, &mut self.plant)?;
+        apply(&self.faults, step, &mut self.plant)?;
         advance(&mut self.plant, self.run, &mut self.samples);
         for index in (0..self.diagnosers.len()).filter(|index| !is_lost(*index)) {
             let Some(diagnoser) = self.diagnosers.get_mut(index) else { continue };

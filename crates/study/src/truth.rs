@@ -4,7 +4,8 @@ use std::io::{self, Write};
 
 use names::fault::Fault;
 
-use crate::record::{NominalRecord, ScenarioRecord};
+use crate::case::Injection;
+use crate::scenarios::Record;
 
 const COLUMNS: [&str; 7] = ["file", "number", "seed", "component", "kind", "parameters", "onset"];
 
@@ -28,26 +29,21 @@ impl<W: Write> TruthIndex<W> {
         Ok(Self { out })
     }
 
-    /// Adds a run with a fault.
+    /// Adds a run.
     ///
     /// # Errors
     /// What `out` fails with.
-    pub fn scenario(&mut self, file: &str, record: &ScenarioRecord) -> io::Result<()> {
-        let ScenarioRecord { number, seed, component, fault, onset, .. } = record;
-        let [number, seed, onset] = [*number, *seed, onset.0].map(|number| number.to_string());
-        let (component, kind) = (component.to_string(), fault.kind().as_str());
-        let parameters = parameters(fault);
-        let row = [file, &number, &seed, &component, kind, &parameters, &onset];
+    pub fn add(&mut self, file: &str, number: u64, record: &Record) -> io::Result<()> {
+        let [number, seed] = [number, record.seed].map(|number| number.to_string());
+        let [component, kind, parameters, onset] = match &record.injection {
+            Some(Injection { at, component, fault, .. }) => {
+                let kind = fault.kind().to_string();
+                [component.to_string(), kind, parameters(fault), at.to_string()]
+            }
+            None => Default::default(),
+        };
+        let row = [file, &number, &seed, &component, &kind, &parameters, &onset];
         Ok(self.out.write_record(row)?)
-    }
-
-    /// Adds a run without a fault.
-    ///
-    /// # Errors
-    /// What `out` fails with.
-    pub fn nominal(&mut self, file: &str, record: &NominalRecord) -> io::Result<()> {
-        let [number, seed] = [record.number, record.seed].map(|number| number.to_string());
-        Ok(self.out.write_record([file, &number, &seed, "", "", "", ""])?)
     }
 
     /// Ends the index; returns what it was written to.

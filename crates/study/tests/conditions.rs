@@ -5,69 +5,59 @@ use std::sync::{Arc, LazyLock};
 use crate::tower;
 use diagnosis::state::{Condition, ReferenceProblem};
 use diagnosis::{Diagnoser, ModuleSetup, SetupError};
-use names::RunId;
-use study::conditions::{
-    CaseKind, CommissionedPlant, ConditionCampaign, Situation, Standing, run_case, tally,
-};
-use study::{Rig, Schedule, parallel};
+use study::conditions::{Conditions, HiddenFaults, Situation, Standing};
+use study::{Campaign, CommissionedPlant, System};
 
 /// The tower, two cases of each situation.
-fn campaign() -> ConditionCampaign {
-    let (structure, parameters, setups) = tower::parts();
-    ConditionCampaign {
-        structure,
-        parameters,
-        setups,
-        mismatch: 0.1,
-        seed: 20_261_201,
-        cases_per_plant: 2 * Situation::ALL.len() as u64,
-        kind: CaseKind::default(),
+fn campaign() -> Conditions {
+    Conditions {
+        system: tower::system(0.1, 20_261_201),
+        situations: Situation::HIDDEN.to_vec(),
+        hidden: HiddenFaults::default(),
+        plants: 1,
+        cases: 2 * Situation::HIDDEN.len() as u64,
+        alone: false,
     }
 }
 
 /// The first plant of that, which most of these tests look at.
-static PLANT: LazyLock<CommissionedPlant> = LazyLock::new(|| commissioned(&campaign()));
+static PLANT: LazyLock<CommissionedPlant> = LazyLock::new(|| commissioned(&campaign().system));
 
-fn commissioned(campaign: &ConditionCampaign) -> CommissionedPlant {
-    campaign.commission(0, 2, &|| {}).unwrap()
+fn commissioned(system: &System) -> CommissionedPlant {
+    system.commission(0, 2, &|| {}).unwrap()
 }
 
 #[test]
 fn hidden_faults_are_found_and_nothing_healthy_is_named() {
-    let (campaign, plant) = (campaign(), &*PLANT);
-    let numbers: Vec<u64> = (0..campaign.cases_per_plant).collect();
-    let mut records = Vec::new();
-    let work = |number: &u64| {
-        run_case(&plant.site, &plant.setups, &campaign.case(plant, *number)?, |_, _| {})
-    };
-    let done = |_: &u64, record| {
-        records.push(record);
-        Ok::<_, study::StudyError>(())
-    };
-    parallel::for_each(&numbers, 2, &false.into(), work, done).unwrap();
-    for record in &records {
-        assert_eq!(record.healthy_named, [], "case {}", record.number);
-        for (component, fault, standing, named) in &record.faulty {
-            let is_found =
-                matches!(standing, Standing::Named | Standing::Likeliest | Standing::InAGroup);
-            assert!(is_found, "case {}: {component}, {fault}: {standing:?}", record.number);
-            assert_eq!(named.is_some(), *standing == Standing::Named);
+    let campaign = campaign();
+    let rows = tower::rows(&campaign, 0..campaign.cases(), 2);
+    for (case, row) in &rows {
+        assert_eq!(row.healthy_named, [], "case {case}");
+        for faulty in &row.faulty {
+            let is_found = matches!(
+                faulty.standing,
+                Standing::Named | Standing::Likeliest | Standing::InAGroup
+            );
+            assert!(is_found, "case {case}: {faulty:?}");
+            assert_eq!(faulty.named.is_some(), faulty.standing == Standing::Named);
         }
     }
-    let tallies = tally(&records, campaign.parameters.step_s);
-    assert!(Situation::ALL.iter().all(|situation| tallies[situation].cases == 2));
-    assert_eq!(tallies[&Situation::Healthy].all_faults(), 0);
-    assert_eq!(tallies[&Situation::Second].all_faults(), 4);
+    let summary = campaign.summarize(&rows);
+    assert!(summary.situations.values().all(|tally| tally.cases == 2));
+    assert_eq!(summary.situations.len(), Situation::HIDDEN.len());
+    assert_eq!(summary.situations[&Situation::Healthy].faults, 0);
+    assert_eq!(summary.situations[&Situation::Second].faults, 4);
 }
 
 #[test]
 fn a_plant_and_its_cases_follow_from_seed_and_number() {
     let (campaign, plant) = (campaign(), &*PLANT);
-    let case = |number| campaign.case(plant, number).unwrap();
+    let case = |number| campaign.draw(number, Some(plant)).unwrap();
     assert_eq!(case(5), case(5));
     assert_ne!(case(5).seed, case(6).seed);
-    assert_eq!([0, 13, 14].map(|case| campaign.plant_of(case)), [0, 0, 1]);
-    let again = commissioned(&campaign);
+    let plants = [0, 13, 14].map(|case| campaign.plant_of(case));
+    assert_eq!(plants, [(0, Some(0)), (0, Some(0)), (0, Some(1))]);
+    let again = commissioned(&campaign.system);
     let reference = |plant: &CommissionedPlant| plant.setups[0].reference.clone();
     assert_eq!(reference(plant), reference(&again));
     assert_eq!(plant.seed, again.seed);
@@ -75,9 +65,9 @@ fn a_plant_and_its_cases_follow_from_seed_and_number() {
 
 #[test]
 fn modules_without_peers_have_references_of_their_own() {
-    let mut campaign = campaign();
-    campaign.setups.iter_mut().for_each(|setup| setup.peers.clear());
-    for setup in commissioned(&campaign).setups {
+    let mut system = campaign().system;
+    system.setups.iter_mut().for_each(|setup| setup.peers.clear());
+    for setup in commissioned(&system).setups {
         let reference = setup.reference.clone().unwrap();
         assert_eq!((reference.gages.len(), reference.forces.len()), (8, 4));
         assert_eq!(reference.peers().count(), 0);
@@ -89,9 +79,7 @@ fn modules_without_peers_have_references_of_their_own() {
 
 #[test]
 fn without_a_reference_nothing_is_verified() {
-    let (structure, parameters, setups) = tower::parts();
-    let plant = study::plant(&structure, &parameters, 0.1, 3).unwrap();
-    let mut rig = Rig::new(plant, setups, Schedule::default(), RunId(3)).unwrap();
+    let mut rig = tower::system(0.1, 1).rig(3, Vec::new()).unwrap();
     rig.run(5000).unwrap();
     for diagnoser in rig.diagnosers() {
         assert!(diagnoser.conditions().all(|condition| *condition == Condition::NotVerified));

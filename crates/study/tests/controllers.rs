@@ -1,25 +1,19 @@
 //! Whatever the controller demands, healthy cylinders that follow it as well as they can are not named.
 
 use crate::tower;
-use study::{Campaign, Controller, ScenarioRanges};
+use study::Controller;
+use study::scenarios::ScenarioRanges;
 
 /// Large biases and a random walk of gages, which an aggressive controller turns into jumps of the demand of tens of
 /// kilonewtons. In each of them a healthy cylinder of a plant 20 % off was named besides, as long as the rule for jumps
 /// did not take into account what was demanded.
 #[test]
 fn what_an_aggressive_controller_demands_names_no_healthy_cylinder() {
-    let (structure, parameters, setups) = tower::parts();
-    let campaign = Campaign {
-        structure,
-        parameters,
-        setups,
-        mismatch: 0.2,
-        controllers: vec![Controller::Aggressive],
-        seed: 777,
-        ranges: ScenarioRanges::default(),
-    };
+    let mut system = tower::system(0.2, 777);
+    system.controllers = vec![Controller::Aggressive];
+    let campaign = tower::scenarios(system, ScenarioRanges::default());
     for number in [26, 39, 53] {
-        let record = campaign.run_scenario(number).unwrap();
+        let record = tower::row(&campaign, number);
         assert!(record.is_exact(), "{number}: {:?}", record.diagnosed);
     }
 }

@@ -4,7 +4,7 @@ use crate::tower;
 use diagnosis::divergence::DivergenceBank;
 use diagnosis::{ModuleSetup, Monitor, Observation, Rule};
 use names::{Component, ComponentPath, Step};
-use study::{RecordedChange, TruthIndex, export_nominal, export_scenario};
+use study::{RecordedChange, TruthIndex, export};
 
 /// The scenario with a hard-over.
 const HARD_OVER: u64 = 3;
@@ -65,15 +65,15 @@ fn a_recording_gives_the_very_changes_of_its_run() {
     let mut changes = 0;
     for number in 0..7 {
         let mut bytes = Vec::new();
-        let exported = export_scenario(&campaign, number, &mut bytes).unwrap();
+        let (record, exported) = export(&campaign, number, &mut bytes).unwrap();
         let recording = read(&bytes);
-        assert_eq!(recording.rows.len() as u64, campaign.steps());
+        assert_eq!(recording.rows.len() as u64, campaign.system.steps(5.0));
         let of_module = |setup| changes_of(setup, &recording);
-        let found = campaign.setups.iter().flat_map(of_module).collect();
-        assert_eq!(sorted(found), sorted(exported.changes.clone()));
-        assert_eq!(exported.record.conversation.changes, exported.changes.len() as u64);
-        assert_eq!(exported.record, campaign.run_scenario(number).unwrap());
-        changes += exported.changes.len();
+        let found = campaign.system.setups.iter().flat_map(of_module).collect();
+        assert_eq!(sorted(found), sorted(exported.clone()));
+        assert_eq!(record.conversation.changes, exported.len() as u64);
+        assert_eq!(record, tower::row(&campaign, number));
+        changes += exported.len();
     }
     assert!(changes >= 7, "only {changes} changes");
 }
@@ -82,12 +82,14 @@ fn a_recording_gives_the_very_changes_of_its_run() {
 fn the_truth_stands_beside_every_step() {
     let campaign = tower::campaign(Rule::FirstChange);
     let mut bytes = Vec::new();
-    let record = export_scenario(&campaign, HARD_OVER, &mut bytes).unwrap().record;
+    let (record, _) = export(&campaign, HARD_OVER, &mut bytes).unwrap();
+    let injection = record.injection.unwrap();
     let recording = read(&bytes);
     assert_eq!(recording.names[..3], ["step", "fault", "module1/actuator/a1"]);
     assert_eq!(recording.names.len(), 2 + 2 * 12);
     for (row, step) in recording.rows.iter().zip(0..) {
-        let faulty = if step >= record.onset.0 { record.component.to_string() } else { "".into() };
+        let faulty =
+            if step >= injection.at.0 { injection.component.to_string() } else { "".into() };
         assert_eq!((row[0].parse(), &row[1]), (Ok(step), &faulty));
         assert_eq!(row.len(), recording.names.len());
     }
@@ -97,16 +99,17 @@ fn the_truth_stands_beside_every_step() {
 fn the_index_tells_the_truth_of_every_run() {
     let campaign = tower::campaign(Rule::FirstChange);
     let mut index = TruthIndex::begin(Vec::new()).unwrap();
-    let bias = campaign.run_scenario(4).unwrap();
-    index.scenario("bias.csv", &bias).unwrap();
-    let nominal = export_nominal(&campaign, 2, &mut Vec::new()).unwrap();
-    index.nominal("nominal.csv", &nominal.record).unwrap();
+    let bias = tower::row(&campaign, 4);
+    index.add("bias.csv", 4, &bias).unwrap();
+    let (nominal, changes) = export(&campaign, campaign.scenarios + 2, &mut Vec::new()).unwrap();
+    index.add("nominal.csv", 2, &nominal).unwrap();
     let text = String::from_utf8(index.end().unwrap()).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "file,number,seed,component,kind,parameters,onset");
-    let (component, onset) = (&bias.component, bias.onset);
+    let injection = bias.injection.unwrap();
+    let (component, onset) = (&injection.component, injection.at);
     assert!(lines[1].starts_with(&format!("bias.csv,4,{},{component},bias,offset_m=", bias.seed)));
     assert!(lines[1].ends_with(&format!(",{onset}")));
-    assert_eq!(lines[2], format!("nominal.csv,2,{},,,,", nominal.record.seed));
-    assert_eq!(nominal.changes, []);
+    assert_eq!(lines[2], format!("nominal.csv,2,{},,,,", nominal.seed));
+    assert_eq!(changes, []);
 }

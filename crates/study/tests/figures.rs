@@ -3,9 +3,11 @@
 use crate::tower;
 use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
 use roxmltree::{Document, Node};
+use study::StudyError;
 use study::figure::{figure4, figure5, figure6, limits_figure, power_figure};
-use study::limits::{Detector, LimitCurve, SizedKind, WeatherLimits, Within};
-use study::{Campaign, PowerCurve, PowerPoint, ScenarioRanges, StudyError};
+use study::limits::{Detector, LimitCurve, LimitPoint, Reached, SizedKind, Within};
+use study::scenarios::{ScenarioRanges, Scenarios};
+use study::share_interval;
 use truss::Structure;
 
 /// A seed with which the second module, too, changes after a hard-over.
@@ -13,21 +15,11 @@ const SEED: u64 = 12;
 /// Largest size that a figure may have \[bytes\].
 const LARGEST: usize = 400_000;
 
-fn campaign() -> Campaign {
-    let (structure, parameters, setups) = tower::parts();
-    let ranges = ScenarioRanges::default();
-    Campaign {
-        structure,
-        parameters,
-        setups,
-        mismatch: 0.1,
-        controllers: Vec::new(),
-        seed: 1,
-        ranges,
-    }
+fn campaign() -> Scenarios {
+    tower::scenarios(tower::system(0.1, 1), ScenarioRanges::default())
 }
 
-fn all_of(figure: impl Fn(&Campaign, u64) -> Result<String, StudyError>) -> String {
+fn all_of(figure: impl Fn(&Scenarios, u64) -> Result<String, StudyError>) -> String {
     figure(&campaign(), SEED).unwrap()
 }
 
@@ -58,16 +50,23 @@ fn plain(panel: Panel) -> String {
     Figure { title: words(), subtitle: words(), description: words(), rows }.svg()
 }
 
-fn curve(title: &str, found: &[(f64, f64, Option<f64>)]) -> PowerCurve {
-    let points = found.iter().map(|&(size, probability, median_delay_ms)| PowerPoint {
-        size,
-        probability,
-        low: (probability - 0.1).max(0.0),
-        high: (probability + 0.1).min(1.0),
-        median_delay_ms,
+/// Of ten runs of each size.
+fn curve(kind: SizedKind, found: &[(f64, u64, Option<f64>)]) -> LimitCurve {
+    let points = found.iter().map(|&(size, count, median_delay_ms)| {
+        let share_95 = share_interval(count, 10);
+        let right = Reached { count, share_95, median_delay_ms, within_s: None };
+        LimitPoint { size, runs: 10, found: right, right }
     });
-    let smallest_95 = found.iter().find(|point| point.1 >= 0.95).map(|point| point.0);
-    PowerCurve { title: title.into(), unit: "µε".into(), points: points.collect(), smallest_95 }
+    let sure = found.iter().filter(|(_, count, _)| *count == 10);
+    LimitCurve {
+        weather: "none".to_owned(),
+        detector: Detector::Isolation,
+        kind,
+        unit: kind.unit(),
+        points: points.collect(),
+        found: Vec::new(),
+        right: sure.map(|&(size, ..)| Within { within_s: 1.0, size }).collect(),
+    }
 }
 
 #[test]
@@ -120,11 +119,12 @@ fn a_hard_over_is_named_and_explains_what_the_neighbour_sees() {
 #[test]
 fn a_structure_without_the_component_is_refused_with_its_position() {
     let text = include_str!("../../../configs/small.toml");
-    let small = Campaign { structure: Structure::from_toml(text).unwrap(), ..campaign() };
+    let mut small = campaign();
+    small.system.structure = Structure::from_toml(text).unwrap();
     let mut bare = campaign();
-    bare.structure.modules[0].gages.truncate(4);
+    bare.system.structure.modules[0].gages.truncate(4);
     let mut alone = campaign();
-    alone.structure.modules.truncate(1);
+    alone.system.structure.modules.truncate(1);
     let message = |figure: Result<String, StudyError>| figure.unwrap_err().to_string();
     assert!(message(figure4(&bare, 1)).contains("gage 5 of equipped module 1"));
     assert!(message(figure6(&small, 1)).contains("actuator 3 of equipped module 1"));
@@ -185,19 +185,22 @@ fn bars_and_dots_stand_at_their_names() {
 
 #[test]
 fn power_curves_are_drawn_with_what_there_is_of_them() {
-    let full = curve("Bias", &[(1.0, 0.1, None), (10.0, 0.7, Some(4.0)), (100.0, 1.0, Some(0.0))]);
-    let blind = curve("Walk", &[(1.0, 0.0, None), (10.0, 0.0, None)]);
-    let single = curve("Leak", &[(2.0, 1.0, Some(1.0))]);
-    let empty = curve("Nothing", &[]);
+    let full = curve(
+        SizedKind::BiasInNoise,
+        &[(1.0, 1, None), (10.0, 7, Some(4.0)), (100.0, 10, Some(0.0))],
+    );
+    let blind = curve(SizedKind::WalkInNoise, &[(1.0, 0, None), (10.0, 0, None)]);
+    let single = curve(SizedKind::LeakInNoise, &[(2.0, 10, Some(1.0))]);
+    let empty = curve(SizedKind::DriftInNoise, &[]);
     for curves in [vec![], vec![full.clone()], vec![full, blind, single, empty]] {
         let svg = power_figure(&curves);
         let document = Document::parse(&svg).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
         let texts = texts(&document);
         for curve in &curves {
-            assert!(texts.iter().any(|(words, _)| words.ends_with(&curve.title)));
+            assert!(texts.iter().any(|(words, _)| words.ends_with(curve.kind.title())));
         }
-        assert_eq!(texts.iter().any(|(words, _)| *words == "100 µε"), !curves.is_empty());
+        assert_eq!(texts.iter().any(|(words, _)| *words == "100 gage noise"), !curves.is_empty());
     }
 }
 
@@ -205,6 +208,7 @@ fn power_curves_are_drawn_with_what_there_is_of_them() {
 fn limits_are_drawn_by_weather_and_detector_with_what_there_is_of_them() {
     let within = [(0.002, 5.0), (0.02, 2.0)].map(|(within_s, size)| Within { within_s, size });
     let curve = |detector, kind: SizedKind, found: &[Within]| LimitCurve {
+        weather: "alike".to_owned(),
         detector,
         kind,
         unit: kind.unit(),
@@ -216,10 +220,8 @@ fn limits_are_drawn_by_weather_and_detector_with_what_there_is_of_them() {
         curve(Detector::Change, SizedKind::Bias, &within),
         curve(Detector::Reference, SizedKind::Bias, &[]),
     ];
-    let alike = WeatherLimits { weather: "alike", limits };
-    let none = WeatherLimits { weather: "none", limits: Vec::new() };
-    for weathers in [vec![], vec![none.clone()], vec![none, alike]] {
-        let svg = limits_figure(&weathers);
+    for curves in [vec![], limits] {
+        let svg = limits_figure(&curves);
         let document = Document::parse(&svg).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf") && svg.len() < LARGEST);
         let texts = texts(&document);
@@ -227,7 +229,7 @@ fn limits_are_drawn_by_weather_and_detector_with_what_there_is_of_them() {
         assert_eq!((says("(a) bias, found"), says("(b) bias, right")), (1, 1));
         assert_eq!((says("(d) external leakage, found"), says("time [s]")), (1, 1));
         // in the panels of what is found and of what is right
-        let drawn = 2 * usize::from(weathers.len() == 2);
+        let drawn = 2 * usize::from(!curves.is_empty());
         assert_eq!((says("change, alike"), says("reference, alike")), (drawn, drawn));
         let lines = document.descendants().filter(|node| node.has_tag_name("path")).count();
         assert_eq!(lines, drawn / 2, "one curve has points");

@@ -4,19 +4,24 @@
 use crate::tower;
 use names::fault::Fault;
 use names::{ComponentPath, Step};
-use study::histories::{Disturbance, History, HistoryRecord, Pattern, run_history};
-use study::{Campaign, Injection};
+use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation};
+use study::{Campaign, Case, Gap, Injection, Run};
 
 const ONSET: u64 = 4500;
 
-fn campaign() -> Campaign {
-    let mut campaign = tower::campaign(diagnosis::Rule::FirstChange);
-    campaign.mismatch = 0.0;
-    campaign
+fn campaign(mismatch: f64, seed: u64) -> Conditions {
+    Conditions {
+        system: tower::system(mismatch, seed),
+        situations: Situation::HISTORIES.to_vec(),
+        hidden: HiddenFaults::default(),
+        plants: 0,
+        cases: 10_000,
+        alone: false,
+    }
 }
 
 /// A component has a fault in these stretches of steps.
-fn history(seed: u64, component: &str, fault: Fault, stretches: &[(u64, u64)]) -> History {
+fn history(seed: u64, component: &str, fault: Fault, stretches: &[(u64, u64)]) -> Case<Situation> {
     let component: ComponentPath = component.parse().unwrap();
     let injection = |&(at, until): &(u64, u64)| Injection {
         at: Step(at),
@@ -25,22 +30,27 @@ fn history(seed: u64, component: &str, fault: Fault, stretches: &[(u64, u64)]) -
         fault,
     };
     let last = stretches.iter().map(|(_, until)| *until).max().unwrap();
-    History {
+    Case {
         number: 0,
+        kind: Situation::Intermittent,
         seed,
-        pattern: Pattern::Intermittent,
-        injections: stretches.iter().map(injection).collect(),
-        disturbances: std::collections::BTreeMap::new(),
+        faults: stretches.iter().map(injection).collect(),
+        gaps: Vec::new(),
+        kept_samples: 4000,
         steps: last + 3500,
     }
 }
 
+/// What comes of a history: how many components were named, none of them healthy.
 #[track_caller]
-fn named(history: &History) -> HistoryRecord {
-    let record = run_history(&campaign(), history, |_, _| {}).unwrap();
-    let healthy: Vec<_> = record.healthy().collect();
-    assert!(healthy.is_empty(), "healthy, and named: {healthy:#?}\n{history:#?}");
-    record
+fn named(campaign: &Conditions, history: &Case<Situation>) -> (CaseRow, usize) {
+    let rig = campaign.system.rig(history.seed, history.faults.clone()).unwrap();
+    let mut watch = |_: &study::Rig, _: &[study::Occurrence]| Ok(());
+    let mut run = Run::new(history, rig, &mut watch);
+    let row = campaign.judge(history, &mut run).unwrap();
+    assert_eq!(row.healthy_named, [], "healthy, and named: {history:#?}");
+    let named = run.occurrences.iter().filter_map(tower::latched).count();
+    (row, named)
 }
 
 /// While the explanation ended at a fixed time after the onset, the effects of a repair right before it were
@@ -49,9 +59,8 @@ fn named(history: &History) -> HistoryRecord {
 fn a_hard_over_repaired_about_two_and_a_half_seconds_later_is_all_that_is_named() {
     for (seed, lasting) in [(1, 2476), (2, 2484), (3, 2492), (4, 2500)] {
         let component = "module1/actuator/a1";
-        let record =
-            named(&history(seed, component, tower::hard_over(), &[(ONSET, ONSET + lasting)]));
-        assert_eq!(record.named.len(), 1, "{:?}", record.named);
+        let history = history(seed, component, tower::hard_over(), &[(ONSET, ONSET + lasting)]);
+        assert_eq!(named(&campaign(0.0, 7), &history).1, 1);
     }
 }
 
@@ -60,8 +69,8 @@ fn a_hard_over_that_comes_and_goes_is_all_that_is_named() {
     for (seed, pace) in [(5, 400), (6, 1000), (7, 1500), (8, 3000)] {
         let stretch = |k: u64| (ONSET + 2 * k * pace, ONSET + (2 * k + 1) * pace);
         let stretches: Vec<_> = (0..20_000 / pace / 2).map(stretch).collect();
-        let record = named(&history(seed, "module2/actuator/a3", tower::hard_over(), &stretches));
-        assert_eq!(record.named.len(), 1, "{:?}", record.named);
+        let history = history(seed, "module2/actuator/a3", tower::hard_over(), &stretches);
+        assert_eq!(named(&campaign(0.0, 7), &history).1, 1);
     }
 }
 
@@ -70,10 +79,12 @@ fn a_restarted_diagnoser_goes_on_where_its_predecessor_was() {
     let mut history =
         history(9, "module1/actuator/a1", tower::hard_over(), &[(ONSET, ONSET + 1500)]);
     for (step, place) in [(ONSET + 3, 0), (ONSET + 700, 1), (ONSET + 1502, 0)] {
-        history.disturbances.insert((Step(step), place), Disturbance::Restarted);
+        let (from, until) = (Step(step), Step(step));
+        history.gaps.push(Gap { place, from, until, restarted: true });
     }
-    let record = named(&history);
-    assert_eq!(record.faulty, [("module1/actuator/a1".parse().unwrap(), true)]);
+    let (row, _) = named(&campaign(0.0, 7), &history);
+    let [faulty] = &row.faulty[..] else { panic!("{row:?}") };
+    assert!(faulty.named.is_some() && row.disturbed, "{row:?}");
 }
 
 /// Histories by mismatch, seed and number in which a healthy component was named while the rule was made: after
@@ -113,16 +124,15 @@ const ONCE_WRONG: &[(f64, u64, u64)] = &[
 #[test]
 fn histories_that_were_once_wrong_stay_right() {
     for &(mismatch, seed, number) in ONCE_WRONG {
-        let campaign = Campaign { seed, mismatch, ..campaign() };
-        let history = History::draw(&campaign, number).unwrap();
-        named(&history);
+        let campaign = campaign(mismatch, seed);
+        named(&campaign, &campaign.draw(number, None).unwrap());
     }
 }
 
 #[test]
 fn a_history_follows_from_its_seed_and_number_alone() {
-    let campaign = campaign();
-    let (one, again) = (History::draw(&campaign, 5).unwrap(), History::draw(&campaign, 5).unwrap());
-    assert_eq!(one, again);
-    assert_ne!(one.injections, History::draw(&campaign, 9).unwrap().injections);
+    let campaign = campaign(0.0, 7);
+    let draw = |number| campaign.draw(number, None).unwrap();
+    assert_eq!(draw(5), draw(5));
+    assert_ne!(draw(5).faults, draw(9).faults);
 }

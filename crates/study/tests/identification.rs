@@ -8,7 +8,7 @@ use diagnosis::identification::{Identification, SignaturePoint};
 use names::fault::{Fault, FaultKind};
 use names::{ComponentPath, RunId, Step};
 use study::commissioning::{Site, usual_snippets};
-use study::{Injection, Occurrence, Rig, Schedule};
+use study::{Injection, Occurrence, Rig};
 use truss::Structure;
 
 const ONSET: Step = Step(7000);
@@ -42,9 +42,8 @@ fn identified(component: &str, fault: Fault, seed: u64) -> Vec<Identification> {
     let (site, setups) = &*PLANT;
     let injection =
         Injection { at: ONSET, until: None, component: component.parse().unwrap(), fault };
-    let schedule = Schedule::new(vec![injection]);
     let mut rig =
-        Rig::new(site.plant(seed).unwrap(), setups.clone(), schedule, RunId(seed)).unwrap();
+        Rig::new(site.plant(seed).unwrap(), setups.clone(), vec![injection], RunId(seed)).unwrap();
     rig.identify();
     rig.run(END).unwrap();
     let found = rig.take_occurrences().into_iter().filter_map(|occurrence| match occurrence {

@@ -1,52 +1,37 @@
-//! Limits of both detectors on one commissioned tower: larger faults are found, and no later than smaller ones.
-
-use std::sync::atomic::{AtomicBool, Ordering};
+//! Limits of detectors on the tower: larger faults are found, and no later than smaller ones.
 
 use crate::tower;
-use study::StudyError;
-use study::conditions::{CaseKind, CommissionedPlant, ConditionCampaign};
-use study::limits::{Detector, LimitCurve, LimitStudy, SizedKind, smallest_within};
+use study::limits::{Detector, LimitCurve, Limits, Question, SizedKind, smallest_within};
+use study::{Campaign, Done};
 
 const RUNS: u64 = 4;
 
-fn campaign() -> ConditionCampaign {
-    let (structure, parameters, setups) = tower::parts();
-    ConditionCampaign {
-        structure,
-        parameters,
-        setups,
-        mismatch: 0.1,
-        seed: 20_261_202,
-        cases_per_plant: 0,
-        kind: CaseKind::default(),
-    }
+fn limits(plants: u64, curves: &[(Detector, SizedKind, &[f64])]) -> Limits {
+    let questions = curves.iter().flat_map(|(detector, kind, sizes)| {
+        let (system, detector, kind) = (0, *detector, *kind);
+        sizes.iter().map(move |size| Question { system, detector, kind, size: *size })
+    });
+    let questions = questions.collect();
+    Limits { systems: vec![tower::system(0.1, 20_261_202)], plants, runs: RUNS, questions }
 }
 
-fn measured(
-    (campaign, plants): (&ConditionCampaign, &[CommissionedPlant]),
-    (detector, kind): (Detector, SizedKind),
-    sizes: &[f64],
-    jobs: usize,
-) -> LimitCurve {
-    let study = LimitStudy { campaign, plants, runs: RUNS };
-    let never = AtomicBool::new(false);
-    study.measure((detector, kind), sizes, jobs, &never, || ()).unwrap().unwrap()
+fn measured(limits: &Limits, jobs: usize) -> Vec<LimitCurve> {
+    limits.summarize(&tower::rows(limits, 0..limits.cases(), jobs)).curves
 }
 
 #[test]
 fn larger_faults_are_found_no_later_whatever_the_number_of_jobs() {
-    let campaign = campaign();
-    let plants = [campaign.commission(0, 2, &|| {}).unwrap()];
-    let cases: [(_, _, &[f64], _); 4] = [
-        (Detector::Change, SizedKind::Bias, &[0.2, 30.0], 0.1),
-        (Detector::Reference, SizedKind::Bias, &[3.0, 30.0], 4.0),
-        (Detector::Reference, SizedKind::InternalLeakage, &[1e-8, 1e-7], 4.0),
-        (Detector::Reference, SizedKind::ExternalLeakage, &[1e-8, 1e-7], 4.0),
+    let cases: [(_, _, &[f64]); 4] = [
+        (Detector::Change, SizedKind::Bias, &[0.2, 30.0]),
+        (Detector::Reference, SizedKind::Bias, &[3.0, 30.0]),
+        (Detector::Reference, SizedKind::InternalLeakage, &[1e-8, 1e-7]),
+        (Detector::Reference, SizedKind::ExternalLeakage, &[1e-8, 1e-7]),
     ];
-    for (detector, kind, sizes, within_s) in cases {
-        let of_jobs = |jobs| measured((&campaign, &plants), (detector, kind), sizes, jobs);
-        let curve = of_jobs(2);
-        assert_eq!(curve, of_jobs(1));
+    let limits = limits(1, &cases);
+    let curves = measured(&limits, 2);
+    assert_eq!(curves, measured(&limits, 1));
+    for (curve, (detector, _, sizes)) in curves.iter().zip(cases) {
+        let within_s = if detector == Detector::Change { 0.1 } else { 4.0 };
         let [small, large] = &curve.points[..] else { panic!("{curve:?}") };
         assert_eq!((large.found.count, large.right.count), (RUNS, RUNS), "{curve:?}");
         let time = large.found.within_s.unwrap();
@@ -62,15 +47,35 @@ fn larger_faults_are_found_no_later_whatever_the_number_of_jobs() {
 }
 
 #[test]
-fn limits_that_are_stopped_are_none_and_without_plants_there_are_none() {
-    let campaign = campaign();
-    let study = LimitStudy { campaign: &campaign, plants: &[], runs: RUNS };
-    let measure = |stop: &AtomicBool| {
-        let question = (Detector::Change, SizedKind::Bias);
-        study.measure(question, SizedKind::Bias.sizes(), 1, stop, || ())
-    };
-    let stop = AtomicBool::new(false);
-    assert!(matches!(measure(&stop), Err(StudyError::NothingToBreak)));
-    stop.store(true, Ordering::Relaxed);
-    assert_eq!(measure(&stop).unwrap(), None);
+fn without_plants_there_are_no_limits() {
+    let limits = limits(0, &[(Detector::Change, SizedKind::Bias, &[1.0])]);
+    assert_eq!(limits.plant_of(0), (0, None));
+    let mut done = Done::default();
+    tower::engine(1).run(&limits, 0..0, &mut done, None).unwrap();
+    assert!(limits.summarize(&done.rows).curves[0].found.is_empty());
+}
+
+#[test]
+fn isolation_rises_from_never_to_always() {
+    let kinds = [SizedKind::BiasInNoise, SizedKind::LeakInNoise];
+    let sizes = kinds.map(SizedKind::sizes);
+    let curves = [0, 1].map(|place| (Detector::Isolation, kinds[place], &sizes[place][..]));
+    let limits = Limits { runs: 3, systems: vec![tower::system(0.0, 4)], ..limits(0, &curves) };
+    for curve in measured(&limits, 2) {
+        assert_eq!(curve.points.len(), curve.kind.sizes().len());
+        let (first, last) = (&curve.points[0], &curve.points[curve.points.len() - 1]);
+        assert_eq!((first.right.count, first.right.median_delay_ms), (0, None), "{curve:?}");
+        assert_eq!(last.right.count, last.runs, "{curve:?}");
+        let smallest = curve.smallest().unwrap();
+        assert!(first.size < smallest && smallest <= last.size);
+        for point in &curve.points {
+            let share = point.right.count as f64 / point.runs as f64;
+            assert!((point.right.share_95.0..=point.right.share_95.1).contains(&share));
+            assert!(point.size < smallest || share >= 0.95);
+            // what is found is found within a second
+            let delay = point.right.median_delay_ms;
+            assert!(delay.is_none_or(|delay| (0.0..=1000.0).contains(&delay)));
+            assert_eq!(delay.is_some(), point.right.count > 0);
+        }
+    }
 }

@@ -8,10 +8,8 @@ use diagnosis::ModuleSetup;
 use names::fault::Fault;
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use study::commissioning::{Site, usual_snippets};
-use study::conditions::{
-    Blind, Case, CaseKind, CaseRecord, ConditionCampaign, Situation, Standing, run_case,
-};
-use study::{Injection, Occurrence, Rig, Schedule, parallel};
+use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation, Standing};
+use study::{Campaign, Case, Gap, Injection, Occurrence, Rig, Run, System, parallel};
 use truss::Structure;
 
 const JOBS: usize = 2;
@@ -77,26 +75,26 @@ impl Commissioned {
 
     /// A bias from the start of several gages of each module. The module so many places further on is absent: it gets
     /// no sample and answers nothing.
-    fn hidden_from_the_start(&self, absent: Option<usize>) -> Vec<Case> {
+    fn hidden_from_the_start(&self, absent: Option<usize>) -> Vec<Case<Situation>> {
         let modules = self.setups.len();
         let gages = (0..modules).flat_map(|place| GAGES.map(|gage| (place, gage)));
         let case = |(number, (place, gage)): (usize, (usize, &str))| {
             let strain = if number.is_multiple_of(2) { BIAS_STRAIN } else { -BIAS_STRAIN };
             let mut case =
                 case(number, Situation::FromTheStart, vec![self.bias(place, gage, strain, 0)]);
-            case.blind = absent.map(|further| Blind {
+            case.gaps.extend(absent.map(|further| Gap {
                 place: (place + further) % modules,
                 from: Step(0),
                 until: Step(u64::MAX),
                 restarted: false,
-            });
+            }));
             case
         };
         gages.enumerate().map(case).collect()
     }
 
     /// A second fault soon after a first one in another module.
-    fn second(&self) -> Vec<Case> {
+    fn second(&self) -> Vec<Case<Situation>> {
         let pairs = |place: usize| {
             let first = || self.bias(place, "g2", 2.0 * BIAS_STRAIN, SETTLED);
             let later = SETTLED + 700 * (1 + place as u64);
@@ -113,11 +111,16 @@ impl Commissioned {
         pairs.map(|(number, faults)| case(100 + number, Situation::Second, faults)).collect()
     }
 
-    fn run(&self, cases: &[Case]) -> Vec<CaseRecord> {
+    fn run(&self, cases: &[Case<Situation>]) -> Vec<(u64, CaseRow)> {
         let mut records = Vec::new();
-        let work = |case: &Case| run_case(&self.site, &self.setups, case, |_, _| {});
-        let done = |_: &Case, record| {
-            records.push(record);
+        let campaign = campaign(self.structure.clone());
+        let work = |case: &Case<Situation>| {
+            let (plant, run) = (self.site.plant(case.seed)?, RunId(case.seed));
+            let rig = Rig::new(plant, self.setups.clone(), case.faults.clone(), run)?;
+            campaign.judge(case, &mut Run::new(case, rig, &mut |_, _| Ok(())))
+        };
+        let done = |case: &Case<Situation>, row| {
+            records.push((case.number, row));
             Ok::<_, study::StudyError>(())
         };
         parallel::for_each(cases, JOBS, &false.into(), work, done).unwrap();
@@ -133,23 +136,33 @@ fn actuators(setup: &ModuleSetup) -> impl Iterator<Item = ComponentPath> {
         .map(move |component| ComponentPath { module: module.clone(), component })
 }
 
-fn case(number: usize, situation: Situation, injections: Vec<Injection>) -> Case {
-    let steps = injections.last().map_or(0, |last| last.at.0) + AFTER;
-    let number = number as u64;
-    Case { number, seed: 41_000 + number, situation, injections, blind: None, steps }
+fn case(number: usize, kind: Situation, faults: Vec<Injection>) -> Case<Situation> {
+    let steps = faults.last().map_or(0, |last| last.at.0) + AFTER;
+    let (number, gaps) = (number as u64, Vec::new());
+    Case { number, kind, seed: 41_000 + number, faults, gaps, kept_samples: 0, steps }
+}
+
+fn campaign(structure: Structure) -> Conditions {
+    let parameters = tower::weather::alike();
+    let setups = tower::setups(&structure, &parameters);
+    let (name, controllers) = (String::new(), Vec::new());
+    let system =
+        System { name, structure, parameters, setups, mismatch: 0.1, controllers, seed: 1 };
+    let (situations, hidden) = (Vec::new(), HiddenFaults::default());
+    Conditions { system, situations, hidden, plants: 1, cases: 1, alone: false }
 }
 
 /// Each fault is named, or among those of which one is faulty; what is healthy is not named.
-fn check(records: &[CaseRecord], may_be_in_group: bool) {
-    for record in records {
-        assert_eq!(record.healthy_named, [], "case {}", record.number);
-        for (component, fault, standing, _) in &record.faulty {
-            let found = match standing {
+fn check(rows: &[(u64, CaseRow)], may_be_in_group: bool) {
+    for (case, row) in rows {
+        assert_eq!(row.healthy_named, [], "case {case}");
+        for faulty in &row.faulty {
+            let found = match faulty.standing {
                 Standing::Named => true,
                 Standing::Likeliest | Standing::InAGroup => may_be_in_group,
                 Standing::CannotTell | Standing::Normal => false,
             };
-            assert!(found, "case {}: {component}, {fault}: {standing:?}", record.number);
+            assert!(found, "case {case}: {faulty:?}");
         }
     }
 }
@@ -157,20 +170,7 @@ fn check(records: &[CaseRecord], may_be_in_group: bool) {
 #[test]
 fn a_campaign_commissions_with_more_snippets_than_a_reference_has_values() {
     let snippets = |modules: usize| {
-        let structure = tower::taller::with_equipped(modules);
-        let parameters = tower::weather::alike();
-        let setups = tower::setups(&structure, &parameters);
-        let (kind, seed) = (CaseKind::default(), 1);
-        let campaign = ConditionCampaign {
-            structure,
-            parameters,
-            setups,
-            mismatch: 0.1,
-            seed,
-            cases_per_plant: 1,
-            kind,
-        };
-        campaign.snippets_per_plant()
+        campaign(tower::taller::with_equipped(modules)).system.snippets_per_plant()
     };
     // 12 values and twice four strokes a module
     assert_eq!([2, 3, 4].map(snippets), [40 + 16, 48 + 24, 60 + 32]);
@@ -190,7 +190,7 @@ fn a_reference_knows_every_peer() {
 fn healthy_minutes_have_no_transition() {
     let run = |seed: &u64| {
         let healthy = PLANT.site.plant(*seed)?;
-        let mut rig = Rig::new(healthy, PLANT.setups.clone(), Schedule::default(), RunId(*seed))?;
+        let mut rig = Rig::new(healthy, PLANT.setups.clone(), Vec::new(), RunId(*seed))?;
         rig.run(60 * SECOND)?;
         let occurrences = rig.take_occurrences().into_iter();
         let transition = |o: &Occurrence| matches!(o, Occurrence::Transition { .. });

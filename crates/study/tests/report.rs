@@ -1,12 +1,12 @@
 //! The report: self-contained, and whatever it is given shows as it is.
 
-use study::report::{Report, ReportFigure, ReportTable, html};
+use study::report::{Figure, Report, Table, html};
 
 fn report() -> Report {
     Report {
         title: "Study of <tower> & \"co\"".into(),
         paragraphs: vec!["D < γ & so on".into()],
-        tables: vec![ReportTable {
+        tables: vec![Table {
             title: "Delays".into(),
             note: "<script>alert(1)</script>".into(),
             heading: vec!["fault".into(), "median [ms]".into()],
@@ -16,7 +16,8 @@ fn report() -> Report {
                 vec!["walk".into(), "–".into()],
             ],
         }],
-        figures: vec![ReportFigure {
+        figures: vec![Figure {
+            name: "figure",
             caption: "A & B".into(),
             svg: "<?xml version=\"1.0\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\"/>\n".into(),
         }],

@@ -2,7 +2,7 @@
 
 use crate::tower;
 use diagnosis::Verdict;
-use study::{Injection, Occurrence, Rig, Schedule};
+use study::{Injection, Occurrence, Rig};
 
 #[test]
 fn a_healthy_tower_in_the_wind_raises_no_alarm() {
@@ -77,6 +77,6 @@ fn setups_in_the_wrong_order_are_refused() {
     let (structure, parameters, mut setups) = tower::parts();
     setups.reverse();
     let plant = study::plant(&structure, &parameters, 0.0, 1).unwrap();
-    let error = Rig::new(plant, setups, Schedule::default(), names::RunId(1)).unwrap_err();
+    let error = Rig::new(plant, setups, Vec::new(), names::RunId(1)).unwrap_err();
     assert!(error.to_string().contains("module2, module1"), "{error}");
 }

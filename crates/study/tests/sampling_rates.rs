@@ -1,13 +1,12 @@
 //! The same tower sampled five times as slowly and four times as fast: times stay what they are, in steps or not.
 
-use std::sync::atomic::AtomicBool;
-
 use crate::tower;
 use diagnosis::IsolationSettings;
-use study::{Campaign, NominalRuns, ScenarioRanges, ScenarioRecord, parallel};
+use study::NominalRuns;
+use study::scenarios::{Record, ScenarioRanges, Scenarios};
 
 /// The tower's campaign at this sampling period, with thresholds made for it.
-fn campaign(step_s: f64) -> Campaign {
+fn campaign(step_s: f64) -> Scenarios {
     let (structure, mut parameters, mut setups) = tower::parts();
     parameters.step_s = step_s;
     // A sampled force control needs a time constant of more than two steps: here eight of them.
@@ -38,33 +37,16 @@ fn campaign(step_s: f64) -> Campaign {
         onset_s: [onset, onset + 0.5],
         ..ScenarioRanges::default()
     };
-    Campaign {
-        structure,
-        parameters,
-        setups,
-        mismatch: 0.1,
-        controllers: Vec::new(),
-        seed: 31,
-        ranges,
-    }
-}
-
-fn records(campaign: &Campaign, count: u64) -> Vec<ScenarioRecord> {
-    let numbers: Vec<u64> = (0..count).collect();
-    let mut records = Vec::new();
-    let work = |&number: &u64| campaign.run_scenario(number);
-    let keep = |_: &u64, record| {
-        records.push(record);
-        Ok(())
-    };
-    parallel::for_each(&numbers, 2, &AtomicBool::new(false), work, keep).unwrap();
-    records
+    let mut system = tower::system(0.1, 31);
+    (system.parameters, system.setups) = (parameters, setups);
+    tower::scenarios(system, ranges)
 }
 
 #[test]
 fn a_tower_at_200_hz_and_one_at_4_khz_are_diagnosed() {
     for (step_s, count) in [(5e-3, 28), (0.25e-3, 14)] {
-        let records = records(&campaign(step_s), count);
+        let rows = tower::rows(&campaign(step_s), 0..count, 2);
+        let records: Vec<Record> = rows.into_values().collect();
         let inexact: Vec<_> = records.iter().filter(|record| !record.is_exact()).collect();
         assert!(inexact.len() * 20 <= records.len(), "{step_s} s: {inexact:#?}");
         let wrong = records.iter().flat_map(|record| record.wrong());

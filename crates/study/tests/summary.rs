@@ -2,8 +2,8 @@
 
 use names::Step;
 use names::fault::{Fault, FaultKind};
-use study::summary::{Found, Interval95};
-use study::{Closest, Confusion, Conversation, Diagnosed, NominalRecord, ScenarioRecord, Summary};
+use study::scenarios::{Closest, Confusion, Conversation, Diagnosed, Found, Record, Summary};
+use study::{Injection, Interval95, Rows};
 
 fn diagnosed(component: &str, detection: u64) -> Diagnosed {
     let component = component.parse().unwrap();
@@ -11,16 +11,15 @@ fn diagnosed(component: &str, detection: u64) -> Diagnosed {
 }
 
 /// A run of 1000 steps with a fault of m/sensor/g1 from step 600 on.
-fn record(number: u64, fault: Fault, diagnosed: Vec<Diagnosed>) -> ScenarioRecord {
-    ScenarioRecord {
-        number,
-        seed: 7 * number,
-        component: "m/sensor/g1".parse().unwrap(),
-        fault,
-        onset: Step(600),
+fn record(fault: Fault, diagnosed: Vec<Diagnosed>) -> Record {
+    let component = "m/sensor/g1".parse().unwrap();
+    Record {
+        seed: 7,
+        injection: Some(Injection { at: Step(600), until: None, component, fault }),
         steps: 1000,
         base_speed_m_per_s: 10.0,
         reading_over_noise: Some(20.0),
+        closest: None,
         diagnosed,
         conversation: Conversation { questions: 1, ..Conversation::default() },
     }
@@ -33,15 +32,15 @@ fn bias() -> Fault {
 #[test]
 fn exact_means_the_right_component_and_nothing_else_and_nothing_before() {
     let right = diagnosed("m/sensor/g1", 602);
-    assert!(record(0, bias(), vec![right.clone()]).is_exact());
+    assert!(record(bias(), vec![right.clone()]).is_exact());
     let wrong = diagnosed("m/sensor/g2", 640);
-    let with_wrong = record(0, bias(), vec![right.clone(), wrong]);
+    let with_wrong = record(bias(), vec![right.clone(), wrong]);
     assert!(with_wrong.is_detected() && !with_wrong.is_exact());
     // the right component, but before its fault: an alarm, not a detection
-    let early = record(0, bias(), vec![diagnosed("m/sensor/g1", 599)]);
+    let early = record(bias(), vec![diagnosed("m/sensor/g1", 599)]);
     assert!(early.is_false_alarm() && !early.is_detected() && !early.is_exact());
     assert!(early.named().is_none());
-    assert!(!record(0, bias(), vec![]).is_exact());
+    assert!(!record(bias(), vec![]).is_exact());
 }
 
 #[test]
@@ -49,7 +48,7 @@ fn samples_count_as_flagged_from_the_verdict_on() {
     let confusion = |detections: &[u64]| {
         let diagnosed = detections.iter().map(|&at| diagnosed("m/sensor/g2", at)).collect();
         let Confusion { true_positive, false_negative, false_positive, true_negative } =
-            record(0, bias(), diagnosed).confusion();
+            record(bias(), diagnosed).confusion();
         [true_positive, false_negative, false_positive, true_negative]
     };
     assert_eq!(confusion(&[]), [0, 400, 0, 600]);
@@ -59,54 +58,53 @@ fn samples_count_as_flagged_from_the_verdict_on() {
 }
 
 #[test]
-fn a_summary_counts_what_happened_whatever_the_order_of_the_records() {
-    let mut quiet = record(3, Fault::ZeroOutput {}, vec![]);
+fn a_summary_counts_what_happened() {
+    let mut quiet = record(Fault::ZeroOutput {}, vec![]);
     quiet.reading_over_noise = Some(2.0);
     let records = [
-        record(0, bias(), vec![diagnosed("m/sensor/g1", 600)]),
-        record(1, bias(), vec![diagnosed("m/sensor/g1", 604), diagnosed("m/sensor/g2", 604)]),
-        record(2, Fault::ZeroOutput {}, vec![diagnosed("m/sensor/g1", 610)]),
+        record(bias(), vec![diagnosed("m/sensor/g1", 600)]),
+        record(bias(), vec![diagnosed("m/sensor/g1", 604), diagnosed("m/sensor/g2", 604)]),
+        record(Fault::ZeroOutput {}, vec![diagnosed("m/sensor/g1", 610)]),
         quiet,
     ];
-    let nominal = |number, diagnosed| NominalRecord {
-        number,
-        seed: number,
-        base_speed_m_per_s: 8.0,
-        diagnosed,
+    let nominal = |step, diagnosed| Record {
+        injection: None,
+        reading_over_noise: None,
         closest: Some(Closest {
             component: "m/sensor/g2".parse().unwrap(),
-            step: Step(number),
+            step: Step(step),
             ratio: 0.5,
         }),
-        conversation: Conversation::default(),
+        ..record(bias(), diagnosed)
     };
     let nominals = [nominal(0, vec![]), nominal(1, vec![diagnosed("m/sensor/g1", 5)])];
-    let summary = Summary::of(&records, &nominals, 1e-3);
-    assert_eq!((summary.scenarios, summary.nominal_runs, summary.false_alarm_runs), (4, 2, 1));
+    let rows: Rows<Record> = (0..).zip(records.into_iter().chain(nominals)).collect();
+    let summary = Summary::of(&rows, 1e-3);
+    let counts = (summary.all.cases, summary.nominal.cases, summary.nominal.false_alarms);
+    assert_eq!(counts, (4, 2, 1));
     // equally near: the first run counts
-    assert_eq!(summary.closest.as_ref().map(|closest| closest.step), Some(Step(0)));
-    assert_eq!(summary.exact_isolation.overall, 0.5);
-    assert_eq!(summary.exact_isolation.by_kind[&FaultKind::Bias], 0.5);
-    assert_eq!((summary.wrong_component_runs, summary.missed_runs, summary.early_runs), (1, 1, 0));
+    assert_eq!(summary.nominal.closest.as_ref().map(|closest| closest.step), Some(Step(0)));
+    assert_eq!((summary.all.exact, summary.all.exact_share()), (2, 0.5));
+    let of_bias = &summary.kinds[&FaultKind::Bias];
+    assert_eq!((of_bias.cases, of_bias.exact, of_bias.wrong), (2, 1, 1));
+    assert_eq!((summary.all.wrong, summary.all.missed, summary.all.early), (1, 1, 0));
     assert_eq!(summary.not_exact, [1, 3]);
     assert_eq!(summary.readable_zero_outputs, Found { all: 1, found: 1 });
-    let delays = summary.delay_ms[&FaultKind::Bias];
+    let delays = of_bias.delay_ms;
     assert_eq!((delays.median, delays.max), (Some(0.0), Some(4.0)));
-    assert_eq!(summary.verdict_delay_ms[&FaultKind::Bias].max, Some(10.0));
-    let table = summary.paper_table;
+    assert_eq!(of_bias.verdict_delay_ms.max, Some(10.0));
+    let table = summary.samples;
     let sum =
         table.true_positive + table.false_negative + table.false_positive + table.true_negative;
     assert!((sum - 1.0).abs() < 1e-12);
     assert!((table.false_negative - (6.0 + 10.0 + 16.0 + 400.0) / 4000.0).abs() < 1e-12);
-    let Interval95(low, high) = summary.paper_table_95.false_negative;
+    let Interval95(low, high) = summary.samples_95.false_negative;
     assert!(low < table.false_negative && table.false_negative < high);
-    let reversed: Vec<_> = records.iter().rev().cloned().collect();
-    assert_eq!(Summary::of(&reversed, &nominals, 1e-3), summary);
 }
 
 #[test]
 fn no_runs_make_a_summary_too() {
-    let summary = Summary::of(&[], &[], 1e-3);
-    assert_eq!((summary.scenarios, summary.accuracy), (0, 0.0));
-    assert_eq!(summary.false_alarm_runs_95, Interval95(0.0, 1.0));
+    let summary = Summary::of(&Rows::new(), 1e-3);
+    assert_eq!((summary.all.cases, summary.samples.accuracy), (0, 0.0));
+    assert_eq!(summary.nominal.false_alarms_95, Interval95(0.0, 1.0));
 }

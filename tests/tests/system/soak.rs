@@ -181,7 +181,7 @@ fn a_day_in_one_process() {
     let config = deployment.plant_config(2026);
     let setups = deployment.diagnoser_configs().iter().map(|c| c.module_setup()).collect();
     let plant = config.make_plant().unwrap();
-    let mut rig = study::Rig::new(plant, setups, study::Schedule::default(), RunId(1)).unwrap();
+    let mut rig = study::Rig::new(plant, setups, Vec::new(), RunId(1)).unwrap();
     let mut memory = Memory::default();
     const HOUR: u64 = STEPS_PER_HOUR as u64;
     for _ in 0..24 * 60 {

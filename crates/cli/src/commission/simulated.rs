@@ -36,9 +36,8 @@ impl Simulation {
     ) -> Result<Vec<Snippet>, Failure> {
         let site = self.site(plant)?;
         let progress = Progress::of_snippets("commissioning", plans.len() as u64);
-        let recorded = record_snippets(&site, setups, plans, self.jobs(), &|| progress.advance());
-        progress.end();
-        recorded.map_err(|error| Failure::input(error.to_string()))
+        record_snippets(&site, setups, plans, self.jobs(), &|| progress.advance())
+            .map_err(|error| Failure::input(error.to_string()))
     }
 
     /// The plant as it stands: flags come before its file.

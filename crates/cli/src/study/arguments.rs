@@ -1,32 +1,29 @@
 //! What the subcommands of `trusswatch study` take.
 
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU64, NonZeroUsize};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
-use study::Controller;
+use names::fault::FaultKind;
+use serde::{Deserialize, Serialize};
+use study::conditions::Situation;
+use study::identification::IdentificationSituation;
+use study::{Controller, Shard};
 
-use super::conditions::Arguments as ConditionsArguments;
-use super::identify::Arguments as IdentifyArguments;
-use super::limits::Arguments as LimitsArguments;
 use crate::table::WidthArguments;
 
-/// Which diagnosers are studied.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum PresetName {
-    /// As the paper has them: growing interval, demand residual, thresholds from the maximum, no
-    /// hold, only actuators explain
-    Paper,
-    /// As the shipped daemons run
-    Default,
-}
+/// The longest run without a fault \[s\]: a year.
+const LONGEST_S: f64 = 365.0 * 86_400.0;
+/// Sets of situations, besides single ones.
+pub(super) const HIDDEN: &str = "hidden";
+pub(super) const HISTORIES: &str = "histories";
 
-/// Evaluate the diagnosers on many random scenarios
+/// Evaluate the diagnosers on many random cases
 ///
-/// Each scenario is a run of the simulated tower with a random fault of a random component in a random
-/// wind; each nominal run is one without a fault. A run follows from the seed and its own number alone:
-/// the result does not depend on the number of jobs.
+/// Each case is a run of the simulated tower and its diagnosers with random faults. It follows from the seed and its own
+/// number alone: the result does not depend on the number of jobs, on interruptions, or on shards.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -35,87 +32,82 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    Run(RunArguments),
-    Power(PowerArguments),
-    Histories(HistoriesArguments),
-    Conditions(ConditionsArguments),
-    Limits(LimitsArguments),
-    Identify(IdentifyArguments),
+    #[command(flatten)]
+    Campaign(Box<Request>),
+    Merge(MergeArguments),
     Compare(CompareArguments),
-    Explain(ExplainArguments),
     Export(ExportArguments),
 }
 
-/// Which campaign.
-#[derive(Debug, Args)]
-pub(super) struct CampaignArguments {
+/// A campaign, and everything that its figures follow from.
+#[derive(Debug, Clone, Subcommand, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "snake_case")]
+pub(super) enum Request {
+    Run(RunArguments),
+    Conditions(ConditionArguments),
+    Limits(LimitArguments),
+    Identify(IdentifyArguments),
+}
+
+/// Which diagnosers are studied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum PresetName {
+    /// As the paper has them: growing interval, demand residual, thresholds from the maximum, no
+    /// hold, only actuators explain
+    Paper,
+    /// As the shipped daemons run
+    Default,
+}
+
+/// Weather of the shipped plant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Weather {
+    /// Wind and noise only, as in `configs/plant.toml`
+    None,
+    /// Any wind, live loads and temperatures, the same in all modules: `configs/weather/alike.toml`
+    Alike,
+    /// Other temperatures in each module and member, imperfect gages, pressure sensors and valves:
+    /// `configs/weather/uneven.toml`
+    Uneven,
+}
+
+/// What is studied.
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct SystemArguments {
     /// Which diagnosers are studied
     #[arg(long, value_enum, default_value = "default")]
     pub(super) preset: PresetName,
+    /// Weather of the shipped plant [default: alike on commissioned plants, none otherwise, each in `limits`]
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,…")]
+    pub(super) weather: Vec<Weather>,
+    /// Another plant than the shipped one, with its own weather
+    #[arg(long, value_name = "PLANT.toml", conflicts_with = "weather")]
+    pub(super) plant: Option<PathBuf>,
     /// Other diagnosers than the preset's: their configurations, in the order of the structure
     #[arg(long = "config", value_name = "MODULE.toml", requires = "plant")]
+    #[serde(rename = "config")]
     pub(super) modules: Vec<PathBuf>,
-    /// Another plant than the shipped one
-    #[arg(long, value_name = "PLANT.toml", requires = "modules")]
-    pub(super) plant: Option<PathBuf>,
     /// Seed of the campaign
     #[arg(long, default_value_t = 1, value_name = "S")]
     pub(super) seed: u64,
-    /// Mismatch of each run's plant against the nominal model, e.g. 0.1
-    #[arg(long, default_value_t = 0.0, value_name = "X", allow_hyphen_values = true)]
-    pub(super) mismatch: f64,
-    /// Controllers of the plant, which the runs have in turn
+    /// Mismatch of each plant against the nominal model [default: 0.1 for commissioned plants, 0 otherwise]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = |x: &str| within(x, 0.0..=0.9))]
+    pub(super) mismatch: Option<f64>,
+    /// Controllers, which plants have in turn
     #[arg(
         long,
-        value_enum,
         value_delimiter = ',',
         default_value = "shipped",
-        value_name = "NAME,…"
+        value_name = "NAME,…",
+        value_parser = named(Controller::ALL, Controller::as_str)
     )]
-    pub(super) controllers: Vec<ControllerName>,
+    pub(super) controllers: Vec<Controller>,
 }
 
-/// How the simulated plant is controlled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum ControllerName {
-    /// As the plant's file has it
-    Shipped,
-    /// Demands hardly move
-    Gentle,
-    /// Demands jump
-    Aggressive,
-    /// Demands jump as far as a low limit
-    Saturating,
-}
-
-impl From<ControllerName> for Controller {
-    fn from(name: ControllerName) -> Self {
-        match name {
-            ControllerName::Shipped => Controller::Shipped,
-            ControllerName::Gentle => Controller::Gentle,
-            ControllerName::Aggressive => Controller::Aggressive,
-            ControllerName::Saturating => Controller::Saturating,
-        }
-    }
-}
-
-/// How many runs, and how many at a time.
-#[derive(Debug, Args)]
-pub(super) struct RunsArguments {
-    /// Runs with a fault
-    #[arg(long, default_value_t = 300, value_name = "N")]
-    pub(super) scenarios: u64,
-    /// Runs without a fault
-    #[arg(long, default_value_t = 0, value_name = "M")]
-    pub(super) nominal: u64,
-    /// Length of a run without a fault [s]
-    #[arg(long, default_value_t = 15.0, value_name = "T", allow_hyphen_values = true)]
-    pub(super) nominal_seconds: f64,
-    #[command(flatten)]
-    pub(super) jobs: JobsArguments,
-}
-
-#[derive(Debug, Clone, Copy, Args)]
+/// How many cases run at a time.
+#[derive(Debug, Clone, Copy, Default, Args)]
 pub(super) struct JobsArguments {
     /// Runs at a time; by default as many as there are processors
     #[arg(long, value_name = "J")]
@@ -130,92 +122,180 @@ impl JobsArguments {
     }
 }
 
-/// What the subcommands have in common that make the runs of a campaign.
-#[derive(Debug, Args)]
-pub(super) struct CommonArguments {
+/// What becomes of a campaign, without an effect on its figures.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct EngineArguments {
     #[command(flatten)]
-    pub(super) campaign: CampaignArguments,
+    pub(super) jobs: JobsArguments,
+    /// Run one case only, and explain what happens in it
+    #[arg(long, value_name = "K", conflicts_with_all = ["json", "out"])]
+    pub(super) show: Option<u64>,
+    /// Run the K-th of N parts of the cases only; `trusswatch study merge` puts the parts together
+    #[arg(long, value_name = "K/N", requires = "out", conflicts_with_all = ["json", "show"])]
+    pub(super) shard: Option<Shard>,
     #[command(flatten)]
-    pub(super) runs: RunsArguments,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(super) json: bool,
+    pub(super) output: OutputArguments,
 }
 
-/// Make a campaign: isolation, delays, false alarms, the paper's table
-///
-/// It can be interrupted, resumed and extended (with --out).
-#[derive(Debug, Args)]
-pub(super) struct RunArguments {
-    #[command(flatten)]
-    pub(super) common: CommonArguments,
-    /// Keep everything in this directory: completed runs (from which the same command resumes),
-    /// summary, tables, figures, and a report to look at
+/// Where results go.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct OutputArguments {
+    /// Keep everything in this directory: completed cases (from which the same command resumes), summary, tables, figures,
+    /// and a report to look at
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+    /// Print one JSON object instead of tables
+    #[arg(long)]
+    pub(super) json: bool,
     #[command(flatten)]
     pub(super) width: WidthArguments,
 }
 
-/// Measure how likely faults are isolated by their size
-#[derive(Debug, Args)]
-pub(super) struct PowerArguments {
+/// Runs with one fault, and runs without any.
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct ScenarioArguments {
     #[command(flatten)]
-    pub(super) campaign: CampaignArguments,
-    /// Runs for each size
-    #[arg(long, default_value = "60", value_name = "N")]
-    pub(super) runs: std::num::NonZeroU64,
-    #[command(flatten)]
-    pub(super) jobs: JobsArguments,
-    /// Write the figure into this file
-    #[arg(long, value_name = "FILE.svg")]
-    pub(super) svg: Option<PathBuf>,
-    /// Print one JSON object instead of a table
-    #[arg(long)]
-    pub(super) json: bool,
+    #[serde(flatten)]
+    pub(super) system: SystemArguments,
+    /// Runs with a fault
+    #[arg(long, default_value_t = 300, value_name = "N")]
+    pub(super) scenarios: u64,
+    /// Runs without a fault
+    #[arg(long, default_value_t = 0, value_name = "M")]
+    pub(super) nominal: u64,
+    /// Length of a run without a fault [s]
+    #[arg(long, default_value = "15", value_name = "T", value_parser = |x: &str| within(x, 1e-3..=LONGEST_S))]
+    pub(super) nominal_seconds: f64,
 }
 
-/// Go through random histories: faults that come, go, come again and overlap, lost samples, restarts
+/// Give each run one fault: isolation, delays, false alarms, the paper's table
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct RunArguments {
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) of: ScenarioArguments,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) engine: EngineArguments,
+}
+
+/// Go through faults that hide, and through random histories
 ///
-/// A history follows from the seed and its own number alone. A healthy component that is named is a defect
-/// of the diagnosis: the command then fails, and says how to look at that history.
-#[derive(Debug, Args)]
-pub(super) struct HistoriesArguments {
+/// Hidden faults are there from the start, begin in gaps, creep, or follow other faults. They are given to so many plants,
+/// each commissioned in its weather like by `trusswatch commission`: 40 snippets of 12 s, or more if its modules have more
+/// than one peer, and two strokes of 100 kN of each cylinder. Case N is one of plant N/cases. In histories faults come, go,
+/// come again and overlap, samples are lost and diagnosers restarted; each has a plant of its own, without a reference. A
+/// healthy component that is named is a defect of the diagnosis: the command then fails, and says how to look at that case.
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct ConditionArguments {
     #[command(flatten)]
-    pub(super) campaign: CampaignArguments,
-    /// How many histories
-    #[arg(long, default_value = "200", value_name = "N")]
-    pub(super) histories: std::num::NonZeroU64,
-    /// Number of the first of them
-    #[arg(long, default_value_t = 0, value_name = "K")]
-    pub(super) from: u64,
-    #[command(flatten)]
-    pub(super) jobs: JobsArguments,
-    /// Go through the first of them only, and print what happens
+    #[serde(flatten)]
+    pub(super) system: SystemArguments,
+    /// What is wrong: all situations with hidden faults in turn, all histories in turn, or one situation
+    #[arg(long, default_value = HIDDEN, value_name = "NAME", value_parser = situations())]
+    pub(super) situations: String,
+    /// How many plants are commissioned
+    #[arg(long, default_value = "3", value_name = "N")]
+    pub(super) plants: NonZeroU64,
+    /// Cases of each plant; of histories, all
+    #[arg(long, default_value = "140", value_name = "N")]
+    pub(super) cases: NonZeroU64,
+    /// Every hidden fault that may be one is a bias of this size, either way, the gages taking turns; drifts are followed
+    /// so far
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = |x: &str| within(x, 0.1..=1e4))]
+    pub(super) bias_microstrain: Option<f64>,
+    /// Every hidden fault that may be one is a leak of this coefficient, kinds of leak and cylinders taking turns
+    #[arg(long, value_name = "X", conflicts_with = "bias_microstrain", value_parser = |x: &str| within(x, 1e-12..=1e-4))]
+    pub(super) leak_area_m2: Option<f64>,
+    /// Length of a case in which nothing is wrong [s]; e.g. 600 with `--situations healthy` for many hours
+    #[arg(long, value_name = "S", value_parser = |x: &str| within(x, 1.0..=86_400.0))]
+    pub(super) healthy_seconds: Option<f64>,
+    /// Let every module work without its peers: its reference knows the module alone, and what another module's fault
+    /// does to it it takes for a fault of its own, which is no defect here
     #[arg(long)]
-    pub(super) show: bool,
-    /// Print one JSON object instead of a table
-    #[arg(long, conflicts_with = "show")]
-    pub(super) json: bool,
+    pub(super) alone: bool,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) engine: EngineArguments,
+}
+
+/// Measure the smallest fault that each detector finds within a time, by weather
+///
+/// Draws so many plants in each weather, each commissioned in it like by `trusswatch study conditions`, and gives them biases
+/// and leaks of growing size: to the change detector ones that jump in, to the comparison with a reference ones that
+/// are there from the first sample on. Gages, cylinders and plants take turns.
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct LimitArguments {
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) system: SystemArguments,
+    /// Measure the minimum isolable fault instead: how likely a component is named within a second, by the size of its
+    /// fault in units of the noise, on plants of their own without a reference
+    #[arg(long)]
+    pub(super) isolation: bool,
+    /// How many plants are commissioned in each weather
+    #[arg(long, default_value = "3", value_name = "N")]
+    pub(super) plants: NonZeroU64,
+    /// Runs for each size, detector and weather, shared among the plants
+    #[arg(long, default_value = "30", value_name = "N")]
+    pub(super) runs: NonZeroU64,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) engine: EngineArguments,
+}
+
+/// Identify faults of every kind: is their kind right, and is their size within what is said?
+///
+/// Draws so many plants, each commissioned in the weather like by `trusswatch study conditions`, and gives each of them
+/// so many faults, kinds and situations taking turns: alone, right after another one's effects, during a hard-over, as
+/// the second one. Sizes are drawn from half the smallest that is found on. Case N is one of plant N/cases.
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct IdentifyArguments {
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) system: SystemArguments,
+    /// How many plants are commissioned
+    #[arg(long, default_value = "3", value_name = "N")]
+    pub(super) plants: NonZeroU64,
+    /// Faults of each plant
+    #[arg(long, default_value = "130", value_name = "N")]
+    pub(super) cases: NonZeroU64,
+    /// Only faults of this kind
+    #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
+    pub(super) kind: Option<FaultKind>,
+    /// Only faults in this situation
+    #[arg(long, value_name = "NAME", value_parser = named(IdentificationSituation::ALL, IdentificationSituation::as_str))]
+    pub(super) situation: Option<IdentificationSituation>,
+    /// Size of every fault that has one, in limits of its kind: the smallest that is found within about two seconds
+    #[arg(long, value_name = "X", value_parser = |x: &str| within(x, 0.01..=1000.0))]
+    pub(super) in_limits: Option<f64>,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) engine: EngineArguments,
+}
+
+/// Put the shards of a campaign together: the same output as of one run
+#[derive(Debug, Args)]
+pub(super) struct MergeArguments {
+    /// Directories of shards (their `--out`), which together hold every case
+    #[arg(value_name = "DIR", required = true)]
+    pub(super) directories: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) output: OutputArguments,
 }
 
 /// Compare the four combinations of rule and actuator residual on the same scenarios
 #[derive(Debug, Args)]
 pub(super) struct CompareArguments {
     #[command(flatten)]
-    pub(super) common: CommonArguments,
+    pub(super) of: ScenarioArguments,
+    #[command(flatten)]
+    pub(super) jobs: JobsArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(super) json: bool,
     #[command(flatten)]
     pub(super) width: WidthArguments,
-}
-
-/// Replay one scenario and describe what happened
-#[derive(Debug, Args)]
-pub(super) struct ExplainArguments {
-    /// Number of the scenario in its campaign, from 0
-    #[arg(value_name = "K")]
-    pub(super) scenario: u64,
-    #[command(flatten)]
-    pub(super) campaign: CampaignArguments,
 }
 
 /// Write the residuals of every run with the truth beside them, one CSV table a run, for other
@@ -226,14 +306,31 @@ pub(super) struct ExportArguments {
     #[arg(value_name = "DIR")]
     pub(super) directory: PathBuf,
     #[command(flatten)]
-    pub(super) common: CommonArguments,
+    pub(super) of: ScenarioArguments,
+    #[command(flatten)]
+    pub(super) jobs: JobsArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// Reads a number within a range.
+fn within(text: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    number.ok_or_else(|| format!("use a number from {} to {}", range.start(), range.end()))
 }
 
 /// Reads one of these by its name.
-pub(super) fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(all.map(name))
         .try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("no such name"))
+}
+
+/// Reads the name of a set of situations or of one.
+fn situations() -> PossibleValuesParser {
+    let all = Situation::HIDDEN.into_iter().chain(Situation::HISTORIES);
+    PossibleValuesParser::new([HIDDEN, HISTORIES].into_iter().chain(all.map(Situation::as_str)))
 }

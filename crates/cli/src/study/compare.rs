@@ -1,17 +1,21 @@
 //! Two rules and two actuator residuals, in their four combinations, on the same scenarios.
 
-use std::sync::atomic::AtomicBool;
+use std::io::{self, Write};
+use std::sync::atomic::Ordering;
 
 use diagnosis::Rule;
 use diagnosis::residual::ActuatorResidual;
 use serde::Serialize;
-use study::summary::Summary;
-use study::{Campaign, NominalRuns};
+use study::report::{interval, percent};
+use study::scenarios::{Scenarios, Summary};
+use study::{Campaign, Done, NominalRuns, System};
 
-use super::arguments::RunsArguments;
-use super::runs;
+use super::arguments::CompareArguments;
+use super::{conduct, interrupt};
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::table::{TextTable, table};
+use crate::versioned;
 
 /// How thresholds of a residual are made that has none: as the shipped ones were, from fewer runs.
 const CALIBRATION_FIRST_SEED: u64 = 1_000_000;
@@ -21,71 +25,110 @@ const CALIBRATION_MARGIN: f64 = 2.5;
 
 /// What one combination came to.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct Combination {
-    pub(super) rule: Rule,
-    pub(super) actuator_residual: ActuatorResidual,
+struct Combination {
+    rule: Rule,
+    actuator_residual: ActuatorResidual,
     #[serde(flatten)]
-    pub(super) summary: Summary,
+    summary: Summary,
 }
 
 /// What all four came to.
-#[derive(Debug, Serialize)]
-pub(super) struct Comparison<'a> {
-    pub(super) combinations: &'a [Combination],
+#[derive(Serialize)]
+struct Comparison<'a> {
+    combinations: &'a [Combination],
 }
 
-/// Tries the four combinations on the scenarios that the arguments ask for.
-pub(super) fn combinations(
-    arguments: &RunsArguments,
-    campaign: &Campaign,
-    stop: &AtomicBool,
-) -> Result<Vec<Combination>, Failure> {
+/// Tries the four combinations and prints what they come to.
+pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
+    let campaign = arguments.of.campaign()?;
+    let (stop, jobs) = (interrupt::listen()?, arguments.jobs.count());
     let mut combinations = Vec::new();
     for actuator_residual in [ActuatorResidual::Demand, ActuatorResidual::Tracking] {
-        let watched = watched_by(actuator_residual, arguments, campaign)?;
+        let watched = watched_by(actuator_residual, campaign.clone(), jobs)?;
         for rule in [Rule::Paper, Rule::FirstChange] {
             let mut judged = watched.clone();
-            judged.setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
-            let runs = runs::make(arguments, &judged, None, stop)?;
-            if !runs.complete {
+            judged.system.setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
+            let mut done = Done::default();
+            conduct::engine(jobs, &stop).run(&judged, 0..judged.cases(), &mut done, None)?;
+            if stop.load(Ordering::Relaxed) {
                 return Err(Failure::interrupted("interrupted"));
             }
-            let step_s = campaign.parameters.step_s;
-            let summary = Summary::of(&runs.scenarios, &runs.nominal, step_s);
+            let summary = judged.summarize(&done.rows);
             combinations.push(Combination { rule, actuator_residual, summary });
         }
     }
-    Ok(combinations)
+    let mut out = io::stdout().lock();
+    if arguments.json {
+        let comparison = Comparison { combinations: &combinations };
+        write!(out, "{}", versioned::text(&comparison)?)?;
+    } else {
+        writeln!(out, "{}", side_by_side(&combinations).text(arguments.width.limit()))?;
+    }
+    Ok(out.flush()?)
 }
 
 /// The campaign with its actuators watched by this residual, with thresholds made for it.
 fn watched_by(
     residual: ActuatorResidual,
-    arguments: &RunsArguments,
-    campaign: &Campaign,
-) -> Result<Campaign, Failure> {
-    let mut campaign = campaign.clone();
-    if campaign.setups.iter().all(|setup| setup.detection.actuator_residual == residual) {
+    mut campaign: Scenarios,
+    jobs: usize,
+) -> Result<Scenarios, Failure> {
+    let steps = campaign.system.steps(campaign.ranges.length_s);
+    let System { structure, parameters, setups, .. } = &mut campaign.system;
+    if setups.iter().all(|setup| setup.detection.actuator_residual == residual) {
         return Ok(campaign);
     }
-    campaign.setups.iter_mut().for_each(|setup| setup.detection.actuator_residual = residual);
+    setups.iter_mut().for_each(|setup| setup.detection.actuator_residual = residual);
     let runs = NominalRuns {
         first_seed: CALIBRATION_FIRST_SEED,
         runs: CALIBRATION_RUNS,
-        steps: campaign.steps(),
+        steps,
         mismatch: CALIBRATION_MISMATCH,
-        jobs: arguments.jobs.count(),
+        jobs,
     };
     let progress = Progress::of_runs("calibration", runs.runs);
-    let done = || progress.advance();
-    let Campaign { structure, parameters, setups, .. } = &campaign;
-    let calibration = runs
-        .calibrate(structure, parameters, setups, &done)
-        .map_err(|error| runs::unusable(&error))?;
-    progress.end();
-    for (setup, module) in campaign.setups.iter_mut().zip(&calibration.modules) {
+    let calibration = runs.calibrate(structure, parameters, setups, &|| progress.advance())?;
+    for (setup, module) in setups.iter_mut().zip(&calibration.modules) {
         let largest = module.channels.iter().map(|channel| channel.peaks.largest());
         setup.thresholds = largest.map(|d| d * CALIBRATION_MARGIN).collect();
     }
     Ok(campaign)
+}
+
+fn side_by_side(combinations: &[Combination]) -> TextTable {
+    let heading = [
+        "rule",
+        "actuator residual",
+        "exactly isolated",
+        "95 %",
+        "wrong component",
+        "missed",
+        "early",
+        "accuracy",
+        "false alarms",
+    ];
+    let mut text = table(&heading);
+    for Combination { rule, actuator_residual, summary } in combinations {
+        let rule = match rule {
+            Rule::Paper => "only actuators explain (paper)",
+            Rule::FirstChange => "first change names the fault",
+        };
+        let residual = match actuator_residual {
+            ActuatorResidual::Demand => "demand (paper)",
+            ActuatorResidual::Tracking => "tracking",
+        };
+        let (all, nominal) = (&summary.all, &summary.nominal);
+        text.add_row(vec![
+            rule.to_owned(),
+            residual.to_owned(),
+            percent(all.exact_share()),
+            interval(all.exact_95),
+            all.wrong.to_string(),
+            all.missed.to_string(),
+            all.early.to_string(),
+            format!("{:.4}", summary.samples.accuracy),
+            format!("{} of {}", nominal.false_alarms, nominal.cases),
+        ]);
+    }
+    text
 }

@@ -5,33 +5,21 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use names::ComponentPath;
 use serde::Serialize;
-use study::{
-    Campaign, Exported, NominalRecord, RecordedChange, ScenarioRecord, StudyError, TruthIndex,
-    export_nominal, export_scenario, parallel,
-};
+use study::scenarios::{Record, Scenarios};
+use study::{Campaign, RecordedChange, StudyError, TruthIndex, export, parallel};
 
 use super::arguments::ExportArguments;
-use super::files;
+use super::files::{self, cannot_write};
+use super::interrupt;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::versioned;
 
-/// A run, by its number. Scenarios come before nominal runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Run {
-    Scenario(u64),
-    Nominal(u64),
-}
-
-/// A run that was recorded.
-enum Recorded {
-    Scenario(Exported<ScenarioRecord>),
-    Nominal(Exported<NominalRecord>),
-}
+/// What came of the runs, by their number.
+type Recorded = BTreeMap<u64, (Record, Vec<RecordedChange>)>;
 
 /// A line of `changes.csv`.
 #[derive(Serialize)]
@@ -51,37 +39,29 @@ struct Written<'a> {
 }
 
 /// Records every run that the arguments ask for, and prints what was written where.
-pub(super) fn write(
-    arguments: &ExportArguments,
-    campaign: &Campaign,
-    stop: &AtomicBool,
-) -> Result<(), Failure> {
+pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
+    let (campaign, stop) = (arguments.of.campaign()?, interrupt::listen()?);
     let directory = arguments.directory.as_path();
-    let asked = &arguments.common.runs;
-    std::fs::create_dir_all(directory).map_err(|error| cannot_write(directory, &error))?;
-    let runs: Vec<Run> = (0..asked.scenarios)
-        .map(Run::Scenario)
-        .chain((0..asked.nominal).map(Run::Nominal))
-        .collect();
-    let mut recorded = BTreeMap::new();
-    let progress = Progress::of_runs("recordings", runs.len() as u64);
-    let keep = |run: &Run, record| {
-        recorded.insert(*run, record);
+    files::make(directory)?;
+    let cases: Vec<u64> = (0..campaign.cases()).collect();
+    let mut recorded = Recorded::new();
+    let progress = Progress::of_runs("recordings", campaign.cases());
+    let keep = |case: &u64, record| {
+        recorded.insert(*case, record);
         progress.advance();
         Ok(())
     };
-    let record = |run: &Run| run.record(campaign, directory);
-    parallel::for_each(&runs, asked.jobs.count(), stop, record, keep)?;
-    progress.end();
-    write_truth(directory, &recorded)?;
-    write_changes(directory, &recorded)?;
-    if recorded.len() < runs.len() {
-        let message = format!("interrupted after {} of {} recordings", recorded.len(), runs.len());
+    let record = |case: &u64| record(&campaign, *case, directory);
+    parallel::for_each(&cases, arguments.jobs.count(), &stop, record, keep)?;
+    write_truth(&campaign, directory, &recorded)?;
+    write_changes(&campaign, directory, &recorded)?;
+    if recorded.len() < cases.len() {
+        let message = format!("interrupted after {} of {} recordings", recorded.len(), cases.len());
         return Err(Failure::interrupted(message));
     }
-    let changes = recorded.values().map(|recorded| recorded.changes().len()).sum();
-    let (scenarios, nominal_runs) = (asked.scenarios, asked.nominal);
-    print(&Written { directory, scenarios, nominal_runs, changes }, arguments.common.json)
+    let changes = recorded.values().map(|(_, changes)| changes.len()).sum();
+    let (scenarios, nominal_runs) = (campaign.scenarios, campaign.nominal);
+    print(&Written { directory, scenarios, nominal_runs, changes }, arguments.json)
 }
 
 fn print(written: &Written, json: bool) -> Result<(), Failure> {
@@ -100,70 +80,53 @@ fn print(written: &Written, json: bool) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-impl Run {
-    fn file_name(self) -> String {
-        match self {
-            Run::Scenario(number) => format!("scenario-{number:05}.csv"),
-            Run::Nominal(number) => format!("nominal-{number:05}.csv"),
-        }
-    }
-
-    fn record(self, campaign: &Campaign, directory: &Path) -> Result<Recorded, Failure> {
-        let path = directory.join(self.file_name());
-        let file = File::create(&path).map_err(|error| cannot_write(&path, &error))?;
-        let mut out = BufWriter::new(file);
-        let recorded = match self {
-            Run::Scenario(number) => {
-                export_scenario(campaign, number, &mut out).map(Recorded::Scenario)
-            }
-            Run::Nominal(number) => {
-                export_nominal(campaign, number, &mut out).map(Recorded::Nominal)
-            }
-        };
-        let recorded = recorded.map_err(|error| match error {
-            StudyError::Write(error) => cannot_write(&path, &error),
-            error => super::runs::unusable(&error),
-        })?;
-        out.flush().map_err(|error| cannot_write(&path, &error))?;
-        Ok(recorded)
+fn file_name(campaign: &Scenarios, case: u64) -> String {
+    match case.checked_sub(campaign.scenarios) {
+        None => format!("scenario-{case:05}.csv"),
+        Some(number) => format!("nominal-{number:05}.csv"),
     }
 }
 
-impl Recorded {
-    fn changes(&self) -> &[RecordedChange] {
-        match self {
-            Recorded::Scenario(exported) => &exported.changes,
-            Recorded::Nominal(exported) => &exported.changes,
-        }
-    }
+fn record(
+    campaign: &Scenarios,
+    case: u64,
+    directory: &Path,
+) -> Result<(Record, Vec<RecordedChange>), Failure> {
+    let path = directory.join(file_name(campaign, case));
+    let file = File::create(&path).map_err(|error| cannot_write(&path, &error))?;
+    let mut out = BufWriter::new(file);
+    let recorded = export(campaign, case, &mut out).map_err(|error| match error {
+        StudyError::Write(error) => cannot_write(&path, &error),
+        error => error.into(),
+    })?;
+    out.flush().map_err(|error| cannot_write(&path, &error))?;
+    Ok(recorded)
 }
 
-fn write_truth(directory: &Path, recorded: &BTreeMap<Run, Recorded>) -> Result<(), Failure> {
+fn write_truth(campaign: &Scenarios, directory: &Path, recorded: &Recorded) -> Result<(), Failure> {
     let path = directory.join("truth.csv");
     let text = || {
         let mut index = TruthIndex::begin(Vec::new())?;
-        for (run, recorded) in recorded {
-            match recorded {
-                Recorded::Scenario(exported) => index.scenario(&run.file_name(), &exported.record),
-                Recorded::Nominal(exported) => index.nominal(&run.file_name(), &exported.record),
-            }?;
+        for (case, (record, _)) in recorded {
+            let number = case.checked_sub(campaign.scenarios).unwrap_or(*case);
+            index.add(&file_name(campaign, *case), number, record)?;
         }
         index.end()
     };
     files::write(&path, text().map_err(|error| cannot_write(&path, &error))?)
 }
 
-fn write_changes(directory: &Path, recorded: &BTreeMap<Run, Recorded>) -> Result<(), Failure> {
-    let rows = recorded.iter().flat_map(|(run, recorded)| {
-        recorded.changes().iter().map(|change| ChangeRow {
-            file: run.file_name(),
+fn write_changes(
+    campaign: &Scenarios,
+    directory: &Path,
+    recorded: &Recorded,
+) -> Result<(), Failure> {
+    let rows = recorded.iter().flat_map(|(case, (_, changes))| {
+        changes.iter().map(|change| ChangeRow {
+            file: file_name(campaign, *case),
             component: &change.component,
             step: change.step.0,
         })
     });
     files::write_table(&directory.join("changes.csv"), rows)
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::runtime(format!("cannot write `{}`: {error}", path.display()))
 }

@@ -10,7 +10,7 @@ const USUAL: u16 = 80;
 const NARROWEST: u16 = 40;
 
 /// Whether tables may be wider than the terminal.
-#[derive(Debug, Clone, Copy, clap::Args)]
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub(crate) struct WidthArguments {
     /// Print every row of a table on one line, even if that is wider than the terminal
     #[arg(long)]

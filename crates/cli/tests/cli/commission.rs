@@ -9,8 +9,8 @@ use diagnosis::ModuleSetup;
 use diagnosis::state::Reference;
 use names::RunId;
 use serde_json::Value;
+use study::Rig;
 use study::commissioning::{Site, SnippetPlan, learn, record_snippets};
-use study::{Rig, Schedule};
 
 use crate::binary::{Outcome, run};
 use crate::calibrate::{path, small_mast};
@@ -162,7 +162,7 @@ fn record(mast: &tempfile::TempDir, seed: u64, steps: u64) -> String {
     fs::create_dir(&directory).unwrap();
     let mut tables: Vec<String> = setups.iter().map(header).collect();
     let plant = site.plant(seed).unwrap();
-    let mut rig = Rig::new(plant, setups.clone(), Schedule::default(), RunId(seed)).unwrap();
+    let mut rig = Rig::new(plant, setups.clone(), Vec::new(), RunId(seed)).unwrap();
     for _ in 0..steps {
         rig.step().unwrap();
         for (table, sample) in tables.iter_mut().zip(rig.samples()) {

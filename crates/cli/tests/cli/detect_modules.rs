@@ -6,25 +6,28 @@ use std::path::Path;
 use crate::binary::{Outcome, repository, run, run_with};
 use daemon::config::{PlantFlags, load_diagnoser, load_plant};
 use serde_json::Value;
-use study::{Campaign, ScenarioRanges, export_scenario};
+use study::scenarios::{ScenarioRanges, Scenarios};
+use study::{System, export};
 
 fn shipped(name: &str) -> String {
     repository("configs").join(name).display().to_string()
 }
 
 /// The shipped tower in short runs: 3 s without and 2 s with a fault.
-fn campaign() -> Campaign {
+fn campaign() -> Scenarios {
     let plant = load_plant(Path::new(&shipped("plant.toml")), &PlantFlags::default()).unwrap();
     let setup = |name| load_diagnoser(Path::new(&shipped(name))).unwrap().module_setup();
-    Campaign {
+    let system = System {
+        name: String::new(),
         structure: plant.structure,
         parameters: plant.parameters,
         setups: vec![setup("module1.toml"), setup("module2.toml")],
         mismatch: 0.1,
         controllers: Vec::new(),
         seed: 7,
-        ranges: ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() },
-    }
+    };
+    let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() };
+    Scenarios { system, ranges, scenarios: 7, nominal: 0 }
 }
 
 fn modules(names: &[&str]) -> Vec<String> {
@@ -63,10 +66,10 @@ fn a_recording_gives_the_very_changes_of_its_run() {
     let mut count = 0;
     for number in 0..7 {
         let mut table = Vec::new();
-        let exported = export_scenario(&campaign, number, &mut table).unwrap();
+        let (record, exported) = export(&campaign, number, &mut table).unwrap();
         let table = String::from_utf8(table).unwrap();
         let expected: BTreeSet<_> =
-            exported.changes.iter().map(|c| (c.component.to_string(), c.step.0)).collect();
+            exported.iter().map(|c| (c.component.to_string(), c.step.0)).collect();
         count += expected.len();
         assert_eq!(changes(&detect(&table, &both, &["--json"])), expected);
         // a module alone, and a channel alone, are watched no differently
@@ -75,7 +78,7 @@ fn a_recording_gives_the_very_changes_of_its_run() {
             expected.iter().filter(|(channel, _)| channel.starts_with(name)).cloned().collect()
         };
         assert_eq!(changes(&alone), of("module2/"));
-        let faulty = exported.record.component.to_string();
+        let faulty = record.injection.unwrap().component.to_string();
         let one = detect(&table, &both, &["--json", "--columns", &faulty]);
         assert_eq!(changes(&one), of(&faulty));
     }
@@ -88,7 +91,7 @@ fn the_summary_names_the_modules() {
     let mut campaign = campaign();
     campaign.ranges.length_s = 0.1;
     campaign.ranges.onset_s = [0.05, 0.06];
-    export_scenario(&campaign, 0, &mut table).unwrap();
+    export(&campaign, 0, &mut table).unwrap();
     let table = String::from_utf8(table).unwrap();
     let both = modules(&["module1.toml", "module2.toml"]);
     let outcome = detect(&table, &both, &[]);

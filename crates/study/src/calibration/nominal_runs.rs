@@ -12,7 +12,6 @@ use super::collector::Collector;
 use crate::error::StudyError;
 use crate::parallel;
 use crate::rig::{Rig, RigError};
-use crate::schedule::Schedule;
 
 /// Never reached by a divergence.
 const OUT_OF_REACH: f64 = f64::MAX;
@@ -72,7 +71,7 @@ impl NominalRuns {
         let plant = plant(nominal, parameters, self.mismatch, seed)?;
         let mut setups = setups.to_vec();
         setups.iter_mut().for_each(|setup| setup.thresholds.fill(OUT_OF_REACH));
-        let mut rig = Rig::new(plant, setups.clone(), Schedule::default(), RunId(seed))?;
+        let mut rig = Rig::new(plant, setups.clone(), Vec::new(), RunId(seed))?;
         Ok(watch(&mut rig, &setups, self.steps)?)
     }
 }

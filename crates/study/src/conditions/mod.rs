@@ -1,12 +1,128 @@
-//! Runs in which something is wrong that no change shows: from the start, after a gap, creeping, behind another fault.
+//! Runs in which something is wrong that a single fault which stays does not show: hidden faults on commissioned plants,
+//! from the start, after a gap, creeping, behind another fault; and random histories of faults that come, go and overlap,
+//! lost samples and restarts. Whatever happens, nothing healthy may be named.
 
-mod campaign;
-mod draw;
-mod run;
+mod hidden;
+mod histories;
+mod row;
+mod situation;
 mod tally;
 
-pub use campaign::{CommissionedPlant, ConditionCampaign};
-pub use draw::{Blind, Case, CaseKind, Situation};
-pub(crate) use run::standing;
-pub use run::{CaseRecord, Standing, run_case};
-pub use tally::{SituationTally, tally};
+pub use hidden::HiddenFaults;
+pub(crate) use row::standing;
+pub use row::{CaseRow, Faulty, Standing};
+pub use situation::Situation;
+pub use tally::{ConditionSummary, Tally};
+
+use crate::campaign::{Campaign, Rows};
+use crate::case::{Case, Run};
+use crate::error::StudyError;
+use crate::report::Table;
+use crate::system::{CommissionedPlant, System};
+
+/// Faults that passed for healthy and are listed one by one.
+const SHOWN: usize = 10;
+
+/// Cases in situations that take turns.
+#[derive(Debug, Clone)]
+pub struct Conditions {
+    /// What they are of.
+    pub system: System,
+    /// The situations. Histories have plants of their own, other situations commissioned ones.
+    pub situations: Vec<Situation>,
+    /// What hidden faults are.
+    pub hidden: HiddenFaults,
+    /// How many plants are commissioned.
+    pub plants: u64,
+    /// Cases of each of them; of histories, all cases.
+    pub cases: u64,
+    /// Modules work without their peers, which alone know what is not a module's own fault.
+    pub alone: bool,
+}
+
+impl Conditions {
+    /// The situation of a case, and how often each situation has had its turn before.
+    fn turn(&self, number: u64) -> (Situation, u64) {
+        let count = self.situations.len() as u64;
+        (self.situations[(number % count) as usize], number / count)
+    }
+
+    fn has_histories(&self) -> bool {
+        self.situations.iter().any(|situation| situation.is_history())
+    }
+}
+
+impl Campaign for Conditions {
+    type Kind = Situation;
+    type Row = CaseRow;
+    type Summary = ConditionSummary;
+
+    fn systems(&self) -> &[System] {
+        std::slice::from_ref(&self.system)
+    }
+
+    fn cases(&self) -> u64 {
+        if self.has_histories() { self.cases } else { self.plants * self.cases }
+    }
+
+    fn plant_of(&self, case: u64) -> (usize, Option<u64>) {
+        (0, (!self.has_histories()).then(|| case / self.cases.max(1)))
+    }
+
+    fn draw(
+        &self,
+        number: u64,
+        plant: Option<&CommissionedPlant>,
+    ) -> Result<Case<Situation>, StudyError> {
+        let (situation, turn) = self.turn(number);
+        let smallest = |gage: &_| plant.map_or(0.0, |plant| plant.smallest_bias_strain(gage));
+        let case = match situation.is_history() {
+            true => histories::draw(&self.system, number, situation),
+            false => self.hidden.draw(&self.system, &smallest, (number, situation), turn),
+        };
+        case.ok_or(StudyError::NothingToBreak)
+    }
+
+    fn judge(&self, case: &Case<Situation>, run: &mut Run) -> Result<CaseRow, StudyError> {
+        run.finish()?;
+        Ok(CaseRow::of(case, run))
+    }
+
+    fn summarize(&self, rows: &Rows<CaseRow>) -> ConditionSummary {
+        ConditionSummary::of(rows, self.system.parameters.step_s)
+    }
+
+    fn tables(
+        &self,
+        rows: &Rows<CaseRow>,
+        summary: &ConditionSummary,
+    ) -> (Vec<Table>, Vec<String>) {
+        let note = match self.alone {
+            true => "Without peers a module takes what another's fault does to it for its own.",
+            false => "",
+        };
+        // What is repaired in a history is normal.
+        let passed = if self.has_histories() { Vec::new() } else { passed_for_normal(rows) };
+        (vec![summary.table().with_note(note)], passed)
+    }
+
+    fn defects(&self, row: &CaseRow) -> Vec<String> {
+        if self.alone {
+            return Vec::new();
+        }
+        row.healthy_named.iter().map(|named| named.component.to_string()).collect()
+    }
+}
+
+fn passed_for_normal(rows: &Rows<CaseRow>) -> Vec<String> {
+    let faulty = rows.iter().flat_map(|(case, row)| row.faulty.iter().map(move |of| (case, of)));
+    let passed = faulty.filter(|(_, faulty)| faulty.standing == Standing::Normal);
+    let mut lines: Vec<String> = passed
+        .map(|(case, of)| format!("Passed for normal: case {case}: {}, {}", of.component, of.fault))
+        .collect();
+    if let Some(more @ 1..) = lines.len().checked_sub(SHOWN) {
+        lines.truncate(SHOWN);
+        lines.push(format!("and {more} more"));
+    }
+    lines
+}

@@ -4,75 +4,151 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::draw::Situation;
-use super::run::{CaseRecord, Standing};
-use crate::summary::{Interval95, share_interval};
+use super::row::{CaseRow, Standing};
+use super::situation::Situation;
+use crate::campaign::Rows;
+use crate::report::{Table, interval};
+use crate::scenarios::Found;
+use crate::statistics::{Interval95, share_interval};
 
-/// What came of the cases of one situation.
+/// What came of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ConditionSummary {
+    /// All cases.
+    pub all: Tally,
+    /// By situation.
+    pub situations: BTreeMap<Situation, Tally>,
+}
+
+/// What came of cases.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct SituationTally {
+pub struct Tally {
     /// How many there were.
     pub cases: u64,
-    /// Faults, by how they stand at the end.
-    pub faults: BTreeMap<Standing, u64>,
-    /// Cases in which a healthy component was declared faulty.
+    /// Faulty components.
+    pub faults: u64,
+    /// Those that are declared faulty at the end.
+    pub named: u64,
+    /// Interval of their share (Clopper and Pearson).
+    pub named_95: Interval95,
+    /// Those that are the likeliest of several at the end.
+    pub likeliest: u64,
+    /// Those that are another one of several at the end.
+    pub in_a_group: u64,
+    /// Those that nothing is known of at the end.
+    pub cannot_tell: u64,
+    /// Those that pass for healthy at the end.
+    pub normal: u64,
+    /// First faults of cases, and those that were ever named.
+    pub first_faults: Found,
+    /// Faults of other components after the first, likewise.
+    pub later_faults: Found,
+    /// Cases with changes that could not be judged in the end.
+    pub not_judged: u64,
+    /// Cases in which a healthy component was named.
     pub healthy_named: u64,
+    /// Interval of their share (Clopper and Pearson).
+    pub healthy_named_95: Interval95,
     /// Hours of the plant's time.
     pub hours: f64,
     /// Questions put to peers.
-    pub questions: u64,
+    pub questions_per_hour: f64,
 }
 
-impl SituationTally {
-    /// Counts cases of whatever situation.
-    #[must_use]
-    pub fn of(records: &[CaseRecord], step_s: f64) -> Self {
-        let mut all = Self::default();
-        records.iter().for_each(|record| all.count(record, step_s));
-        all
-    }
-
-    fn count(&mut self, record: &CaseRecord, step_s: f64) {
-        self.cases += 1;
-        self.healthy_named += u64::from(!record.healthy_named.is_empty());
-        self.hours += record.steps as f64 * step_s / 3600.0;
-        self.questions += record.questions;
-        for (_, _, standing, _) in &record.faulty {
-            *self.faults.entry(*standing).or_default() += 1;
+impl ConditionSummary {
+    pub(super) fn of(rows: &Rows<CaseRow>, step_s: f64) -> Self {
+        let mut situations = BTreeMap::<_, Vec<&CaseRow>>::new();
+        for row in rows.values() {
+            situations.entry(row.situation).or_default().push(row);
+        }
+        let tally = |(situation, rows): (&Situation, &Vec<&CaseRow>)| {
+            (*situation, Tally::of(rows.iter().copied(), step_s))
+        };
+        Self {
+            all: Tally::of(rows.values(), step_s),
+            situations: situations.iter().map(tally).collect(),
         }
     }
 
-    /// Faults that stand so at the end.
-    #[must_use]
-    pub fn faults_that_are(&self, standing: Standing) -> u64 {
-        self.faults.get(&standing).copied().unwrap_or(0)
-    }
-
-    /// Faults in all.
-    #[must_use]
-    pub fn all_faults(&self) -> u64 {
-        self.faults.values().sum()
-    }
-
-    /// Interval of the share of faults that stand so at the end (Clopper and Pearson).
-    #[must_use]
-    pub fn share_95(&self, standing: Standing) -> Interval95 {
-        share_interval(self.faults_that_are(standing), self.all_faults())
-    }
-
-    /// Interval of the share of cases in which a healthy component was declared faulty.
-    #[must_use]
-    pub fn healthy_named_95(&self) -> Interval95 {
-        share_interval(self.healthy_named, self.cases)
+    pub(super) fn table(&self) -> Table {
+        let situations = self.situations.iter();
+        let situations = situations.map(|(situation, tally)| (situation.as_str(), tally));
+        let rows = situations.chain([("all", &self.all)]).map(|(name, tally)| tally.row(name));
+        Table::new(
+            "Faults by what else happens, and how they stand at the end",
+            &[
+                "situation",
+                "cases",
+                "faults",
+                "named",
+                "95 %",
+                "likeliest of a group",
+                "in a group",
+                "cannot tell",
+                "normal",
+                "first ever named",
+                "later ever named",
+                "not judged",
+                "healthy named",
+                "95 %",
+                "hours",
+                "questions per hour",
+            ],
+            rows.collect(),
+        )
     }
 }
 
-/// Counts cases by situation.
-#[must_use]
-pub fn tally(records: &[CaseRecord], step_s: f64) -> BTreeMap<Situation, SituationTally> {
-    let mut tallies = BTreeMap::<_, SituationTally>::new();
-    for record in records {
-        tallies.entry(record.situation).or_default().count(record, step_s);
+impl Tally {
+    fn of<'a>(rows: impl Iterator<Item = &'a CaseRow>, step_s: f64) -> Self {
+        let (mut all, mut questions) = (Self::default(), 0);
+        for row in rows {
+            all.cases += 1;
+            all.not_judged += u64::from(row.unconfirmed > 0);
+            all.healthy_named += u64::from(!row.healthy_named.is_empty());
+            all.hours += row.steps as f64 * step_s / 3600.0;
+            questions += row.questions;
+            for (place, faulty) in row.faulty.iter().enumerate() {
+                all.faults += 1;
+                *match faulty.standing {
+                    Standing::Named => &mut all.named,
+                    Standing::Likeliest => &mut all.likeliest,
+                    Standing::InAGroup => &mut all.in_a_group,
+                    Standing::CannotTell => &mut all.cannot_tell,
+                    Standing::Normal => &mut all.normal,
+                } += 1;
+                let found = if place == 0 { &mut all.first_faults } else { &mut all.later_faults };
+                found.count(faulty.named.is_some());
+            }
+        }
+        all.named_95 = share_interval(all.named, all.faults);
+        all.healthy_named_95 = share_interval(all.healthy_named, all.cases);
+        all.questions_per_hour = if all.hours > 0.0 { questions as f64 / all.hours } else { 0.0 };
+        all
     }
-    tallies
+
+    fn row(&self, name: &str) -> Vec<String> {
+        let found = |of: &Found| match of.all {
+            0 => "–".to_owned(),
+            all => format!("{} of {all}", of.found),
+        };
+        vec![
+            name.replace('_', " "),
+            self.cases.to_string(),
+            self.faults.to_string(),
+            self.named.to_string(),
+            if self.faults > 0 { interval(self.named_95) } else { "–".to_owned() },
+            self.likeliest.to_string(),
+            self.in_a_group.to_string(),
+            self.cannot_tell.to_string(),
+            self.normal.to_string(),
+            found(&self.first_faults),
+            found(&self.later_faults),
+            self.not_judged.to_string(),
+            self.healthy_named.to_string(),
+            interval(self.healthy_named_95),
+            format!("{:.2}", self.hours),
+            format!("{:.0}", self.questions_per_hour),
+        ]
+    }
 }

@@ -1,5 +1,8 @@
 //! What happened in a run, sorted out: every change with its verdict.
 
+use std::collections::BTreeMap;
+
+use diagnosis::state::{Condition, WindowLength};
 use diagnosis::{
     Diagnoser, FirstChange, IsolationSettings, KnownChange, Reason, Transition, Verdict,
 };
@@ -7,9 +10,12 @@ use names::{ComponentPath, ModuleName, Step};
 
 use super::words::Clock;
 use crate::campaign::Campaign;
+use crate::case::{Gap, Injection};
+use crate::engine::{Engine, run_case};
 use crate::error::StudyError;
-use crate::record::ScenarioRecord;
 use crate::rig::{Occurrence, Rig};
+use crate::scenarios::{Diagnosed, Reading, diagnosed};
+use crate::system::System;
 
 /// A change that explains others.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -63,50 +69,121 @@ impl Changed {
     }
 }
 
+/// A component that was faulty.
+#[derive(Debug, Clone)]
+pub(super) struct Faulty {
+    /// Its first fault.
+    pub(super) first: Injection,
+    /// For a gage: the size of its healthy reading right before the fault over its noise.
+    pub(super) reading_over_noise: Option<f64>,
+    /// When its channel's D/γ was largest since the fault began, and how large.
+    pub(super) peak: Option<(Step, f64)>,
+}
+
 /// A run, sorted out.
 pub(super) struct Account<'a> {
-    pub(super) campaign: &'a Campaign,
-    pub(super) record: ScenarioRecord,
+    pub(super) system: &'a System,
+    pub(super) number: u64,
+    /// What it is an example of.
+    pub(super) kind: String,
+    pub(super) seed: u64,
+    pub(super) faults: Vec<Injection>,
+    pub(super) gaps: Vec<Gap>,
+    /// Its components that became faulty, in the order in which they did.
+    pub(super) faulty: Vec<Faulty>,
+    /// What was declared faulty, in order.
+    pub(super) diagnosed: Vec<Diagnosed>,
+    /// Its last step and one more.
+    pub(super) end: Step,
+    pub(super) base_speed_m_per_s: f64,
     /// All that happened, with its step, in order.
     pub(super) moments: Vec<(Step, Occurrence)>,
+    /// Conditions of components that changed, in order.
+    pub(super) conditions: Vec<(Step, ComponentPath, String)>,
     /// All changes, in the order of their steps.
     pub(super) changes: Vec<Changed>,
     /// The same, as a module judges them.
     known: Vec<KnownChange>,
     /// From when on every channel was watched.
     pub(super) watching_since: Option<Step>,
-    /// When the faulty channel's D/γ was largest since the fault began, and how large.
-    pub(super) faulty_peak: Option<(Step, f64)>,
 }
 
 impl<'a> Account<'a> {
-    /// Runs a scenario and sorts out what happens.
-    pub(super) fn take(campaign: &'a Campaign, number: u64) -> Result<Self, StudyError> {
-        let mut observer = Observer::new(campaign, campaign.scenario(number)?.injection.component);
-        let onset = campaign.scenario(number)?.injection.at;
-        let record = campaign.follow_scenario(number, |rig, occurrences| {
-            observer.look(rig, occurrences, onset);
+    /// Runs a case and sorts out what happens.
+    pub(super) fn take<C: Campaign>(
+        campaign: &'a C,
+        number: u64,
+        engine: &Engine,
+    ) -> Result<(Self, C::Row), StudyError> {
+        let (place, plant) = campaign.plant_of(number);
+        let system = &campaign.systems()[place];
+        let plants = engine.commission(campaign, &[number])?;
+        let plant = plant.and_then(|plant| plants.get(&(place, plant)));
+        let case = campaign.draw(number, plant)?;
+        let mut observer = Observer::new(system, &case.faults);
+        let mut watch = |rig: &Rig, occurrences: &[Occurrence]| {
+            observer.look(rig, occurrences);
             Ok(())
-        })?;
-        let Observer { moments, mut changes, watching_since, faulty_peak, .. } = observer;
+        };
+        let row = run_case(campaign, number, &plants, &mut watch)?;
+        let Observer { moments, conditions, mut changes, watching_since, .. } = observer;
         judge(&mut changes, &moments);
-        let known = changes.iter().map(Changed::known).collect();
-        Ok(Account { campaign, record, moments, changes, known, watching_since, faulty_peak })
+        let occurrences: Vec<Occurrence> = moments.iter().map(|(_, of)| of.clone()).collect();
+        let faulty = observer.faulty.into_iter().map(|(faulty, reading)| Faulty {
+            reading_over_noise: reading.map(|reading| reading.over_noise()),
+            ..faulty
+        });
+        let account = Account {
+            system,
+            number,
+            kind: case.kind.to_string(),
+            seed: case.seed,
+            faults: case.faults,
+            gaps: case.gaps,
+            faulty: faulty.collect(),
+            diagnosed: diagnosed(&occurrences),
+            end: observer.end,
+            base_speed_m_per_s: observer.base_speed_m_per_s,
+            moments,
+            conditions,
+            known: changes.iter().map(Changed::known).collect(),
+            changes,
+            watching_since,
+        };
+        Ok((account, row))
+    }
+
+    /// Since when a component has been faulty, if it was at this step.
+    pub(super) fn faulty_since(&self, component: &ComponentPath, step: Step) -> Option<Step> {
+        let of = |fault: &&Injection| fault.component == *component && fault.at <= step;
+        self.faults.iter().filter(of).map(|fault| fault.at).max()
+    }
+
+    /// The verdict on a faulty component, if it was named after its first fault had begun.
+    pub(super) fn named(&self, faulty: &Faulty) -> Option<&Diagnosed> {
+        let Injection { component, at, .. } = &faulty.first;
+        self.diagnosed.iter().find(|d| d.component == *component && d.detection >= *at)
+    }
+
+    /// What was named and had never been faulty when it changed.
+    pub(super) fn wrong(&self) -> impl Iterator<Item = &Diagnosed> {
+        let is_wrong = |d: &&Diagnosed| self.faulty_since(&d.component, d.detection).is_none();
+        self.diagnosed.iter().filter(is_wrong)
     }
 
     pub(super) fn clock(&self) -> Clock {
-        Clock { step_s: self.campaign.parameters.step_s }
+        Clock { step_s: self.system.parameters.step_s }
     }
 
     /// How a module judges.
     pub(super) fn isolation(&self, module: &ModuleName) -> Option<&IsolationSettings> {
-        let mut setups = self.campaign.setups.iter();
+        let mut setups = self.system.setups.iter();
         setups.find(|setup| setup.module == *module).map(|setup| &setup.isolation)
     }
 
     /// Why the rule of the first change judges a change as it does, by its module's settings.
     pub(super) fn reason(&self, changed: &Changed) -> Option<Reason> {
-        let mut setups = self.campaign.setups.iter();
+        let mut setups = self.system.setups.iter();
         let setup = setups.find(|setup| setup.module == changed.component.module)?;
         let rule = FirstChange::new(&setup.isolation, &setup.detection.divergence);
         rule.reason(&self.known, &changed.component, changed.step)
@@ -120,29 +197,44 @@ impl<'a> Account<'a> {
 
 /// Looks at every step of a run.
 struct Observer {
-    faulty: ComponentPath,
+    faulty: Vec<(Faulty, Option<Reading>)>,
     longest_tie: u64,
+    end: Step,
+    base_speed_m_per_s: f64,
     moments: Vec<(Step, Occurrence)>,
+    conditions: Vec<(Step, ComponentPath, String)>,
+    latest: BTreeMap<ComponentPath, String>,
     changes: Vec<Changed>,
     watching_since: Option<Step>,
-    faulty_peak: Option<(Step, f64)>,
 }
 
 impl Observer {
-    fn new(campaign: &Campaign, faulty: ComponentPath) -> Self {
-        let longest_tie = campaign.setups.iter().map(|setup| setup.isolation.tie_steps).max();
+    fn new(system: &System, faults: &[Injection]) -> Self {
+        let longest_tie = system.setups.iter().map(|setup| setup.isolation.tie_steps).max();
+        let mut faulty: Vec<(Faulty, Option<Reading>)> = Vec::new();
+        for first in faults {
+            if faulty.iter().all(|(known, _)| known.first.component != first.component) {
+                let new = Faulty { first: first.clone(), reading_over_noise: None, peak: None };
+                faulty.push((new, Reading::new(system, first)));
+            }
+        }
         Self {
             faulty,
             longest_tie: longest_tie.unwrap_or_default(),
+            end: Step(0),
+            base_speed_m_per_s: 0.0,
             moments: Vec::new(),
+            conditions: Vec::new(),
+            latest: BTreeMap::new(),
             changes: Vec::new(),
             watching_since: None,
-            faulty_peak: None,
         }
     }
 
-    fn look(&mut self, rig: &Rig, occurrences: &[Occurrence], onset: Step) {
+    fn look(&mut self, rig: &Rig, occurrences: &[Occurrence]) {
         let Some(step) = rig.samples().first().map(|sample| sample.step) else { return };
+        (self.end, self.base_speed_m_per_s) =
+            (step.plus(1), rig.plant().conditions().base_speed_m_per_s);
         self.changes.extend(occurrences.iter().filter_map(changed));
         self.moments.extend(occurrences.iter().map(|occurrence| (step, occurrence.clone())));
         if self.watching_since.is_none() && is_watching(rig) {
@@ -153,12 +245,53 @@ impl Observer {
             change.peak = change.peak.max(excess(rig, &change.component));
         }
         self.prolong(rig, step);
-        if step >= onset {
-            let ratio = ratio(rig, &self.faulty);
-            if self.faulty_peak.is_none_or(|(_, largest)| ratio > largest) {
-                self.faulty_peak = Some((step, ratio));
+        self.look_at_conditions(rig, step);
+        for (faulty, reading) in &mut self.faulty {
+            if let Some(reading) = reading {
+                reading.follow(rig);
+            }
+            if step >= faulty.first.at {
+                let ratio = ratio(rig, &faulty.first.component);
+                if faulty.peak.is_none_or(|(_, largest)| ratio > largest) {
+                    faulty.peak = Some((step, ratio));
+                }
             }
         }
+    }
+
+    /// Notes which conditions have changed, once a window has ended; that nothing is wrong goes without saying.
+    fn look_at_conditions(&mut self, rig: &Rig, step: Step) {
+        let ended = |diagnoser: &&Diagnoser| diagnoser.window(WindowLength::Long).is_some();
+        for diagnoser in rig.diagnosers().iter().filter(ended) {
+            for (component, condition) in diagnoser.components().iter().zip(diagnoser.conditions())
+            {
+                let (module, component) = (diagnoser.module().clone(), component.clone());
+                let path = ComponentPath { module, component };
+                let now = in_words(condition);
+                if self.latest.get(&path).map_or(AGREES, String::as_str) != now {
+                    self.conditions.push((step, path.clone(), now.clone()));
+                    self.latest.insert(path, now);
+                }
+            }
+        }
+    }
+}
+
+/// Of a component of which nothing else is known.
+const AGREES: &str = "agrees with its reference";
+
+fn in_words(condition: &Condition) -> String {
+    match condition {
+        Condition::NotVerified | Condition::NotCompared | Condition::Agrees { .. } => {
+            AGREES.to_owned()
+        }
+        Condition::Doubtful { .. } => "departed once".to_owned(),
+        Condition::Departed { .. } => "has departed from its reference".to_owned(),
+        Condition::OneOf { components, .. } => {
+            let names: Vec<String> = components.iter().map(ToString::to_string).collect();
+            format!("is one of {}", names.join(", "))
+        }
+        Condition::CannotTell { obstacle } => format!("cannot be compared: {obstacle}"),
     }
 }
 
@@ -217,7 +350,7 @@ fn channel<'a>(rig: &'a Rig, path: &ComponentPath) -> Option<(&'a Diagnoser, usi
 
 /// Finds out what became of every change.
 fn judge(changes: &mut [Changed], moments: &[(Step, Occurrence)]) {
-    let transitions: Vec<_> = moments.iter().filter_map(|(_, o)| transition(o)).collect();
+    let transitions: Vec<_> = moments.iter().filter_map(|(_, o)| o.transition()).collect();
     for changed in changes {
         for (path, transition) in &transitions {
             if *path == changed.component {
@@ -225,12 +358,6 @@ fn judge(changes: &mut [Changed], moments: &[(Step, Occurrence)]) {
             }
         }
     }
-}
-
-fn transition(occurrence: &Occurrence) -> Option<(ComponentPath, &Transition)> {
-    let Occurrence::Transition { module, transition } = occurrence else { return None };
-    let component = transition.component.clone();
-    Some((ComponentPath { module: module.clone(), component }, transition))
 }
 
 impl Changed {

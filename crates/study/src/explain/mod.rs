@@ -1,4 +1,4 @@
-//! A scenario step by step, in words: what changed, which module asked which peer, and the reason
+//! A case step by step, in words: what changed, which module asked which peer, and the reason
 //! for each verdict.
 
 mod account;
@@ -12,8 +12,8 @@ use std::fmt;
 use names::Step;
 
 use crate::campaign::Campaign;
+use crate::engine::Engine;
 use crate::error::StudyError;
-use crate::record::ScenarioRecord;
 
 use account::Account;
 use story::Story;
@@ -25,8 +25,12 @@ pub enum LineKind {
     Setting,
     /// Every channel is watched from here on.
     Watching,
-    /// The fault began.
+    /// A fault began.
     Injected,
+    /// A fault ended.
+    Repaired,
+    /// A diagnoser gets no samples, or is restarted.
+    Gap,
     /// A channel changed.
     Change,
     /// A module asked a peer.
@@ -39,6 +43,10 @@ pub enum LineKind {
     Fault,
     /// A change could not be judged.
     Unconfirmed,
+    /// What the comparison with a reference says of a component.
+    Condition,
+    /// What a fault may be.
+    Identified,
     /// Several alike, in short.
     More,
     /// What came of the run.
@@ -52,15 +60,19 @@ impl LineKind {
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
-            LineKind::Setting => "scenario",
+            LineKind::Setting => "case",
             LineKind::Watching => "watching",
             LineKind::Injected => "INJECT",
+            LineKind::Repaired => "REPAIR",
+            LineKind::Gap => "gap",
             LineKind::Change => "change",
             LineKind::Asked => "asked",
             LineKind::Answered => "answered",
             LineKind::Explained => "explained",
             LineKind::Fault => "FAULT",
             LineKind::Unconfirmed => "open",
+            LineKind::Condition => "condition",
+            LineKind::Identified => "kind",
             LineKind::More => "more",
             LineKind::Outcome => "outcome",
             LineKind::Because => "because",
@@ -89,28 +101,31 @@ impl fmt::Display for Line {
     }
 }
 
-/// A scenario in words.
+/// A case in words.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Explanation {
+pub struct Explanation<R> {
     /// What happened, in order.
     pub lines: Vec<Line>,
     /// What came of it.
-    pub record: ScenarioRecord,
+    pub row: R,
 }
 
 /// One line each, each with its end.
-impl fmt::Display for Explanation {
+impl<R> fmt::Display for Explanation<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.lines.iter().try_for_each(|line| writeln!(f, "{line}"))
     }
 }
 
-/// Runs a scenario once more and reports what happens.
+/// Runs a case once more and reports what happens.
 ///
 /// # Errors
 /// A plant or diagnosers that cannot be made.
-pub fn explain(campaign: &Campaign, number: u64) -> Result<Explanation, StudyError> {
-    let account = Account::take(campaign, number)?;
-    let lines = Story::new(&account).render();
-    Ok(Explanation { lines, record: account.record })
+pub fn explain<C: Campaign>(
+    campaign: &C,
+    number: u64,
+    engine: &Engine,
+) -> Result<Explanation<C::Row>, StudyError> {
+    let (account, row) = Account::take(campaign, number, engine)?;
+    Ok(Explanation { lines: Story::new(&account).render(), row })
 }

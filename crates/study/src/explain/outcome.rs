@@ -1,6 +1,9 @@
-//! The outcome of a scenario and, if it is not exact, the reasons.
+//! The outcome of a case and, if it is not exact, the reasons.
 
-use super::account::{Account, Changed, Fate};
+use names::Step;
+use names::fault::FaultKind;
+
+use super::account::{Account, Changed, Fate, Faulty};
 use super::words::times;
 use super::{Line, LineKind};
 
@@ -10,12 +13,18 @@ const CLEAR_READING: f64 = 10.0;
 /// The last lines of a story.
 pub(super) fn render(account: &Account) -> Vec<Line> {
     let mut lines = Lines { account, lines: Vec::new() };
-    lines.verdict();
-    if account.record.named().is_none() {
-        lines.missed();
+    let is_named = |faulty: &Faulty| account.named(faulty).is_some();
+    let is_exact = account.faulty.iter().all(is_named) && account.wrong().next().is_none();
+    for faulty in &account.faulty {
+        lines.verdict(faulty, is_exact);
+        if !is_named(faulty) {
+            lines.missed(faulty);
+        }
     }
-    lines.false_alarms();
     lines.wrong();
+    if account.faulty.is_empty() && account.diagnosed.is_empty() {
+        lines.add(LineKind::Outcome, "nothing was faulty and nothing was named".to_owned());
+    }
     lines.lines
 }
 
@@ -26,66 +35,56 @@ struct Lines<'a> {
 
 impl Lines<'_> {
     fn add(&mut self, kind: LineKind, text: String) {
-        let step = names::Step(self.account.record.steps);
+        let step = self.account.end;
         self.lines.push(Line { time_s: self.account.clock().seconds(step), step, kind, text });
     }
 
-    fn verdict(&mut self) {
-        let record = &self.account.record;
+    fn verdict(&mut self, faulty: &Faulty, is_exact: bool) {
         let clock = self.account.clock();
-        let component = &record.component;
-        let delays = record.detection_delay().zip(record.verdict_delay());
-        let text = match delays.map(|(d, v)| (clock.span(d), clock.span(v))) {
+        let component = &faulty.first.component;
+        let since = |step: Step| clock.span(step.since(faulty.first.at));
+        let text = match self.account.named(faulty) {
             None => format!("missed: {component} is faulty and was not named"),
-            Some((delay, verdict)) if record.is_exact() => format!(
-                "exact: {component} was named and nothing else; changed {delay}, named {verdict} \
-                 after the fault began"
+            Some(named) if is_exact => format!(
+                "exact: {component} was named and nothing healthy; changed {}, named {} after the fault began",
+                since(named.detection),
+                since(named.decided),
             ),
-            Some((_, verdict)) => format!(
-                "not exact: {component} was named {verdict} after the fault began, but not alone"
+            Some(named) => format!(
+                "not exact: {component} was named {} after the fault began, but not all else is right",
+                since(named.decided)
             ),
         };
         self.add(LineKind::Outcome, text);
     }
 
-    fn false_alarms(&mut self) {
-        let record = &self.account.record;
-        for early in record.diagnosed.iter().filter(|d| d.detection < record.onset) {
-            let before = self.account.clock().span(record.onset.since(early.detection));
-            let text = format!(
-                "false alarm: {} was named for a change {before} before the fault began",
-                early.component
-            );
-            self.add(LineKind::Because, text);
-        }
-    }
-
     fn wrong(&mut self) {
-        let record = &self.account.record;
-        for wrong in record.wrong().filter(|d| d.detection >= record.onset) {
-            let text = format!("wrong: {} is healthy and was named", wrong.component);
+        let wrong: Vec<_> = self.account.wrong().cloned().collect();
+        for wrong in wrong {
+            let first = self.account.faults.iter().map(|fault| fault.at).min();
+            let text = match first.filter(|onset| wrong.detection < *onset) {
+                Some(onset) => format!(
+                    "false alarm: {} was named for a change {} before the fault began",
+                    wrong.component,
+                    self.account.clock().span(onset.since(wrong.detection)),
+                ),
+                None => format!("wrong: {} is healthy and was named", wrong.component),
+            };
             self.add(LineKind::Because, text);
         }
     }
 
-    fn missed(&mut self) {
-        let reason = match self.changes_after_onset().next() {
+    fn missed(&mut self, faulty: &Faulty) {
+        let (component, onset) = (&faulty.first.component, faulty.first.at);
+        let mut changes = self.account.changes.iter();
+        let reason = match changes.find(|c| c.step >= onset && c.component == *component) {
             Some(changed) => self.why_not_named(changed),
-            None => self.why_not_changed(),
+            None => self.why_not_changed(faulty),
         };
         self.add(LineKind::Because, reason);
-        if let Some(reading) = self.faint_reading() {
+        if let Some(reading) = faint_reading(faulty) {
             self.add(LineKind::Because, reading);
         }
-    }
-
-    /// Changes of the faulty channel since the fault began.
-    fn changes_after_onset(&self) -> impl Iterator<Item = &Changed> {
-        let record = &self.account.record;
-        let mut changes = self.account.changes.iter();
-        std::iter::from_fn(move || {
-            changes.find(|c| c.step >= record.onset && c.component == record.component)
-        })
     }
 
     fn why_not_named(&self, changed: &Changed) -> String {
@@ -105,8 +104,8 @@ impl Lines<'_> {
         }
     }
 
-    fn why_not_changed(&self) -> String {
-        match self.account.faulty_peak {
+    fn why_not_changed(&self, faulty: &Faulty) -> String {
+        match faulty.peak {
             Some((step, ratio)) if ratio < 1.0 => format!(
                 "its divergence never reached its threshold: the largest after the fault began was \
                  {} the threshold, at {}",
@@ -121,18 +120,17 @@ impl Lines<'_> {
             None => "the run ended before the fault began".to_owned(),
         }
     }
+}
 
-    /// Why a gage that reads nothing any more is not missed.
-    fn faint_reading(&self) -> Option<String> {
-        let record = &self.account.record;
-        let reading = record.reading_over_noise?;
-        let silent = record.kind() == names::fault::FaultKind::ZeroOutput;
-        (silent && reading < CLEAR_READING).then(|| {
-            format!(
-                "right before the fault the gage read only {} its noise: to read nothing instead \
-                 changes little",
-                times(reading)
-            )
-        })
-    }
+/// Why a gage that reads nothing any more is not missed.
+fn faint_reading(faulty: &Faulty) -> Option<String> {
+    let reading = faulty.reading_over_noise?;
+    let silent = faulty.first.fault.kind() == FaultKind::ZeroOutput;
+    (silent && reading < CLEAR_READING).then(|| {
+        format!(
+            "right before the fault the gage read only {} its noise: to read nothing instead \
+             changes little",
+            times(reading)
+        )
+    })
 }

@@ -3,12 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::identification::Identification;
 use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
 use names::{ComponentPath, ModuleName, Step};
 
 use super::account::{Account, Changed, Fate, Root};
 use super::words::{Clock, counted, list, often, times};
 use super::{Line, LineKind, outcome, reason};
+use crate::case::Injection;
 use crate::rig::Occurrence;
 
 /// Most changes of an answer, or channels of a summary, that are named.
@@ -31,10 +33,16 @@ impl<'a> Story<'a> {
     /// All lines, in the order of their steps.
     pub(super) fn render(mut self) -> Vec<Line> {
         self.setting();
-        self.injection();
+        self.faults();
+        self.gaps();
+        for (step, component, condition) in &self.account.conditions {
+            self.add(*step, LineKind::Condition, format!("{component} {condition}"));
+        }
         for (step, occurrence) in &self.account.moments {
             match occurrence {
-                Occurrence::Identified { .. } => {}
+                Occurrence::Identified { module, identification } => {
+                    self.identified(*step, module, identification);
+                }
                 Occurrence::Change { module, change } => self.change(*step, module, change),
                 Occurrence::Question { asker, peer, question, .. } => {
                     if self.is_needed(asker, question) {
@@ -59,17 +67,16 @@ impl<'a> Story<'a> {
     }
 
     fn setting(&mut self) {
-        let record = &self.account.record;
-        let rule = match self.account.campaign.setups.first().map(|setup| setup.isolation.rule) {
+        let Account { system, number, kind, seed, end, .. } = self.account;
+        let rule = match system.setups.first().map(|setup| setup.isolation.rule) {
             Some(Rule::Paper) => "the paper's rule",
             Some(Rule::FirstChange) | None => "the first change names the fault",
         };
         let text = format!(
-            "number {} of seed {}: {} in a wind of {:.1} m/s; {rule}",
-            record.number,
-            self.account.campaign.seed,
-            self.clock.time(Step(record.steps)),
-            record.base_speed_m_per_s,
+            "number {number} of seed {}, {kind}: {} in a wind of {:.1} m/s, plant seed {seed}; {rule}",
+            system.seed,
+            self.clock.time(*end),
+            self.account.base_speed_m_per_s,
         );
         self.add(Step(0), LineKind::Setting, text);
         if let Some(since) = self.account.watching_since {
@@ -77,15 +84,45 @@ impl<'a> Story<'a> {
         }
     }
 
-    fn injection(&mut self) {
-        let record = &self.account.record;
-        let reading = record.reading_over_noise.map_or_else(String::new, |reading| {
-            format!("; right before, it read {} its noise", times(reading))
-        });
-        let text = format!("{}: {}{reading}", record.component, record.fault);
-        if record.onset.0 < record.steps {
-            self.add(record.onset, LineKind::Injected, text);
+    fn faults(&mut self) {
+        for Injection { at, until, component, fault } in &self.account.faults {
+            let mut faulty = self.account.faulty.iter();
+            let first = faulty.find(|of| of.first.component == *component && of.first.at == *at);
+            let reading = first.and_then(|of| of.reading_over_noise);
+            let reading = reading.map_or_else(String::new, |reading| {
+                format!("; right before, it read {} its noise", times(reading))
+            });
+            if *at < self.account.end {
+                self.add(*at, LineKind::Injected, format!("{component}: {fault}{reading}"));
+            }
+            if let Some(until) = until.filter(|until| *until < self.account.end) {
+                self.add(until, LineKind::Repaired, component.to_string());
+            }
         }
+    }
+
+    fn gaps(&mut self) {
+        for gap in &self.account.gaps {
+            let module = &self.account.system.setups[gap.place].module;
+            let lost = gap.until.since(gap.from);
+            if lost > 0 {
+                let text = format!("{module} gets no sample for {}", self.clock.span(lost));
+                self.add(gap.from, LineKind::Gap, text);
+            }
+            if gap.restarted {
+                self.add(gap.until, LineKind::Gap, format!("{module} is restarted"));
+            }
+        }
+    }
+
+    fn identified(&mut self, step: Step, module: &ModuleName, found: &Identification) {
+        let candidates = found.candidates.iter().take(SHOWN).map(|of| {
+            let percent = 100.0 * of.probability;
+            format!("{} {percent:.0} %", of.kind.words())
+        });
+        let candidates: Vec<String> = candidates.collect();
+        let component = path(module, &found.component);
+        self.add(step, LineKind::Identified, format!("{component}: {}", candidates.join(", ")));
     }
 
     fn change(&mut self, step: Step, module: &ModuleName, change: &Change) {
@@ -106,18 +143,15 @@ impl<'a> Story<'a> {
 
     fn change_text(&self, changed: &Changed) -> String {
         let Changed { component, step, rising_since, ratio, .. } = changed;
-        let record = &self.account.record;
         let rising = match step.since(*rising_since) {
             0 => "at once".to_owned(),
             steps => format!("within {}", self.clock.span(steps)),
         };
-        let faulty = if component == &record.component && *step >= record.onset {
-            match step.since(record.onset) {
-                0 => ", in the same step as the fault".to_owned(),
-                steps => format!(", {} after the fault began", self.clock.span(steps)),
-            }
-        } else {
-            String::new()
+        let since = self.account.faulty_since(component, *step);
+        let faulty = match since.map(|since| step.since(since)) {
+            None => String::new(),
+            Some(0) => ", in the same step as the fault".to_owned(),
+            Some(steps) => format!(", {} after the fault began", self.clock.span(steps)),
         };
         format!("{component} rose {rising} to {} its threshold{faulty}", times(*ratio))
     }
@@ -294,17 +328,18 @@ fn cause_is(changed: &Changed, cause: &Cause) -> bool {
     }
 }
 
-/// Which changes are shown one by one: faults, what was not judged, the first change of the faulty
+/// Which changes are shown one by one: faults, what was not judged, the first change of each faulty
 /// component, and of the explained ones the first of each module for each root and the root's ties.
 fn choose(account: &Account) -> Vec<bool> {
-    let record = &account.record;
     let mut seen: Vec<(&ModuleName, &Root)> = Vec::new();
-    let mut faulty_shown = false;
+    let mut faulty_shown: Vec<&ComponentPath> = Vec::new();
     let mut shown = Vec::with_capacity(account.changes.len());
     for changed in &account.changes {
-        let faulty = changed.component == record.component && changed.step >= record.onset;
-        let first_faulty = faulty && !faulty_shown;
-        faulty_shown |= faulty;
+        let faulty = account.faulty_since(&changed.component, changed.step).is_some();
+        let first_faulty = faulty && !faulty_shown.contains(&&changed.component);
+        if first_faulty {
+            faulty_shown.push(&changed.component);
+        }
         shown.push(match &changed.fate {
             Fate::Fault { .. } | Fate::Open => true,
             Fate::Known { .. } => first_faulty,

@@ -2,7 +2,7 @@
 
 use figure::plot::{Axis, Figure, Panel, Row, Series, Shape, Stroke, ticks};
 
-use crate::limits::{Detector, LimitCurve, SizedKind, WeatherLimits, Within, curves};
+use crate::limits::{Detector, LimitCurve, SizedKind, Within, curves};
 
 /// The axis of times \[s\]: from a step to what a run lasts.
 const TIMES_S: [f64; 2] = [1e-3, 30.0];
@@ -16,14 +16,14 @@ const WIDTH_STEP_PX: f64 = 1.1;
 /// The limits as SVG: of each kind of fault the smallest size that is found in 95 % of the runs within a time, both
 /// logarithmic; of a bias also the smallest one of which the right gage is known. A line each for detector and weather.
 #[must_use]
-pub fn limits_figure(weathers: &[WeatherLimits]) -> String {
+pub fn limits_figure(all: &[LimitCurve]) -> String {
     let of_kind = |kind| {
-        let found = panel(weathers, kind, "found", |curve| &curve.found);
+        let found = panel(all, kind, "found", |curve| &curve.found);
         let right =
-            (kind == SizedKind::Bias).then(|| panel(weathers, kind, "right", |curve| &curve.right));
+            (kind == SizedKind::Bias).then(|| panel(all, kind, "right", |curve| &curve.right));
         [Some(found), right].into_iter().flatten()
     };
-    let mut panels: Vec<Panel> = SizedKind::ALL.into_iter().flat_map(of_kind).collect();
+    let mut panels: Vec<Panel> = SizedKind::ABSOLUTE.iter().copied().flat_map(of_kind).collect();
     let last = panels.len() - 1;
     for panel in &mut panels[..last] {
         panel.x = panel.x.clone().bare();
@@ -34,22 +34,24 @@ pub fn limits_figure(weathers: &[WeatherLimits]) -> String {
                    reference: it is there from the first sample on. Found: a change that nothing explains, \
                    declared faulty, or one of several suspects; right: declared faulty, or the likeliest of them."
             .to_owned(),
-        description: sentences(weathers).join(" "),
+        description: sentences(all).join(" "),
         rows: panels.into_iter().map(|panel| Row::new(HEIGHT_PX, vec![panel])).collect(),
     };
     figure.svg()
 }
 
 fn panel(
-    weathers: &[WeatherLimits],
+    all: &[LimitCurve],
     kind: SizedKind,
     what: &str,
     of: fn(&LimitCurve) -> &[Within],
 ) -> Panel {
-    let place = |of: &WeatherLimits| weathers.iter().position(|other| other.weather == of.weather);
-    let series = curves(weathers, kind).flat_map(|(weather, curve)| {
-        let name = format!("{}, {}", curve.detector.title(), weather.weather);
-        series(&name, stroke(place(weather).unwrap_or(0), curve.detector), of(curve))
+    let mut weathers: Vec<&str> = all.iter().map(|curve| curve.weather.as_str()).collect();
+    weathers.dedup();
+    let place = |curve: &LimitCurve| weathers.iter().position(|other| *other == curve.weather);
+    let series = curves(all, kind).flat_map(|curve| {
+        let name = format!("{}, {}", curve.detector.title(), curve.weather);
+        series(&name, stroke(place(curve).unwrap_or(0), curve.detector), of(curve))
     });
     let sizes = kind.sizes();
     let ends = [sizes[0] / ROOM, sizes[sizes.len() - 1] * ROOM];
@@ -64,7 +66,7 @@ fn stroke(place: usize, detector: Detector) -> Stroke {
     let stroke = Stroke::nth(place).solid();
     let stroke = match detector {
         Detector::Change => stroke.dotted(),
-        Detector::Reference => stroke,
+        Detector::Reference | Detector::Isolation => stroke,
     };
     Stroke { width: (WIDEST_PX - WIDTH_STEP_PX * place as f64).max(1.0), ..stroke }
 }
@@ -83,11 +85,11 @@ fn series(name: &str, stroke: Stroke, curve: &[Within]) -> [Series; 3] {
 }
 
 /// The smallest size of every curve, in words.
-fn sentences(weathers: &[WeatherLimits]) -> Vec<String> {
-    let all = SizedKind::ALL.into_iter().flat_map(|kind| curves(weathers, kind));
-    let sentence = |(weather, curve): (&WeatherLimits, &LimitCurve)| {
+fn sentences(all: &[LimitCurve]) -> Vec<String> {
+    let all = SizedKind::ABSOLUTE.iter().flat_map(|kind| curves(all, *kind));
+    let sentence = |curve: &LimitCurve| {
         let (kind, detector) = (curve.kind.title(), curve.detector.title());
-        let who = format!("{kind}, {detector}, weather {}", weather.weather);
+        let who = format!("{kind}, {detector}, weather {}", curve.weather);
         match curve.found.last() {
             Some(Within { within_s, size }) => {
                 let (size, time) = (ticks::short(*size), ticks::short(*within_s));

@@ -2,7 +2,8 @@
 
 use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke, ticks};
 
-use crate::power::PowerCurve;
+use crate::limits::{LimitCurve, LimitPoint};
+use crate::statistics::Interval95;
 
 /// Most curves side by side, and most if a title is longer than this many letters.
 const COLUMNS: usize = 3;
@@ -18,7 +19,7 @@ const ROOM: f64 = 1.15;
 /// Power curves as SVG: for each, isolation probability with its confidence band and, below, the
 /// median delay, both against the fault's size on a logarithmic axis.
 #[must_use]
-pub fn power_figure(curves: &[PowerCurve]) -> String {
+pub fn power_figure(curves: &[LimitCurve]) -> String {
     let columns = columns(curves);
     let rows = curves.chunks(columns).flat_map(|curves| {
         let probabilities = curves.iter().map(probability).collect();
@@ -37,34 +38,44 @@ pub fn power_figure(curves: &[PowerCurve]) -> String {
 }
 
 /// Columns for these curves: as few as leave no more rows than the most columns would.
-fn columns(curves: &[PowerCurve]) -> usize {
-    let is_long = |curve: &PowerCurve| curve.title.chars().count() > LONG_TITLE;
+fn columns(curves: &[LimitCurve]) -> usize {
+    let is_long = |curve: &LimitCurve| curve.kind.title().chars().count() > LONG_TITLE;
     let most = if curves.iter().any(is_long) { WIDE_COLUMNS } else { COLUMNS };
     let rows = curves.len().div_ceil(most).max(1);
     curves.len().div_ceil(rows).max(1)
 }
 
-fn probability(curve: &PowerCurve) -> Panel {
-    let points = curve.points.iter().map(|point| [point.size, 100.0 * point.probability]);
-    let spread = curve.points.iter().map(|point| [100.0 * point.low, 100.0 * point.high]);
+fn probability(curve: &LimitCurve) -> Panel {
+    let share = |point: &LimitPoint| point.right.count as f64 / point.runs.max(1) as f64;
+    let points = curve.points.iter().map(|point| [point.size, 100.0 * share(point)]);
+    let spread = curve.points.iter().map(|LimitPoint { right, .. }| {
+        let Interval95(low, high) = right.share_95;
+        [100.0 * low, 100.0 * high]
+    });
     let series = Series::new("", Shape::MarkedLine, stroke(), points.collect());
     let y = Axis::linear("isolated [%]").over(PERCENT);
-    let found = curve.smallest_95.map(|size| {
+    let found = curve.smallest().map(|size| {
         let label = format!("{} {}", ticks::short(size), curve.unit);
         Mark::new(MarkKind::Verdict, size, label)
     });
-    Panel::new(&curve.title, size_axis(curve).bare(), y, vec![series.spread(spread.collect())])
-        .marked([Mark::new(MarkKind::Level, 100.0 * RELIABLE, "")])
-        .marked(found)
+    Panel::new(
+        curve.kind.title(),
+        size_axis(curve).bare(),
+        y,
+        vec![series.spread(spread.collect())],
+    )
+    .marked([Mark::new(MarkKind::Level, 100.0 * RELIABLE, "")])
+    .marked(found)
 }
 
-fn delay(curve: &PowerCurve) -> Panel {
-    let delays = curve.points.iter().filter_map(|p| p.median_delay_ms.map(|delay| [p.size, delay]));
+fn delay(curve: &LimitCurve) -> Panel {
+    let delay = |p: &LimitPoint| p.right.median_delay_ms.map(|delay| [p.size, delay]);
+    let delays = curve.points.iter().filter_map(delay);
     let points: Vec<[f64; 2]> = delays.collect();
     let longest = points.iter().map(|point| point[1]).fold(1.0, f64::max);
     let series = Series::new("", Shape::MarkedLine, stroke(), points);
     let y = Axis::linear("delay [ms]").over([0.0, ROOM * longest]);
-    let found = curve.smallest_95.map(|size| Mark::new(MarkKind::Verdict, size, ""));
+    let found = curve.smallest().map(|size| Mark::new(MarkKind::Verdict, size, ""));
     Panel::new("Delay", size_axis(curve), y, vec![series]).marked(found)
 }
 
@@ -73,7 +84,7 @@ fn stroke() -> Stroke {
 }
 
 /// The same for both panels of a curve, whichever points they have.
-fn size_axis(curve: &PowerCurve) -> Axis {
+fn size_axis(curve: &LimitCurve) -> Axis {
     let sizes = curve.points.iter().map(|point| point.size).filter(|size| *size > 0.0);
     let ends = [f64::INFINITY, 0.0];
     let [low, high] = sizes.fold(ends, |[low, high], x| [low.min(x), f64::max(high, x)]);
@@ -82,14 +93,14 @@ fn size_axis(curve: &PowerCurve) -> Axis {
     if low <= high { axis.over([low / 1.15, high * 1.15]) } else { axis.over([0.1, 10.0]) }
 }
 
-fn sentence(curve: &PowerCurve) -> String {
-    match curve.smallest_95 {
+fn sentence(curve: &LimitCurve) -> String {
+    match curve.smallest() {
         Some(size) => format!(
             "{}: isolated in 95 % of the runs from {} {} on.",
-            curve.title,
+            curve.kind.title(),
             ticks::short(size),
             curve.unit
         ),
-        None => format!("{}: no size tried is isolated in 95 % of the runs.", curve.title),
+        None => format!("{}: no size tried is isolated in 95 % of the runs.", curve.kind.title()),
     }
 }

@@ -1,15 +1,16 @@
 //! Which fault is to be identified in a case, how large it is, and what else happens: it follows from the seed and the
 //! case's number alone.
 
+use std::fmt;
+
 use names::fault::{Fault, FaultKind};
 use names::{ComponentPath, Step};
 use rand::{Rng, RngExt};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use truss::Structure;
 
-use crate::scenario::{components_that_can_have, gage_length_m, generator};
-use crate::schedule::{Injection, Schedule};
+use crate::case::{Case, Injection};
+use crate::draw::{Draw, gage_length_m};
+use crate::system::System;
 
 /// Cases draw from streams of their own.
 const FIRST_STREAM: u64 = 5 << 60;
@@ -107,94 +108,57 @@ fn limit(kind: FaultKind) -> Option<f64> {
     }
 }
 
-/// One run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct IdentificationCase {
-    /// Its number, from 0.
-    pub number: u64,
-    /// Seed of the plant's run.
-    pub seed: u64,
+/// What is to be identified in a case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Subject {
     /// What else happens.
     pub situation: IdentificationSituation,
-    /// The fault that is to be identified.
-    pub subject: Injection,
-    /// The one before it.
-    pub other: Option<Injection>,
     /// How many times the limit of its kind the fault is; `None` if it has no size.
     pub in_limits: Option<f64>,
-    /// Its length.
-    pub steps: u64,
 }
 
-impl IdentificationCase {
-    /// Draws case `number` of a campaign. `None` if nothing can break so.
-    #[must_use]
-    pub fn draw(
-        cases: IdentificationCases,
-        structure: &Structure,
-        step_s: f64,
-        campaign_seed: u64,
-        number: u64,
-    ) -> Option<Self> {
-        let mut generator = generator(campaign_seed, FIRST_STREAM | number);
-        let seed = generator.next_u64();
-        let (kind, situation) = cases.turn(number);
-        let steps = |seconds: f64| (seconds / step_s).round() as u64;
-        let mut draw = Draw { structure, step_s, generator: &mut generator };
-        let begin = steps(draw.uniform(BEFORE_S));
-        let later = situation.earlier_s().map_or(0, |range| steps(draw.uniform(range)));
-        let component = draw.component(kind, None)?;
+/// `second, 3.2 times the limit of its kind`
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.situation.as_str())?;
+        self.in_limits.map_or(Ok(()), |size| write!(f, ", {size:.1} times the limit of its kind"))
+    }
+}
+
+impl IdentificationCases {
+    /// Draws a case, whose last fault is to be identified. `None` if nothing can break so.
+    pub(super) fn draw(self, system: &System, number: u64) -> Option<Case<Subject>> {
+        let mut draw = Draw::new(system, FIRST_STREAM | number);
+        let seed = draw.generator.next_u64();
+        let (kind, situation) = self.turn(number);
+        let begin_s = draw.uniform(BEFORE_S);
+        let later_s = situation.earlier_s().map_or(0.0, |range| draw.uniform(range));
+        let begin = draw.steps(begin_s);
+        let component = draw.component(kind, &[])?;
         let in_limits = limit(kind).map(|_| {
             let drawn = draw.log_uniform(IN_LIMITS);
-            cases.in_limits.unwrap_or(drawn)
+            self.in_limits.unwrap_or(drawn)
         });
         let fault = draw.fault(kind, &component, in_limits.unwrap_or(1.0));
-        let subject = Injection { at: Step(begin + later), until: None, component, fault };
+        let at = Step(begin + draw.steps(later_s));
         let other = match situation {
             IdentificationSituation::Alone => None,
-            _ => Some(draw.other(situation, Step(begin), &subject.component)?),
+            _ => Some(draw.other(situation, Step(begin), &component)?),
         };
-        let steps = subject.at.0 + steps(AFTER_S);
-        Some(Self { number, seed, situation, subject, other, in_limits, steps })
+        let subject = Injection { at, until: None, component, fault };
+        Some(Case {
+            number,
+            kind: Subject { situation, in_limits },
+            seed,
+            faults: other.into_iter().chain([subject]).collect(),
+            gaps: Vec::new(),
+            kept_samples: 0,
+            steps: at.0 + draw.steps(AFTER_S),
+        })
     }
-
-    /// The schedule that brings its faults about.
-    #[must_use]
-    pub fn schedule(&self) -> Schedule {
-        Schedule::new(self.other.iter().chain([&self.subject]).cloned().collect())
-    }
-}
-
-struct Draw<'a> {
-    structure: &'a Structure,
-    step_s: f64,
-    generator: &'a mut ChaCha8Rng,
 }
 
 impl Draw<'_> {
-    fn uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
-        self.generator.random_range(from..=to)
-    }
-
-    fn log_uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
-        self.uniform([from.ln(), to.ln()]).exp()
-    }
-
-    fn sign(&mut self) -> f64 {
-        if self.generator.random() { 1.0 } else { -1.0 }
-    }
-
-    fn component(
-        &mut self,
-        kind: FaultKind,
-        taken: Option<&ComponentPath>,
-    ) -> Option<ComponentPath> {
-        let mut fitting = components_that_can_have(self.structure, kind);
-        fitting.retain(|component| Some(component) != taken);
-        let place = self.generator.random_range(0..fitting.len().max(1));
-        fitting.get(place).cloned()
-    }
-
     /// A fault of a kind, so many times its limit.
     fn fault(&mut self, kind: FaultKind, component: &ComponentPath, in_limits: f64) -> Fault {
         let size = in_limits * limit(kind).unwrap_or(0.0);
@@ -248,8 +212,8 @@ impl Draw<'_> {
                 FaultKind::OF_RESIDUALS
             }
         };
-        let kind = kinds[self.generator.random_range(0..kinds.len())];
-        let component = self.component(kind, Some(taken))?;
+        let kind = self.one_of(kinds);
+        let component = self.component(kind, std::slice::from_ref(taken))?;
         let in_limits = self.log_uniform([8.0, IN_LIMITS[1]]);
         let fault = self.fault(kind, &component, in_limits);
         Some(Injection { at, until: None, component, fault })

@@ -1,12 +1,80 @@
 //! What kind of fault it is, and how large: is the diagnosers' word right, and how soon?
 
 mod draw;
-mod run;
+mod row;
+mod tables;
 mod tally;
 
-pub use draw::{IdentificationCase, IdentificationCases, IdentificationSituation};
-pub use run::{IdentificationRecord, Word, run_case};
+pub use draw::{IdentificationCases, IdentificationSituation, Subject};
+pub use row::{IdentificationRow, Word};
 pub use tally::{
-    IdentificationTally, KindRow, SIZES_IN_LIMITS, SituationRow, Sizing, UNDECIDED_AFTER_S,
+    IdentificationTally, KindRow, Right, SIZES_IN_LIMITS, SituationRow, Sizing, UNDECIDED_AFTER_S,
     UndecidedBySize,
 };
+
+use crate::campaign::{Campaign, Rows};
+use crate::case::{Case, Run};
+use crate::error::StudyError;
+use crate::figure::identification_figure;
+use crate::report::{Figure, Table};
+use crate::system::{CommissionedPlant, System};
+
+/// Faults of commissioned plants that are to be identified.
+#[derive(Debug, Clone)]
+pub struct IdentificationCampaign {
+    /// What they are of.
+    pub system: System,
+    /// Which.
+    pub of: IdentificationCases,
+    /// How many plants are commissioned.
+    pub plants: u64,
+    /// Faults of each of them.
+    pub cases: u64,
+}
+
+impl Campaign for IdentificationCampaign {
+    type Kind = Subject;
+    type Row = IdentificationRow;
+    type Summary = IdentificationTally;
+
+    fn systems(&self) -> &[System] {
+        std::slice::from_ref(&self.system)
+    }
+
+    fn cases(&self) -> u64 {
+        self.plants * self.cases
+    }
+
+    fn plant_of(&self, case: u64) -> (usize, Option<u64>) {
+        (0, Some(case / self.cases.max(1)))
+    }
+
+    fn draw(
+        &self,
+        number: u64,
+        _: Option<&CommissionedPlant>,
+    ) -> Result<Case<Subject>, StudyError> {
+        self.of.draw(&self.system, number).ok_or(StudyError::NothingToBreak)
+    }
+
+    fn judge(&self, case: &Case<Subject>, run: &mut Run) -> Result<IdentificationRow, StudyError> {
+        IdentificationRow::of(case, run, self.system.parameters.step_s)
+    }
+
+    fn summarize(&self, rows: &Rows<IdentificationRow>) -> IdentificationTally {
+        IdentificationTally::of(rows)
+    }
+
+    fn tables(
+        &self,
+        _: &Rows<IdentificationRow>,
+        summary: &IdentificationTally,
+    ) -> (Vec<Table>, Vec<String>) {
+        (tables::tables(summary), Vec::new())
+    }
+
+    fn figures(&self, summary: &IdentificationTally) -> Result<Vec<Figure>, StudyError> {
+        let caption = "Faults whose kind is undecided".to_owned();
+        Ok(vec![Figure { name: "identified", caption, svg: identification_figure(summary) }])
+    }
+}

@@ -6,9 +6,9 @@ use names::fault::FaultKind;
 use serde::Serialize;
 
 use super::draw::IdentificationSituation;
-use super::run::{IdentificationRecord, Word};
-use crate::quantile::nearest_rank;
-use crate::summary::{Interval95, share_interval};
+use super::row::{IdentificationRow, Word};
+use crate::campaign::Rows;
+use crate::statistics::{Interval95, nearest_rank, share_interval};
 
 /// Faults count for what is claimed from so many times the limit of their kind on.
 const CLAIMED_IN_LIMITS: f64 = 2.0;
@@ -31,11 +31,11 @@ enum Said {
 struct Until(f64);
 
 impl Until {
-    fn word(self, record: &IdentificationRecord) -> Option<&Word> {
+    fn word(self, record: &IdentificationRow) -> Option<&Word> {
         record.named_after_s.and_then(|_| record.within(self.0))
     }
 
-    fn verdict(self, record: &IdentificationRecord) -> Said {
+    fn verdict(self, record: &IdentificationRow) -> Said {
         match (record.named_after_s, self.word(record).and_then(Word::decided)) {
             (None, _) => Said::NotNamed,
             (_, None) => Said::Undecided,
@@ -122,15 +122,22 @@ pub struct UndecidedBySize {
 /// When undecided faults are counted, since their component was declared faulty \[s\].
 pub const UNDECIDED_AFTER_S: [f64; 3] = [0.2, 1.0, 10.0];
 
-/// What came of a campaign.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct IdentificationTally {
-    /// Faults from twice the limit of their kind on that were decided within a second.
+/// Faults of every kind from twice the limit of their kind on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Right {
+    /// Those that were decided within a second.
     pub decided: u64,
     /// Of these, those that are of this kind.
     pub right: u64,
     /// Interval of that share.
     pub right_95: Interval95,
+}
+
+/// What came of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IdentificationTally {
+    /// All faults.
+    pub all: Right,
     /// By kind, a second after they were named; from twice the limit on.
     pub within_a_second: BTreeMap<FaultKind, KindRow>,
     /// By kind, at the end; from twice the limit on.
@@ -148,10 +155,12 @@ pub struct IdentificationTally {
 impl IdentificationTally {
     /// Counts cases.
     #[must_use]
-    pub fn of(records: &[IdentificationRecord]) -> Self {
+    pub fn of(rows: &Rows<IdentificationRow>) -> Self {
+        let records: Vec<&IdentificationRow> = rows.values().collect();
         let (second, end) = (Until(1.0), Until(f64::INFINITY));
-        let claimed: Vec<&IdentificationRecord> = records
+        let claimed: Vec<&IdentificationRow> = records
             .iter()
+            .copied()
             .filter(|record| record.in_limits.is_none_or(|size| size >= CLAIMED_IN_LIMITS))
             .collect();
         let within_a_second = confusion(&claimed, second);
@@ -163,21 +172,19 @@ impl IdentificationTally {
             situations.entry(record.situation).or_default().count(record, second, end);
         }
         Self {
-            decided,
-            right,
-            right_95: share_interval(right, decided),
+            all: Right { decided, right, right_95: share_interval(right, decided) },
             within_a_second,
             in_the_end: confusion(&claimed, end),
-            sizes_within_a_second: sizes(records, second),
-            sizes_in_the_end: sizes(records, end),
+            sizes_within_a_second: sizes(&records, second),
+            sizes_in_the_end: sizes(&records, end),
             situations,
-            undecided: undecided(records),
+            undecided: undecided(&records),
         }
     }
 }
 
 impl SituationRow {
-    fn count(&mut self, record: &IdentificationRecord, second: Until, end: Until) {
+    fn count(&mut self, record: &IdentificationRow, second: Until, end: Until) {
         self.named += u64::from(record.named_after_s.is_some());
         for (until, decided, right) in [
             (second, &mut self.decided, &mut self.right),
@@ -191,7 +198,7 @@ impl SituationRow {
     }
 }
 
-fn confusion(records: &[&IdentificationRecord], until: Until) -> BTreeMap<FaultKind, KindRow> {
+fn confusion(records: &[&IdentificationRow], until: Until) -> BTreeMap<FaultKind, KindRow> {
     let mut rows = BTreeMap::<_, KindRow>::new();
     for record in records {
         rows.entry(record.kind).or_default().count(until.verdict(record));
@@ -199,7 +206,7 @@ fn confusion(records: &[&IdentificationRecord], until: Until) -> BTreeMap<FaultK
     rows
 }
 
-fn sizes(records: &[IdentificationRecord], until: Until) -> BTreeMap<FaultKind, Sizing> {
+fn sizes(records: &[&IdentificationRow], until: Until) -> BTreeMap<FaultKind, Sizing> {
     let mut stated = BTreeMap::<_, Vec<(f64, [f64; 3])>>::new();
     for record in records {
         let right = until.verdict(record) == Said::Decided(record.kind);
@@ -238,7 +245,7 @@ impl Sizing {
     }
 }
 
-fn undecided(records: &[IdentificationRecord]) -> BTreeMap<FaultKind, Vec<UndecidedBySize>> {
+fn undecided(records: &[&IdentificationRow]) -> BTreeMap<FaultKind, Vec<UndecidedBySize>> {
     let mut rows = BTreeMap::<_, Vec<UndecidedBySize>>::new();
     let empty = || {
         let range = |ends: &[f64]| UndecidedBySize {
@@ -265,9 +272,8 @@ fn undecided(records: &[IdentificationRecord]) -> BTreeMap<FaultKind, Vec<Undeci
 mod tests {
     use super::*;
 
-    fn record(kind: FaultKind, in_limits: f64, words: Vec<Word>) -> IdentificationRecord {
-        IdentificationRecord {
-            number: 0,
+    fn record(kind: FaultKind, in_limits: f64, words: Vec<Word>) -> IdentificationRow {
+        IdentificationRow {
             situation: IdentificationSituation::Alone,
             component: "m/sensor/g".parse().unwrap(),
             fault: String::new(),
@@ -302,8 +308,9 @@ mod tests {
             ),
             record(bias, 1.5, vec![word(0.02, FaultKind::Gain, 0.99, [0.0; 3])]),
         ];
-        let tally = IdentificationTally::of(&records);
-        assert_eq!((tally.decided, tally.right), (2, 1));
+        let rows = (0..).zip(records).collect();
+        let tally = IdentificationTally::of(&rows);
+        assert_eq!((tally.all.decided, tally.all.right), (2, 1));
         let row = &tally.in_the_end[&bias];
         assert_eq!((row.cases, row.undecided, &row.decided), (2, 0, &BTreeMap::from([(bias, 2)])));
         let sizing = &tally.sizes_in_the_end[&bias];

@@ -1,89 +1,43 @@
-//! What is measured, and the curves that follow from it.
+//! The curves that follow from the runs.
 
 use serde::Serialize;
 
-use crate::quantile::nearest_rank;
+use super::outcome::LimitRow;
+use super::question::{Detector, Question, SizedKind};
+use crate::report::Table;
+use crate::statistics::{Delays, Interval95, nearest_rank, share_interval};
 
 /// The share of the runs that a limit holds for.
 const SURELY: f64 = 0.95;
 
-/// One of the two answers of a diagnoser.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Detector {
-    /// The change detector: its faults jump in. *Found* is a change that no other fault explains, *right* one that is
-    /// declared a fault of its component.
-    Change,
-    /// The comparison with a reference: its faults are there from the first sample on. *Found* is a component that is
-    /// declared faulty or one of several suspects, *right* one that is declared faulty or the likeliest of them.
-    Reference,
-}
+/// The times that the tables are of \[s\], and what those are called.
+const TIMES: [(f64, &str); 8] = [
+    (0.01, "10 ms"),
+    (0.03, "30 ms"),
+    (0.1, "0.1 s"),
+    (0.3, "0.3 s"),
+    (1.0, "1 s"),
+    (3.0, "3 s"),
+    (10.0, "10 s"),
+    (30.0, "30 s"),
+];
 
-impl Detector {
-    /// Both.
-    pub const ALL: [Detector; 2] = [Detector::Change, Detector::Reference];
+const FOUND: &str = "change: the fault jumps in; a change that no other fault explains. reference: it is there from the \
+                     first sample on;\ndeclared faulty, or one of several suspects.";
+const RIGHT: &str = "declared faulty, or the likeliest of several suspects.";
 
-    /// For people.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            Detector::Change => "change",
-            Detector::Reference => "reference",
-        }
-    }
-}
-
-/// A kind of fault that has a size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SizedKind {
-    /// Offset of a gage, either way \[µε\].
-    Bias,
-    /// Leak from chamber to chamber \[m²\].
-    InternalLeakage,
-    /// Leak from either chamber to the outside \[m²\].
-    ExternalLeakage,
-}
-
-impl SizedKind {
-    /// All of them.
-    pub const ALL: [SizedKind; 3] =
-        [SizedKind::Bias, SizedKind::InternalLeakage, SizedKind::ExternalLeakage];
-
-    /// For people.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            SizedKind::Bias => "bias",
-            SizedKind::InternalLeakage => "internal leakage",
-            SizedKind::ExternalLeakage => "external leakage",
-        }
-    }
-
-    /// Unit of the size.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            SizedKind::Bias => "µε",
-            SizedKind::InternalLeakage | SizedKind::ExternalLeakage => "m²",
-        }
-    }
-
-    /// The sizes that are tried, ascending.
-    #[must_use]
-    pub fn sizes(self) -> &'static [f64] {
-        match self {
-            SizedKind::Bias => &[0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0],
-            SizedKind::InternalLeakage | SizedKind::ExternalLeakage => {
-                &[1e-9, 2e-9, 5e-9, 1e-8, 2e-8, 5e-8, 1e-7]
-            }
-        }
-    }
+/// What was measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LimitSummary {
+    /// One for each system, detector and kind of fault.
+    pub curves: Vec<LimitCurve>,
 }
 
 /// How one detector does against one kind of fault.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimitCurve {
+    /// Name of the system: its weather.
+    pub weather: String,
     /// The detector.
     pub detector: Detector,
     /// The kind.
@@ -113,10 +67,14 @@ pub struct LimitPoint {
 }
 
 /// In how many runs something is so by their end, and since when.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Reached {
     /// How many.
     pub count: u64,
+    /// Interval of their share (Clopper and Pearson).
+    pub share_95: Interval95,
+    /// Half of them take no longer from the fault's first sample on \[ms\].
+    pub median_delay_ms: Option<f64>,
     /// In 95 % of all runs it is so within this time from the fault's first sample on, which counts as one step \[s\];
     /// `None` if it is in fewer.
     pub within_s: Option<f64>,
@@ -132,22 +90,50 @@ pub struct Within {
 }
 
 impl LimitCurve {
-    pub(super) fn of(detector: Detector, kind: SizedKind, points: Vec<LimitPoint>) -> Self {
+    pub(super) fn of(weather: &str, question: &Question, points: Vec<LimitPoint>) -> Self {
+        let Question { detector, kind, .. } = *question;
         let found = smallest_sizes(&points, |point| point.found);
         let right = smallest_sizes(&points, |point| point.right);
-        Self { detector, kind, unit: kind.unit(), points, found, right }
+        Self {
+            weather: weather.to_owned(),
+            detector,
+            kind,
+            unit: kind.unit(),
+            points,
+            found,
+            right,
+        }
+    }
+
+    /// The smallest size from which on all sizes are right in 95 % of the runs.
+    #[must_use]
+    pub fn smallest(&self) -> Option<f64> {
+        self.right.last().map(|within| within.size)
+    }
+}
+
+impl LimitPoint {
+    /// Of the runs of a size, in steps of `step_s`.
+    pub(super) fn of(size: f64, rows: &[LimitRow], step_s: f64) -> Self {
+        let reached =
+            |of: fn(&LimitRow) -> Option<u64>| Reached::of(rows.iter().map(of).collect(), step_s);
+        let (found, right) = (reached(|row| row.found), reached(|row| row.right));
+        Self { size, runs: rows.len() as u64, found, right }
     }
 }
 
 impl Reached {
-    /// Of the times of all runs, in steps of `step_s`.
-    pub(super) fn of(mut times: Vec<Option<u64>>, step_s: f64) -> Self {
-        times.sort_unstable_by_key(|time| time.unwrap_or(u64::MAX));
+    /// Of the delays of all runs, in steps of `step_s`.
+    fn of(mut delays: Vec<Option<u64>>, step_s: f64) -> Self {
+        delays.sort_unstable_by_key(|delay| delay.unwrap_or(u64::MAX));
         // A billionth of a second is finer than any step.
-        let seconds = |steps: u64| (steps as f64 * step_s * 1e9).round() / 1e9;
+        let seconds = |delay: u64| ((delay + 1) as f64 * step_s * 1e9).round() / 1e9;
+        let count = delays.iter().flatten().count() as u64;
         Self {
-            count: times.iter().flatten().count() as u64,
-            within_s: nearest_rank(&times, SURELY).flatten().map(seconds),
+            count,
+            share_95: share_interval(count, delays.len() as u64),
+            median_delay_ms: Delays::of(delays.iter().flatten().copied(), step_s).median,
+            within_s: nearest_rank(&delays, SURELY).flatten().map(seconds),
         }
     }
 }
@@ -171,12 +157,90 @@ pub fn smallest_within(curve: &[Within], time_s: f64) -> Option<f64> {
     curve.iter().rev().find(|step| step.within_s <= time_s).map(|step| step.size)
 }
 
+/// The curves of a kind of fault, those of each detector side by side.
+pub(crate) fn curves(curves: &[LimitCurve], kind: SizedKind) -> impl Iterator<Item = &LimitCurve> {
+    let of_detector = move |detector| {
+        curves.iter().filter(move |curve| (curve.detector, curve.kind) == (detector, kind))
+    };
+    [Detector::Change, Detector::Reference, Detector::Isolation].into_iter().flat_map(of_detector)
+}
+
+impl LimitSummary {
+    pub(super) fn tables(&self) -> Vec<Table> {
+        if self.curves.iter().any(|curve| curve.detector == Detector::Isolation) {
+            return vec![self.minimum_isolable()];
+        }
+        let mut tables = vec![
+            self.against_time("Smallest fault found in 95 of 100 runs within", FOUND, |c| &c.found),
+            self.against_time("Smallest fault right in 95 of 100 runs within", RIGHT, |c| &c.right),
+        ];
+        tables.extend(SizedKind::ABSOLUTE.iter().map(|kind| self.sizes(*kind)));
+        tables
+    }
+
+    fn minimum_isolable(&self) -> Table {
+        let row = |curve: &LimitCurve| {
+            let size =
+                curve.smallest().map_or_else(|| "none tried".to_owned(), |s| format!("{s:.1}"));
+            vec![curve.kind.title().to_owned(), size, curve.unit.to_owned()]
+        };
+        Table::new(
+            "Minimum isolable fault: named in 95 of 100 runs within 1 s",
+            &["fault", "size", "times"],
+            self.curves.iter().map(row).collect(),
+        )
+    }
+
+    fn against_time(&self, title: &str, note: &str, of: fn(&LimitCurve) -> &[Within]) -> Table {
+        let all = SizedKind::ABSOLUTE.iter().flat_map(|kind| curves(&self.curves, *kind));
+        let size = |size: Option<f64>| size.map_or_else(|| "–".to_owned(), number);
+        let row = |curve: &LimitCurve| {
+            let kind = format!("{} [{}]", curve.kind.title(), curve.unit);
+            let mut row = vec![kind, curve.detector.title().to_owned(), curve.weather.clone()];
+            row.extend(TIMES.map(|(time, _)| size(smallest_within(of(curve), time))));
+            row
+        };
+        let mut heading = vec!["fault", "detector", "weather"];
+        heading.extend(TIMES.map(|(_, name)| name));
+        Table::new(title, &heading, all.map(row).collect()).with_note(note)
+    }
+
+    /// How long it takes until faults of each size are found.
+    fn sizes(&self, kind: SizedKind) -> Table {
+        let of_kind = || curves(&self.curves, kind);
+        let names = of_kind().map(|curve| format!("{}, {}", curve.detector.title(), curve.weather));
+        let heading: Vec<String> =
+            [format!("size [{}]", kind.unit())].into_iter().chain(names).collect();
+        let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
+        let rows = kind.sizes().into_iter().enumerate().map(|(place, size)| {
+            let cells = of_kind().map(|of| of.points.get(place).map_or_else(String::new, time));
+            [number(size)].into_iter().chain(cells).collect()
+        });
+        let title =
+            format!("Time within which 95 of 100 are found, or how many are: {}", kind.title());
+        Table::new(&title, &heading, rows.collect())
+    }
+}
+
+/// In plain digits or, if it is as small as a leak, as a power of ten.
+fn number(size: f64) -> String {
+    if size < 1e-3 { format!("{size:e}") } else { size.to_string() }
+}
+
+fn time(point: &LimitPoint) -> String {
+    match point.found.within_s {
+        Some(seconds) if seconds < 1.0 => format!("{:.0} ms", 1e3 * seconds),
+        Some(seconds) => format!("{seconds:.1} s"),
+        None => format!("{} of {}", point.found.count, point.runs),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn point(size: f64, within_s: Option<f64>) -> LimitPoint {
-        let reached = Reached { count: 0, within_s };
+        let reached = Reached { within_s, ..Reached::default() };
         LimitPoint { size, runs: 0, found: reached, right: reached }
     }
 
@@ -186,10 +250,11 @@ mod tests {
             let times = (0..20).map(|run| (run >= missed).then_some(run as u64));
             Reached::of(times.collect(), 1e-3)
         };
-        assert_eq!(of(0), Reached { count: 20, within_s: Some(0.018) });
-        assert_eq!(of(1), Reached { count: 19, within_s: Some(0.019) });
-        assert_eq!(of(2), Reached { count: 18, within_s: None });
-        assert_eq!(Reached::of(Vec::new(), 1e-3), Reached { count: 0, within_s: None });
+        let of = |missed| (of(missed).count, of(missed).within_s);
+        assert_eq!(of(0), (20, Some(0.019)));
+        assert_eq!(of(1), (19, Some(0.020)));
+        assert_eq!(of(2), (18, None));
+        assert_eq!(Reached::of(Vec::new(), 1e-3), Reached::default());
     }
 
     #[test]

@@ -1,12 +1,144 @@
-//! Smallest fault against time, for each of the two detectors: the change detector, which sees faults that jump, and
-//! the comparison with a reference, which also sees those that have always been there.
+//! Smallest fault against time: the same runs again and again, with faults of growing size, for each detector.
 
 mod curve;
-mod draw;
-mod measure;
-mod run;
-mod weather;
+mod outcome;
+mod question;
 
-pub use curve::{Detector, LimitCurve, LimitPoint, Reached, SizedKind, Within, smallest_within};
-pub use measure::LimitStudy;
-pub use weather::{WeatherLimits, curves};
+use names::Step;
+
+pub(crate) use curve::curves;
+pub use curve::{LimitCurve, LimitPoint, LimitSummary, Reached, Within, smallest_within};
+pub use outcome::LimitRow;
+pub use question::{Detector, Question, SizedKind};
+
+use crate::campaign::{Campaign, Rows};
+use crate::case::{Case, Run};
+use crate::error::StudyError;
+use crate::figure::{limits_figure, power_figure};
+use crate::report::{Figure, Table};
+use crate::scenarios::diagnosed;
+use crate::system::{CommissionedPlant, System};
+use outcome::{Outcome, Since};
+
+/// So many runs of each size of each kind of fault, for each detector and system.
+#[derive(Debug, Clone)]
+pub struct Limits {
+    /// What they are of.
+    pub systems: Vec<System>,
+    /// How many plants of each are commissioned.
+    pub plants: u64,
+    /// Runs of each size.
+    pub runs: u64,
+    /// What is asked of so many runs each, those of a curve one after the other.
+    pub questions: Vec<Question>,
+}
+
+impl Limits {
+    /// The minimum isolable fault of kinds that are measured in noise; otherwise limits of both detectors.
+    #[must_use]
+    pub fn new(systems: Vec<System>, plants: u64, runs: u64, isolation: bool) -> Self {
+        let detectors: &[Detector] = match isolation {
+            true => &[Detector::Isolation],
+            false => &[Detector::Change, Detector::Reference],
+        };
+        let kinds = if isolation { SizedKind::IN_NOISE } else { SizedKind::ABSOLUTE };
+        let mut questions = Vec::new();
+        for system in 0..systems.len() {
+            for (kind, detector) in
+                kinds.iter().flat_map(|kind| detectors.iter().map(move |of| (*kind, *of)))
+            {
+                let question = |size| Question { system, detector, kind, size };
+                questions.extend(kind.sizes().into_iter().map(question));
+            }
+        }
+        Self { systems, plants, runs, questions }
+    }
+
+    /// What is asked of a case, and the number of its run.
+    fn question(&self, case: u64) -> (Question, u64) {
+        (self.questions[(case / self.runs) as usize], case % self.runs)
+    }
+}
+
+impl Campaign for Limits {
+    type Kind = Question;
+    type Row = LimitRow;
+    type Summary = LimitSummary;
+
+    fn systems(&self) -> &[System] {
+        &self.systems
+    }
+
+    fn cases(&self) -> u64 {
+        self.questions.len() as u64 * self.runs
+    }
+
+    fn plant_of(&self, case: u64) -> (usize, Option<u64>) {
+        let (question, run) = self.question(case);
+        let system = question.system;
+        (system, question.plant(&self.systems[system], run, self.plants))
+    }
+
+    fn draw(
+        &self,
+        number: u64,
+        _: Option<&CommissionedPlant>,
+    ) -> Result<Case<Question>, StudyError> {
+        let (question, run) = self.question(number);
+        let case = question.draw(&self.systems[question.system], number, run);
+        case.ok_or(StudyError::NothingToBreak)
+    }
+
+    /// A change or a comparison is followed until the component is declared faulty, which it then stays.
+    fn judge(&self, case: &Case<Question>, run: &mut Run) -> Result<LimitRow, StudyError> {
+        let Some(fault) = case.faults.first() else { return Ok(LimitRow::default()) };
+        if case.kind.detector == Detector::Isolation {
+            run.finish()?;
+            return Ok(LimitRow::of_isolation(&diagnosed(&run.occurrences), fault));
+        }
+        let (mut found, mut right) = (Since::default(), Since::default());
+        for step in (0..).map(Step) {
+            if !run.step()? {
+                break;
+            }
+            let (outcome, is_final) =
+                outcome::outcome(&run.rig, &fault.component, case.kind.detector);
+            found.note(step, outcome >= Outcome::Found);
+            right.note(step, outcome == Outcome::Right);
+            if is_final {
+                break;
+            }
+        }
+        Ok(LimitRow { found: found.steps_from(fault.at), right: right.steps_from(fault.at) })
+    }
+
+    fn summarize(&self, rows: &Rows<LimitRow>) -> LimitSummary {
+        let point = |(question, first): (&Question, u64)| {
+            let of_size = rows.range(first..first + self.runs).map(|(_, row)| *row);
+            let step_s = self.systems[question.system].parameters.step_s;
+            LimitPoint::of(question.size, &of_size.collect::<Vec<_>>(), step_s)
+        };
+        let mut firsts = (0..).step_by(self.runs as usize);
+        let is_one = |a: &Question, b: &Question| {
+            (a.system, a.detector, a.kind) == (b.system, b.detector, b.kind)
+        };
+        let curve = |questions: &[Question]| {
+            let points = questions.iter().zip(firsts.by_ref()).map(point).collect();
+            LimitCurve::of(&self.systems[questions[0].system].name, &questions[0], points)
+        };
+        LimitSummary { curves: self.questions.chunk_by(is_one).map(curve).collect() }
+    }
+
+    fn tables(&self, _: &Rows<LimitRow>, summary: &LimitSummary) -> (Vec<Table>, Vec<String>) {
+        (summary.tables(), Vec::new())
+    }
+
+    fn figures(&self, summary: &LimitSummary) -> Result<Vec<Figure>, StudyError> {
+        let is_isolation = self.questions.iter().any(|of| of.detector == Detector::Isolation);
+        let (name, caption, svg) = match is_isolation {
+            true => ("power", "Minimum isolable fault", power_figure(&summary.curves)),
+            false => ("limits", "Smallest fault against time", limits_figure(&summary.curves)),
+        };
+        Ok(vec![Figure { name, caption: caption.to_owned(), svg }])
+    }
+}

@@ -10,9 +10,12 @@ use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::residual::{ActuatorResidual, NominalHydraulics};
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, SignalSettings, Verdict};
 use names::fault::Fault;
+use std::sync::atomic::AtomicBool;
+
 use names::{ComponentPath, RunId, Step};
 use plant::PlantParameters;
-use study::{Campaign, Injection, Occurrence, Rig, ScenarioRanges, Schedule};
+use study::scenarios::{ScenarioRanges, Scenarios};
+use study::{Begin, Campaign, Done, Engine, Injection, Occurrence, Rig, Rows, System};
 use truss::Structure;
 
 pub fn bias(offset_m: f64) -> Fault {
@@ -89,30 +92,51 @@ pub fn setups(structure: &Structure, parameters: &PlantParameters) -> Vec<Module
 pub fn rig(seed: u64, injections: Vec<Injection>) -> Rig {
     let (structure, parameters, setups) = parts();
     let plant = study::plant(&structure, &parameters, 0.0, seed).unwrap();
-    Rig::new(plant, setups, Schedule::new(injections), RunId(seed)).unwrap()
+    Rig::new(plant, setups, injections, RunId(seed)).unwrap()
+}
+
+/// The tower with its own plants.
+pub fn system(mismatch: f64, seed: u64) -> System {
+    let (structure, parameters, setups) = parts();
+    let (name, controllers) = (String::new(), Vec::new());
+    System { name, structure, parameters, setups, mismatch, controllers, seed }
 }
 
 /// A campaign of short runs: 3 s without and 2 s with a fault.
-pub fn campaign(rule: Rule) -> Campaign {
-    let (structure, parameters, mut setups) = parts();
-    setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
+pub fn campaign(rule: Rule) -> Scenarios {
+    let mut system = system(0.1, 7);
+    system.setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
     let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() };
-    Campaign {
-        structure,
-        parameters,
-        setups,
-        mismatch: 0.1,
-        controllers: Vec::new(),
-        seed: 7,
-        ranges,
-    }
+    scenarios(system, ranges)
+}
+
+/// A thousand runs with a fault, and then a thousand without.
+pub fn scenarios(system: System, ranges: ScenarioRanges) -> Scenarios {
+    Scenarios { system, ranges, scenarios: 1000, nominal: 1000 }
+}
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+const BEGIN: Begin = &|_, _| Box::new(|| ());
+
+/// Runs cases without a report of progress.
+pub fn engine(jobs: usize) -> Engine<'static> {
+    Engine { jobs, stop: &NEVER, begin: BEGIN }
+}
+
+/// What comes of these cases.
+pub fn rows<C: Campaign>(campaign: &C, cases: std::ops::Range<u64>, jobs: usize) -> Rows<C::Row> {
+    let mut done = Done::default();
+    engine(jobs).run(campaign, cases, &mut done, None).unwrap();
+    done.rows
+}
+
+/// What comes of a case.
+pub fn row<C: Campaign>(campaign: &C, case: u64) -> C::Row {
+    engine(2).watch(campaign, case, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The component and the step of a fault that was committed.
 pub fn latched(occurrence: &Occurrence) -> Option<(ComponentPath, Step)> {
-    let Occurrence::Transition { module, transition } = occurrence else { return None };
-    (transition.verdict == Verdict::Latched).then(|| {
-        let component = transition.component.clone();
-        (ComponentPath { module: module.clone(), component }, transition.detection)
-    })
+    let (component, transition) = occurrence.transition()?;
+    (transition.verdict == Verdict::Latched).then_some((component, transition.detection))
 }

@@ -4,8 +4,8 @@ use names::ComponentKind::Sensor;
 
 use super::story::Story;
 use super::{faults, place};
-use crate::campaign::Campaign;
 use crate::error::StudyError;
+use crate::scenarios::Scenarios;
 use figure::plot::{Figure, Row};
 
 const WALK_AT_S: f64 = 10.8;
@@ -16,9 +16,9 @@ const BIAS_AT_S: f64 = 11.1;
 ///
 /// # Errors
 /// A structure without these gages; a plant or diagnosers that cannot be made.
-pub fn figure4(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
-    let (walking, walking_m) = place::gage(&campaign.structure, 1, 5)?;
-    let (biased, biased_m) = place::gage(&campaign.structure, 1, 1)?;
+pub fn figure4(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
+    let (walking, walking_m) = place::gage(&campaign.system.structure, 1, 5)?;
+    let (biased, biased_m) = place::gage(&campaign.system.structure, 1, 1)?;
     let names = [&walking, &biased].map(|path| path.component.name().to_owned());
     let story = Story::run(
         campaign,
@@ -28,7 +28,7 @@ pub fn figure4(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
             (BIAS_AT_S, biased, faults::bias(campaign, biased_m)),
         ],
     )?;
-    let module = &place::module(&campaign.structure, 1)?.name;
+    let module = &place::module(&campaign.system.structure, 1)?.name;
     let gages = story.channels(1, Sensor);
     let mut readings = story.signals("Readings of the gages", &gages).marked(story.marks());
     let mut residuals = story.residuals("Residuals", &gages).marked(story.bare_marks());

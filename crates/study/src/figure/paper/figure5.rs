@@ -4,8 +4,8 @@ use names::ComponentKind::{Actuator, Sensor};
 
 use super::story::Story;
 use super::{faults, place};
-use crate::campaign::Campaign;
 use crate::error::StudyError;
+use crate::scenarios::Scenarios;
 use figure::plot::{Figure, Row};
 
 const LEAK_AT_S: f64 = 10.8;
@@ -15,8 +15,8 @@ const LEAK_AT_S: f64 = 10.8;
 ///
 /// # Errors
 /// A structure without this actuator; a plant or diagnosers that cannot be made.
-pub fn figure5(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
-    let leaking = place::actuator(&campaign.structure, 1, 1)?;
+pub fn figure5(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
+    let leaking = place::actuator(&campaign.system.structure, 1, 1)?;
     let module = leaking.module.clone();
     let fault = faults::external_leakage_a(campaign);
     let story = Story::run(campaign, seed, vec![(LEAK_AT_S, leaking, fault)])?;

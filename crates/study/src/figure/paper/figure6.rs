@@ -6,8 +6,8 @@ use names::{ComponentPath, ModuleName};
 
 use super::place;
 use super::story::Story;
-use crate::campaign::Campaign;
 use crate::error::StudyError;
+use crate::scenarios::Scenarios;
 use figure::plot::{Figure, Row};
 
 const HARD_OVER_AT_S: f64 = 10.8;
@@ -23,9 +23,10 @@ const RUNS: u64 = 20;
 /// # Errors
 /// A structure without this actuator or with a single equipped module; a plant or diagnosers that
 /// cannot be made.
-pub fn figure6(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
-    let faulty = place::actuator(&campaign.structure, 1, 3)?;
-    let modules = [&faulty.module, &place::module(&campaign.structure, 2)?.name].map(Clone::clone);
+pub fn figure6(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
+    let faulty = place::actuator(&campaign.system.structure, 1, 3)?;
+    let modules =
+        [&faulty.module, &place::module(&campaign.system.structure, 2)?.name].map(Clone::clone);
     let (drawn, story) = felt_by(campaign, seed, &faulty, &modules[1])?;
     let actuators = story.all_channels(Actuator);
     let mut demands = story.signals("Demands on the actuators", &actuators).marked(story.marks());
@@ -79,7 +80,7 @@ pub fn figure6(campaign: &Campaign, seed: u64) -> Result<String, StudyError> {
 /// The first run from `seed` on in which a channel of `neighbour` changes, and its seed; failing that,
 /// the very first.
 fn felt_by(
-    campaign: &Campaign,
+    campaign: &Scenarios,
     seed: u64,
     faulty: &ComponentPath,
     neighbour: &ModuleName,

@@ -5,7 +5,7 @@ use names::ComponentPath;
 use super::channels::Channels;
 use super::story::Story;
 use super::verdict::Finding;
-use crate::schedule::Injection;
+use crate::case::Injection;
 use figure::plot::{Mark, MarkKind};
 
 impl Story {

@@ -4,7 +4,7 @@ use names::{ComponentKind, ComponentPath, Step};
 
 use super::channels::Channels;
 use super::story::{Story, WINDOW_S};
-use crate::quantile::first_beyond;
+use crate::statistics::first_beyond;
 use crate::trace::{ChannelTrace, ModuleTrace};
 use figure::plot::{Axis, Mark, MarkKind, Marker, Panel, Series, Shape, Stroke};
 

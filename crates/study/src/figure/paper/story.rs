@@ -4,9 +4,9 @@ use names::{ComponentKind, ComponentPath, Step};
 
 use super::channels::Channels;
 use super::verdict::{self, Finding};
-use crate::campaign::Campaign;
+use crate::case::Injection;
 use crate::error::StudyError;
-use crate::schedule::{Injection, Schedule};
+use crate::scenarios::Scenarios;
 use crate::trace::Trace;
 
 /// What the paper's figures show of their runs \[s\].
@@ -23,18 +23,18 @@ pub(super) struct Story {
 impl Story {
     /// Runs the campaign's plant with faults that begin at these times \[s\].
     pub(super) fn run(
-        campaign: &Campaign,
+        campaign: &Scenarios,
         seed: u64,
         faults: Vec<(f64, ComponentPath, names::fault::Fault)>,
     ) -> Result<Self, StudyError> {
-        let step_s = campaign.parameters.step_s;
+        let step_s = campaign.system.parameters.step_s;
         let injections: Vec<Injection> = (faults.into_iter())
             .map(|(at_s, component, fault)| {
                 let at = Step((at_s / step_s).round() as u64);
                 Injection { at, until: None, component, fault }
             })
             .collect();
-        let mut rig = campaign.rig(seed, Schedule::new(injections.clone()))?;
+        let mut rig = campaign.system.rig(seed, injections.clone())?;
         let trace = Trace::record(&mut rig, (WINDOW_S[1] / step_s).ceil() as u64)?;
         Ok(Self { findings: verdict::findings(&trace), trace, injections, step_s })
     }

@@ -1,0 +1,271 @@
+//! Runs, resumes, explains or merges any campaign, and prints and keeps what comes of it.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::AtomicBool;
+
+use serde::Serialize;
+use serde_json::Value;
+use study::journal::{self, Header, Journal};
+use study::report::{Report, Table};
+use study::{Begin, Campaign, Done, Engine, LineKind, PlantRow, StudyError, Work, explain};
+
+use super::arguments::{EngineArguments, MergeArguments, OutputArguments, Request};
+use super::{files, interrupt};
+use crate::failure::Failure;
+use crate::paint::{Colour, Paint};
+use crate::progress::Progress;
+use crate::table::table;
+use crate::versioned;
+
+/// What was asked for and what came of it.
+#[derive(Serialize)]
+struct Document<'a, S> {
+    campaign: &'a Value,
+    /// Were all cases run?
+    complete: bool,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    plants: Vec<&'a PlantRow>,
+    #[serde(flatten)]
+    summary: &'a S,
+}
+
+/// Runs the campaign that is asked for.
+pub(super) fn run(request: &Request) -> Result<(), Failure> {
+    let request = request.clone().resolved();
+    let value = serde_json::to_value(&request)?;
+    match &request {
+        Request::Run(of) => run_campaign(value, &of.of.campaign()?, &of.engine),
+        Request::Conditions(of) => run_campaign(value, &of.campaign()?, &of.engine),
+        Request::Limits(of) => run_campaign(value, &of.campaign()?, &of.engine),
+        Request::Identify(of) => run_campaign(value, &of.campaign()?, &of.engine),
+    }
+}
+
+/// Puts the shards of a campaign together.
+pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
+    let first = arguments.directories.iter().take(1).map(|directory| Header::of(directory));
+    let value = first.map(|header| header.map(|header| header.campaign)).collect::<Result<_, _>>();
+    let value: Value = value.map(|mut all: Vec<Value>| all.pop().unwrap_or_default())?;
+    let request: Request = serde_json::from_value(value.clone())
+        .map_err(|error| Failure::input(format!("a journal holds an unknown request: {error}")))?;
+    match &request {
+        Request::Run(of) => merge_campaign(value, &of.of.campaign()?, arguments),
+        Request::Conditions(of) => merge_campaign(value, &of.campaign()?, arguments),
+        Request::Limits(of) => merge_campaign(value, &of.campaign()?, arguments),
+        Request::Identify(of) => merge_campaign(value, &of.campaign()?, arguments),
+    }
+}
+
+/// An engine that reports its progress on standard error.
+pub(super) fn engine(jobs: usize, stop: &AtomicBool) -> Engine<'_> {
+    const BEGIN: Begin = &|work, all| {
+        let progress = match work {
+            Work::Commissioning => Progress::of_snippets("commissioning", all),
+            Work::Cases => Progress::of_runs("cases", all),
+        };
+        Box::new(move || progress.advance())
+    };
+    Engine { jobs, stop, begin: BEGIN }
+}
+
+fn run_campaign<C: Campaign>(
+    request: Value,
+    campaign: &C,
+    asked: &EngineArguments,
+) -> Result<(), Failure> {
+    let stop = interrupt::listen()?;
+    let engine = engine(asked.jobs.count(), &stop);
+    if let Some(case) = asked.show {
+        return show(campaign, case, &engine);
+    }
+    let cases = asked.shard.map_or(0..campaign.cases(), |shard| shard.cases(campaign.cases()));
+    let header = Header::new(request, campaign, asked.shard.map(|shard| shard.to_string()));
+    let (mut journal, mut done) = match &asked.output.out {
+        Some(directory) => {
+            let (journal, done) = Journal::open(directory, &header)?;
+            (Some(journal), done)
+        }
+        None => (None, Done::default()),
+    };
+    engine.run(campaign, cases.clone(), &mut done, journal.as_mut())?;
+    drop(journal);
+    let (count, all) = (done.rows.len() as u64, cases.end - cases.start);
+    if asked.shard.is_none() {
+        report(&header, campaign, &done, &asked.output)?;
+    }
+    match (&asked.output.out, asked.shard) {
+        (Some(directory), _) if count < all => Err(Failure::interrupted(format!(
+            "interrupted after {count} of {all} cases; the same command resumes what is in `{}`",
+            directory.display()
+        ))),
+        (None, _) if count < all => Err(Failure::interrupted(format!(
+            "interrupted after {count} of {all} cases; with `--out` it could be resumed"
+        ))),
+        (_, None) => defects(campaign, &done),
+        (_, Some(shard)) => {
+            let mut out = io::stdout().lock();
+            writeln!(
+                out,
+                "shard {shard}: {all} cases; `trusswatch study merge` puts shards together"
+            )?;
+            Ok(out.flush()?)
+        }
+    }
+}
+
+fn merge_campaign<C: Campaign>(
+    request: Value,
+    campaign: &C,
+    arguments: &MergeArguments,
+) -> Result<(), Failure> {
+    let header = Header::new(request, campaign, None);
+    let done = journal::read_all(&arguments.directories, &header)?;
+    let missing = (0..campaign.cases()).filter(|case| !done.rows.contains_key(case));
+    if let Some(first) = missing.clone().next() {
+        return Err(Failure::input(format!(
+            "{} of {} cases are missing, the first of them {first}: run every shard to its end",
+            missing.count(),
+            campaign.cases(),
+        )));
+    }
+    if let Some(directory) = &arguments.output.out {
+        files::make(directory)?;
+    }
+    report(&header, campaign, &done, &arguments.output)?;
+    defects(campaign, &done)
+}
+
+/// Prints what came of the cases, and keeps it.
+fn report<C: Campaign>(
+    header: &Header,
+    campaign: &C,
+    done: &Done<C::Row>,
+    output: &OutputArguments,
+) -> Result<(), Failure> {
+    let complete = done.rows.len() as u64 == campaign.cases();
+    let summary = campaign.summarize(&done.rows);
+    let plants = done.plants.values().collect();
+    let document = Document { campaign: &header.campaign, complete, plants, summary: &summary };
+    let document = versioned::text(&document)?;
+    let (tables, notes) = campaign.tables(&done.rows, &summary);
+    let heading = in_words(&header.campaign);
+    let mut out = io::stdout().lock();
+    if output.json {
+        out.write_all(document.as_bytes())?;
+    } else {
+        writeln!(out, "{heading}")?;
+        write_tables(&tables, output.width.limit(), &mut out)?;
+        if !notes.is_empty() {
+            writeln!(out, "\n{}", notes.join("\n"))?;
+        }
+    }
+    out.flush()?;
+    let Some(directory) = &output.out else { return Ok(()) };
+    if complete {
+        // In the order of cases, in which they did not come.
+        files::write(&directory.join(journal::FILE), journal::text(header, done)?)?;
+    }
+    files::write(&directory.join("summary.json"), &document)?;
+    files::write_cases(directory, &done.rows)?;
+    let figures = campaign.figures(&summary)?;
+    for figure in &figures {
+        files::write(&directory.join(format!("{}.svg", figure.name)), &figure.svg)?;
+    }
+    let paragraphs = [heading].into_iter().chain(notes).collect();
+    let report = Report { title: "trusswatch: a study".to_owned(), paragraphs, tables, figures };
+    files::write(&directory.join("report.html"), study::report::html(&report))
+}
+
+/// `run: controllers shipped, mismatch 0, …`
+fn in_words(request: &Value) -> String {
+    let plain = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        Value::Array(all) => {
+            all.iter().map(|one| one.as_str().unwrap_or_default()).collect::<Vec<_>>().join(", ")
+        }
+        other => other.to_string(),
+    };
+    let fields = request.as_object().into_iter().flatten();
+    let is_said = |value: &Value| !matches!(value, Value::Null | Value::Bool(false));
+    let fields = fields.filter(|(key, value)| *key != "name" && is_said(value));
+    let fields = fields.map(|(key, value)| format!("{} {}", key.replace('_', " "), plain(value)));
+    let fields: Vec<String> = fields.filter(|field| !field.ends_with(' ')).collect();
+    format!("{}: {}", request["name"].as_str().unwrap_or_default(), fields.join("; "))
+}
+
+/// Writes tables no wider than `width`.
+fn write_tables(tables: &[Table], width: Option<u16>, out: &mut impl Write) -> io::Result<()> {
+    for Table { title, note, heading, rows } in tables {
+        let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
+        let mut text = table(&heading);
+        rows.iter().for_each(|row| text.add_row(row));
+        text.align_right(1..heading.len());
+        writeln!(out, "\n{title}\n{}", text.text(width))?;
+        if !note.is_empty() {
+            writeln!(out, "{note}")?;
+        }
+    }
+    Ok(())
+}
+
+/// Fails if a healthy component was named.
+fn defects<C: Campaign>(campaign: &C, done: &Done<C::Row>) -> Result<(), Failure> {
+    let all = done.rows.iter().map(|(case, row)| (case, campaign.defects(row)));
+    let mut all = all.filter(|(_, names)| !names.is_empty());
+    let Some((case, names)) = all.next() else { return Ok(()) };
+    Err(Failure::runtime(format!(
+        "a healthy component was named in {} of the cases, {} in case {case}; see what happens there: the campaign's \
+         command with `--show {case}`",
+        1 + all.count(),
+        names.join(", "),
+    )))
+}
+
+/// Runs one case and explains it.
+fn show<C: Campaign>(campaign: &C, case: u64, engine: &Engine) -> Result<(), Failure> {
+    if case >= campaign.cases() {
+        let all = campaign.cases();
+        return Err(Failure::usage(format!("`--show` is {case}; the campaign has {all} cases")));
+    }
+    let explanation = explain(campaign, case, engine)?;
+    let paint = Paint::for_terminal(io::stdout().is_terminal());
+    let mut out = io::stdout().lock();
+    for line in &explanation.lines {
+        match colour(line.kind) {
+            Some(colour) => writeln!(out, "{}", paint.in_colour(colour, &line.to_string()))?,
+            None => writeln!(out, "{line}")?,
+        }
+    }
+    out.flush()?;
+    let rows = [(case, explanation.row)].into();
+    defects(campaign, &Done { rows, ..Done::default() })
+}
+
+fn colour(kind: LineKind) -> Option<Colour> {
+    match kind {
+        LineKind::Fault => Some(Colour::Red),
+        LineKind::Injected
+        | LineKind::Repaired
+        | LineKind::Gap
+        | LineKind::Unconfirmed
+        | LineKind::Condition => Some(Colour::Yellow),
+        LineKind::Explained => Some(Colour::Green),
+        LineKind::Change | LineKind::Identified => Some(Colour::Cyan),
+        LineKind::Watching | LineKind::Asked | LineKind::Answered | LineKind::More => {
+            Some(Colour::Dim)
+        }
+        LineKind::Setting | LineKind::Outcome | LineKind::Because => None,
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::File { .. } | StudyError::Write(_) => Failure::runtime(error.to_string()),
+            StudyError::Journal { .. } => {
+                Failure::input(format!("{error}; give another directory with `--out`"))
+            }
+            _ => Failure::input(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! One run of a plant and its diagnosers: what is drawn of it, and how it goes.
+
+use names::fault::Fault;
+use names::{ComponentPath, Step};
+use plant::{InjectError, Plant};
+use serde::{Deserialize, Serialize};
+
+use crate::error::StudyError;
+use crate::rig::{Occurrence, Rig};
+
+/// A fault of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Injection {
+    /// First step with the fault.
+    pub at: Step,
+    /// First step without it again; `None` if it stays.
+    pub until: Option<Step>,
+    /// The component.
+    pub component: ComponentPath,
+    /// The fault.
+    pub fault: Fault,
+}
+
+/// Injects and clears what is due at `step`.
+pub(crate) fn apply(
+    faults: &[Injection],
+    step: Step,
+    plant: &mut Plant,
+) -> Result<(), InjectError> {
+    for injection in faults {
+        if injection.until == Some(step) {
+            plant.clear(&injection.component)?;
+        }
+        if injection.at == step {
+            plant.inject(&injection.component, injection.fault)?;
+        }
+    }
+    Ok(())
+}
+
+/// Steps whose samples one diagnoser does not get.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gap {
+    /// Place of the diagnoser.
+    pub place: usize,
+    /// First step that it does not get.
+    pub from: Step,
+    /// First step that it gets again.
+    pub until: Step,
+    /// It is restarted before that step, with what it had stored and the samples that the publisher still keeps.
+    pub restarted: bool,
+}
+
+/// One run as it is drawn. It follows from the campaign's seed and its number alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case<K> {
+    /// Its number in the campaign, from 0.
+    pub number: u64,
+    /// What it is an example of.
+    pub kind: K,
+    /// Seed of its wind, loads and noise, and of its plant if that is not commissioned beforehand.
+    pub seed: u64,
+    /// Its faults, in the order in which they begin.
+    pub faults: Vec<Injection>,
+    /// What diagnosers do not see.
+    pub gaps: Vec<Gap>,
+    /// So many of its latest samples the publisher keeps for diagnosers that are restarted.
+    pub kept_samples: usize,
+    /// Its length.
+    pub steps: u64,
+}
+
+/// Sees the rig after every step, with what happened in it.
+pub type Watch<'a> = &'a mut dyn FnMut(&Rig, &[Occurrence]) -> Result<(), StudyError>;
+
+/// A case while it runs.
+pub struct Run<'a> {
+    /// Plant and diagnosers.
+    pub rig: Rig,
+    /// What happened so far, in order.
+    pub occurrences: Vec<Occurrence>,
+    gaps: &'a [Gap],
+    steps_left: u64,
+    watch: Watch<'a>,
+}
+
+impl<'a> Run<'a> {
+    /// Before its first step. The rig has the case's faults.
+    pub fn new<K>(case: &'a Case<K>, mut rig: Rig, watch: Watch<'a>) -> Self {
+        rig.keep_samples(case.kept_samples);
+        Self { rig, occurrences: Vec::new(), gaps: &case.gaps, steps_left: case.steps, watch }
+    }
+
+    /// Goes on by one step; `false` if it was over.
+    ///
+    /// # Errors
+    /// A fault that does not fit the plant, or what the watch fails with.
+    pub fn step(&mut self) -> Result<bool, StudyError> {
+        if self.steps_left == 0 {
+            return Ok(false);
+        }
+        self.steps_left -= 1;
+        let (gaps, step) = (self.gaps, self.rig.plant().next_step());
+        for gap in gaps.iter().filter(|gap| gap.restarted && gap.until == step) {
+            self.rig.restart(gap.place)?;
+        }
+        let is_hidden = |gap: &Gap| (gap.from..gap.until).contains(&step);
+        self.rig
+            .step_without(|place| gaps.iter().any(|gap| gap.place == place && is_hidden(gap)))?;
+        let latest = self.rig.take_occurrences();
+        (self.watch)(&self.rig, &latest)?;
+        self.occurrences.extend(latest);
+        Ok(true)
+    }
+
+    /// Goes on to its end.
+    ///
+    /// # Errors
+    /// See [`Self::step`].
+    pub fn finish(&mut self) -> Result<(), StudyError> {
+        while self.step()? {}
+        Ok(())
+    }
+}

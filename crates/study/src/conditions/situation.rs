@@ -1,0 +1,80 @@
+//! What is wrong in a case.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// What is wrong in a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Situation {
+    /// Nothing is wrong.
+    Healthy,
+    /// It is there from the first step on.
+    FromTheStart,
+    /// It begins while samples are lost.
+    InAGap,
+    /// It begins while its diagnoser is down for longer than samples are kept.
+    WhileDown,
+    /// A gage drifts slowly.
+    Drift,
+    /// It begins within five seconds of another one.
+    Second,
+    /// A gage fails while a cylinder is hard over.
+    DuringHardOver,
+    /// A history: one fault that is repaired soon.
+    Repaired,
+    /// A history: one fault that comes and goes.
+    Intermittent,
+    /// A history: a second fault after a first that stays.
+    Overlapping,
+    /// A history: several, each repaired and perhaps back again.
+    Several,
+}
+
+impl Situation {
+    /// Those that hide a fault from the change detector, and the one with none.
+    pub const HIDDEN: [Self; 7] = [
+        Self::Healthy,
+        Self::FromTheStart,
+        Self::InAGap,
+        Self::WhileDown,
+        Self::Drift,
+        Self::Second,
+        Self::DuringHardOver,
+    ];
+
+    /// Random histories.
+    pub const HISTORIES: [Self; 4] =
+        [Self::Repaired, Self::Intermittent, Self::Overlapping, Self::Several];
+
+    /// Its name.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Healthy => "healthy",
+            Self::FromTheStart => "from_the_start",
+            Self::InAGap => "in_a_gap",
+            Self::WhileDown => "while_down",
+            Self::Drift => "drift",
+            Self::Second => "second",
+            Self::DuringHardOver => "during_hard_over",
+            Self::Repaired => "repaired",
+            Self::Intermittent => "intermittent",
+            Self::Overlapping => "overlapping",
+            Self::Several => "several",
+        }
+    }
+
+    /// Is it one of [`Self::HISTORIES`]?
+    #[must_use]
+    pub fn is_history(self) -> bool {
+        Self::HISTORIES.contains(&self)
+    }
+}
+
+impl fmt::Display for Situation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}

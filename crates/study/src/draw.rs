@@ -1,0 +1,87 @@
+//! Drawing components and faults at random.
+
+use names::fault::FaultKind;
+use names::{Component, ComponentPath};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use truss::Structure;
+
+use crate::system::System;
+
+/// Random numbers that follow from a campaign's seed and the number of a stream alone.
+pub(crate) fn generator(campaign_seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut generator = ChaCha8Rng::seed_from_u64(campaign_seed);
+    generator.set_stream(stream);
+    generator
+}
+
+/// Draws what happens in one case.
+pub(crate) struct Draw<'a> {
+    pub(crate) structure: &'a Structure,
+    pub(crate) step_s: f64,
+    pub(crate) generator: ChaCha8Rng,
+}
+
+impl<'a> Draw<'a> {
+    pub(crate) fn new(system: &'a System, stream: u64) -> Self {
+        let System { structure, parameters, seed, .. } = system;
+        Self { structure, step_s: parameters.step_s, generator: generator(*seed, stream) }
+    }
+
+    pub(crate) fn steps(&self, seconds: f64) -> u64 {
+        (seconds / self.step_s).round() as u64
+    }
+
+    pub(crate) fn uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
+        self.generator.random_range(from..=to)
+    }
+
+    /// As likely between 1 and 2 as between 10 and 20.
+    pub(crate) fn log_uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
+        self.uniform([from.ln(), to.ln()]).exp()
+    }
+
+    pub(crate) fn sign(&mut self) -> f64 {
+        if self.generator.random() { 1.0 } else { -1.0 }
+    }
+
+    pub(crate) fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
+        all[self.generator.random_range(0..all.len())]
+    }
+
+    /// A component that can have this kind of fault and is not among those `taken`, each as likely as the other.
+    pub(crate) fn component(
+        &mut self,
+        kind: FaultKind,
+        taken: &[ComponentPath],
+    ) -> Option<ComponentPath> {
+        let mut fitting = components_that_can_have(self.structure, kind);
+        fitting.retain(|component| !taken.contains(component));
+        // An empty list has no first component either.
+        let place = self.generator.random_range(0..fitting.len().max(1));
+        fitting.get(place).cloned()
+    }
+}
+
+/// The components of the structure that can have this kind of fault, module by module.
+pub(crate) fn components_that_can_have(
+    structure: &Structure,
+    kind: FaultKind,
+) -> Vec<ComponentPath> {
+    let paths = structure.equipped().flat_map(|module| {
+        let of = |component| ComponentPath { module: module.name.clone(), component };
+        module.components().map(of)
+    });
+    paths.filter(|path| path.component.kind() == kind.component_kind()).collect()
+}
+
+/// Length of the gage; of no meaning for an actuator.
+pub(crate) fn gage_length_m(structure: &Structure, path: &ComponentPath) -> f64 {
+    let module = structure.module(&path.module);
+    let gages = module.map(|module| module.gages.as_slice()).unwrap_or_default();
+    let gage = gages.iter().find(|gage| match &path.component {
+        Component::Sensor(name) => gage.name == *name,
+        Component::Actuator(_) => false,
+    });
+    gage.map_or(f64::NAN, |gage| structure.gage_length_m(gage))
+}

@@ -1,0 +1,204 @@
+//! Runs the cases of any campaign: several at a time, those that are not done yet, until stopped.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::campaign::{Campaign, Rows};
+use crate::case::{Run, Watch};
+use crate::error::StudyError;
+use crate::journal::Journal;
+use crate::parallel;
+use crate::system::{CommissionedPlant, PlantRow};
+
+/// What takes long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Work {
+    /// Commissioning plants, in snippets.
+    Commissioning,
+    /// Cases.
+    Cases,
+}
+
+/// Begins to report progress of so much work; what is returned is called whenever a piece is done.
+pub type Begin<'a> = &'a dyn Fn(Work, u64) -> Box<dyn Fn() + Sync>;
+
+/// How cases are run. What comes of them does not depend on it.
+#[derive(Clone, Copy)]
+pub struct Engine<'a> {
+    /// How many run at a time.
+    pub jobs: usize,
+    /// Once it is set nothing new is begun.
+    pub stop: &'a AtomicBool,
+    /// Reports progress.
+    pub begin: Begin<'a>,
+}
+
+/// What is done of a campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Done<R> {
+    /// The plants that were commissioned, by system and number.
+    pub plants: BTreeMap<(usize, u64), PlantRow>,
+    /// What came of the cases.
+    pub rows: Rows<R>,
+}
+
+impl<R> Default for Done<R> {
+    fn default() -> Self {
+        Self { plants: BTreeMap::new(), rows: BTreeMap::new() }
+    }
+}
+
+type Plants = BTreeMap<(usize, u64), CommissionedPlant>;
+
+impl Engine<'_> {
+    /// Runs those of the cases that are not done yet, and adds them to those that are and to the journal.
+    ///
+    /// # Errors
+    /// A plant or diagnosers that cannot be made, or a journal that cannot be written.
+    pub fn run<C: Campaign>(
+        &self,
+        campaign: &C,
+        cases: Range<u64>,
+        done: &mut Done<C::Row>,
+        mut journal: Option<&mut Journal>,
+    ) -> Result<(), StudyError> {
+        let missing: Vec<u64> = cases.filter(|case| !done.rows.contains_key(case)).collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let plants = self.commission(campaign, &missing)?;
+        for (id, plant) in &plants {
+            let row = plant.row(&campaign.systems()[id.0]);
+            if done.plants.insert(*id, row.clone()).is_none() {
+                journal.as_mut().map_or(Ok(()), |journal| journal.plant(*id, &row))?;
+            }
+        }
+        let advance = (self.begin)(Work::Cases, missing.len() as u64);
+        let keep = |case: &u64, row: C::Row| {
+            journal.as_mut().map_or(Ok(()), |journal| journal.case(*case, &row))?;
+            done.rows.insert(*case, row);
+            advance();
+            Ok(())
+        };
+        let work = |case: &u64| run_case(campaign, *case, &plants, &mut |_, _| Ok(()));
+        parallel::for_each(&missing, self.jobs, self.stop, work, keep)
+    }
+
+    /// Runs one case and shows `watch` every step of it.
+    ///
+    /// # Errors
+    /// A plant or diagnosers that cannot be made, or what `watch` fails with.
+    pub fn watch<C: Campaign>(
+        &self,
+        campaign: &C,
+        case: u64,
+        watch: Watch,
+    ) -> Result<C::Row, StudyError> {
+        let plants = self.commission(campaign, &[case])?;
+        run_case(campaign, case, &plants, watch)
+    }
+
+    /// Commissions the plants of these cases one after the other, until stopped.
+    pub(crate) fn commission(
+        &self,
+        campaign: &impl Campaign,
+        cases: &[u64],
+    ) -> Result<Plants, StudyError> {
+        let ids = cases.iter().map(|case| campaign.plant_of(*case));
+        let mut plants: BTreeMap<(usize, u64), Option<CommissionedPlant>> =
+            ids.filter_map(|(system, plant)| Some(((system, plant?), None))).collect();
+        let snippets = plants.keys().map(|id| campaign.systems()[id.0].snippets_per_plant()).sum();
+        if plants.is_empty() {
+            return Ok(Plants::new());
+        }
+        let advance = (self.begin)(Work::Commissioning, snippets);
+        for (id, plant) in &mut plants {
+            if self.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            *plant = Some(campaign.systems()[id.0].commission(id.1, self.jobs, &*advance)?);
+        }
+        Ok(plants.into_iter().filter_map(|(id, plant)| Some((id, plant?))).collect())
+    }
+}
+
+pub(crate) fn run_case<C: Campaign>(
+    campaign: &C,
+    number: u64,
+    plants: &Plants,
+    watch: Watch,
+) -> Result<C::Row, StudyError> {
+    let (system, plant) = campaign.plant_of(number);
+    let plant = plant.and_then(|plant| plants.get(&(system, plant)));
+    let case = campaign.draw(number, plant)?;
+    let rig = match plant {
+        Some(plant) => plant.rig(case.seed, case.faults.clone()),
+        None => campaign.systems()[system].rig(case.seed, case.faults.clone()),
+    };
+    campaign.judge(&case, &mut Run::new(&case, rig?, watch))
+}
+
+/// One of several parts of a campaign that run apart from each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which, from 1.
+    pub number: u64,
+    /// Of how many.
+    pub of: u64,
+}
+
+impl Shard {
+    /// Its cases of so many.
+    #[must_use]
+    pub fn cases(self, all: u64) -> Range<u64> {
+        let end = |number: u64| (u128::from(all) * u128::from(number) / u128::from(self.of)) as u64;
+        end(self.number - 1)..end(self.number)
+    }
+}
+
+/// `2/8`
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let parts = text.split_once('/').and_then(|(number, of)| {
+            Some(Self { number: number.parse().ok()?, of: of.parse().ok()? })
+        });
+        parts
+            .filter(|shard| (1..=shard.of).contains(&shard.number))
+            .ok_or_else(|| "use K/N with K from 1 to N, e.g. 2/8".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_share_all_cases_among_themselves() {
+        for all in [0, 1, 7, 100] {
+            for of in [1, 3, 8] {
+                let shards = (1..=of).map(|number| Shard { number, of });
+                let cases: Vec<u64> = shards.flat_map(|shard| shard.cases(all)).collect();
+                assert_eq!(cases, (0..all).collect::<Vec<_>>());
+            }
+        }
+    }
+
+    #[test]
+    fn shards_are_read_as_they_are_written() {
+        assert_eq!("2/8".parse::<Shard>().unwrap().to_string(), "2/8");
+        for wrong in ["0/8", "9/8", "2", "2/", "a/b", "1/0"] {
+            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
+        }
+    }
+}

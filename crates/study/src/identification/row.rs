@@ -1,0 +1,128 @@
+//! What the diagnosers say of a case's fault.
+
+use diagnosis::Verdict;
+use diagnosis::identification::{DECIDED, Identification};
+use names::fault::{Fault, FaultKind};
+use names::{ComponentPath, Step};
+use serde::{Deserialize, Serialize};
+
+use super::draw::{IdentificationSituation, Subject};
+use crate::case::{Case, Run};
+use crate::error::StudyError;
+use crate::rig::Occurrence;
+
+/// What was said of the fault as of some time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Word {
+    /// Since the component was declared faulty \[s\].
+    pub after_s: f64,
+    /// What it may be with its probability, the most probable first.
+    pub kinds: Vec<(FaultKind, f64)>,
+    /// The size of the most probable one, if it has one: lower end, middle, upper end.
+    pub size: Option<[f64; 3]>,
+}
+
+impl Word {
+    fn of(found: &Identification, after_s: f64) -> Self {
+        let size = found.candidates.first().and_then(|first| first.size);
+        Self {
+            after_s,
+            kinds: found.candidates.iter().map(|c| (c.kind, c.probability)).collect(),
+            size: size.map(|size| [size.low, size.value, size.high]),
+        }
+    }
+
+    /// The kind, if it is decided.
+    #[must_use]
+    pub fn decided(&self) -> Option<FaultKind> {
+        self.kinds.first().filter(|(_, probability)| *probability >= DECIDED).map(|(kind, _)| *kind)
+    }
+}
+
+/// What came of a case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct IdentificationRow {
+    /// What else happened.
+    pub situation: IdentificationSituation,
+    /// The faulty component.
+    pub component: ComponentPath,
+    /// The fault in words.
+    pub fault: String,
+    /// Its kind.
+    pub kind: FaultKind,
+    /// Its size in the unit of its parameter, if a diagnoser states it for this kind.
+    pub size: Option<f64>,
+    /// The size in limits of its kind, if it has one.
+    pub in_limits: Option<f64>,
+    /// From the fault's first sample to the step as of which the component was declared faulty \[s\]; `None` if it never
+    /// was, or was before.
+    pub named_after_s: Option<f64>,
+    /// What was said of it, in order.
+    pub words: Vec<Word>,
+}
+
+impl IdentificationRow {
+    /// Runs a case.
+    pub(super) fn of(case: &Case<Subject>, run: &mut Run, step_s: f64) -> Result<Self, StudyError> {
+        run.rig.identify();
+        run.finish()?;
+        let subject = case.faults.last().ok_or(StudyError::NothingToBreak)?;
+        let mut row = Self {
+            situation: case.kind.situation,
+            component: subject.component.clone(),
+            fault: subject.fault.to_string(),
+            kind: subject.fault.kind(),
+            size: stated_size(&subject.fault),
+            in_limits: case.kind.in_limits,
+            named_after_s: None,
+            words: Vec::new(),
+        };
+        let mut named = None;
+        for occurrence in &run.occurrences {
+            if let Some((component, transition)) = occurrence.transition() {
+                let is_latched = transition.verdict == Verdict::Latched;
+                if is_latched && component == subject.component {
+                    named.get_or_insert(transition.decided);
+                }
+            }
+            let Occurrence::Identified { module, identification } = occurrence else { continue };
+            let ComponentPath { module: own, component } = &subject.component;
+            if (module, &identification.component) == (own, component) {
+                let after_s = seconds(named.unwrap_or(subject.at), identification.as_of, step_s);
+                row.words.push(Word::of(identification, after_s));
+            }
+        }
+        let named = named.filter(|step| *step >= subject.at);
+        row.named_after_s = named.map(|step| seconds(subject.at, step, step_s));
+        Ok(row)
+    }
+
+    /// The latest word within a time from when the component was declared faulty.
+    #[must_use]
+    pub fn within(&self, time_s: f64) -> Option<&Word> {
+        self.words.iter().rev().find(|word| word.after_s <= time_s + 1e-9)
+    }
+}
+
+fn seconds(from: Step, until: Step, step_s: f64) -> f64 {
+    // A billionth of a second is finer than any step.
+    (until.since(from) as f64 * step_s * 1e9).round() / 1e9
+}
+
+/// The size that [`Candidate::size`](diagnosis::identification::Candidate::size) is about.
+fn stated_size(fault: &Fault) -> Option<f64> {
+    match *fault {
+        Fault::InternalLeakage { area_m2 }
+        | Fault::ExternalLeakageA { area_m2 }
+        | Fault::ExternalLeakageB { area_m2 } => Some(area_m2),
+        Fault::Bias { offset_m } | Fault::Intermittent { offset_m, .. } => Some(offset_m),
+        Fault::Drift { drift_m_per_s } => Some(drift_m_per_s),
+        Fault::RandomWalk { increment_m, .. } => Some(increment_m),
+        Fault::Gain { gain } => Some(gain),
+        Fault::HardOver {}
+        | Fault::Stiction { .. }
+        | Fault::ZeroOutput {}
+        | Fault::Stuck {}
+        | Fault::NoSignal {} => None,
+    }
+}

@@ -1,0 +1,230 @@
+//! What is done of a campaign, on disk: lines of JSON in `cases.jsonl`. The first names the request; then one for each
+//! commissioned plant and for each case.
+
+use std::fmt::Display;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use fnv::FnvHasher;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::hash::Hasher;
+
+use crate::campaign::Campaign;
+use crate::engine::Done;
+use crate::error::StudyError;
+use crate::system::PlantRow;
+
+/// Name of the file in the directory of a campaign.
+pub const FILE: &str = "cases.jsonl";
+
+/// Version of the format.
+const VERSION: u64 = 1;
+
+/// What all cases of a journal have in common: its first line.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    v: u64,
+    program: String,
+    /// The request.
+    pub campaign: Value,
+    /// Hash of structure, plant, diagnosers and thresholds, 64 bits.
+    fingerprint: String,
+    /// Which part of the cases it is for; all of them without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<String>,
+}
+
+/// A line after the first.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Line<P, R> {
+    Plant { system: usize, plant: P },
+    Case { case: u64, row: R },
+}
+
+impl Header {
+    /// Of a campaign that was requested so.
+    #[must_use]
+    pub fn new(request: Value, campaign: &impl Campaign, shard: Option<String>) -> Self {
+        let mut hasher = FnvHasher::default();
+        // Debug prints every bit of every figure, which is what a fingerprint needs.
+        hasher.write(format!("{:?}", campaign.systems()).as_bytes());
+        Self {
+            v: VERSION,
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            campaign: request,
+            fingerprint: format!("{:016x}", hasher.finish()),
+            shard,
+        }
+    }
+
+    /// The header of the journal in a directory.
+    ///
+    /// # Errors
+    /// No journal, or one that cannot be read.
+    pub fn of(directory: &Path) -> Result<Self, StudyError> {
+        let path = directory.join(FILE);
+        let text = fs::read_to_string(&path).map_err(|error| wrong(&path, &error))?;
+        let first = text.lines().next().unwrap_or_default();
+        serde_json::from_str(first).map_err(|error| wrong(&path, &error))
+    }
+
+    /// In what another request differs, if it does.
+    fn difference(&self, asked: &Self) -> Option<String> {
+        let other = |what: &str, this: &dyn Display, asked: &dyn Display| {
+            Some(format!("holds another request: {what} {this}, not {asked}"))
+        };
+        if self.v != asked.v {
+            return other("format", &self.v, &asked.v);
+        }
+        if self.program != asked.program {
+            return other("version", &self.program, &asked.program);
+        }
+        if self.campaign != asked.campaign {
+            let keys = [&self.campaign, &asked.campaign].into_iter().filter_map(Value::as_object);
+            let differing = keys.flat_map(|object| object.keys());
+            let (ours, theirs) = (&self.campaign, &asked.campaign);
+            let key = differing.into_iter().find(|key| ours.get(key) != theirs.get(key));
+            let key = key.map_or("campaign", String::as_str);
+            let value =
+                |of: &Value| of.get(key).map_or_else(|| "none".to_owned(), Value::to_string);
+            return other(key, &value(ours), &value(theirs));
+        }
+        if self.shard != asked.shard {
+            let name = |of: &Self| of.shard.clone().unwrap_or_else(|| "none".to_owned());
+            return other("shard", &name(self), &name(asked));
+        }
+        (self.fingerprint != asked.fingerprint)
+            .then(|| "holds cases of another plant, other diagnosers or thresholds".to_owned())
+    }
+}
+
+/// A journal that cases are added to.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+}
+
+impl Journal {
+    /// Opens the journal in a directory, or begins it; returns what is done already.
+    ///
+    /// # Errors
+    /// A journal of another request, or one that cannot be read or written.
+    pub fn open<R: DeserializeOwned>(
+        directory: &Path,
+        header: &Header,
+    ) -> Result<(Self, Done<R>), StudyError> {
+        let path = directory.join(FILE);
+        let io = |error| StudyError::File { path: path.clone(), error };
+        fs::create_dir_all(directory).map_err(io)?;
+        let file = File::options().create(true).append(true).open(&path).map_err(io)?;
+        let text = fs::read_to_string(&path).map_err(io)?;
+        // A last line without its end was being written when the program was stopped.
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let done = if whole == 0 { Done::default() } else { parse(&path, &text[..whole], header)? };
+        file.set_len(whole as u64).map_err(io)?;
+        let mut journal = Self { path, file };
+        if whole == 0 {
+            journal.write(header)?;
+        }
+        Ok((journal, done))
+    }
+
+    /// Adds a case.
+    ///
+    /// # Errors
+    /// What the file fails with.
+    pub fn case(&mut self, case: u64, row: &impl Serialize) -> Result<(), StudyError> {
+        self.write(&Line::<(), _>::Case { case, row })
+    }
+
+    /// Adds a plant of a system.
+    ///
+    /// # Errors
+    /// What the file fails with.
+    pub fn plant(&mut self, (system, _): (usize, u64), plant: &PlantRow) -> Result<(), StudyError> {
+        self.write(&Line::<_, ()>::Plant { system, plant })
+    }
+
+    fn write(&mut self, line: &impl Serialize) -> Result<(), StudyError> {
+        let text = line_of(line).map_err(|error| wrong(&self.path, &error))?;
+        let written = self.file.write_all(text.as_bytes());
+        written.map_err(|error| StudyError::File { path: self.path.clone(), error })
+    }
+}
+
+/// A whole journal as text, its cases in the order of their numbers.
+///
+/// # Errors
+/// A row that cannot be written as JSON.
+pub fn text<R: Serialize>(header: &Header, done: &Done<R>) -> Result<String, serde_json::Error> {
+    let mut text = line_of(header)?;
+    for ((system, _), plant) in &done.plants {
+        text += &line_of(&Line::<_, ()>::Plant { system: *system, plant })?;
+    }
+    for (case, row) in &done.rows {
+        text += &line_of(&Line::<(), _>::Case { case: *case, row })?;
+    }
+    Ok(text)
+}
+
+/// What is done by the journals in these directories together, whichever shards they are of.
+///
+/// # Errors
+/// A journal of another request than `header`'s, or one that cannot be read.
+pub fn read_all<R: DeserializeOwned>(
+    directories: &[PathBuf],
+    header: &Header,
+) -> Result<Done<R>, StudyError> {
+    let mut all = Done::default();
+    for directory in directories {
+        let path = directory.join(FILE);
+        let text = fs::read_to_string(&path).map_err(|error| wrong(&path, &error))?;
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let shard = Header::of(directory)?.shard;
+        let done = parse(&path, &text[..whole], &Header { shard, ..header.clone() })?;
+        all.plants.extend(done.plants);
+        all.rows.extend(done.rows);
+    }
+    Ok(all)
+}
+
+fn line_of(line: &impl Serialize) -> Result<String, serde_json::Error> {
+    Ok(serde_json::to_string(line)? + "\n")
+}
+
+fn parse<R: DeserializeOwned>(
+    path: &Path,
+    text: &str,
+    expected: &Header,
+) -> Result<Done<R>, StudyError> {
+    let mut done = Done::default();
+    for (number, line) in text.lines().enumerate() {
+        let at = |error: serde_json::Error| wrong(path, &format!("line {}: {error}", number + 1));
+        if number == 0 {
+            let header: Header = serde_json::from_str(line).map_err(at)?;
+            if let Some(difference) = header.difference(expected) {
+                return Err(wrong(path, &difference));
+            }
+            continue;
+        }
+        match serde_json::from_str(line).map_err(at)? {
+            Line::Plant { system, plant } => {
+                let plant: PlantRow = plant;
+                done.plants.insert((system, plant.number), plant);
+            }
+            Line::Case { case, row } => {
+                done.rows.insert(case, row);
+            }
+        }
+    }
+    Ok(done)
+}
+
+fn wrong(path: &Path, problem: &dyn Display) -> StudyError {
+    StudyError::Journal { path: path.to_owned(), problem: problem.to_string() }
+}

@@ -1,0 +1,229 @@
+//! Runs with one random fault each, and runs without any: exact isolation, delays, false alarms, the paper's table.
+
+mod paper_table;
+mod record;
+mod summary;
+mod tables;
+
+use names::fault::{Fault, FaultKind};
+use names::{ComponentPath, Step};
+use plant::PlantParameters;
+use rand::{Rng, RngExt};
+use rand_chacha::ChaCha8Rng;
+use truss::Structure;
+
+pub use paper_table::{PAPER_TABLE, PaperTable};
+pub use record::{Closest, Confusion, Conversation, Diagnosed, Record};
+pub(crate) use record::{Reading, diagnosed};
+pub use summary::{Found, Isolation, Nominal, READABLE, Summary};
+
+use crate::campaign::{Campaign, Rows};
+use crate::case::{Case, Injection, Run};
+use crate::draw::{Draw, gage_length_m, generator};
+use crate::error::StudyError;
+use crate::figure::{figure4, figure5, figure6};
+use crate::report::{Figure, Table};
+use crate::system::{CommissionedPlant, System};
+
+/// Nominal runs draw from streams of their own, far from those of the scenarios.
+const FIRST_NOMINAL_STREAM: u64 = 1 << 63;
+
+/// From what a scenario is drawn, each uniformly; as in the tower's figures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScenarioRanges {
+    /// Length of a run with a fault \[s\].
+    pub length_s: f64,
+    /// Length of a run without a fault \[s\].
+    pub nominal_s: f64,
+    /// When the fault begins \[s\].
+    pub onset_s: [f64; 2],
+    /// Leak coefficient \[m²\].
+    pub leak_area_m2: [f64; 2],
+    /// Bias, as strain of the gage \[m/m\].
+    pub bias_strain: [f64; 2],
+    /// Mean drift of a random walk, as strain \[1/s\].
+    pub drift_strain_per_s: [f64; 2],
+    /// Standard deviation of a random walk's increment in a step, as strain \[m/m\].
+    pub increment_strain: [f64; 2],
+}
+
+impl Default for ScenarioRanges {
+    fn default() -> Self {
+        Self {
+            length_s: 15.0,
+            nominal_s: 15.0,
+            onset_s: [10.5, 11.5],
+            leak_area_m2: [1e-7, 5e-7],
+            bias_strain: [0.0, 100e-6],
+            drift_strain_per_s: [-20e-6, 20e-6],
+            increment_strain: [1e-6, 3e-6],
+        }
+    }
+}
+
+/// Scenarios, each with one fault, and after them nominal runs without any. Kinds of fault take turns, so that every
+/// kind is equally frequent.
+#[derive(Debug, Clone)]
+pub struct Scenarios {
+    /// What they are of; each has a plant of its own.
+    pub system: System,
+    /// From what they are drawn.
+    pub ranges: ScenarioRanges,
+    /// How many have a fault.
+    pub scenarios: u64,
+    /// How many have none.
+    pub nominal: u64,
+}
+
+impl Scenarios {
+    /// Draws a scenario.
+    ///
+    /// # Errors
+    /// The structure has no component that the scenario's fault could befall.
+    pub fn scenario(&self, number: u64) -> Result<Case<&'static str>, StudyError> {
+        let mut draw = Draw::new(&self.system, number);
+        let kinds = FaultKind::OF_RESIDUALS;
+        let kind = kinds[(number % kinds.len() as u64) as usize];
+        let seed = draw.generator.next_u64();
+        let onset_s = draw.uniform(self.ranges.onset_s);
+        let fault = |draw: &mut Draw| {
+            let component = draw.component(kind, &[])?;
+            let System { structure, parameters, .. } = &self.system;
+            let of = (&component, structure, parameters);
+            let fault = draw_fault(kind, of, &self.ranges, &mut draw.generator)?;
+            let at = Step(draw.steps(onset_s));
+            Some(Injection { at, until: None, component, fault })
+        };
+        let fault = fault(&mut draw).ok_or(StudyError::NothingToBreak)?;
+        let steps = self.system.steps(self.ranges.length_s);
+        Ok(case(number, kind.words(), seed, vec![fault], steps))
+    }
+
+    fn nominal_run(&self, number: u64) -> Case<&'static str> {
+        let stream = FIRST_NOMINAL_STREAM | (number - self.scenarios);
+        let seed = generator(self.system.seed, stream).next_u64();
+        let steps = self.system.steps(self.ranges.nominal_s);
+        case(number, "nominal run", seed, Vec::new(), steps)
+    }
+
+    /// What the rows were made from, in words.
+    #[must_use]
+    pub fn heading(&self, rows: &Rows<Record>) -> String {
+        let step_s = self.system.parameters.step_s;
+        let hours = rows.values().map(|row| row.steps as f64).sum::<f64>() * step_s / 3600.0;
+        let nominal = rows.values().filter(|row| row.injection.is_none()).count();
+        let scenarios = rows.len() - nominal;
+        format!(
+            "{scenarios} scenarios and {nominal} nominal runs, {hours:.2} h of the tower's time"
+        )
+    }
+}
+
+impl Campaign for Scenarios {
+    type Kind = &'static str;
+    type Row = Record;
+    type Summary = Summary;
+
+    fn systems(&self) -> &[System] {
+        std::slice::from_ref(&self.system)
+    }
+
+    fn cases(&self) -> u64 {
+        self.scenarios + self.nominal
+    }
+
+    fn plant_of(&self, _: u64) -> (usize, Option<u64>) {
+        (0, None)
+    }
+
+    fn draw(
+        &self,
+        number: u64,
+        _: Option<&CommissionedPlant>,
+    ) -> Result<Case<&'static str>, StudyError> {
+        if number < self.scenarios { self.scenario(number) } else { Ok(self.nominal_run(number)) }
+    }
+
+    fn judge(&self, case: &Case<&'static str>, run: &mut Run) -> Result<Record, StudyError> {
+        Record::of(&self.system, case, run)
+    }
+
+    fn summarize(&self, rows: &Rows<Record>) -> Summary {
+        Summary::of(rows, self.system.parameters.step_s)
+    }
+
+    fn tables(&self, rows: &Rows<Record>, summary: &Summary) -> (Vec<Table>, Vec<String>) {
+        let notes = [Some(self.heading(rows)), tables::not_exact(summary)];
+        (tables::tables(summary), notes.into_iter().flatten().collect())
+    }
+
+    fn figures(&self, _: &Summary) -> Result<Vec<Figure>, StudyError> {
+        let seed = self.system.seed;
+        let figure = |name, caption: &str, svg| Figure { name, caption: caption.to_owned(), svg };
+        Ok(vec![
+            figure(
+                "figure4",
+                "A random walk and a bias in two gages of one module (Fig. 4 of the paper)",
+                figure4(self, seed)?,
+            ),
+            figure(
+                "figure5",
+                "An external leakage of one cylinder (Fig. 5 of the paper)",
+                figure5(self, seed)?,
+            ),
+            figure(
+                "figure6",
+                "A valve that stands open: the neighbour changes too, and its change is explained (Fig. 6 of the paper)",
+                figure6(self, seed)?,
+            ),
+        ])
+    }
+}
+
+fn case(
+    number: u64,
+    kind: &'static str,
+    seed: u64,
+    faults: Vec<Injection>,
+    steps: u64,
+) -> Case<&'static str> {
+    Case { number, kind, seed, faults, gaps: Vec::new(), kept_samples: 0, steps }
+}
+
+/// A fault of this kind, of a component. `None` for a kind that no scenario has.
+pub(crate) fn draw_fault(
+    kind: FaultKind,
+    (component, structure, parameters): (&ComponentPath, &Structure, &PlantParameters),
+    ranges: &ScenarioRanges,
+    generator: &mut ChaCha8Rng,
+) -> Option<Fault> {
+    let length_m = gage_length_m(structure, component);
+    let mut uniform = |[from, to]: [f64; 2]| generator.random_range(from..=to);
+    Some(match kind {
+        FaultKind::InternalLeakage => {
+            Fault::InternalLeakage { area_m2: uniform(ranges.leak_area_m2) }
+        }
+        FaultKind::ExternalLeakageA => {
+            Fault::ExternalLeakageA { area_m2: uniform(ranges.leak_area_m2) }
+        }
+        FaultKind::ExternalLeakageB => {
+            Fault::ExternalLeakageB { area_m2: uniform(ranges.leak_area_m2) }
+        }
+        FaultKind::HardOver => Fault::HardOver {},
+        FaultKind::Bias => Fault::Bias { offset_m: length_m * uniform(ranges.bias_strain) },
+        FaultKind::RandomWalk => Fault::RandomWalk {
+            drift_m_per_s: length_m * uniform(ranges.drift_strain_per_s),
+            // the range is for steps of a millisecond; a walk's spread grows with the root of time
+            increment_m: length_m
+                * uniform(ranges.increment_strain)
+                * (parameters.step_s / 1e-3).sqrt(),
+        },
+        FaultKind::ZeroOutput => Fault::ZeroOutput {},
+        FaultKind::Stiction
+        | FaultKind::Drift
+        | FaultKind::Gain
+        | FaultKind::Stuck
+        | FaultKind::Intermittent
+        | FaultKind::NoSignal => return None,
+    })
+}

@@ -1,0 +1,90 @@
+//! The paper's measure: shares of samples with and without a fault, flagged and not (Table 1).
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use super::record::{Confusion, Record};
+use crate::statistics::{Interval95, on_the_way};
+
+/// How often the scenarios are resampled for the intervals.
+const RESAMPLES: usize = 2000;
+
+/// Of samples by what is the case and what is said: shares, which sum to 1, or their intervals.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct PaperTable<T> {
+    /// Faulty and flagged.
+    #[serde(rename = "tp")]
+    pub true_positive: T,
+    /// Faulty and not flagged.
+    #[serde(rename = "fn")]
+    pub false_negative: T,
+    /// Healthy and flagged.
+    #[serde(rename = "fp")]
+    pub false_positive: T,
+    /// Healthy and not flagged.
+    #[serde(rename = "tn")]
+    pub true_negative: T,
+    /// Flagged rightly.
+    pub accuracy: T,
+}
+
+/// Table 1 of the paper, 30 scenarios.
+pub const PAPER_TABLE: PaperTable<f64> = PaperTable {
+    true_positive: 0.2518,
+    false_negative: 0.0122,
+    false_positive: 0.0,
+    true_negative: 0.7360,
+    accuracy: 0.2518 + 0.7360,
+};
+
+impl PaperTable<f64> {
+    fn of(confusions: impl Iterator<Item = Confusion>) -> Self {
+        let mut sums = [0.0; 4];
+        for confusion in confusions {
+            let Confusion { true_positive, false_negative, false_positive, true_negative } =
+                confusion;
+            let counts = [true_positive, false_negative, false_positive, true_negative];
+            sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count as f64);
+        }
+        let all: f64 = sums.iter().sum();
+        let all = if all > 0.0 { all } else { 1.0 };
+        let [true_positive, false_negative, false_positive, true_negative] =
+            sums.map(|sum| sum / all);
+        let accuracy = true_positive + true_negative;
+        Self { true_positive, false_negative, false_positive, true_negative, accuracy }
+    }
+}
+
+/// The shares of these scenarios, and their intervals: percentiles over scenarios resampled with
+/// replacement (Efron's bootstrap; the samples of one scenario are no independent observations).
+pub(super) fn of(scenarios: &[&Record]) -> (PaperTable<f64>, PaperTable<Interval95>) {
+    let confusions: Vec<Confusion> = scenarios.iter().map(|record| record.confusion()).collect();
+    let table = PaperTable::of(confusions.iter().copied());
+    // Seeded by nothing: the same records give the same intervals.
+    let mut generator = ChaCha8Rng::seed_from_u64(0);
+    let mut resampled = || {
+        let draw = |_| confusions[generator.random_range(0..confusions.len())];
+        PaperTable::of((0..confusions.len()).map(draw))
+    };
+    let resamples: Vec<PaperTable<f64>> = match confusions.len() {
+        0 => vec![table],
+        _ => (0..RESAMPLES).map(|_| resampled()).collect(),
+    };
+    let interval =
+        |of: fn(&PaperTable<f64>) -> f64| percentiles(resamples.iter().map(of).collect());
+    let intervals = PaperTable {
+        true_positive: interval(|table| table.true_positive),
+        false_negative: interval(|table| table.false_negative),
+        false_positive: interval(|table| table.false_positive),
+        true_negative: interval(|table| table.true_negative),
+        accuracy: interval(|table| table.accuracy),
+    };
+    (table, intervals)
+}
+
+fn percentiles(mut values: Vec<f64>) -> Interval95 {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| on_the_way(&values, share).unwrap_or(f64::NAN);
+    Interval95(at(0.025), at(0.975))
+}

@@ -1,0 +1,282 @@
+//! What came of a run.
+
+use diagnosis::{Phase, Verdict};
+use names::fault::FaultKind;
+use names::{Component, ComponentPath, Step};
+use serde::{Deserialize, Serialize};
+
+use crate::case::{Case, Injection, Run};
+use crate::draw::gage_length_m;
+use crate::error::StudyError;
+use crate::rig::{Occurrence, Rig};
+use crate::system::System;
+
+/// A gage's healthy reading is averaged over this many steps before the fault.
+const READING_STEPS: u64 = 20;
+
+/// Something that was committed as a fault.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosed {
+    /// The component.
+    pub component: ComponentPath,
+    /// When its divergence reached its threshold.
+    pub detection: Step,
+    /// As of which step the verdict was found.
+    pub decided: Step,
+}
+
+/// What the modules exchanged in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Conversation {
+    /// Channels that rose to their thresholds.
+    pub changes: u64,
+    /// Questions asked.
+    pub questions: u64,
+    /// Changes that another component's fault explained.
+    pub explained: u64,
+    /// Of those, changes that a fault of another module explained.
+    pub explained_by_peer: u64,
+}
+
+/// The largest divergence of a run without a fault, in units of its channel's threshold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Closest {
+    /// The channel's component.
+    pub component: ComponentPath,
+    /// When.
+    pub step: Step,
+    /// D/γ; 1 is a change.
+    pub ratio: f64,
+}
+
+/// What came of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Seed of its plant.
+    pub seed: u64,
+    /// Its fault, which stays; `None` in a nominal run.
+    pub injection: Option<Injection>,
+    /// Steps of the run.
+    pub steps: u64,
+    /// Base wind speed \[m/s\].
+    pub base_speed_m_per_s: f64,
+    /// For the fault of a gage: the size of its healthy reading right before the fault over its noise.
+    pub reading_over_noise: Option<f64>,
+    /// In a nominal run: how near it came to a change, if any channel was watched.
+    pub closest: Option<Closest>,
+    /// Everything that was committed, in order.
+    pub diagnosed: Vec<Diagnosed>,
+    /// What the modules exchanged.
+    pub conversation: Conversation,
+}
+
+impl Record {
+    pub(crate) fn of<K>(
+        system: &System,
+        case: &Case<K>,
+        run: &mut Run,
+    ) -> Result<Self, StudyError> {
+        let injection = case.faults.first();
+        let mut reading = injection.and_then(|fault| Reading::new(system, fault));
+        let mut closest = None;
+        while run.step()? {
+            if let Some(reading) = &mut reading {
+                reading.follow(&run.rig);
+            }
+            if injection.is_none() {
+                follow_closest(&mut closest, &run.rig);
+            }
+        }
+        Ok(Self {
+            seed: case.seed,
+            injection: injection.cloned(),
+            steps: case.steps,
+            base_speed_m_per_s: run.rig.plant().conditions().base_speed_m_per_s,
+            reading_over_noise: reading.map(|reading| reading.over_noise()),
+            closest: closest.and_then(|closest| closest_of(closest, &run.rig)),
+            diagnosed: diagnosed(&run.occurrences),
+            conversation: conversation(&run.occurrences),
+        })
+    }
+
+    /// Kind of the fault.
+    #[must_use]
+    pub fn kind(&self) -> Option<FaultKind> {
+        self.injection.as_ref().map(|injection| injection.fault.kind())
+    }
+
+    /// First step with the fault; the end of a nominal run.
+    #[must_use]
+    pub fn onset(&self) -> Step {
+        self.injection.as_ref().map_or(Step(self.steps), |injection| injection.at)
+    }
+
+    fn is_faulty(&self, component: &ComponentPath) -> bool {
+        self.injection.as_ref().is_some_and(|injection| injection.component == *component)
+    }
+
+    /// Were exactly the faulty components named, and nothing before the fault?
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        !self.is_false_alarm() && self.named().is_some() && self.wrong().next().is_none()
+    }
+
+    /// Was anything committed before the fault began?
+    #[must_use]
+    pub fn is_false_alarm(&self) -> bool {
+        self.diagnosed.iter().any(|diagnosed| diagnosed.detection < self.onset())
+    }
+
+    /// Was anything committed once the fault had begun?
+    #[must_use]
+    pub fn is_detected(&self) -> bool {
+        self.diagnosed.iter().any(|diagnosed| diagnosed.detection >= self.onset())
+    }
+
+    /// The verdict on the faulty component, if it was named after the fault had begun.
+    #[must_use]
+    pub fn named(&self) -> Option<&Diagnosed> {
+        let onset = self.onset();
+        self.diagnosed.iter().find(|d| self.is_faulty(&d.component) && d.detection >= onset)
+    }
+
+    /// Components that were named and are healthy.
+    pub fn wrong(&self) -> impl Iterator<Item = &Diagnosed> {
+        self.diagnosed.iter().filter(|diagnosed| !self.is_faulty(&diagnosed.component))
+    }
+
+    /// Steps from the fault to the change of the faulty component that named it.
+    #[must_use]
+    pub fn detection_delay(&self) -> Option<u64> {
+        self.named().map(|diagnosed| diagnosed.detection.since(self.onset()))
+    }
+
+    /// Steps from the fault to the verdict on the faulty component.
+    #[must_use]
+    pub fn verdict_delay(&self) -> Option<u64> {
+        self.named().map(|diagnosed| diagnosed.decided.since(self.onset()))
+    }
+
+    /// Samples with and without a fault, flagged and not: the paper's measure, in which any flag
+    /// counts from its verdict on (Table 1).
+    #[must_use]
+    pub fn confusion(&self) -> Confusion {
+        let first = self.diagnosed.iter().map(|diagnosed| diagnosed.decided.0).min();
+        let flagged_from = first.unwrap_or(self.steps).min(self.steps);
+        let onset = self.onset().0.min(self.steps);
+        Confusion {
+            true_positive: self.steps - onset.max(flagged_from),
+            false_negative: onset.max(flagged_from) - onset,
+            false_positive: onset.saturating_sub(flagged_from),
+            true_negative: onset.min(flagged_from),
+        }
+    }
+}
+
+/// Samples by what is the case and what is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Confusion {
+    /// Faulty and flagged.
+    pub true_positive: u64,
+    /// Faulty and not flagged.
+    pub false_negative: u64,
+    /// Healthy and flagged.
+    pub false_positive: u64,
+    /// Healthy and not flagged.
+    pub true_negative: u64,
+}
+
+/// What a gage reads right before its fault.
+#[derive(Debug)]
+pub(crate) struct Reading {
+    /// Place of its module and its own.
+    at: (usize, usize),
+    noise_m: f64,
+    onset: Step,
+    mean_m: f64,
+}
+
+impl Reading {
+    /// `None` for an actuator.
+    pub(crate) fn new(system: &System, fault: &Injection) -> Option<Self> {
+        let System { structure, parameters, .. } = system;
+        let Injection { at: onset, component: path, .. } = fault;
+        let Component::Sensor(gage) = &path.component else { return None };
+        let mut modules = structure.equipped().enumerate();
+        let (place, module) = modules.find(|(_, module)| module.name == path.module)?;
+        let at = (place, module.gages.iter().position(|other| other.name == *gage)?);
+        let noise_m = parameters.gages.noise_strain * gage_length_m(structure, path);
+        Some(Self { at, noise_m, onset: *onset, mean_m: 0.0 })
+    }
+
+    /// Looks at the latest step.
+    pub(crate) fn follow(&mut self, rig: &Rig) {
+        let Some(sample) = rig.samples().get(self.at.0) else { return };
+        let before = self.onset.minus(READING_STEPS) <= sample.step && sample.step < self.onset;
+        if before {
+            self.mean_m += sample.elongations_m[self.at.1] / READING_STEPS as f64;
+        }
+    }
+
+    /// Its size over the gage's noise.
+    pub(crate) fn over_noise(&self) -> f64 {
+        self.mean_m.abs() / self.noise_m
+    }
+}
+
+/// The place of a module and a channel with D/γ at a step.
+type At = (usize, usize, Step, f64);
+
+/// Looks at the latest step of the modules that watch all their channels.
+fn follow_closest(closest: &mut Option<At>, rig: &Rig) {
+    for (module, diagnoser) in rig.diagnosers().iter().enumerate() {
+        if !matches!(diagnoser.phase(), Phase::InService { .. }) {
+            continue;
+        }
+        for (channel, evidence) in diagnoser.evidence().iter().enumerate() {
+            let ratio = evidence.ratio();
+            if ratio > closest.map_or(0.0, |(.., largest)| largest) {
+                *closest = Some((module, channel, evidence.step, ratio));
+            }
+        }
+    }
+}
+
+fn closest_of((module, channel, step, ratio): At, rig: &Rig) -> Option<Closest> {
+    let diagnoser = rig.diagnosers().get(module)?;
+    let component = diagnoser.components().get(channel)?.clone();
+    let component = ComponentPath { module: diagnoser.module().clone(), component };
+    Some(Closest { component, step, ratio })
+}
+
+/// What was committed as a fault, in order.
+pub(crate) fn diagnosed(occurrences: &[Occurrence]) -> Vec<Diagnosed> {
+    let latched = |occurrence: &Occurrence| {
+        let (component, transition) = occurrence.transition()?;
+        let (detection, decided) = (transition.detection, transition.decided);
+        (transition.verdict == Verdict::Latched).then_some(Diagnosed {
+            component,
+            detection,
+            decided,
+        })
+    };
+    occurrences.iter().filter_map(latched).collect()
+}
+
+fn conversation(occurrences: &[Occurrence]) -> Conversation {
+    let mut conversation = Conversation::default();
+    for occurrence in occurrences {
+        match occurrence {
+            Occurrence::Identified { .. } => {}
+            Occurrence::Change { .. } => conversation.changes += 1,
+            Occurrence::Question { .. } => conversation.questions += 1,
+            Occurrence::Transition { module, transition } => {
+                if let Verdict::Explained { by, .. } = &transition.verdict {
+                    conversation.explained += 1;
+                    conversation.explained_by_peer += u64::from(by.module != *module);
+                }
+            }
+        }
+    }
+    conversation
+}

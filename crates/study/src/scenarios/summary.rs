@@ -1,0 +1,183 @@
+//! What records come to: exact isolation, delays, false alarms, the paper's table.
+
+use std::collections::BTreeMap;
+
+use names::fault::FaultKind;
+use serde::Serialize;
+
+use super::paper_table::{self, PaperTable};
+use super::record::{Closest, Conversation, Record};
+use crate::campaign::Rows;
+use crate::statistics::{Delays, Interval95, share_interval};
+
+/// Zero outputs of a gage whose healthy reading exceeds its noise this many times must be found.
+pub const READABLE: f64 = 10.0;
+
+/// What a campaign came to. Shares are between 0 and 1, intervals cover 95 %.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Runs with a fault.
+    pub all: Isolation,
+    /// The same by kind of fault.
+    pub kinds: BTreeMap<FaultKind, Isolation>,
+    /// Runs without a fault.
+    pub nominal: Nominal,
+    /// Shares of samples of the runs with a fault, any flag counting (Table 1 of the paper).
+    pub samples: PaperTable<f64>,
+    /// Their intervals, runs resampled with replacement.
+    pub samples_95: PaperTable<Interval95>,
+    /// Zero outputs of gages whose healthy reading exceeded its noise ten times.
+    pub readable_zero_outputs: Found,
+    /// What the modules exchanged, summed over the runs with a fault.
+    pub conversation: Conversation,
+    /// Runs with a fault in which a peer was asked.
+    pub with_questions: u64,
+    /// Numbers of the runs with a fault that are not exact.
+    pub not_exact: Vec<u64>,
+}
+
+/// What came of runs with a fault.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Isolation {
+    /// Runs.
+    pub cases: u64,
+    /// Anything was committed once the fault had begun.
+    pub detected: u64,
+    /// Exactly the faulty component was named, and nothing before the fault.
+    pub exact: u64,
+    /// Interval of the share of exact ones (Clopper and Pearson).
+    pub exact_95: Interval95,
+    /// A healthy component was named.
+    pub wrong: u64,
+    /// The faulty component was not named.
+    pub missed: u64,
+    /// Anything was committed before the fault.
+    pub early: u64,
+    /// From the fault to the change of the faulty component \[ms\].
+    pub delay_ms: Delays,
+    /// From the fault to the verdict on the faulty component \[ms\].
+    pub verdict_delay_ms: Delays,
+}
+
+/// What came of runs without a fault.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Nominal {
+    /// Runs.
+    pub cases: u64,
+    /// Those in which anything was committed.
+    pub false_alarms: u64,
+    /// Interval of their share (Clopper and Pearson); its upper end is the bound.
+    pub false_alarms_95: Interval95,
+    /// How near any came to a change.
+    pub closest: Option<Closest>,
+}
+
+/// How many of them were found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Found {
+    /// All.
+    pub all: u64,
+    /// Found.
+    pub found: u64,
+}
+
+impl Found {
+    /// Counts another one.
+    pub(crate) fn count(&mut self, is_found: bool) {
+        self.all += 1;
+        self.found += u64::from(is_found);
+    }
+}
+
+impl Summary {
+    /// Sums up rows. Steps last `step_s`.
+    #[must_use]
+    pub fn of(rows: &Rows<Record>, step_s: f64) -> Self {
+        let mut kinds: BTreeMap<FaultKind, Vec<&Record>> = BTreeMap::new();
+        let mut readable_zero_outputs = Found::default();
+        let mut not_exact = Vec::new();
+        for (number, record) in rows {
+            let Some(kind) = record.kind() else { continue };
+            kinds.entry(kind).or_default().push(record);
+            if !record.is_exact() {
+                not_exact.push(*number);
+            }
+            let readable = record.reading_over_noise.is_some_and(|ratio| ratio > READABLE);
+            if kind == FaultKind::ZeroOutput && readable {
+                readable_zero_outputs.count(record.named().is_some());
+            }
+        }
+        let scenarios: Vec<&Record> = rows.values().filter(|row| row.kind().is_some()).collect();
+        let (samples, samples_95) = paper_table::of(&scenarios);
+        Self {
+            all: Isolation::of(&scenarios, step_s),
+            kinds: kinds.iter().map(|(kind, of)| (*kind, Isolation::of(of, step_s))).collect(),
+            nominal: Nominal::of(rows.values().filter(|row| row.kind().is_none())),
+            samples,
+            samples_95,
+            readable_zero_outputs,
+            conversation: conversation(&scenarios),
+            with_questions: count(&scenarios, |record| record.conversation.questions > 0),
+            not_exact,
+        }
+    }
+}
+
+fn count(records: &[&Record], of: impl Fn(&Record) -> bool) -> u64 {
+    records.iter().filter(|record| of(record)).count() as u64
+}
+
+impl Isolation {
+    fn of(records: &[&Record], step_s: f64) -> Self {
+        let cases = records.len() as u64;
+        let exact = count(records, Record::is_exact);
+        let delays = |of: fn(&Record) -> Option<u64>| {
+            Delays::of(records.iter().filter_map(|record| of(record)), step_s)
+        };
+        Self {
+            cases,
+            detected: count(records, Record::is_detected),
+            exact,
+            exact_95: share_interval(exact, cases),
+            wrong: count(records, |record| record.wrong().next().is_some()),
+            missed: count(records, |record| record.named().is_none()),
+            early: count(records, Record::is_false_alarm),
+            delay_ms: delays(Record::detection_delay),
+            verdict_delay_ms: delays(Record::verdict_delay),
+        }
+    }
+
+    /// Share of exact ones; 0 of nothing.
+    #[must_use]
+    pub fn exact_share(&self) -> f64 {
+        self.exact as f64 / self.cases.max(1) as f64
+    }
+}
+
+impl Nominal {
+    fn of<'a>(records: impl Iterator<Item = &'a Record>) -> Self {
+        let (mut cases, mut false_alarms, mut closest) = (0, 0, None::<&Closest>);
+        for record in records {
+            cases += 1;
+            false_alarms += u64::from(record.is_false_alarm());
+            // Of those that came equally near, the first.
+            let nearer = record.closest.as_ref();
+            let nearer = nearer.filter(|new| closest.is_none_or(|old| new.ratio > old.ratio));
+            closest = nearer.or(closest);
+        }
+        let false_alarms_95 = share_interval(false_alarms, cases);
+        Self { cases, false_alarms, false_alarms_95, closest: closest.cloned() }
+    }
+}
+
+fn conversation(scenarios: &[&Record]) -> Conversation {
+    scenarios.iter().fold(Conversation::default(), |sum, record| {
+        let Conversation { changes, questions, explained, explained_by_peer } = record.conversation;
+        Conversation {
+            changes: sum.changes + changes,
+            questions: sum.questions + questions,
+            explained: sum.explained + explained,
+            explained_by_peer: sum.explained_by_peer + explained_by_peer,
+        }
+    })
+}

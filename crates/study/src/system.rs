@@ -1,0 +1,273 @@
+//! A structure with its plant and its diagnosers, as described, and the plants drawn from that description.
+
+use std::fmt;
+
+use diagnosis::ModuleSetup;
+use names::{Component, ComponentPath, ModuleName, RunId};
+use plant::PlantParameters;
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+use truss::Structure;
+
+use crate::calibration::plant;
+use crate::case::Injection;
+use crate::commissioning::{Site, SnippetPlan, usual_snippets};
+use crate::draw::{gage_length_m, generator};
+use crate::error::StudyError;
+use crate::rig::Rig;
+
+/// Plants draw from streams of their own.
+const FIRST_PLANT_STREAM: u64 = 7 << 60;
+/// What each plant is commissioned with: snippets under its weather beside two strokes of each cylinder, no less than these
+/// and so many more than the values of a reference; their length, and the force of the strokes.
+const LEAST_WEATHER_SNIPPETS: u64 = 40;
+const MORE_THAN_VALUES: u64 = 12;
+const SNIPPET_S: f64 = 12.0;
+const STROKE_N: f64 = 100e3;
+
+/// How a controller is tuned: no rule of the diagnosis may rest on what one controller demands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Controller {
+    /// As the plant's parameters have it.
+    Shipped,
+    /// Ten times the weight of the effort, and gages taken for four times as noisy: demands hardly move.
+    Gentle,
+    /// A tenth of the effort's weight, and gages taken at their word: demands jump by tens of kilonewtons.
+    Aggressive,
+    /// The same with a sixth of the shipped limit: jumps end at it.
+    Saturating,
+}
+
+impl Controller {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Shipped, Self::Gentle, Self::Aggressive, Self::Saturating];
+
+    /// Its name.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Shipped => "shipped",
+            Self::Gentle => "gentle",
+            Self::Aggressive => "aggressive",
+            Self::Saturating => "saturating",
+        }
+    }
+
+    /// The same plant with this controller.
+    fn of(self, parameters: &PlantParameters) -> PlantParameters {
+        let mut other = parameters.clone();
+        let (effort, gage_noise, limit) = match self {
+            Self::Shipped => (1.0, 1.0, 1.0),
+            Self::Gentle => (10.0, 4.0, 1.0),
+            Self::Aggressive => (0.1, 0.2, 1.0),
+            Self::Saturating => (0.1, 0.2, 1.0 / 6.0),
+        };
+        other.controller.effort_weight *= effort;
+        other.controller.gage_noise_factor *= gage_noise;
+        other.hydraulics.demand_limit_n *= limit;
+        other
+    }
+}
+
+impl fmt::Display for Controller {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// What the cases of a campaign have in common.
+#[derive(Debug, Clone)]
+pub struct System {
+    /// What it is called: its weather.
+    pub name: String,
+    /// The structure as described.
+    pub structure: Structure,
+    /// The plant's parameters as described, its weather included.
+    pub parameters: PlantParameters,
+    /// The diagnosers, in the order of the structure's modules.
+    pub setups: Vec<ModuleSetup>,
+    /// By how much each plant differs from its description; 0 for no mismatch.
+    pub mismatch: f64,
+    /// The controllers that plants have in turn; none for the shipped one.
+    pub controllers: Vec<Controller>,
+    /// What everything drawn follows from.
+    pub seed: u64,
+}
+
+/// A plant whose diagnosers have references.
+#[derive(Debug, Clone)]
+pub struct CommissionedPlant {
+    /// Its number, from 0.
+    pub number: u64,
+    /// Its seed.
+    pub seed: u64,
+    /// The plant.
+    pub site: Site,
+    /// The diagnosers.
+    pub setups: Vec<ModuleSetup>,
+}
+
+/// A commissioned plant, and what its references can tell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlantRow {
+    /// Name of its system.
+    pub system: String,
+    /// Its number, from 0.
+    pub number: u64,
+    /// Its seed.
+    pub seed: u64,
+    /// One for each module.
+    pub references: Vec<ReferenceRow>,
+}
+
+/// What a reference can tell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceRow {
+    /// Its module.
+    pub module: ModuleName,
+    /// Hours of healthy data that it was made from.
+    pub hours: f64,
+    /// Threshold of gages.
+    pub gage_threshold: f64,
+    /// Threshold of cylinders.
+    pub cylinder_threshold: f64,
+    /// The largest statistics of snippets that were left out: alone, and with the peers.
+    pub largest_left_out: [f64; 2],
+}
+
+impl System {
+    /// The shipped tower without diagnosers.
+    #[cfg(test)]
+    pub(crate) fn tower(seed: u64) -> Self {
+        let text = include_str!("../../../configs/tower.toml");
+        Self {
+            name: String::new(),
+            structure: Structure::from_toml(text).unwrap(),
+            parameters: PlantParameters::default(),
+            setups: Vec::new(),
+            mismatch: 0.1,
+            controllers: Vec::new(),
+            seed,
+        }
+    }
+
+    /// Steps in so many seconds.
+    #[must_use]
+    pub fn steps(&self, seconds: f64) -> u64 {
+        (seconds / self.parameters.step_s).round() as u64
+    }
+
+    /// The first step at which every channel is watched.
+    #[must_use]
+    pub fn watched_from(&self) -> u64 {
+        let warm_up = |setup: &ModuleSetup| {
+            setup.detection.warm_up_vectors + setup.detection.divergence.window as u64
+        };
+        self.setups.iter().map(warm_up).max().unwrap_or(0)
+    }
+
+    /// The parameters of a plant with this seed, by the controller that it has.
+    fn parameters(&self, seed: u64) -> PlantParameters {
+        let count = self.controllers.len().max(1) as u64;
+        let place = usize::try_from(seed % count).unwrap_or_default();
+        let controller = self.controllers.get(place).copied().unwrap_or(Controller::Shipped);
+        controller.of(&self.parameters)
+    }
+
+    /// The rig of a run with a plant of its own, before its first step.
+    ///
+    /// # Errors
+    /// A plant or diagnosers that cannot be made.
+    pub fn rig(&self, seed: u64, faults: Vec<Injection>) -> Result<Rig, StudyError> {
+        let plant = plant(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
+        Ok(Rig::new(plant, self.setups.clone(), faults, RunId(seed))?)
+    }
+
+    /// Snippets that each plant is commissioned with.
+    #[must_use]
+    pub fn snippets_per_plant(&self) -> u64 {
+        self.snippets(0).len() as u64
+    }
+
+    /// Draws and commissions a plant, `jobs` snippets at a time. `done` is called after each.
+    ///
+    /// # Errors
+    /// A plant or diagnosers that cannot be made, or a reference.
+    pub fn commission(
+        &self,
+        number: u64,
+        jobs: usize,
+        done: &(dyn Fn() + Sync),
+    ) -> Result<CommissionedPlant, StudyError> {
+        let mut seeds = generator(self.seed, FIRST_PLANT_STREAM | number);
+        let (seed, first_snippet) = (seeds.next_u64(), seeds.next_u64());
+        let site = Site::drawn(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
+        let setups = site.commission(&self.setups, &self.snippets(first_snippet), jobs, done)?;
+        Ok(CommissionedPlant { number, seed, site, setups })
+    }
+
+    fn snippets(&self, first_seed: u64) -> Vec<SnippetPlan> {
+        let of_module = |setup: &ModuleSetup| {
+            let module = setup.module.clone();
+            let components = setup.components().into_iter();
+            components
+                .filter(|component| matches!(component, Component::Actuator(_)))
+                .map(move |component| ComponentPath { module: module.clone(), component })
+        };
+        let actuators: Vec<ComponentPath> = self.setups.iter().flat_map(of_module).collect();
+        usual_snippets(&actuators, first_seed, self.weather_snippets(), SNIPPET_S, STROKE_N)
+    }
+
+    /// Modules with many peers need more: their references have more values.
+    fn weather_snippets(&self) -> u64 {
+        let values = |setup: &ModuleSetup| {
+            let known = self.setups.iter().filter(|other| {
+                other.module == setup.module || setup.peers.contains(&other.module)
+            });
+            known.map(|other| other.components().len() as u64).sum::<u64>()
+        };
+        let most = self.setups.iter().map(values).max().unwrap_or(0);
+        LEAST_WEATHER_SNIPPETS.max(most + MORE_THAN_VALUES)
+    }
+}
+
+impl CommissionedPlant {
+    /// The rig of a run, before its first step.
+    ///
+    /// # Errors
+    /// A plant or diagnosers that cannot be made.
+    pub fn rig(&self, seed: u64, faults: Vec<Injection>) -> Result<Rig, StudyError> {
+        Ok(Rig::new(self.site.plant(seed)?, self.setups.clone(), faults, RunId(seed))?)
+    }
+
+    /// What its references can tell.
+    #[must_use]
+    pub fn row(&self, system: &System) -> PlantRow {
+        let references = self.setups.iter().filter_map(|setup| {
+            let reference = setup.reference.as_deref()?;
+            Some(ReferenceRow {
+                module: reference.module.clone(),
+                hours: reference.hours,
+                gage_threshold: reference.long.gage_threshold,
+                cylinder_threshold: reference.cylinder_threshold,
+                largest_left_out: reference.long.largest_left_out,
+            })
+        });
+        let (system, references) = (system.name.clone(), references.collect());
+        PlantRow { system, number: self.number, seed: self.seed, references }
+    }
+
+    /// The smallest bias of a gage that its module's reference is stated to find, with its peers \[m/m\].
+    pub(crate) fn smallest_bias_strain(&self, gage: &ComponentPath) -> f64 {
+        let reference = |setup: &ModuleSetup| {
+            let reference = setup.reference.as_ref()?;
+            let place = reference.gages.iter().position(|path| path == gage)?;
+            let [_, together] = reference.smallest_biases_m();
+            together.get(place).copied()
+        };
+        let own = self.setups.iter().find(|setup| setup.module == gage.module);
+        let length_m = gage_length_m(&self.site.nominal, gage);
+        own.and_then(reference).map_or(0.0, |smallest| smallest / length_m)
+    }
+}
