@@ -38,7 +38,6 @@ fn phase(phase: ModulePhase) -> &'static str {
         ModulePhase::Initialising => "degraded: initialising",
         ModulePhase::InService => "in service",
         ModulePhase::Stale => "degraded: samples have stopped coming",
-        ModulePhase::Other => "degraded: in a phase that only a later version knows",
     }
 }
 
@@ -71,7 +70,6 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
         }
         PlantPhase::Running => "running".to_owned(),
         PlantPhase::Done => "done".to_owned(),
-        PlantPhase::Other => "in a phase that only a later version knows".to_owned(),
     };
     let present = match status.faults.len() {
         0 => "no fault injected".to_owned(),

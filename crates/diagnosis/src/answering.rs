@@ -127,7 +127,7 @@ impl Knowledge<'_> {
             watching_since: self.watching_since(as_of),
             changes: changes.collect(),
             actuator_faults: actuator_faults.collect(),
-            alarms: Some(ledger.alarms(run, as_of)),
+            alarms: ledger.alarms(run, as_of),
             window: window.and_then(|length| self.channels.window_ended_at(length, as_of)).cloned(),
         }
     }

@@ -57,8 +57,8 @@ pub struct Answer {
     pub changes: Vec<Change>,
     /// Actuators declared faulty as of the step asked for, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
-    /// The components for which it raises the alarm as of the step asked for; `None` from a former version.
-    pub alarms: Option<Vec<Alarm>>,
+    /// The components for which it raises the alarm as of the step asked for.
+    pub alarms: Vec<Alarm>,
     /// The means of the window that ended with the step asked for, if they are wanted and there are any.
     pub window: Option<WindowMeans>,
 }

@@ -40,8 +40,7 @@ pub fn to_taken(event: &Event, structure: &StructureName) -> Option<Taken> {
     }
 }
 
-/// The event that an input was; none for those that only tell which sample follows, or that a process began, and for
-/// what only a later version understands.
+/// The event that an input was; none for those that only tell which sample follows, or that a process began.
 #[must_use]
 pub fn from_taken(taken: Taken) -> Option<Event> {
     match taken {
@@ -61,8 +60,7 @@ pub fn from_taken(taken: Taken) -> Option<Event> {
         Taken::Started { .. }
         | Taken::RunBegan { .. }
         | Taken::Gap { .. }
-        | Taken::Rejected { .. }
-        | Taken::Other => None,
+        | Taken::Rejected { .. } => None,
     }
 }
 

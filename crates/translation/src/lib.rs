@@ -29,14 +29,14 @@ pub struct Speaker {
     /// Its name.
     pub module: ModuleName,
     /// What its sequence numbers count in, as it stands in [`FaultTransition::incarnation`].
-    pub incarnation: Option<u64>,
+    pub incarnation: u64,
 }
 
 impl Speaker {
     /// One without a journal.
     #[must_use]
     pub fn of(structure: StructureName, module: ModuleName) -> Self {
-        Self { structure, module, incarnation: None }
+        Self { structure, module, incarnation: 0 }
     }
 
     /// The key of one of its topics.
@@ -172,7 +172,7 @@ impl Speaker {
             watching_since_step: watching_since,
             changes: changes.collect(),
             actuator_faults: faults.collect(),
-            alarms: alarms.map(|alarms| alarms.into_iter().map(to_alarm).collect()),
+            alarms: alarms.into_iter().map(to_alarm).collect(),
             window: window.map(to_window),
         }
     }
@@ -200,8 +200,7 @@ fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
     });
 }
 
-/// A transition as it was before it was sent; `None` for a component that never had one, and for a state of a later
-/// version, which is no verdict of this one.
+/// A transition as it was before it was sent; `None` for a component that never had one.
 #[must_use]
 pub fn from_transition(message: FaultTransition) -> Option<Transition> {
     let verdict = match message.state {
@@ -215,8 +214,6 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
                 wire::Doubt::Assumed => Doubt::Assumed(message.assumed?),
                 wire::Doubt::OneOf => Doubt::OneOf(message.one_of),
                 wire::Doubt::RunEnded => Doubt::RunEnded,
-                // Whatever would settle it, this version does not know it.
-                wire::Doubt::Other => Doubt::Unknowing(vec![message.module]),
             },
         },
         FaultState::Explained => {
@@ -298,7 +295,6 @@ pub fn to_change(change: diagnosis::Change) -> wire::StateChange {
 #[must_use]
 pub fn from_change(change: wire::StateChange) -> diagnosis::Change {
     let wire::StateChange { component, step, onset_step, ratio, until_step, going_on } = change;
-    // Former versions say neither: no more is known than that it began.
     let until = (!going_on).then_some(until_step.unwrap_or(step));
     diagnosis::Change { component, onset: onset_step.unwrap_or(step), step, ratio, until }
 }
@@ -324,7 +320,7 @@ pub fn from_answer(answer: wire::StateAnswer, window: Option<WindowLength>) -> A
         watching_since: answer.watching_since_step,
         changes: changes.collect(),
         actuator_faults: faults.collect(),
-        alarms: answer.alarms.map(|alarms| alarms.into_iter().map(from_alarm).collect()),
+        alarms: answer.alarms.into_iter().map(from_alarm).collect(),
         window: means,
     }
 }
@@ -370,8 +366,7 @@ fn to_symptom(symptom: Symptom) -> wire::Symptom {
 
 fn from_symptom(symptom: wire::Symptom) -> Symptom {
     match symptom {
-        // One of a later version: no reset is to be easier for it than for any change.
-        wire::Symptom::Change | wire::Symptom::Other => Symptom::Change,
+        wire::Symptom::Change => Symptom::Change,
         wire::Symptom::NoSignal => Symptom::NoSignal,
         wire::Symptom::Departure => Symptom::Departure,
         wire::Symptom::OilContent => Symptom::OilContent,

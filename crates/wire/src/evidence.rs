@@ -12,7 +12,6 @@ pub struct Evidence {
     /// The residual: \[N\] for an actuator, \[m\] for a gage.
     pub residual: f64,
     /// Where the residual was before: its slow mean, in the same unit.
-    #[serde(default)]
     pub level: f64,
     /// The divergence; `null` while undefined.
     pub divergence: Option<f64>,

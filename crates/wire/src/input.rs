@@ -5,13 +5,12 @@
 //! latest are kept, and the first for good. All replies have the same key: ask for them without consolidation.
 
 use names::{ModuleName, RunId, Step, StructureName};
-use schemars::{JsonSchema, Schema};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
 use crate::fault::FaultTransition;
 use crate::given_order::GivenOrder;
-use crate::later_words;
 use crate::question::{QuestionError, number};
 use crate::state::{StateAnswer, StateChange};
 
@@ -41,7 +40,6 @@ pub struct Input {
 /// What was taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "input", rename_all = "snake_case")]
-#[schemars(transform = open)]
 pub enum Taken {
     /// The process began, with what it remembered of an earlier one.
     Started {
@@ -107,13 +105,6 @@ pub enum Taken {
         /// The command, who issued it, why.
         order: GivenOrder,
     },
-    /// An input of a later version.
-    #[serde(other)]
-    Other,
-}
-
-fn open(schema: &mut Schema) {
-    later_words::open_tagged(schema, "input");
 }
 
 /// What a process remembered of an earlier one.

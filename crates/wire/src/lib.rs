@@ -22,8 +22,7 @@
 //! | `plant/status` | [`PlantStatus`] |
 //!
 //! Every message is one JSON object with the format's version in its field `v`; [`encode`] and
-//! [`decode`] document what becomes of anything else, and the enumerations how a word of a later version is read. Keys
-//! are made and read by [`Key`] alone. [`catalogue`] describes all this for other programs: a schema and an example of
+//! [`decode`] document what becomes of anything else. Keys are made and read by [`Key`] alone. [`catalogue`] describes all this for other programs: a schema and an example of
 //! each message.
 //!
 //! This crate names neither network nor runtime, and of the other crates only `names`.
@@ -46,7 +45,6 @@ mod identification;
 mod injection;
 mod input;
 pub mod keys;
-mod later_words;
 mod order;
 mod phase;
 mod plant_status;
@@ -59,8 +57,6 @@ mod sample;
 mod schema;
 mod shelving;
 mod state;
-mod stated_fault;
-mod stated_kind;
 mod status;
 mod stroke;
 
@@ -96,8 +92,6 @@ pub use state::{
     ActuatorFault, Alarm, CylinderWindow, GageWindow, StateAnswer, StateChange, StateQuestion,
     Window, WindowLength,
 };
-pub use stated_fault::{LaterFault, StatedFault};
-pub use stated_kind::StatedKind;
 pub use status::{
     DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
     PeerStatus, PublisherCounters,

@@ -90,9 +90,8 @@ pub struct StateAnswer {
     /// Actuators held for faulty as of that step, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
     /// The components for which the module raises the alarm as of that step. A module whose component explains a
-    /// change elsewhere is asked for it. `null` from former versions, which do not say.
-    #[serde(default)]
-    pub alarms: Option<Vec<Alarm>>,
+    /// change elsewhere is asked for it.
+    pub alarms: Vec<Alarm>,
     /// What the module measured in the window that ended with that step, if it was asked for and there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<Window>,

@@ -2,7 +2,7 @@
 
 use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
 
-use super::{asides, by_whom, later_state, printable, residual, utc, why_unconfirmed};
+use super::{asides, by_whom, printable, residual, utc, why_unconfirmed};
 
 /// In words; empty if there is nothing to say beside the state.
 pub fn reason(transition: &FaultTransition) -> String {
@@ -30,7 +30,6 @@ pub fn reason(transition: &FaultTransition) -> String {
         let because = silent.iter().zip(&transition.silent_because);
         reasons.extend(because.map(|(module, why)| format!("{module}: {}", printable(why))));
     }
-    reasons.extend(later_state(transition).map(str::to_owned));
     if let Some(unknown) = &transition.unknown {
         let since = utc(unknown.since_unix_ns);
         reasons.push(format!("not monitored since {since}: {}", printable(&unknown.reason)));
@@ -75,7 +74,6 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
         }
         Symptom::OilContent => departs("its oil content"),
         Symptom::Scatter => departs("its noise"),
-        Symptom::Other => Some("it shows by something that only a later version knows".to_owned()),
     }
 }
 
@@ -97,7 +95,6 @@ pub fn ordered(given: &GivenOrder) -> String {
         (GivenOrderKind::Unshelve, _) => "unshelved".to_owned(),
         (GivenOrderKind::Suppress, _) => format!("suppressed{end}"),
         (GivenOrderKind::Unsuppress, _) => "no longer suppressed, ordered".to_owned(),
-        (GivenOrderKind::Other, _) => "given an order that only a later version knows".to_owned(),
     };
     let note =
         given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));

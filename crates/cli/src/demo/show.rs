@@ -235,8 +235,7 @@ impl Show {
         let evidence = transition.evidence.as_ref()?;
         let changed = self.changed.contains(&transition.component);
         match transition.symptom {
-            // In which unit a later version measures is not known.
-            Symptom::Change | Symptom::NoSignal | Symptom::Other => None,
+            Symptom::Change | Symptom::NoSignal => None,
             Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
                 Some(Departure { measured: evidence.residual, expected: evidence.level, changed })
             }

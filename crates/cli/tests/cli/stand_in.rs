@@ -296,7 +296,7 @@ impl StandIn {
         ModuleStatus {
             structure: self.structure.clone(),
             module: module.parse().unwrap(),
-            software: "0.1.0".to_owned(),
+            software: "0.2.0".to_owned(),
             thresholds: "made up".to_owned(),
             reference: None,
             phase,

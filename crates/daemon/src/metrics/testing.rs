@@ -44,7 +44,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
     let status = ModuleStatus {
         structure,
         module,
-        software: "0.1.0".into(),
+        software: "0.2.0".into(),
         thresholds: "0123456789abcdef".into(),
         reference: None,
         phase,
@@ -118,7 +118,7 @@ fn identifications() -> IdentificationReport {
 pub(crate) fn plant_status(phase: PlantPhase) -> PlantStatus {
     numbered(&PlantStatus {
         structure: speaker().structure,
-        software: "0.1.0".into(),
+        software: "0.2.0".into(),
         run: RunId(0),
         phase,
         waiting_for: Vec::new(),

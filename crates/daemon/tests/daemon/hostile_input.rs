@@ -408,7 +408,7 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
             watching_since_step: Some(Step(0)),
             changes: if changed >= question.from { vec![change] } else { Vec::new() },
             actuator_faults: Vec::new(),
-            alarms: Some(Vec::new()),
+            alarms: Vec::new(),
             window: None,
         };
         query.reply(key, wire::encode(&answer).unwrap()).wait().unwrap();

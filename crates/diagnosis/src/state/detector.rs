@@ -295,7 +295,7 @@ impl StateDetector {
                 pending.known[self.actuators + place]
             } else {
                 let answer = pending.answers.iter().find(|(peer, _)| *peer == path.module);
-                let alarms = answer.and_then(|(_, answer)| answer.alarms.as_ref());
+                let alarms = answer.map(|(_, answer)| &answer.alarms);
                 let faulty = |alarm: &crate::question::Alarm| {
                     alarm.faulty && alarm.component == path.component
                 };
