@@ -83,7 +83,7 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
 mod tests {
     use super::*;
     use names::{RunId, Step};
-    use wire::{DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus};
+    use wire::{Counters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus};
     use wire::{PresentFault, PublisherCounters};
 
     fn module(phase: ModulePhase) -> ModuleStatus {
@@ -113,7 +113,7 @@ mod tests {
             another_process: false,
             intake: IntakeCounters::default(),
             inquiries: InquiryCounters::default(),
-            diagnosis: DiagnosisCounters::default(),
+            diagnosis: Counters::default(),
             publisher: PublisherCounters::default(),
             time_unix_ns: 0,
         }

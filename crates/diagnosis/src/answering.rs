@@ -3,13 +3,14 @@
 use names::{Component, ModuleName, RunId, Step};
 
 use crate::channels::Channels;
-use crate::counters::Counters;
 use crate::event::{Action, QuestionToken};
 use crate::held_questions::HeldQuestions;
 use crate::intake::Intake;
 use crate::judging::Judging;
-use crate::question::{ActuatorFault, Answer, Question, Refusal};
+use crate::question::{Answer, Question, Refusal};
 use crate::settings::Sampling;
+use wire::ActuatorFault;
+use wire::Counters;
 
 /// The questions of peers that wait for their step.
 #[derive(Debug, Clone)]

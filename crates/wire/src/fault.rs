@@ -28,7 +28,7 @@ pub enum Doubt {
     RunEnded,
 }
 
-/// What a state rests on.
+/// What a verdict rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Symptom {
@@ -37,11 +37,11 @@ pub enum Symptom {
     Change,
     /// There is no usable signal: values are missing, not numbers or implausible.
     NoSignal,
-    /// The mean departs from its reference: of a gage's residual, of a cylinder's tracking residual.
+    /// Its mean departs from its reference: a gage's residual \[m\], a cylinder's tracking residual \[N\].
     Departure,
-    /// The oil content of a cylinder departs from its reference.
+    /// The oil content of a cylinder departs from its reference \[Pa\].
     OilContent,
-    /// The white noise of a gage departs from its reference.
+    /// The white noise of a gage departs from its reference: standard deviation \[m\].
     Scatter,
 }
 

@@ -8,11 +8,12 @@ use names::{ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::change::Change;
 use crate::encoding::Message;
 use crate::fault::FaultTransition;
 use crate::given_order::GivenOrder;
 use crate::question::{QuestionError, number};
-use crate::state::{StateAnswer, StateChange};
+use crate::state::StateAnswer;
 
 /// One input. It was taken after `samples` samples, the latest of which had this run and step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -128,7 +129,7 @@ pub struct RememberedWatch {
     /// Last step that it was.
     pub until_step: Option<Step>,
     /// The changes of the run.
-    pub changes: Vec<StateChange>,
+    pub changes: Vec<Change>,
 }
 
 impl Message for Input {

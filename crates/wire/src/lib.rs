@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `{module}/sample` | [`Sample`]; in reply to [`SampleQuestion`], past ones |
 //! | `{module}/divergence` | [`Divergences`] |
-//! | `{module}/change` | [`Change`] |
+//! | `{module}/change` | [`ChangeReport`] |
 //! | `{module}/fault/actuator/{name}`, `{module}/fault/sensor/{name}` | [`FaultTransition`] |
 //! | `{module}/identification/actuator/{name}`, `{module}/identification/sensor/{name}` | [`Identification`] |
 //! | `{module}/state` | [`StateQuestion`] as parameters, [`StateAnswer`] or [`Refused`] in reply |
@@ -59,8 +59,9 @@ mod shelving;
 mod state;
 mod status;
 mod stroke;
+mod window;
 
-pub use change::Change;
+pub use change::{Change, ChangeReport};
 pub use clock_difference::ClockDifference;
 pub use condition::{Agreement, Condition};
 pub use configuration::ModuleConfiguration;
@@ -88,12 +89,10 @@ pub use refusal::Refused;
 pub use sample::Sample;
 pub use schema::schema;
 pub use shelving::{Aside, SHELVING_SECONDS, Shelving};
-pub use state::{
-    ActuatorFault, Alarm, CylinderWindow, GageWindow, StateAnswer, StateChange, StateQuestion,
-    Window, WindowLength,
-};
+pub use state::{ActuatorFault, Alarm, StateAnswer, StateQuestion};
 pub use status::{
-    DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
+    Counters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
     PeerStatus, PublisherCounters,
 };
 pub use stroke::{Stroke, StrokeBegun};
+pub use window::{CylinderMeans, GageMeans, WindowLength, WindowMeans};

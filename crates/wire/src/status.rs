@@ -63,7 +63,7 @@ pub struct ModuleStatus {
     /// What others asked.
     pub inquiries: InquiryCounters,
     /// What became of it.
-    pub diagnosis: DiagnosisCounters,
+    pub diagnosis: Counters,
     /// What went out.
     pub publisher: PublisherCounters,
     /// When this was published \[ns since 1970\].
@@ -198,16 +198,16 @@ impl PeerStatus {
     }
 }
 
-/// The counters of the diagnosis.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct DiagnosisCounters {
+/// What the diagnosis counted since the start of the process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Counters {
     /// Samples used.
     pub samples: u64,
     /// Steps for which no sample came.
     pub samples_missing: u64,
     /// Samples whose step was the one before once more.
     pub samples_repeated: u64,
-    /// Samples whose step lay before the one before: too late.
+    /// Samples whose step lay before the one before.
     pub samples_late: u64,
     /// Samples whose step lay implausibly far ahead.
     pub samples_far_ahead: u64,
@@ -225,7 +225,7 @@ pub struct DiagnosisCounters {
     pub changes_unjudged: u64,
     /// Questions put to peers.
     pub questions_asked: u64,
-    /// Questions that went unanswered.
+    /// Questions that went unanswered: refused, timed out, absent or malformed.
     pub questions_unanswered: u64,
     /// Answers that did not fit a question.
     pub answers_malformed: u64,

@@ -11,13 +11,13 @@ use serde_json::Value;
 use support::{plain_topics, plant_topics};
 use wire::keys::PLANT;
 use wire::{
-    ActuatorFault, Agreement, Alarm, Candidate, Change, Channel, Condition, CylinderWindow,
-    DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageWindow,
-    GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected, Injection, JournalStatus,
-    Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome, PeerStatus, PhaseChange,
-    PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample, Shelving, Signature,
-    SignaturePoint, StateAnswer, StateChange, Stroke, StrokeBegun, Symptom, Topic, Unknown,
-    VERSION, Window, decode, encode,
+    ActuatorFault, Agreement, Alarm, Candidate, Change, ChangeReport, Channel, Condition,
+    CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
+    FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected,
+    Injection, JournalStatus, Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome,
+    PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample,
+    Shelving, Signature, SignaturePoint, StateAnswer, Stroke, StrokeBegun, Symptom, Topic, Unknown,
+    VERSION, WindowLength, WindowMeans, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -234,7 +234,6 @@ const EVIDENCE: Evidence = Evidence {
     level: 2e-8,
     divergence: Some(0.1),
     threshold: 0.05,
-    ratio: 2.0,
 };
 
 fn identification() -> Identification {
@@ -268,7 +267,7 @@ fn an_identification_is_read_back_with_kinds_that_this_version_does_not_know() {
 
 #[test]
 fn events_are_read_back() {
-    let change = Change {
+    let change = ChangeReport {
         structure: structure(),
         component: "module1/sensor/g1".parse().unwrap(),
         run: RunId(5),
@@ -368,15 +367,14 @@ fn the_states_of_a_fault_have_the_names_of_the_manual() {
 
 #[test]
 fn answers_orders_and_refusals_are_read_back() {
-    let over = StateChange {
+    let over = Change {
         component: "sensor/g1".parse().unwrap(),
         step: Step(4),
-        onset_step: Some(Step(3)),
+        onset: Step(3),
         ratio: 1.25,
-        until_step: Some(Step(6)),
-        going_on: false,
+        until: Some(Step(6)),
     };
-    let going_on = StateChange { until_step: None, going_on: true, ..over.clone() };
+    let going_on = Change { until: None, ..over.clone() };
     let answer = StateAnswer {
         structure: structure(),
         module: module(),
@@ -391,12 +389,14 @@ fn answers_orders_and_refusals_are_read_back() {
             step: Step(2),
             faulty: true,
         }],
-        window: Some(Window {
+        window: Some(WindowMeans {
+            length: WindowLength::Long,
+            until: Step(9),
             gages: vec![
                 None,
-                Some(GageWindow { residual_m: 1e-6, scatter_m2: 1e-12, swing_m2: 0.0 }),
+                Some(GageMeans { residual_m: 1e-6, scatter_m2: 1e-12, swing_m2: 0.0 }),
             ],
-            cylinders: vec![Some(CylinderWindow {
+            cylinders: vec![Some(CylinderMeans {
                 force_n: 1.5,
                 rate_n_per_s: 0.5,
                 tracking_n: -0.1,
@@ -513,7 +513,7 @@ fn statuses_are_read_back() {
         another_process: true,
         inquiries: wire::InquiryCounters { received: 3, ..Default::default() },
         intake: wire::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },
-        diagnosis: wire::DiagnosisCounters { samples: 3001, ..Default::default() },
+        diagnosis: wire::Counters { samples: 3001, ..Default::default() },
         publisher: wire::PublisherCounters { events: 5, ..Default::default() },
         time_unix_ns: 10,
     };

@@ -7,7 +7,7 @@ use serde_json::Value;
 use shell::health::ProcessReport;
 use shell::supervision::Sign;
 use wire::{
-    DiagnosisCounters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+    Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerOutcome, PeerStatus, PlantPhase, PlantStatus, PresentFault,
     PublisherCounters,
 };
@@ -71,7 +71,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         another_process: false,
         intake: IntakeCounters::default(),
         inquiries: InquiryCounters::default(),
-        diagnosis: DiagnosisCounters::default(),
+        diagnosis: Counters::default(),
         publisher: PublisherCounters::default(),
         time_unix_ns: 0,
     };

@@ -5,7 +5,7 @@ use std::path::Path;
 use daemon::diagnoser::StateDirectory;
 use journal::Journal;
 use names::{RunId, Step};
-use wire::StateChange;
+use wire::Change;
 
 const START: &str =
     r#"{"record":"start","v":1,"software":"0.2.0","time_unix_ns":5,"incarnation":5}"#;
@@ -40,7 +40,7 @@ fn a_journal_of_this_version_is_opened() {
     let directory = tempfile::tempdir().unwrap();
     Journal::open(directory.path()).unwrap().journal.append_all([START]).unwrap();
     let mut state = opened(directory.path()).unwrap();
-    assert!(state.keep(RunId(7), StateChange::at("sensor/g1".parse().unwrap(), Step(1), 2.0)));
+    assert!(state.keep(RunId(7), Change::at("sensor/g1".parse().unwrap(), Step(1), 2.0)));
     drop(state);
     assert!(opened(directory.path()).is_ok());
 }

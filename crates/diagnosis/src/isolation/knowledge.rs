@@ -3,8 +3,8 @@
 use names::{Component, ComponentPath, ModuleName, Step};
 
 use super::pace::Pace;
-use crate::change::Change;
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
+use wire::Change;
 
 /// No plausible value gives a larger D/γ: a gage's strain is at most a million times its noise, which makes D 10¹².
 const LARGEST_RATIO: f64 = 1e15;

@@ -256,7 +256,7 @@ mod tests {
 
     fn change(step: u64) -> Record {
         let component = "sensor/g1".parse().unwrap();
-        let change = wire::StateChange::at(component, Step(step), 2.0);
+        let change = wire::Change::at(component, Step(step), 2.0);
         Record::Change { run: RunId(1), change }
     }
 

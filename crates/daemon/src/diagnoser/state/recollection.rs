@@ -9,7 +9,7 @@ use wire::{FaultTransition, Identification};
 use super::record::Record;
 use super::watch_file::Watch;
 use crate::diagnoser::identification::PresentFault;
-use translation::{from_change, from_transition};
+use translation::from_transition;
 
 /// What the journal and the watch file say together.
 #[derive(Debug, Default)]
@@ -38,7 +38,7 @@ impl Recollection {
                     recollection.faults.entry(component).or_default().recall(*found);
                 }
                 Record::Change { run, change } => {
-                    recollection.changes.push((run, from_change(change)));
+                    recollection.changes.push((run, change));
                 }
                 Record::Transition(_) | Record::Identification(_) | Record::Start { .. } => {}
             }
@@ -165,14 +165,13 @@ mod tests {
             level: 0.5,
             divergence: Some(2.0),
             threshold: 1.0,
-            ratio: 2.0,
         });
         Record::Transition(Box::new(message)).to_text().unwrap()
     }
 
     fn change(run: u64, step: u64) -> String {
         let component = "sensor/g1".parse().unwrap();
-        let change = wire::StateChange::at(component, Step(step), 2.0);
+        let change = wire::Change::at(component, Step(step), 2.0);
         Record::Change { run: RunId(run), change }.to_text().unwrap()
     }
 
@@ -201,7 +200,7 @@ mod tests {
     fn changes_of_one_step_are_returned_once_though_a_snapshot_repeats_them() {
         let change = |component: &str| {
             let component = component.parse().unwrap();
-            let change = wire::StateChange::at(component, Step(9), 2.0);
+            let change = wire::Change::at(component, Step(9), 2.0);
             Record::Change { run: RunId(2), change }.to_text().unwrap()
         };
         let records = ["actuator/a1", "sensor/g1", "actuator/a1", "sensor/g1"].map(change);

@@ -2,7 +2,7 @@
 
 use names::RunId;
 use serde::{Deserialize, Serialize};
-use wire::{FaultTransition, Identification, StateChange};
+use wire::{Change, FaultTransition, Identification};
 
 /// Version of the records.
 pub(crate) const VERSION: u64 = 1;
@@ -20,7 +20,7 @@ pub(crate) enum Record {
         /// The run that its step is counted in.
         run: RunId,
         /// The change.
-        change: StateChange,
+        change: Change,
     },
     /// A process began to write here. Whether the disk takes anything shows before there is a fault.
     Start {
