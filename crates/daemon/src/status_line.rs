@@ -38,7 +38,6 @@ fn phase(phase: ModulePhase) -> &'static str {
         ModulePhase::Initialising => "degraded: initialising",
         ModulePhase::InService => "in service",
         ModulePhase::Stale => "degraded: samples have stopped coming",
-        ModulePhase::Other => "degraded: in a phase that only a later version knows",
     }
 }
 
@@ -71,7 +70,6 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
         }
         PlantPhase::Running => "running".to_owned(),
         PlantPhase::Done => "done".to_owned(),
-        PlantPhase::Other => "in a phase that only a later version knows".to_owned(),
     };
     let present = match status.faults.len() {
         0 => "no fault injected".to_owned(),
@@ -85,7 +83,7 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
 mod tests {
     use super::*;
     use names::{RunId, Step};
-    use wire::{DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus};
+    use wire::{Counters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus};
     use wire::{PresentFault, PublisherCounters};
 
     fn module(phase: ModulePhase) -> ModuleStatus {
@@ -115,7 +113,7 @@ mod tests {
             another_process: false,
             intake: IntakeCounters::default(),
             inquiries: InquiryCounters::default(),
-            diagnosis: DiagnosisCounters::default(),
+            diagnosis: Counters::default(),
             publisher: PublisherCounters::default(),
             time_unix_ns: 0,
         }

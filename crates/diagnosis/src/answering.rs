@@ -3,13 +3,14 @@
 use names::{Component, ModuleName, RunId, Step};
 
 use crate::channels::Channels;
-use crate::counters::Counters;
 use crate::event::{Action, QuestionToken};
 use crate::held_questions::HeldQuestions;
 use crate::intake::Intake;
 use crate::judging::Judging;
-use crate::question::{ActuatorFault, Answer, Question, Refusal};
+use crate::question::{Answer, Question, Refusal};
 use crate::settings::Sampling;
+use wire::ActuatorFault;
+use wire::Counters;
 
 /// The questions of peers that wait for their step.
 #[derive(Debug, Clone)]
@@ -127,7 +128,7 @@ impl Knowledge<'_> {
             watching_since: self.watching_since(as_of),
             changes: changes.collect(),
             actuator_faults: actuator_faults.collect(),
-            alarms: Some(ledger.alarms(run, as_of)),
+            alarms: ledger.alarms(run, as_of),
             window: window.and_then(|length| self.channels.window_ended_at(length, as_of)).cloned(),
         }
     }

@@ -1,25 +1,10 @@
 //! Changes: a channel's divergence rose above its threshold.
 
-use names::{Component, Step};
+use names::Step;
+use wire::Change;
 
 /// Longest window within which changes count as simultaneous, in steps.
 pub const MAX_TIE: usize = 31;
-
-/// A change as peers exchange it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Change {
-    /// The channel.
-    pub component: Component,
-    /// Since when its residual may have been changing.
-    pub onset: Step,
-    /// The step at which D rose to γ or above, or at which a faulty component was seen to have shifted across a gap.
-    pub step: Step,
-    /// Largest D/γ from that step until the tie window was over (or until the step asked for), less what a cylinder's
-    /// demand explains of it; 1 if that is all.
-    pub ratio: f64,
-    /// The last step at which D was at γ or above, once the channel is quiet; `None` while it is not.
-    pub until: Option<Step>,
-}
 
 /// A change of the module's own, remembered with the growth of its ratio.
 #[derive(Debug, Clone)]

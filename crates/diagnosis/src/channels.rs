@@ -5,7 +5,6 @@ use names::{Component, Step};
 
 use crate::coverage::Coverage;
 use crate::divergence::{DivergenceBank, DivergenceSettings, Outcome, Violation};
-use crate::evidence::Evidence;
 use crate::monitor::{Monitor, Observation};
 use crate::phase::Phase;
 use crate::recent::Recent;
@@ -16,6 +15,7 @@ use crate::shift::Shifts;
 use crate::state::{Measured, WindowLength, WindowMeans, Windows};
 use crate::unseen::Unseen;
 use crate::validity::{Supply, Validity};
+use wire::Evidence;
 
 /// What a channel did at a step.
 #[derive(Debug, Clone, Copy)]

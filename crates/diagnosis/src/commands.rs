@@ -9,7 +9,8 @@ use crate::judging::Judging;
 use crate::ledger::Blank;
 use crate::order::{GivenOrder, Order, OrderKind, OrderRefusal};
 use crate::state::Condition;
-use crate::verdict::{Symptom, Verdict};
+use crate::verdict::Verdict;
+use wire::Symptom;
 
 /// A residual displaced by less than this share of what was found is back.
 const STILL_DISPLACED: f64 = 0.5;

@@ -10,15 +10,16 @@
 use names::{ComponentPath, ModuleName, RunId, Step};
 
 use crate::channels::Channels;
-use crate::counters::Counters;
 use crate::event::Action;
-use crate::evidence::Evidence;
 use crate::judging::Judging;
 use crate::ledger::Departure;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::ModuleSetup;
 use crate::state::{Conclusion, Condition, Departed, Detectors, Finding, Reaction, WindowLength};
-use crate::verdict::{Doubt, Symptom, Verdict};
+use crate::verdict::{Doubt, Verdict};
+use wire::Counters;
+use wire::Evidence;
+use wire::Symptom;
 
 /// Windows in which one of several suspects has to agree before it is no longer one.
 const CLEARED: u32 = 10;

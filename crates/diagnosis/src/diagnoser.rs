@@ -10,10 +10,8 @@ use crate::answering::{Answering, Knowledge};
 use crate::channels::Channels;
 use crate::commands::Commands;
 use crate::comparing::Comparing;
-use crate::counters::Counters;
 use crate::coverage::Coverage;
 use crate::event::{Action, Event, QuestionToken};
-use crate::evidence::Evidence;
 use crate::freeze::Freezing;
 use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
@@ -26,6 +24,8 @@ use crate::sample::Sample;
 use crate::settings::{ModuleSetup, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::{Transition, Verdict};
+use wire::Counters;
+use wire::Evidence;
 
 /// The diagnoser of one module.
 #[derive(Debug, Clone)]
@@ -127,7 +127,7 @@ impl Diagnoser {
                 actions.push(Action::Gap { from: last.plus(1), missing });
             }
             Err(rejection) => {
-                self.counters.count(rejection);
+                rejection.count_in(&mut self.counters);
                 actions.push(Action::Rejected { step: sample.step, rejection });
                 return;
             }

@@ -3,9 +3,7 @@
 
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
-use crate::change::Change;
 use crate::divergence::Violation;
-use crate::evidence::Evidence;
 use crate::freeze::FreezeFrame;
 use crate::identification::Excerpt;
 use crate::order::{Order, OrderRefusal, OrderToken};
@@ -13,6 +11,8 @@ use crate::phase::Phase;
 use crate::question::{Answer, PeerFailure, Question, Refusal};
 use crate::sample::{Sample, SampleRejection, Signal};
 use crate::verdict::Transition;
+use wire::Change;
+use wire::Evidence;
 
 /// The shell's token of a question it passed in, returned with the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -15,7 +15,8 @@ use crate::recent::Row;
 use crate::residual::NominalHydraulics;
 use crate::settings::{ModuleSetup, Sampling};
 use crate::state::{Gaussian, Reference};
-use crate::verdict::{Symptom, Transition};
+use crate::verdict::Transition;
+use wire::Symptom;
 
 /// After the onset \[s\]; then every second.
 const STAGES_S: [f64; 4] = [0.02, 0.05, 0.2, 1.0];

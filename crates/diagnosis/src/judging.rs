@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
-use crate::change::{Change, LoggedChange};
+use crate::change::LoggedChange;
 use crate::channels::{Channels, Occurrence};
-use crate::counters::Counters;
 use crate::event::Action;
 use crate::isolation::{Case, Finding, Isolator, Judgement, Word};
 use crate::ledger::{Departure, Ledger};
@@ -14,6 +13,8 @@ use crate::memory::PastWatch;
 use crate::question::{Answer, Question};
 use crate::settings::ModuleSetup;
 use crate::verdict::{Doubt, Transition, Verdict};
+use wire::Change;
+use wire::Counters;
 
 /// The open cases of a module and the verdicts on its components.
 #[derive(Debug, Clone)]

@@ -2,12 +2,13 @@
 
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
-use crate::evidence::Evidence;
 use crate::isolation::Case;
 use crate::order::{GivenOrder, OrderRefusal};
-use crate::question::Alarm;
 use crate::shelving::aside_after;
-use crate::verdict::{Doubt, Symptom, Transition, Verdict};
+use crate::verdict::{Doubt, Transition, Verdict};
+use wire::Alarm;
+use wire::Evidence;
+use wire::Symptom;
 
 /// The verdict on one component.
 #[derive(Debug, Clone)]

@@ -9,11 +9,9 @@ mod change_log;
 mod channels;
 mod commands;
 mod comparing;
-mod counters;
 mod coverage;
 mod diagnoser;
 mod event;
-mod evidence;
 mod freeze;
 mod held_questions;
 pub mod identification;
@@ -39,23 +37,20 @@ mod unseen;
 mod validity;
 mod verdict;
 
-pub use change::{Change, MAX_TIE};
-pub use counters::Counters;
+pub use change::MAX_TIE;
 pub use diagnoser::Diagnoser;
 pub use event::{Action, Event, QuestionToken};
-pub use evidence::Evidence;
 pub use freeze::{FreezeFrame, Trace};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
 pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken};
 pub use phase::Phase;
-pub use question::{
-    ActuatorFault, Alarm, Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal,
-};
+pub use question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
 pub use sample::{Sample, SampleRejection, Signal};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };
 pub use shelving::{Shelving, Span};
-pub use verdict::{Doubt, Symptom, Transition, Verdict};
+pub use verdict::{Doubt, Transition, Verdict};
+pub use wire::{ActuatorFault, Alarm, Change, Counters, Evidence, Symptom};

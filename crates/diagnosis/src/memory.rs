@@ -2,8 +2,8 @@
 
 use names::{RunId, Step};
 
-use crate::change::Change;
 use crate::verdict::Transition;
+use wire::Change;
 
 /// The state that survives a restart. The shell stores it and passes it to
 /// [`crate::Diagnoser::recall`] before the first event.

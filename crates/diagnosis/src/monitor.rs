@@ -3,7 +3,7 @@
 use names::Step;
 
 use crate::divergence::Outcome;
-use crate::evidence::Evidence;
+use wire::Evidence;
 
 /// Time constant of the residual's slow mean, in times that a channel takes to be quiet: half a second of 40 ms.
 const LEVEL_QUIETS: f64 = 12.5;

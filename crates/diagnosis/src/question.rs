@@ -4,10 +4,11 @@
 //! processed step b holds its answer until it has. The verdicts of the modules together are then those
 //! of one process, whatever the network's timing.
 
-use names::{ActuatorName, Component, RunId, Step};
+use names::{RunId, Step};
+use wire::{ActuatorFault, Alarm};
 
-use crate::change::Change;
 use crate::state::{WindowLength, WindowMeans};
+use wire::Change;
 
 /// Most changes that one answer may carry.
 pub const MAX_CHANGES_IN_ANSWER: usize = 4096;
@@ -25,26 +26,6 @@ pub struct Question {
     pub window: Option<WindowLength>,
 }
 
-/// An actuator that the answering module has declared faulty.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ActuatorFault {
-    /// The actuator.
-    pub actuator: ActuatorName,
-    /// The step of the change that named it.
-    pub step: Step,
-}
-
-/// A component for which the answering module raises the alarm: it is faulty, or may be.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Alarm {
-    /// The component.
-    pub component: Component,
-    /// The step of the change that is the reason.
-    pub step: Step,
-    /// It is declared faulty. Otherwise its change could not be judged, or an operator has reset it.
-    pub faulty: bool,
-}
-
 /// A peer's answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
@@ -57,8 +38,8 @@ pub struct Answer {
     pub changes: Vec<Change>,
     /// Actuators declared faulty as of the step asked for, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
-    /// The components for which it raises the alarm as of the step asked for; `None` from a former version.
-    pub alarms: Option<Vec<Alarm>>,
+    /// The components for which it raises the alarm as of the step asked for.
+    pub alarms: Vec<Alarm>,
     /// The means of the window that ended with the step asked for, if they are wanted and there are any.
     pub window: Option<WindowMeans>,
 }

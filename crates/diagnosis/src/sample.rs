@@ -1,6 +1,7 @@
 //! What a module measures at one step.
 
 use names::{RunId, Step};
+use wire::Counters;
 
 /// The signals of one module at one step, in the order of its description. A value that is missing is not a
 /// number.
@@ -55,6 +56,18 @@ pub enum SampleRejection {
     /// valid sample after it into a repeated one.
     #[error("step implausibly far ahead")]
     FarAhead,
+}
+
+impl SampleRejection {
+    pub(crate) fn count_in(self, counters: &mut Counters) {
+        let counter = match self {
+            SampleRejection::WrongLength => &mut counters.samples_wrong_length,
+            SampleRejection::Repeated => &mut counters.samples_repeated,
+            SampleRejection::Late => &mut counters.samples_late,
+            SampleRejection::FarAhead => &mut counters.samples_far_ahead,
+        };
+        *counter += 1;
+    }
 }
 
 impl Sample {

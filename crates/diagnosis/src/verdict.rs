@@ -4,10 +4,11 @@ use std::fmt;
 
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use serde::{Deserialize, Serialize};
+use wire::Symptom;
 
-use crate::evidence::Evidence;
 use crate::order::GivenOrder;
 use crate::shelving::Shelving;
+use wire::Evidence;
 
 /// The verdict of a module on one of its components.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,23 +34,6 @@ pub enum Verdict {
     Latched,
     /// A fault of this component that an operator has seen; stays until reset.
     Acknowledged,
-}
-
-/// What a verdict rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Symptom {
-    /// The residual changed.
-    #[default]
-    Change,
-    /// There is no usable signal.
-    NoSignal,
-    /// Its mean departs from its reference: a gage's residual \[m\], a cylinder's tracking residual \[N\].
-    Departure,
-    /// The oil content of a cylinder departs from its reference \[Pa\].
-    OilContent,
-    /// The white noise of a gage departs from its reference: standard deviation \[m\].
-    Scatter,
 }
 
 /// Why a change cannot be judged.

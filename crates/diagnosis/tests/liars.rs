@@ -25,7 +25,7 @@ impl Said {
         };
         let changes = self.changes.iter().filter(asked).cloned().collect();
         let watching_since = self.watching_since.or(Some(Step(WARM_UP)));
-        let (actuator_faults, alarms) = (Vec::new(), Some(self.alarms.clone()));
+        let (actuator_faults, alarms) = (Vec::new(), self.alarms.clone());
         let answer =
             Answer { question, watching_since, changes, actuator_faults, alarms, window: None };
         Event::Answered { peer: name("upper"), answer }

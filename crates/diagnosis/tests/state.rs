@@ -292,7 +292,7 @@ fn answer(question: Question, window: WindowMeans) -> Answer {
         watching_since: Some(Step(0)),
         changes: Vec::new(),
         actuator_faults: Vec::new(),
-        alarms: None,
+        alarms: Vec::new(),
         window: Some(window),
     }
 }

@@ -25,11 +25,12 @@ impl From<OrderKind> for Command {
 }
 
 impl Command {
-    /// Where it is sent, one after the other as long as nobody takes it: diagnosers of former versions and their access
-    /// control know no keys of operators. A command that was obeyed before its diagnoser ended is refused the second time.
-    fn topics(&self) -> impl Iterator<Item = Topic> {
-        let own = self.operator.clone().map(|operator| Topic::CommandOf(self.kind, operator));
-        own.into_iter().chain([Topic::Command(self.kind)])
+    /// Where it is sent.
+    fn topic(&self) -> Topic {
+        match &self.operator {
+            Some(operator) => Topic::CommandOf(self.kind, operator.clone()),
+            None => Topic::Command(self.kind),
+        }
     }
 }
 
@@ -45,15 +46,9 @@ pub async fn order(
     order: &Order,
     timeout: Duration,
 ) -> Result<Obeyed, OrderError> {
-    let mut outcome = Err(OrderError::Untaken);
-    for topic in command.topics() {
-        let key = Key::of_module(structure, module, topic);
-        outcome = command_to(session, &key, Question::of_message(order)?, timeout).await;
-        if !matches!(outcome, Err(OrderError::Untaken)) {
-            break;
-        }
-    }
-    let obeyed: Obeyed = outcome?;
+    let key = Key::of_module(structure, module, command.topic());
+    let question = Question::of_message(order)?;
+    let obeyed: Obeyed = command_to(session, &key, question, timeout).await?;
     let meant = order.component.as_ref().map(|mention| &mention.component);
     if obeyed.component.as_ref() != meant {
         let named = |what: Option<&Component>| {

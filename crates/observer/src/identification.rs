@@ -8,8 +8,8 @@ use zenoh::Session;
 
 use super::request::{QueryError, Question, ask, senseless};
 
-/// The latest identification of a component's fault with its signature. `None` if its module knows none, as a module of a
-/// former version does, or gives no answer within `timeout`.
+/// The latest identification of a component's fault with its signature. `None` if its module knows none or
+/// gives no answer within `timeout`.
 ///
 /// # Errors
 /// A refusal, or an answer that makes no sense.

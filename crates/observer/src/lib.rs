@@ -40,7 +40,7 @@ pub use freeze_frame::{freeze_frame, freeze_frame_of, freeze_frames};
 pub use history::{Gap, ModuleHistory, history};
 pub use identification::identification;
 pub use live::{Event, Live, LiveModule, NetworkState, Scene};
-pub use picture::{ModulePicture, Picture, present};
+pub use picture::{ModulePicture, Picture, UnreadableState, present};
 pub use plant_orders::{inject, stroke};
 pub use presence::{AttendanceError, homes, plants, wait_for};
 pub use request::{OrderError, QueryError};

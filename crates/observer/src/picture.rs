@@ -2,7 +2,7 @@
 //! component of those that answer.
 
 use std::collections::BTreeSet;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use names::{ComponentPath, ModuleName, StructureName};
 use wire::keys::Watched;
@@ -90,17 +90,33 @@ impl ModulePicture {
         let status = self.member.status.as_ref().map_or(0, |status| status.time_unix_ns);
         Some(Unknown {
             since_unix_ns: change.map_or(status, |change| change.time_unix_ns),
-            reason: change.map_or_else(|| in_words(phase), |change| change.reason.clone()),
+            reason: change
+                .map_or_else(|| phase.as_str().to_owned(), |change| change.reason.clone()),
         })
     }
 
-    /// A former version calls normal what it does not monitor, and a later one may call normal what stands to its
-    /// reference in a way that this one does not know.
+    /// Takes note of a message on the state of a component that cannot be read: whether it is normal is unknown until
+    /// one that can follows.
+    pub(super) fn unreadable(&mut self, state: &UnreadableState, now_unix_ns: u64) {
+        let reason = format!("its state cannot be read: {}", state.problem);
+        let unknown = Unknown { since_unix_ns: now_unix_ns, reason };
+        match self.components.iter_mut().find(|known| known.component == state.component) {
+            Some(known) => *known = known.clone().while_unknown(unknown),
+            None => {
+                let (structure, component) = (state.structure.clone(), state.component.clone());
+                let untouched = FaultTransition::untouched(structure, component, now_unix_ns);
+                self.components.push(untouched.while_unknown(unknown));
+                self.components.sort_by(|a, b| a.component.cmp(&b.component));
+            }
+        }
+    }
+
+    /// No component is called normal as long as its module does not monitor it.
     pub(super) fn doubt(&mut self) {
         let lack = self.lack();
         for component in &mut self.components {
             if component.state == FaultState::Normal
-                && let Some(unknown) = lack.clone().or_else(|| unverifiable(component))
+                && let Some(unknown) = lack.clone()
             {
                 *component = component.clone().while_unknown(unknown);
             }
@@ -108,22 +124,28 @@ impl ModulePicture {
     }
 }
 
-fn in_words(phase: ModulePhase) -> String {
-    match phase {
-        ModulePhase::Other => "it is in a phase that only a later version knows".to_owned(),
-        _ => phase.as_str().to_owned(),
-    }
+/// A message on the state of a component that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnreadableState {
+    /// The structure.
+    pub structure: StructureName,
+    /// The component, as the key names it.
+    pub component: ComponentPath,
+    /// Why it cannot be read.
+    pub problem: String,
 }
 
-/// Why a component may not be called normal, by how it is said to stand to its reference.
-fn unverifiable(component: &FaultTransition) -> Option<Unknown> {
-    let condition = component.condition.as_ref()?;
-    let reason = || {
-        let reason = "how it stands to its reference, only a later version can tell".to_owned();
-        condition.reason.clone().unwrap_or(reason)
-    };
-    (!condition.agreement.allows_normal())
-        .then(|| Unknown { since_unix_ns: component.time_unix_ns, reason: reason() })
+impl UnreadableState {
+    /// Of a message on this key, unless it is not one of a component's state.
+    pub(crate) fn on(key: &str, problem: &str) -> Option<Self> {
+        match key.parse() {
+            Ok(Key::Module { structure, module, topic: Topic::Fault(component) }) => {
+                let component = ComponentPath { module, component };
+                Some(Self { structure, component, problem: problem.to_owned() })
+            }
+            _ => None,
+        }
+    }
 }
 
 /// What is known at present.
@@ -204,8 +226,12 @@ pub async fn present(
     let mut picture = Picture::of(attendance(session, structure, expected, timeout).await?);
     for state in states(session, structure, timeout).await? {
         match state {
-            Ok((transition, process)) => picture.enter(transition, process),
-            Err(error) => picture.problems.push(error.to_string()),
+            StateReply::State(transition, process) => picture.enter(*transition, process),
+            StateReply::Unreadable(state) => {
+                let module = picture.module(&state.structure, &state.component.module);
+                module.unreadable(&state, unix_ns());
+            }
+            StateReply::Problem(error) => picture.problems.push(error.to_string()),
         }
     }
     picture.doubt();
@@ -213,8 +239,16 @@ pub async fn present(
     Ok(picture)
 }
 
-/// The state of a component as its module replied, and which process did.
-type StateReply = Result<(FaultTransition, Option<ZenohId>), QueryError>;
+/// A reply of a module on the state of a component.
+#[derive(Debug)]
+pub(super) enum StateReply {
+    /// The state, and the process that replied.
+    State(Box<FaultTransition>, Option<ZenohId>),
+    /// It cannot be read.
+    Unreadable(UnreadableState),
+    /// Anything else that is wrong with it.
+    Problem(QueryError),
+}
 
 /// Queries the state of every component. Who does not answer is left out.
 ///
@@ -236,10 +270,15 @@ pub(super) async fn states(
     while let Ok(reply) = replies.recv_async().await {
         match state_in(&reply, timeout) {
             Ok(transition) => {
-                states.push(Ok((transition, reply.replier_id().map(|replier| replier.zid()))));
+                let process = reply.replier_id().map(|replier| replier.zid());
+                states.push(StateReply::State(Box::new(transition), process));
             }
             Err(QueryError::Unanswered(_)) => {}
-            Err(error) => states.push(Err(error)),
+            Err(error) => {
+                let key = reply.result().map_or("", |sample| sample.key_expr().as_str());
+                let unreadable = UnreadableState::on(key, &error.to_string());
+                states.push(unreadable.map_or(StateReply::Problem(error), StateReply::Unreadable));
+            }
         }
     }
     Ok(states)
@@ -259,11 +298,16 @@ fn state_in(reply: &Reply, timeout: Duration) -> Result<FaultTransition, QueryEr
     Ok(transition)
 }
 
+pub(super) fn unix_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn transition(incarnation: Option<u64>, sequence: u64) -> FaultTransition {
+    fn transition(incarnation: u64, sequence: u64) -> FaultTransition {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 5);
         FaultTransition { incarnation, sequence, ..untouched }
@@ -276,10 +320,10 @@ mod tests {
             picture.enter(transition(incarnation, sequence), None);
             picture.modules[0].components[0].place()
         };
-        assert_eq!(present(None, 7), (None, 7));
-        assert_eq!(present(None, 6), (None, 7));
-        assert_eq!(present(Some(100), 2), (Some(100), 2));
-        assert_eq!(present(None, 8), (Some(100), 2));
-        assert_eq!(present(Some(200), 0), (Some(200), 0));
+        assert_eq!(present(7, 7), (7, 7));
+        assert_eq!(present(7, 6), (7, 7));
+        assert_eq!(present(100, 2), (100, 2));
+        assert_eq!(present(7, 8), (100, 2));
+        assert_eq!(present(200, 0), (200, 0));
     }
 }

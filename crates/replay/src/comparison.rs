@@ -52,7 +52,7 @@ pub struct Comparison {
 impl Comparison {
     pub(crate) fn new(record: &ModuleRecord, course: &Course) -> Self {
         let is_own = |time: u64| time >= course.process && time < course.until;
-        // A state that is unknown for now, as a reply says, is no verdict; one of a later version cannot be compared.
+        // A state that is unknown for now, as a reply says, is no verdict.
         let judged = |message: &&FaultTransition| {
             let known = message.state != FaultState::Unknown && message.run.is_some();
             is_own(message.time_unix_ns) && message.sequence > 0 && known

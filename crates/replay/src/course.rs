@@ -213,8 +213,10 @@ impl Follower<'_> {
             Taken::Gap { from, missing } => self.next = Next::At(from.plus(*missing)),
             Taken::Rejected { run, step } => self.items.push(Item::Rejected(*run, *step)),
             taken => {
-                let later = Shortfall::LaterInput(input.number);
-                let event = from_taken(taken.clone()).ok_or(later)?;
+                let event = from_taken(taken.clone()).ok_or_else(|| Shortfall::Contradiction {
+                    number: input.number,
+                    problem: "the process starts once more".to_owned(),
+                })?;
                 self.items.push(Item::Event(Box::new(event)));
             }
         }

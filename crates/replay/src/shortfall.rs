@@ -20,8 +20,6 @@ pub enum Shortfall {
         /// The last.
         to: u64,
     },
-    /// An input is of a later version.
-    LaterInput(u64),
     /// Samples that were taken are not there.
     SamplesMissing {
         /// Their run.
@@ -59,9 +57,6 @@ impl fmt::Display for Shortfall {
                 write!(f, "input {from} is missing")
             }
             Shortfall::InputsMissing { from, to } => write!(f, "inputs {from}–{to} are missing"),
-            Shortfall::LaterInput(number) => {
-                write!(f, "input {number} is of a later version of trusswatch")
-            }
             Shortfall::SamplesMissing { run, from, to } if from == to => {
                 write!(f, "sample {from} of run {run} that it took is not in the recording")
             }

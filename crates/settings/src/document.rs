@@ -7,9 +7,6 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::ConfigErrors;
 
-/// Keys renamed since former versions: the old name and the present one.
-const RENAMED: [(&str, &str); 2] = [("leap_ratio", "root_ratio"), ("patience_ms", "timeout_ms")];
-
 /// A file's text, kept so that a mistake found later can still name its line.
 #[derive(Debug, Clone)]
 pub struct Document {
@@ -37,7 +34,7 @@ impl Document {
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigErrors> {
         toml::from_str(&self.text).map_err(|error| {
             let line = error.span().map(|span| line_at(&self.text, span.start));
-            ConfigErrors::one(&self.file, line, with_present_name(error.message()))
+            ConfigErrors::one(&self.file, line, error.message().to_owned())
         })
     }
 
@@ -66,15 +63,6 @@ impl Document {
     }
 }
 
-/// The message of an error, with the present name of an unknown key that was renamed.
-fn with_present_name(message: &str) -> String {
-    let is_about = |old: &str| message.starts_with(&format!("unknown field `{old}`"));
-    match RENAMED.iter().find(|(old, _)| is_about(old)) {
-        Some((_, present)) => format!("{message}; it is now called `{present}`"),
-        None => message.to_owned(),
-    }
-}
-
 fn line_at(text: &str, offset: usize) -> usize {
     text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
 }
@@ -92,27 +80,5 @@ mod tests {
         assert_eq!(document.line(&["b", "d", "e/f"]), Some(6));
         assert_eq!(document.line(&["b", "missing"]), Some(2));
         assert_eq!(document.line(&["missing"]), None);
-    }
-
-    #[test]
-    fn a_renamed_key_is_reported_with_its_line_and_present_name() {
-        #[derive(Debug, serde::Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Written {
-            #[serde(rename = "root_ratio")]
-            _root_ratio: Option<f64>,
-            #[serde(rename = "timeout_ms")]
-            _timeout_ms: Option<u64>,
-        }
-        let reported = |text: &str| {
-            let document = Document { file: "x.toml".into(), text: text.into() };
-            document.parse::<Written>().unwrap_err().to_string()
-        };
-        for (old, present) in RENAMED {
-            let error = reported(&format!("\n{old} = 30\n"));
-            assert!(error.starts_with(&format!("x.toml:2: unknown field `{old}`")), "{error}");
-            assert!(error.ends_with(&format!("; it is now called `{present}`")), "{error}");
-        }
-        assert!(!reported("leap_ratios = 30\n").contains("now called"));
     }
 }

@@ -193,7 +193,7 @@ pub(crate) fn frame() -> FreezeFrame {
         module: "module1".parse().unwrap(),
         component: "module1/sensor/g2".parse().unwrap(),
         sequence: 7,
-        incarnation: None,
+        incarnation: 0,
         run: RunId(3),
         step_s: 1e-3,
         onset_step: Step(3108),

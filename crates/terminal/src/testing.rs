@@ -43,7 +43,6 @@ pub(crate) fn latched(component: &str, ago_s: u64) -> FaultTransition {
         level: 0.0,
         divergence: Some(4226.0),
         threshold: 10.0,
-        ratio: 422.6,
     };
     FaultTransition {
         run: Some(names::RunId(3)),

@@ -2,18 +2,15 @@
 
 use diagnosis::{Event, Memory, Order, PastWatch, PeerFailure, Question};
 use names::{Component, StructureName};
-use wire::{Remembered, RememberedWatch, Taken};
+use wire::{Remembered, RememberedWatch, Taken, WindowLength};
 
-use crate::{
-    Speaker, from_answer, from_change, from_given_order, from_transition, from_window_length,
-    to_change, to_window_length, to_wire_order,
-};
+use crate::{Speaker, from_answer, from_given_order, from_transition, to_wire_order};
 
 /// An event as the input that it is recorded as; none for samples, and for peers' questions, which no verdict
 /// depends on.
 #[must_use]
 pub fn to_taken(event: &Event, structure: &StructureName) -> Option<Taken> {
-    let words = |length| to_window_length(length).as_str().to_owned();
+    let words = |length: WindowLength| length.as_str().to_owned();
     match event {
         Event::Sample(_) | Event::Asked { .. } | Event::Withdrawn { .. } => None,
         Event::Answered { peer, answer } => {
@@ -40,8 +37,7 @@ pub fn to_taken(event: &Event, structure: &StructureName) -> Option<Taken> {
     }
 }
 
-/// The event that an input was; none for those that only tell which sample follows, or that a process began, and for
-/// what only a later version understands.
+/// The event that an input was; none for those that only tell which sample follows, or that a process began.
 #[must_use]
 pub fn from_taken(taken: Taken) -> Option<Event> {
     match taken {
@@ -61,8 +57,7 @@ pub fn from_taken(taken: Taken) -> Option<Event> {
         Taken::Started { .. }
         | Taken::RunBegan { .. }
         | Taken::Gap { .. }
-        | Taken::Rejected { .. }
-        | Taken::Other => None,
+        | Taken::Rejected { .. } => None,
     }
 }
 
@@ -71,10 +66,9 @@ fn ordered(component: Component, order: wire::GivenOrder) -> Event {
     Event::Ordered { token: diagnosis::OrderToken(0), order }
 }
 
-fn length(words: Option<String>) -> Option<diagnosis::state::WindowLength> {
+fn length(words: Option<String>) -> Option<WindowLength> {
     let words = words?;
-    let known = wire::WindowLength::ALL.into_iter().find(|length| length.as_str() == words)?;
-    Some(from_window_length(known))
+    WindowLength::ALL.into_iter().find(|length| length.as_str() == words)
 }
 
 impl Speaker {
@@ -85,7 +79,6 @@ impl Speaker {
         let latest = latest.into_iter().map(|transition| self.transition(transition, 0));
         let watch = watch.map(|PastWatch { run, watched, changes }| {
             let (since_step, until_step) = watched.unzip();
-            let changes = changes.into_iter().map(to_change).collect();
             RememberedWatch { run, since_step, until_step, changes }
         });
         Remembered { sequence, latest: latest.collect(), watch }
@@ -99,7 +92,7 @@ pub fn to_memory(remembered: Remembered) -> Memory {
     let watch = watch.map(|RememberedWatch { run, since_step, until_step, changes }| PastWatch {
         run,
         watched: since_step.zip(until_step),
-        changes: changes.into_iter().map(from_change).collect(),
+        changes,
     });
     Memory { sequence, latest: latest.into_iter().filter_map(from_transition).collect(), watch }
 }

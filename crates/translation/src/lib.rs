@@ -13,8 +13,8 @@ pub use input::{from_taken, to_memory, to_taken};
 pub use order::from_wire_order;
 pub use shelving::to_wire_shelving;
 
-use diagnosis::state::{self, CylinderMeans, GageMeans, WindowLength, WindowMeans};
-use diagnosis::{Answer, Counters, Doubt, Phase, Question, Symptom, Transition, Verdict};
+use diagnosis::state::{self, WindowLength, WindowMeans};
+use diagnosis::{Answer, Doubt, Phase, Question, Transition, Verdict};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
 use wire::{Agreement, FaultState, FaultTransition, ModulePhase};
 
@@ -29,14 +29,14 @@ pub struct Speaker {
     /// Its name.
     pub module: ModuleName,
     /// What its sequence numbers count in, as it stands in [`FaultTransition::incarnation`].
-    pub incarnation: Option<u64>,
+    pub incarnation: u64,
 }
 
 impl Speaker {
     /// One without a journal.
     #[must_use]
     pub fn of(structure: StructureName, module: ModuleName) -> Self {
-        Self { structure, module, incarnation: None }
+        Self { structure, module, incarnation: 0 }
     }
 
     /// The key of one of its topics.
@@ -91,7 +91,7 @@ impl Speaker {
         message.onset_step = Some(onset);
         message.detection_step = Some(detection);
         message.decided_step = Some(decided);
-        message.evidence = Some(to_wire_evidence(&evidence));
+        message.evidence = Some(evidence);
         message.order = order.map(to_wire_order);
         message.state_order = verdict_order.map(|order| Box::new(to_wire_order(*order)));
         message.shelved = shelved.map(|shelving| to_wire_shelving(*shelving));
@@ -100,7 +100,7 @@ impl Speaker {
         message.disputed = disputed;
         message.before_service = before_service;
         message.tare = tare;
-        message.symptom = to_symptom(symptom);
+        message.symptom = symptom;
         match verdict {
             Verdict::Unconfirmed { doubt } => enter_doubt(&mut message, doubt),
             Verdict::Explained { by, since } => {
@@ -120,13 +120,13 @@ impl Speaker {
         change: &diagnosis::Change,
         evidence: &diagnosis::Evidence,
         time_unix_ns: u64,
-    ) -> wire::Change {
-        wire::Change {
+    ) -> wire::ChangeReport {
+        wire::ChangeReport {
             structure: self.structure.clone(),
             component: self.path(&change.component),
             run,
             step: change.step,
-            evidence: to_wire_evidence(evidence),
+            evidence: *evidence,
             time_unix_ns,
         }
     }
@@ -161,10 +161,6 @@ impl Speaker {
     #[must_use]
     pub fn answer(&self, answer: Answer) -> wire::StateAnswer {
         let Answer { question, watching_since, changes, actuator_faults, alarms, window } = answer;
-        let changes = changes.into_iter().map(to_change);
-        let faults = actuator_faults
-            .into_iter()
-            .map(|fault| wire::ActuatorFault { actuator: fault.actuator, step: fault.step });
         wire::StateAnswer {
             structure: self.structure.clone(),
             module: self.module.clone(),
@@ -172,10 +168,10 @@ impl Speaker {
             from_step: question.from,
             as_of_step: question.as_of,
             watching_since_step: watching_since,
-            changes: changes.collect(),
-            actuator_faults: faults.collect(),
-            alarms: alarms.map(|alarms| alarms.into_iter().map(to_alarm).collect()),
-            window: window.map(to_window),
+            changes,
+            actuator_faults,
+            alarms,
+            window,
         }
     }
 }
@@ -202,8 +198,7 @@ fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
     });
 }
 
-/// A transition as it was before it was sent; `None` for a component that never had one, and for a state of a later
-/// version, which is no verdict of this one.
+/// A transition as it was before it was sent; `None` for a component that never had one.
 #[must_use]
 pub fn from_transition(message: FaultTransition) -> Option<Transition> {
     let verdict = match message.state {
@@ -217,8 +212,6 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
                 wire::Doubt::Assumed => Doubt::Assumed(message.assumed?),
                 wire::Doubt::OneOf => Doubt::OneOf(message.one_of),
                 wire::Doubt::RunEnded => Doubt::RunEnded,
-                // Whatever would settle it, this version does not know it.
-                wire::Doubt::Other => Doubt::Unknowing(vec![message.module]),
             },
         },
         FaultState::Explained => {
@@ -233,11 +226,11 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
         run_ended: message.run_ended,
         component: message.component.component,
         verdict,
-        symptom: from_symptom(message.symptom),
+        symptom: message.symptom,
         onset: message.onset_step?,
         detection: message.detection_step?,
         decided: message.decided_step?,
-        evidence: from_wire_evidence(&message.evidence?),
+        evidence: message.evidence?,
         before_service: message.before_service,
         disputed: message.disputed,
         tare: message.tare,
@@ -248,62 +241,11 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
     })
 }
 
-fn from_wire_evidence(evidence: &wire::Evidence) -> diagnosis::Evidence {
-    let wire::Evidence { step, residual, level, divergence, threshold, ratio: _ } = *evidence;
-    diagnosis::Evidence { step, residual, level, divergence, threshold }
-}
-
-fn to_wire_evidence(evidence: &diagnosis::Evidence) -> wire::Evidence {
-    wire::Evidence {
-        step: evidence.step,
-        residual: evidence.residual,
-        level: evidence.level,
-        divergence: evidence.divergence,
-        threshold: evidence.threshold,
-        ratio: evidence.ratio(),
-    }
-}
-
 /// A question to a peer.
 #[must_use]
 pub fn to_question(question: Question) -> wire::StateQuestion {
     let Question { run, from, as_of, window } = question;
-    let window = window.map(to_window_length);
     wire::StateQuestion { run: Some(run), from, step: as_of, window }
-}
-
-fn to_window_length(length: WindowLength) -> wire::WindowLength {
-    match length {
-        WindowLength::Short => wire::WindowLength::Short,
-        WindowLength::Long => wire::WindowLength::Long,
-    }
-}
-
-/// How long a window is.
-#[must_use]
-pub fn from_window_length(length: wire::WindowLength) -> WindowLength {
-    match length {
-        wire::WindowLength::Short => WindowLength::Short,
-        wire::WindowLength::Long => WindowLength::Long,
-    }
-}
-
-/// A change as it stands in answers and journals.
-#[must_use]
-pub fn to_change(change: diagnosis::Change) -> wire::StateChange {
-    let diagnosis::Change { component, onset, step, ratio, until } = change;
-    let onset_step = (onset < step).then_some(onset);
-    let going_on = until.is_none();
-    wire::StateChange { component, step, onset_step, ratio, until_step: until, going_on }
-}
-
-/// The same back.
-#[must_use]
-pub fn from_change(change: wire::StateChange) -> diagnosis::Change {
-    let wire::StateChange { component, step, onset_step, ratio, until_step, going_on } = change;
-    // Former versions say neither: no more is known than that it began.
-    let until = (!going_on).then_some(until_step.unwrap_or(step));
-    diagnosis::Change { component, onset: onset_step.unwrap_or(step), step, ratio, until }
 }
 
 /// `window`: the means of a window of which length were asked for, if any?
@@ -311,12 +253,8 @@ pub fn from_change(change: wire::StateChange) -> diagnosis::Change {
 pub fn from_answer(answer: wire::StateAnswer, window: Option<WindowLength>) -> Answer {
     let until = answer.as_of_step;
     // What was not asked for is not looked at.
-    let means = window.zip(answer.window).map(|(length, means)| from_window(means, length, until));
-    let changes = answer.changes.into_iter().map(from_change);
-    let faults = answer
-        .actuator_faults
-        .into_iter()
-        .map(|fault| diagnosis::ActuatorFault { actuator: fault.actuator, step: fault.step });
+    let fits = |means: &WindowMeans| Some(means.length) == window && means.until == until;
+    let means = answer.window.filter(fits);
     Answer {
         question: Question {
             run: answer.run,
@@ -325,9 +263,9 @@ pub fn from_answer(answer: wire::StateAnswer, window: Option<WindowLength>) -> A
             window,
         },
         watching_since: answer.watching_since_step,
-        changes: changes.collect(),
-        actuator_faults: faults.collect(),
-        alarms: answer.alarms.map(|alarms| alarms.into_iter().map(from_alarm).collect()),
+        changes: answer.changes,
+        actuator_faults: answer.actuator_faults,
+        alarms: answer.alarms,
         window: means,
     }
 }
@@ -361,69 +299,6 @@ pub fn to_condition(condition: &state::Condition) -> wire::Condition {
     wire::Condition { agreement, as_of_step, reason }
 }
 
-fn to_symptom(symptom: Symptom) -> wire::Symptom {
-    match symptom {
-        Symptom::Change => wire::Symptom::Change,
-        Symptom::NoSignal => wire::Symptom::NoSignal,
-        Symptom::Departure => wire::Symptom::Departure,
-        Symptom::OilContent => wire::Symptom::OilContent,
-        Symptom::Scatter => wire::Symptom::Scatter,
-    }
-}
-
-fn from_symptom(symptom: wire::Symptom) -> Symptom {
-    match symptom {
-        // One of a later version: no reset is to be easier for it than for any change.
-        wire::Symptom::Change | wire::Symptom::Other => Symptom::Change,
-        wire::Symptom::NoSignal => Symptom::NoSignal,
-        wire::Symptom::Departure => Symptom::Departure,
-        wire::Symptom::OilContent => Symptom::OilContent,
-        wire::Symptom::Scatter => Symptom::Scatter,
-    }
-}
-
-fn to_window(means: WindowMeans) -> wire::Window {
-    let gage = |GageMeans { residual_m, scatter_m2, swing_m2 }| wire::GageWindow {
-        residual_m,
-        scatter_m2,
-        swing_m2,
-    };
-    let cylinder = |CylinderMeans { force_n, rate_n_per_s, tracking_n, content_pa }| {
-        wire::CylinderWindow { force_n, rate_n_per_s, tracking_n, content_pa }
-    };
-    wire::Window {
-        gages: means.gages.into_iter().map(|one| one.map(gage)).collect(),
-        cylinders: means.cylinders.into_iter().map(|one| one.map(cylinder)).collect(),
-    }
-}
-
-fn from_window(window: wire::Window, length: WindowLength, until: Step) -> WindowMeans {
-    let gage = |wire::GageWindow { residual_m, scatter_m2, swing_m2 }| GageMeans {
-        residual_m,
-        scatter_m2,
-        swing_m2,
-    };
-    let cylinder = |wire::CylinderWindow { force_n, rate_n_per_s, tracking_n, content_pa }| {
-        CylinderMeans { force_n, rate_n_per_s, tracking_n, content_pa }
-    };
-    WindowMeans {
-        length,
-        until,
-        gages: window.gages.into_iter().map(|one| one.map(gage)).collect(),
-        cylinders: window.cylinders.into_iter().map(|one| one.map(cylinder)).collect(),
-    }
-}
-
-fn to_alarm(alarm: diagnosis::Alarm) -> wire::Alarm {
-    let diagnosis::Alarm { component, step, faulty } = alarm;
-    wire::Alarm { component, step, faulty }
-}
-
-fn from_alarm(alarm: wire::Alarm) -> diagnosis::Alarm {
-    let wire::Alarm { component, step, faulty } = alarm;
-    diagnosis::Alarm { component, step, faulty }
-}
-
 /// The word for a verdict.
 #[must_use]
 pub fn to_state(verdict: &Verdict) -> FaultState {
@@ -444,48 +319,5 @@ pub fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
         Phase::Waiting => (ModulePhase::Waiting, None),
         Phase::Initialising => (ModulePhase::Initialising, None),
         Phase::InService { since } => (ModulePhase::InService, Some(since)),
-    }
-}
-
-/// The counters of a status.
-#[must_use]
-pub fn to_counters(counters: &Counters) -> wire::DiagnosisCounters {
-    let Counters {
-        samples,
-        samples_missing,
-        samples_repeated,
-        samples_late,
-        samples_far_ahead,
-        samples_wrong_length,
-        samples_non_finite,
-        runs,
-        restarts,
-        changes,
-        changes_unjudged,
-        questions_asked,
-        questions_unanswered,
-        answers_malformed,
-        verdicts_disputed,
-        answers_given,
-        questions_refused,
-    } = *counters;
-    wire::DiagnosisCounters {
-        samples,
-        samples_missing,
-        samples_repeated,
-        samples_late,
-        samples_far_ahead,
-        samples_wrong_length,
-        samples_non_finite,
-        runs,
-        restarts,
-        changes,
-        changes_unjudged,
-        questions_asked,
-        questions_unanswered,
-        answers_malformed,
-        verdicts_disputed,
-        answers_given,
-        questions_refused,
     }
 }

@@ -61,9 +61,8 @@ pub(crate) fn from_given_order(given: wire::GivenOrder) -> GivenOrder {
     let span = Span { since_unix_ns: given.since_unix_ns.unwrap_or(0), until_unix_ns };
     let kind = match given.order {
         GivenOrderKind::Acknowledge => OrderKind::Acknowledge,
-        GivenOrderKind::Reset | GivenOrderKind::Other if given.re_tare => OrderKind::ReTare,
-        // What counts of one of a later version is that a person gave it; what it led to stands in the state.
-        GivenOrderKind::Reset | GivenOrderKind::Other => OrderKind::Reset { force: given.force },
+        GivenOrderKind::Reset if given.re_tare => OrderKind::ReTare,
+        GivenOrderKind::Reset => OrderKind::Reset { force: given.force },
         GivenOrderKind::Shelve => OrderKind::Shelve(span),
         GivenOrderKind::Unshelve => OrderKind::Unshelve,
         GivenOrderKind::Suppress => OrderKind::Suppress(span),

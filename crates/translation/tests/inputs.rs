@@ -86,7 +86,7 @@ fn answer() -> impl Strategy<Value = Answer> {
         option::of(step()),
         vec(change(), 0..3),
         vec(fault, 0..3),
-        option::of(vec(alarm, 0..3)),
+        vec(alarm, 0..3),
         option::of((vec(gage(), 0..3), vec(cylinder(), 0..3))),
     )
         .prop_map(|(question, watching_since, changes, actuator_faults, alarms, means)| {

@@ -89,7 +89,9 @@ fn words(view: &View<'_>, news: &News) -> Markup {
         News::Missed { module, from, to, reason, .. } => html! {
             "transitions " (from) " to " (to) " of " (module) " were missed: " (printable(reason))
         },
-        News::Unreadable(problem) => html! { "a message could not be read: " (printable(problem)) },
+        News::Unreadable { problem, .. } => {
+            html! { "a message could not be read: " (printable(problem)) }
+        }
         News::Lost(count) => html! { (count) " events were lost: this process was too slow" },
     }
 }

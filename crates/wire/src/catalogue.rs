@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::encoding::{DecodeError, Message, decode};
 use crate::schema::schema;
 use crate::{
-    Change, Divergences, FaultTransition, FreezeFrame, HistoryPage, Identification, Injected,
+    ChangeReport, Divergences, FaultTransition, FreezeFrame, HistoryPage, Identification, Injected,
     Injection, Input, ModuleConfiguration, ModuleStatus, Obeyed, Order, PhaseChange, PlantStatus,
     Progress, Refused, Sample, StateAnswer, Stroke, StrokeBegun,
 };
@@ -113,7 +113,7 @@ pub fn catalogue() -> [Entry; 21] {
             &[("{module}/divergence", Published)],
             example!("divergences"),
         ),
-        Entry::of::<Change>("change", &[("{module}/change", Published)], example!("change")),
+        Entry::of::<ChangeReport>("change", &[("{module}/change", Published)], example!("change")),
         Entry::of::<FaultTransition>(
             "fault-transition",
             &[

@@ -1,6 +1,6 @@
 //! A divergence crossed its threshold.
 
-use names::{ComponentPath, RunId, Step, StructureName};
+use names::{Component, ComponentPath, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::evidence::Evidence;
 
 /// A channel changed; nothing is said yet about whose fault it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Change {
+pub struct ChangeReport {
     /// The structure.
     pub structure: StructureName,
     /// The component whose channel changed.
@@ -24,6 +24,32 @@ pub struct Change {
     pub time_unix_ns: u64,
 }
 
-impl Message for Change {
+/// A change as modules tell each other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Change {
+    /// The component whose channel changed.
+    pub component: Component,
+    /// Since when its residual may have been changing.
+    #[serde(rename = "onset_step")]
+    pub onset: Step,
+    /// The step at which D rose to γ or above, or at which a faulty component was seen to have shifted across a gap.
+    pub step: Step,
+    /// Largest D/γ from that step until the tie window was over (or until the step asked for), less what a cylinder's
+    /// demand explains of it; 1 if that is all.
+    pub ratio: f64,
+    /// The last step at which D was at γ or above, once the channel is quiet; `null` while it is not.
+    #[serde(rename = "until_step")]
+    pub until: Option<Step>,
+}
+
+impl Change {
+    /// One that begins and ends with this step.
+    #[must_use]
+    pub fn at(component: Component, step: Step, ratio: f64) -> Self {
+        Self { component, onset: step, step, ratio, until: Some(step) }
+    }
+}
+
+impl Message for ChangeReport {
     const WHAT: &'static str = "change message";
 }

@@ -4,13 +4,9 @@ use names::Step;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::later_words;
-
-/// How a component stands to its reference: what it measures while it is healthy. A word of a later version is read as
-/// `cannot_tell`.
+/// How a component stands to its reference: what it measures while it is healthy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(transform = later_words::open)]
 pub enum Agreement {
     /// There is no reference: nobody knows whether it is healthy.
     NotVerified,
@@ -25,7 +21,6 @@ pub enum Agreement {
     /// It or another component has.
     OneOf,
     /// It cannot be compared at present.
-    #[serde(other)]
     CannotTell,
 }
 

@@ -2,9 +2,8 @@
 //!
 //! A message is one JSON object. Its field `v` is the version of the format, [`VERSION`]; it is
 //! looked at before anything else, so that a message of another version is called just that and not
-//! malformed. The version is raised when a field changes its meaning or goes; a new field or word alone does
-//! not raise it, so fields that are not known are passed over, and each enumeration says how it is read if its word is not
-//! known.
+//! malformed. The version is raised when a field changes its meaning or goes, or an enumeration gets another word; a new
+//! field alone does not raise it, so fields that are not known are ignored.
 //!
 //! Finite numbers come back as the very same bits. A number that is not finite is written `null`.
 

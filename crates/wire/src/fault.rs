@@ -1,6 +1,6 @@
 //! One transition of the verdict on a component.
 
-use names::{ComponentPath, ModuleName, RunId, Step, StructureName};
+use names::{ComponentKind, ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,14 +10,11 @@ use crate::evidence::Evidence;
 use crate::fault_state::FaultState;
 use crate::given_order::GivenOrder;
 use crate::identification::Identification;
-use crate::later_words;
 use crate::shelving::{Aside, Shelving};
-use crate::stated_kind::StatedKind;
 
 /// Why a verdict is unconfirmed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(transform = later_words::open)]
 pub enum Doubt {
     /// Peers do not answer. They are asked again; the verdict follows.
     Silent,
@@ -29,30 +26,23 @@ pub enum Doubt {
     OneOf,
     /// The run ended before there was a verdict.
     RunEnded,
-    /// A word of a later version.
-    #[serde(other)]
-    Other,
 }
 
-/// What a state rests on.
+/// What a verdict rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(transform = later_words::open)]
 pub enum Symptom {
     /// The residual changed.
     #[default]
     Change,
     /// There is no usable signal: values are missing, not numbers or implausible.
     NoSignal,
-    /// The mean departs from its reference: of a gage's residual, of a cylinder's tracking residual.
+    /// Its mean departs from its reference: a gage's residual \[m\], a cylinder's tracking residual \[N\].
     Departure,
-    /// The oil content of a cylinder departs from its reference.
+    /// The oil content of a cylinder departs from its reference \[Pa\].
     OilContent,
-    /// The white noise of a gage departs from its reference.
+    /// The white noise of a gage departs from its reference: standard deviation \[m\].
     Scatter,
-    /// A word of a later version.
-    #[serde(other)]
-    Other,
 }
 
 /// Why nothing is known of a component at present.
@@ -79,18 +69,16 @@ pub struct FaultTransition {
     /// The component.
     pub component: ComponentPath,
     /// Actuator or sensor.
-    pub kind: StatedKind,
+    pub kind: ComponentKind,
     /// The new state.
     pub state: FaultState,
     /// What the state rests on.
-    #[serde(default)]
     pub symptom: Symptom,
     /// Counts the module's transitions from 1, without a gap.
     pub sequence: u64,
     /// What `sequence` counts in: when the journal began \[ms since 1970\]. A wiped state directory begins a later one, and
-    /// counts from 1 again. A journal that a former version began has none.
-    #[serde(default)]
-    pub incarnation: Option<u64>,
+    /// counts from 1 again.
+    pub incarnation: u64,
     /// The run that the steps are counted in.
     pub run: Option<RunId>,
     /// That run had ended when this was sent, though another with the same number may be under way.
@@ -109,65 +97,44 @@ pub struct FaultTransition {
     /// If explained, when that component changed.
     pub explained_since_step: Option<Step>,
     /// It was so when it was first compared with its reference, and may have been before the module was in service.
-    #[serde(default)]
     pub before_service: bool,
     /// If latched, what was said to explain the change, though its module does not raise the alarm for it.
-    #[serde(default)]
     pub disputed: Option<ComponentPath>,
     /// If unconfirmed, why.
-    #[serde(default)]
     pub doubt: Option<Doubt>,
     /// If unconfirmed, the modules that do not answer.
-    #[serde(default)]
     pub silent: Vec<ModuleName>,
     /// In the order of `silent`, why each of them has not answered so far.
-    #[serde(default)]
     pub silent_because: Vec<String>,
     /// If unconfirmed, the modules that were not watching when it happened.
-    #[serde(default)]
     pub unknowing: Vec<ModuleName>,
     /// If unconfirmed because its force is assumed, the actuator without a signal.
-    #[serde(default)]
     pub assumed: Option<ComponentPath>,
     /// If unconfirmed because one of several has departed from its reference, these, itself included,
     /// the likeliest first.
-    #[serde(default)]
     pub one_of: Vec<ComponentPath>,
     /// If the module does not watch its components at present, since when and why. A fault that was latched
     /// before stays one.
-    #[serde(default)]
     pub unknown: Option<Unknown>,
     /// What is subtracted from what the component measures before it is compared with its reference, by order: of a gage
     /// \[m\], of a cylinder's oil content \[Pa\].
-    #[serde(default)]
     pub tare: Option<f64>,
     /// How the component stands to its reference. Only in answer to a question.
-    #[serde(default)]
     pub condition: Option<Condition>,
     /// Of a fault that has been identified, the latest word on its kind and size, without the signature.
-    #[serde(default)]
     pub identification: Option<Box<Identification>>,
     /// The order that led to this transition, if one did.
-    #[serde(default)]
     pub order: Option<GivenOrder>,
     /// If that order was about shelving or suppression alone: the one that led to the state, if one did.
-    #[serde(default)]
     pub state_order: Option<Box<GivenOrder>>,
     /// If its alarm is set aside by an operator, by whom, why and until when. The state is what it would be otherwise.
-    #[serde(default)]
     pub shelved: Option<Shelving>,
     /// If its alarm is set aside while its module is maintained, by whom, why and until when.
-    #[serde(default)]
     pub suppressed: Option<Shelving>,
     /// Whether the journal had this before it was published. If not, a disk is full or broken.
-    #[serde(default = "yes")]
     pub durable: bool,
     /// When this was published \[ns since 1970\].
     pub time_unix_ns: u64,
-}
-
-fn yes() -> bool {
-    true
 }
 
 impl FaultTransition {
@@ -181,12 +148,12 @@ impl FaultTransition {
         FaultTransition {
             structure,
             module: component.module.clone(),
-            kind: component.component.kind().into(),
+            kind: component.component.kind(),
             component,
             state: FaultState::Normal,
             symptom: Symptom::Change,
             sequence: 0,
-            incarnation: None,
+            incarnation: 0,
             run: None,
             run_ended: false,
             onset_step: None,
@@ -218,7 +185,7 @@ impl FaultTransition {
 
     /// Its place among the transitions of its module: the higher one is the later one.
     #[must_use]
-    pub fn place(&self) -> (Option<u64>, u64) {
+    pub fn place(&self) -> (u64, u64) {
         (self.incarnation, self.sequence)
     }
 

@@ -5,14 +5,11 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::later_words;
-
-/// What a module holds of one of its components. A word of a later version is read as `unknown`.
+/// What a module holds of one of its components.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
-#[schemars(transform = later_words::open)]
 pub enum FaultState {
     /// No change, or the explained one is over.
     Normal,
@@ -27,8 +24,7 @@ pub enum FaultState {
     /// A fault of this component that a person has acknowledged; stays until reset.
     Acknowledged,
     /// Nothing is known of it at present, since its module does not watch it. Only in answer to a question:
-    /// no transition leads here, as the verdict is what it was. A state of a later version may be anything, a fault too.
-    #[serde(other)]
+    /// no transition leads here, as the verdict is what it was.
     Unknown,
 }
 

@@ -22,8 +22,7 @@ pub struct FreezeFrame {
     /// The number of the transition that latched it.
     pub sequence: u64,
     /// What `sequence` counts in, as in [`crate::FaultTransition::incarnation`].
-    #[serde(default)]
-    pub incarnation: Option<u64>,
+    pub incarnation: u64,
     /// The run that the steps are counted in.
     pub run: RunId,
     /// Length of a step \[s\].

@@ -3,13 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::later_words;
 use crate::order::OrderKind;
 
 /// What was ordered, as it is reported afterwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(rename = "OrderKind", transform = later_words::open)]
+#[schemars(rename = "OrderKind")]
 pub enum GivenOrderKind {
     /// A person has seen the fault.
     Acknowledge,
@@ -25,9 +24,6 @@ pub enum GivenOrderKind {
     Unsuppress,
     /// The time for which its alarm was set aside is over; nobody ordered that.
     Lapse,
-    /// A word of a later version.
-    #[serde(other)]
-    Other,
 }
 
 impl GivenOrderKind {
@@ -35,7 +31,7 @@ impl GivenOrderKind {
     #[must_use]
     pub fn is_about_shelving(self) -> bool {
         match self {
-            GivenOrderKind::Acknowledge | GivenOrderKind::Reset | GivenOrderKind::Other => false,
+            GivenOrderKind::Acknowledge | GivenOrderKind::Reset => false,
             GivenOrderKind::Shelve
             | GivenOrderKind::Unshelve
             | GivenOrderKind::Suppress
@@ -66,19 +62,15 @@ pub struct GivenOrder {
     /// By whom.
     pub by: String,
     /// In whose name, if `by` is a program that a person uses, such as the web page.
-    #[serde(default)]
     pub on_behalf_of: Option<String>,
     /// Why.
     pub note: Option<String>,
     /// Whether it was forced.
     pub force: bool,
     /// Whether the reference of the component was shifted to what it measured.
-    #[serde(default)]
     pub re_tare: bool,
     /// When it was given, if the alarm was set aside \[ns since 1970\].
-    #[serde(default)]
     pub since_unix_ns: Option<u64>,
     /// When the alarm counts again, if it was set aside \[ns since 1970\]; of a lapse, when it was noticed.
-    #[serde(default)]
     pub until_unix_ns: Option<u64>,
 }

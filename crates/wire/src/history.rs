@@ -61,7 +61,6 @@ pub struct HistoryPage {
     pub transitions: Vec<FaultTransition>,
     /// The latest identifications of each fault that was declared by a transition on this page, or by one after the page
     /// before that the journal no longer holds, without signatures.
-    #[serde(default)]
     pub identifications: Vec<Identification>,
     /// The lowest sequence number that the journal still holds; `null` if it holds none.
     pub first_sequence: Option<u64>,

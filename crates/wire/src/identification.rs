@@ -29,7 +29,6 @@ pub struct Identification {
     pub candidates: Vec<Candidate>,
     /// What was measured, and what the first candidate makes of it. Only in answer to a question, and only as long as
     /// what was measured is kept.
-    #[serde(default)]
     pub signature: Option<Signature>,
     /// When this was found \[ns since 1970\].
     pub time_unix_ns: u64,
@@ -45,7 +44,6 @@ pub struct Candidate {
     /// How probable it is, from 0 to 1.
     pub probability: f64,
     /// How large it is if it is of this kind, where that means anything.
-    #[serde(default)]
     pub size: Option<FaultSize>,
 }
 

@@ -5,15 +5,15 @@
 //! latest are kept, and the first for good. All replies have the same key: ask for them without consolidation.
 
 use names::{ModuleName, RunId, Step, StructureName};
-use schemars::{JsonSchema, Schema};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::change::Change;
 use crate::encoding::Message;
 use crate::fault::FaultTransition;
 use crate::given_order::GivenOrder;
-use crate::later_words;
 use crate::question::{QuestionError, number};
-use crate::state::{StateAnswer, StateChange};
+use crate::state::StateAnswer;
 
 /// One input. It was taken after `samples` samples, the latest of which had this run and step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,7 +41,6 @@ pub struct Input {
 /// What was taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "input", rename_all = "snake_case")]
-#[schemars(transform = open)]
 pub enum Taken {
     /// The process began, with what it remembered of an earlier one.
     Started {
@@ -107,13 +106,6 @@ pub enum Taken {
         /// The command, who issued it, why.
         order: GivenOrder,
     },
-    /// An input of a later version.
-    #[serde(other)]
-    Other,
-}
-
-fn open(schema: &mut Schema) {
-    later_words::open_tagged(schema, "input");
 }
 
 /// What a process remembered of an earlier one.
@@ -137,7 +129,7 @@ pub struct RememberedWatch {
     /// Last step that it was.
     pub until_step: Option<Step>,
     /// The changes of the run.
-    pub changes: Vec<StateChange>,
+    pub changes: Vec<Change>,
 }
 
 impl Message for Input {

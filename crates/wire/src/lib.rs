@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `{module}/sample` | [`Sample`]; in reply to [`SampleQuestion`], past ones |
 //! | `{module}/divergence` | [`Divergences`] |
-//! | `{module}/change` | [`Change`] |
+//! | `{module}/change` | [`ChangeReport`] |
 //! | `{module}/fault/actuator/{name}`, `{module}/fault/sensor/{name}` | [`FaultTransition`] |
 //! | `{module}/identification/actuator/{name}`, `{module}/identification/sensor/{name}` | [`Identification`] |
 //! | `{module}/state` | [`StateQuestion`] as parameters, [`StateAnswer`] or [`Refused`] in reply |
@@ -22,8 +22,7 @@
 //! | `plant/status` | [`PlantStatus`] |
 //!
 //! Every message is one JSON object with the format's version in its field `v`; [`encode`] and
-//! [`decode`] document what becomes of anything else, and the enumerations how a word of a later version is read. Keys
-//! are made and read by [`Key`] alone. [`catalogue`] describes all this for other programs: a schema and an example of
+//! [`decode`] document what becomes of anything else. Keys are made and read by [`Key`] alone. [`catalogue`] describes all this for other programs: a schema and an example of
 //! each message.
 //!
 //! This crate names neither network nor runtime, and of the other crates only `names`.
@@ -46,7 +45,6 @@ mod identification;
 mod injection;
 mod input;
 pub mod keys;
-mod later_words;
 mod order;
 mod phase;
 mod plant_status;
@@ -59,12 +57,11 @@ mod sample;
 mod schema;
 mod shelving;
 mod state;
-mod stated_fault;
-mod stated_kind;
 mod status;
 mod stroke;
+mod window;
 
-pub use change::Change;
+pub use change::{Change, ChangeReport};
 pub use clock_difference::ClockDifference;
 pub use condition::{Agreement, Condition};
 pub use configuration::ModuleConfiguration;
@@ -92,14 +89,10 @@ pub use refusal::Refused;
 pub use sample::Sample;
 pub use schema::schema;
 pub use shelving::{Aside, SHELVING_SECONDS, Shelving};
-pub use state::{
-    ActuatorFault, Alarm, CylinderWindow, GageWindow, StateAnswer, StateChange, StateQuestion,
-    Window, WindowLength,
-};
-pub use stated_fault::{LaterFault, StatedFault};
-pub use stated_kind::StatedKind;
+pub use state::{ActuatorFault, Alarm, StateAnswer, StateQuestion};
 pub use status::{
-    DiagnosisCounters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
+    Counters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
     PeerStatus, PublisherCounters,
 };
 pub use stroke::{Stroke, StrokeBegun};
+pub use window::{CylinderMeans, GageMeans, WindowLength, WindowMeans};

@@ -73,18 +73,14 @@ impl OrderKind {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Order {
     /// The component, with its module or without: the key says which it is. None if the order is about the module.
-    #[serde(default)]
     pub component: Option<Mention>,
     /// Who issued the command.
     pub by: String,
     /// In whose name, if `by` is a program that a person uses, such as the web page.
-    #[serde(default)]
     pub on_behalf_of: Option<String>,
     /// Why. Needed if an alarm is set aside.
-    #[serde(default)]
     pub note: Option<String>,
     /// For how long an alarm is set aside, from 1 s to 31 days \[s\].
-    #[serde(default)]
     pub for_s: Option<u64>,
     /// Reset even though the evidence is still there.
     #[serde(default)]
@@ -159,20 +155,13 @@ impl Order {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Obeyed {
     /// The component; none if the order was about the module.
-    #[serde(default)]
     pub component: Option<Component>,
     /// Its state now; of a module, that of its component with the latest transition.
     pub state: FaultState,
     /// The sequence number of the transition; of the last of several.
     pub sequence: u64,
     /// Whether the journal has it. If not, a disk is full or hangs, and a restart may forget the order.
-    #[serde(default = "yes")]
     pub durable: bool,
-}
-
-/// Former versions replied with what the journal had.
-fn yes() -> bool {
-    true
 }
 
 impl Message for Order {

@@ -5,12 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
-use crate::later_words;
 
 /// The phase that a diagnoser is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(transform = later_words::open)]
 pub enum ModulePhase {
     /// No sample yet.
     Waiting,
@@ -20,9 +18,6 @@ pub enum ModulePhase {
     InService,
     /// Samples have stopped coming: nothing is known of the present.
     Stale,
-    /// A word of a later version: whether its verdicts can be relied on is not known.
-    #[serde(other)]
-    Other,
 }
 
 impl ModulePhase {
@@ -34,7 +29,6 @@ impl ModulePhase {
             ModulePhase::Initialising => "initialising",
             ModulePhase::InService => "in_service",
             ModulePhase::Stale => "stale",
-            ModulePhase::Other => "other",
         }
     }
 }

@@ -5,13 +5,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
-use crate::later_words;
-use crate::stated_fault::StatedFault;
+use names::fault::Fault;
 
 /// What the plant is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(transform = later_words::open)]
 pub enum PlantPhase {
     /// Modules are missing that it was configured to wait for.
     Waiting,
@@ -19,9 +17,6 @@ pub enum PlantPhase {
     Running,
     /// The last step is done.
     Done,
-    /// A word of a later version.
-    #[serde(other)]
-    Other,
 }
 
 /// The plant's status, once a second.
@@ -59,7 +54,7 @@ pub struct PresentFault {
     /// The component.
     pub component: ComponentPath,
     /// Its fault.
-    pub fault: StatedFault,
+    pub fault: Fault,
 }
 
 impl Message for PlantStatus {

@@ -17,7 +17,6 @@ pub struct Shelving {
     /// By whom.
     pub by: String,
     /// In whose name, if `by` is a program that a person uses, such as the web page.
-    #[serde(default)]
     pub on_behalf_of: Option<String>,
     /// Why.
     pub reason: String,

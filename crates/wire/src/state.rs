@@ -7,8 +7,10 @@ use names::{ActuatorName, Component, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::change::Change;
 use crate::encoding::Message;
 use crate::question::{QuestionError, in_order, number, one_of, required};
+use crate::window::{WindowLength, WindowMeans};
 
 /// A question to a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,29 +23,6 @@ pub struct StateQuestion {
     pub step: Step,
     /// Are the means of the window that ended with that step wanted, and of which length?
     pub window: Option<WindowLength>,
-}
-
-/// How long a window is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WindowLength {
-    /// A tenth of a second, `0.1`.
-    Short,
-    /// A second, `1`.
-    Long,
-}
-
-impl WindowLength {
-    /// Both.
-    pub const ALL: [WindowLength; 2] = [WindowLength::Short, WindowLength::Long];
-
-    /// In seconds, as in the parameters of a query.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            WindowLength::Short => "0.1",
-            WindowLength::Long => "1",
-        }
-    }
 }
 
 impl StateQuestion {
@@ -86,77 +65,15 @@ pub struct StateAnswer {
     /// Since when every channel has been watched; `null` while initialising.
     pub watching_since_step: Option<Step>,
     /// Changes that had begun by the second step and were not over before the first, oldest first.
-    pub changes: Vec<StateChange>,
+    pub changes: Vec<Change>,
     /// Actuators held for faulty as of that step, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
     /// The components for which the module raises the alarm as of that step. A module whose component explains a
-    /// change elsewhere is asked for it. `null` from former versions, which do not say.
-    #[serde(default)]
-    pub alarms: Option<Vec<Alarm>>,
+    /// change elsewhere is asked for it.
+    pub alarms: Vec<Alarm>,
     /// What the module measured in the window that ended with that step, if it was asked for and there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub window: Option<Window>,
-}
-
-/// Means over a window, which begins and ends at the same steps in every module.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Window {
-    /// Of each gage, in the order of the description; `null` without enough values.
-    pub gages: Vec<Option<GageWindow>>,
-    /// Of each cylinder, likewise.
-    pub cylinders: Vec<Option<CylinderWindow>>,
-}
-
-/// A gage over a window.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct GageWindow {
-    /// Mean residual \[m\].
-    pub residual_m: f64,
-    /// Variance of the reading's white noise \[m²\].
-    pub scatter_m2: f64,
-    /// Variance of the residual within the window \[m²\].
-    pub swing_m2: f64,
-}
-
-/// A cylinder over a window.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct CylinderWindow {
-    /// Mean observed force \[N\].
-    pub force_n: f64,
-    /// How fast it rises \[N/s\].
-    pub rate_n_per_s: f64,
-    /// Mean tracking residual \[N\].
-    pub tracking_n: f64,
-    /// Mean pressure of both chambers, weighted by their areas \[Pa\].
-    pub content_pa: f64,
-}
-
-/// A change in an answer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct StateChange {
-    /// The component whose channel changed.
-    pub component: Component,
-    /// The step at which the divergence reached its threshold.
-    pub step: Step,
-    /// Since when the residual may have been changing, if that is earlier.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub onset_step: Option<Step>,
-    /// Divergence by threshold at its largest while the change was fresh.
-    pub ratio: f64,
-    /// The last step at which the divergence was at its threshold or above, if the change was over by then.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until_step: Option<Step>,
-    /// The change was not over by then.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub going_on: bool,
-}
-
-impl StateChange {
-    /// A change of which neither onset nor end is known.
-    #[must_use]
-    pub fn at(component: Component, step: Step, ratio: f64) -> Self {
-        Self { component, step, onset_step: None, ratio, until_step: None, going_on: false }
-    }
+    pub window: Option<WindowMeans>,
 }
 
 /// An actuator held for faulty.

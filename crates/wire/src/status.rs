@@ -5,7 +5,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
-use crate::later_words;
 use crate::phase::ModulePhase;
 use crate::shelving::Shelving;
 
@@ -21,7 +20,6 @@ pub struct ModuleStatus {
     /// Fingerprint of the thresholds in use.
     pub thresholds: String,
     /// Fingerprint of the reference in use, if there is one.
-    #[serde(default)]
     pub reference: Option<String>,
     /// Whether verdicts can be given yet.
     pub phase: ModulePhase,
@@ -34,7 +32,6 @@ pub struct ModuleStatus {
     /// From the latest sample's publication to its diagnosis, by the clocks of both \[ms\].
     pub lag_ms: Option<f64>,
     /// How long ago the latest sample processed was published \[ms\], at the time of this status.
-    #[serde(default)]
     pub sample_age_ms: Option<f64>,
     /// Samples that wait to be processed.
     pub queued_samples: u64,
@@ -44,37 +41,29 @@ pub struct ModuleStatus {
     pub unconfirmed: u64,
     /// Components of which nothing is known, since the module does not watch them at present or cannot compare them
     /// with their reference.
-    #[serde(default)]
     pub unknown: u64,
     /// Components that agree with their reference as of the latest window.
-    #[serde(default)]
     pub verified: u64,
     /// Components whose alarm is set aside, shelved or suppressed.
-    #[serde(default)]
     pub shelved: u64,
     /// If the alarms of all of them are set aside while the module is maintained, by whom, why and until when.
-    #[serde(default)]
     pub suppressed: Option<Shelving>,
     /// Peers' questions that wait for a step to come.
     pub waiting_questions: u64,
     /// The sequence number that the next transition will have.
     pub next_sequence: u64,
     /// The journal.
-    #[serde(default)]
     pub journal: JournalStatus,
     /// Each peer.
-    #[serde(default)]
     pub peers: Vec<PeerStatus>,
     /// Whether another process runs as this module: it keeps publishing a status of its own.
-    #[serde(default)]
     pub another_process: bool,
     /// What came in.
     pub intake: IntakeCounters,
     /// What others asked.
-    #[serde(default)]
     pub inquiries: InquiryCounters,
     /// What became of it.
-    pub diagnosis: DiagnosisCounters,
+    pub diagnosis: Counters,
     /// What went out.
     pub publisher: PublisherCounters,
     /// When this was published \[ns since 1970\].
@@ -97,22 +86,16 @@ pub struct IntakeCounters {
     /// Samples of another module.
     pub other_module: u64,
     /// Samples of another publisher or run than the one being diagnosed, while that one goes on.
-    #[serde(default)]
     pub other_source: u64,
     /// Samples whose time is not later than that of the one before. They are used: steps decide.
-    #[serde(default)]
     pub clock_standing: u64,
     /// Samples that were missed and had from the publisher's store.
-    #[serde(default)]
     pub recovered: u64,
     /// Questions to the publisher's store that brought nothing.
-    #[serde(default)]
     pub recoveries_failed: u64,
     /// How often the backlog was thrown away to get back to the present.
-    #[serde(default)]
     pub resynchronised: u64,
     /// How often samples stopped coming.
-    #[serde(default)]
     pub silences: u64,
 }
 
@@ -127,10 +110,8 @@ pub struct InquiryCounters {
     /// Those that came while too many were waiting.
     pub turned_away: u64,
     /// Those answered, orders obeyed among them.
-    #[serde(default)]
     pub answered: u64,
     /// Those that made sense and were refused for a reason, orders among them.
-    #[serde(default)]
     pub refused: u64,
     /// Orders obeyed.
     pub orders_obeyed: u64,
@@ -153,15 +134,13 @@ pub struct JournalStatus {
     pub lost: u64,
     /// Damaged records found at the start and passed over.
     pub damaged: u64,
-    /// When it began \[ms since 1970\]: what sequence numbers count in. Absent if a former version began it.
-    #[serde(default)]
-    pub incarnation: Option<u64>,
+    /// When it began \[ms since 1970\]: what sequence numbers count in.
+    pub incarnation: u64,
 }
 
 /// How a question to a peer ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(transform = later_words::open)]
 pub enum PeerOutcome {
     /// With an answer.
     Answered,
@@ -173,9 +152,6 @@ pub enum PeerOutcome {
     Absent,
     /// With an answer that did not fit, or with several that contradict each other.
     Malformed,
-    /// A word of a later version.
-    #[serde(other)]
-    Other,
 }
 
 /// A peer as this module sees it.
@@ -200,7 +176,6 @@ pub struct PeerStatus {
     /// Answers that did not fit, or contradict a former one.
     pub malformed: u64,
     /// Verdicts that it was said to explain, and by which it did not stand.
-    #[serde(default)]
     pub disputed: u64,
 }
 
@@ -223,20 +198,18 @@ impl PeerStatus {
     }
 }
 
-/// The counters of the diagnosis.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct DiagnosisCounters {
+/// What the diagnosis counted since the start of the process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Counters {
     /// Samples used.
     pub samples: u64,
     /// Steps for which no sample came.
     pub samples_missing: u64,
     /// Samples whose step was the one before once more.
     pub samples_repeated: u64,
-    /// Samples whose step lay before the one before: too late.
-    #[serde(default)]
+    /// Samples whose step lay before the one before.
     pub samples_late: u64,
     /// Samples whose step lay implausibly far ahead.
-    #[serde(default)]
     pub samples_far_ahead: u64,
     /// Samples with the wrong number of values.
     pub samples_wrong_length: u64,
@@ -249,16 +222,14 @@ pub struct DiagnosisCounters {
     /// Changes of any channel.
     pub changes: u64,
     /// Changes given up without a verdict, because too many of their channel were open.
-    #[serde(default)]
     pub changes_unjudged: u64,
     /// Questions put to peers.
     pub questions_asked: u64,
-    /// Questions that went unanswered.
+    /// Questions that went unanswered: refused, timed out, absent or malformed.
     pub questions_unanswered: u64,
     /// Answers that did not fit a question.
     pub answers_malformed: u64,
     /// Verdicts that rested on a peer's word, by which it did not stand.
-    #[serde(default)]
     pub verdicts_disputed: u64,
     /// Peers' questions answered.
     pub answers_given: u64,
@@ -275,7 +246,6 @@ pub struct PublisherCounters {
     /// transitions all the same.
     pub events_lost: u64,
     /// Replies for which there was no room. Whoever asked hears nothing, and asks again.
-    #[serde(default)]
     pub replies_lost: u64,
 }
 

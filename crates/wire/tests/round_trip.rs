@@ -4,20 +4,20 @@
 mod support;
 
 use names::fault::{Fault, FaultKind};
-use names::{Component, ModuleName, RunId, Step, StructureName};
+use names::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use serde_json::Value;
 use support::{plain_topics, plant_topics};
 use wire::keys::PLANT;
 use wire::{
-    ActuatorFault, Agreement, Alarm, Candidate, Change, Channel, Condition, CylinderWindow,
-    DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageWindow,
-    GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected, Injection, JournalStatus,
-    Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome, PeerStatus, PhaseChange,
-    PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample, Shelving, Signature,
-    SignaturePoint, StateAnswer, StateChange, StatedKind, Stroke, StrokeBegun, Symptom, Topic,
-    Unknown, VERSION, Window, decode, encode,
+    ActuatorFault, Agreement, Alarm, Candidate, Change, ChangeReport, Channel, Condition,
+    CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
+    FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected,
+    Injection, JournalStatus, Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome,
+    PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample,
+    Shelving, Signature, SignaturePoint, StateAnswer, Stroke, StrokeBegun, Symptom, Topic, Unknown,
+    VERSION, WindowLength, WindowMeans, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -234,7 +234,6 @@ const EVIDENCE: Evidence = Evidence {
     level: 2e-8,
     divergence: Some(0.1),
     threshold: 0.05,
-    ratio: 2.0,
 };
 
 fn identification() -> Identification {
@@ -268,7 +267,7 @@ fn an_identification_is_read_back_with_kinds_that_this_version_does_not_know() {
 
 #[test]
 fn events_are_read_back() {
-    let change = Change {
+    let change = ChangeReport {
         structure: structure(),
         component: "module1/sensor/g1".parse().unwrap(),
         run: RunId(5),
@@ -281,11 +280,11 @@ fn events_are_read_back() {
         structure: structure(),
         module: module(),
         component: "module1/sensor/g1".parse().unwrap(),
-        kind: StatedKind::Sensor,
+        kind: ComponentKind::Sensor,
         state: FaultState::Explained,
         symptom: Symptom::NoSignal,
         sequence: 3,
-        incarnation: Some(1_795_290_000_000),
+        incarnation: 1_795_290_000_000,
         run: Some(RunId(5)),
         run_ended: true,
         onset_step: Some(Step(40)),
@@ -369,15 +368,14 @@ fn the_states_of_a_fault_have_the_names_of_the_manual() {
 
 #[test]
 fn answers_orders_and_refusals_are_read_back() {
-    let over = StateChange {
+    let over = Change {
         component: "sensor/g1".parse().unwrap(),
         step: Step(4),
-        onset_step: Some(Step(3)),
+        onset: Step(3),
         ratio: 1.25,
-        until_step: Some(Step(6)),
-        going_on: false,
+        until: Some(Step(6)),
     };
-    let going_on = StateChange { until_step: None, going_on: true, ..over.clone() };
+    let going_on = Change { until: None, ..over.clone() };
     let answer = StateAnswer {
         structure: structure(),
         module: module(),
@@ -387,17 +385,19 @@ fn answers_orders_and_refusals_are_read_back() {
         watching_since_step: None,
         changes: vec![over, going_on],
         actuator_faults: vec![ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(2) }],
-        alarms: Some(vec![Alarm {
+        alarms: vec![Alarm {
             component: "sensor/g1".parse().unwrap(),
             step: Step(2),
             faulty: true,
-        }]),
-        window: Some(Window {
+        }],
+        window: Some(WindowMeans {
+            length: WindowLength::Long,
+            until: Step(9),
             gages: vec![
                 None,
-                Some(GageWindow { residual_m: 1e-6, scatter_m2: 1e-12, swing_m2: 0.0 }),
+                Some(GageMeans { residual_m: 1e-6, scatter_m2: 1e-12, swing_m2: 0.0 }),
             ],
-            cylinders: vec![Some(CylinderWindow {
+            cylinders: vec![Some(CylinderMeans {
                 force_n: 1.5,
                 rate_n_per_s: 0.5,
                 tracking_n: -0.1,
@@ -450,8 +450,6 @@ fn answers_orders_and_refusals_are_read_back() {
         durable: false,
     };
     assert_eq!(back(&obeyed), obeyed);
-    let former = r#"{"v":1,"component":"actuator/a1","state":"acknowledged","sequence":7}"#;
-    assert!(wire::decode::<Obeyed>(former.as_bytes()).unwrap().durable);
     let phase = PhaseChange {
         structure: structure(),
         module: module(),
@@ -482,7 +480,7 @@ fn statuses_are_read_back() {
     let status = ModuleStatus {
         structure: structure(),
         module: module(),
-        software: "0.1.0".into(),
+        software: "0.2.0".into(),
         thresholds: "0123456789abcdef".into(),
         reference: Some("fedcba9876543210".into()),
         phase: ModulePhase::InService,
@@ -516,14 +514,14 @@ fn statuses_are_read_back() {
         another_process: true,
         inquiries: wire::InquiryCounters { received: 3, ..Default::default() },
         intake: wire::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },
-        diagnosis: wire::DiagnosisCounters { samples: 3001, ..Default::default() },
+        diagnosis: wire::Counters { samples: 3001, ..Default::default() },
         publisher: wire::PublisherCounters { events: 5, ..Default::default() },
         time_unix_ns: 10,
     };
     assert_eq!(back(&status), status);
     let plant = PlantStatus {
         structure: structure(),
-        software: "0.1.0".into(),
+        software: "0.2.0".into(),
         run: RunId(1),
         phase: PlantPhase::Waiting,
         waiting_for: vec![module()],

@@ -16,7 +16,6 @@ pub fn why_unconfirmed(
         Some(Doubt::Unknowing) => unknown_to(unknowing),
         Some(Doubt::Silent) => no_answer_from(silent),
         Some(Doubt::OneOf) => one_of(suspects),
-        Some(Doubt::Other) => "for a reason that only a later version knows".to_owned(),
         None if silent.is_empty() => "for an unknown reason".to_owned(),
         None => no_answer_from(silent),
     }

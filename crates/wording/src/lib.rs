@@ -23,7 +23,7 @@ pub use order::{UNTAKEN, done, not_saved, perhaps};
 pub use phase::phase_in_words;
 pub use quantity::{force, ratio, residual, span};
 pub use reason::{ordered, reason};
-pub use state::{later_state, state_in_words};
+pub use state::state_in_words;
 pub use time::utc;
 pub use tone::{Tone, phase_tone, state_tone};
 

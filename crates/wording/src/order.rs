@@ -3,8 +3,8 @@
 use wire::OrderKind;
 
 /// Why nobody takes an order to a module that is there.
-pub const UNTAKEN: &str = "nobody takes the command: its diagnoser has just ended, access control does not admit the \
-                           command, or the diagnoser is of a former version and the access rules are not: upgrade it";
+pub const UNTAKEN: &str = "nobody takes the command: its diagnoser has just ended, or access control does not admit the \
+                           command";
 
 /// What was done when an order was obeyed, e.g. `acknowledged`.
 #[must_use]

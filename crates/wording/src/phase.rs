@@ -10,6 +10,5 @@ pub fn phase_in_words(phase: ModulePhase) -> &'static str {
         ModulePhase::Initialising => "initialising",
         ModulePhase::InService => "in service",
         ModulePhase::Stale => "STALE",
-        ModulePhase::Other => "unknown phase",
     }
 }

@@ -6,7 +6,6 @@ use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
 use crate::aside::{asides, by_whom};
 use crate::doubt::why_unconfirmed;
 use crate::quantity::residual;
-use crate::state::later_state;
 use crate::time::utc;
 
 /// In words; empty if there is nothing to say beside the state.
@@ -35,7 +34,6 @@ pub fn reason(transition: &FaultTransition) -> String {
         let because = silent.iter().zip(&transition.silent_because);
         reasons.extend(because.map(|(module, why)| format!("{module}: {}", printable(why))));
     }
-    reasons.extend(later_state(transition).map(str::to_owned));
     if let Some(unknown) = &transition.unknown {
         let since = utc(unknown.since_unix_ns);
         reasons.push(format!("not monitored since {since}: {}", printable(&unknown.reason)));
@@ -80,7 +78,6 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
         }
         Symptom::OilContent => departs("its oil content"),
         Symptom::Scatter => departs("its noise"),
-        Symptom::Other => Some("it shows by something that only a later version knows".to_owned()),
     }
 }
 
@@ -102,7 +99,6 @@ pub fn ordered(given: &GivenOrder) -> String {
         (GivenOrderKind::Unshelve, _) => "unshelved".to_owned(),
         (GivenOrderKind::Suppress, _) => format!("suppressed{end}"),
         (GivenOrderKind::Unsuppress, _) => "no longer suppressed, ordered".to_owned(),
-        (GivenOrderKind::Other, _) => "given an order that only a later version knows".to_owned(),
     };
     let note =
         given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));

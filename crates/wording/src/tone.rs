@@ -31,7 +31,7 @@ pub fn state_tone(state: FaultState) -> Tone {
 pub fn phase_tone(phase: ModulePhase) -> Tone {
     match phase {
         ModulePhase::Stale => Tone::Alarm,
-        ModulePhase::Waiting | ModulePhase::Initialising | ModulePhase::Other => Tone::Doubt,
+        ModulePhase::Waiting | ModulePhase::Initialising => Tone::Doubt,
         ModulePhase::InService => Tone::Calm,
     }
 }

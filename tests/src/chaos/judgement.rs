@@ -29,7 +29,7 @@ impl Seen {
                 Some(Doubt::Assumed) => message.assumed.is_some(),
                 Some(Doubt::OneOf) => !message.one_of.is_empty(),
                 Some(Doubt::RunEnded) => true,
-                Some(Doubt::Other) | None => false,
+                None => false,
             },
         }
     }

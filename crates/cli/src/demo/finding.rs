@@ -24,7 +24,6 @@ pub(super) fn of(found: &Verdict) -> String {
 fn why_faulty(found: &Verdict) -> String {
     match (found.symptom, &found.departure) {
         (Symptom::NoSignal, _) => "for it gives no signal".to_owned(),
-        (Symptom::Other, _) => "for something that only a later version knows".to_owned(),
         (_, Some(departure)) => departs(found, *departure),
         (_, None) => {
             let after = found.detection_step.map_or(0, |detection| found.step.since(detection));

@@ -2,7 +2,7 @@
 
 use names::ModuleName;
 use wire::{
-    Change, DecodeError, FaultTransition, Identification, Key, ModuleStatus, PlantStatus,
+    ChangeReport, DecodeError, FaultTransition, Identification, Key, ModuleStatus, PlantStatus,
     PlantTopic, Progress, Topic, decode,
 };
 
@@ -10,7 +10,7 @@ use wire::{
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum News {
     /// A channel changed.
-    Change(Change),
+    Change(ChangeReport),
     /// A verdict changed.
     Transition(FaultTransition),
     /// The kind of a fault became known.

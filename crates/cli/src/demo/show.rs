@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use names::{ComponentPath, ModuleName, Step};
 use wire::{
-    Change, FaultState, FaultTransition, Identification, ModulePhase, ModuleStatus, PlantStatus,
-    Symptom,
+    ChangeReport, FaultState, FaultTransition, Identification, ModulePhase, ModuleStatus,
+    PlantStatus, Symptom,
 };
 
 use super::entry::{Departure, Entry, Summary, Verdict};
@@ -185,9 +185,9 @@ impl Show {
         entries.push(Entry::Compared { step, agree, of: self.components });
     }
 
-    fn change(&mut self, change: Change, entries: &mut Vec<Entry>) {
+    fn change(&mut self, change: ChangeReport, entries: &mut Vec<Entry>) {
         self.time_is(change.step, entries);
-        let (component, ratio) = (change.component, change.evidence.ratio);
+        let (component, ratio) = (change.component, change.evidence.ratio());
         self.changed.insert(component.clone());
         entries.push(Entry::Change { step: change.step, component, ratio });
     }
@@ -235,8 +235,7 @@ impl Show {
         let evidence = transition.evidence.as_ref()?;
         let changed = self.changed.contains(&transition.component);
         match transition.symptom {
-            // In which unit a later version measures is not known.
-            Symptom::Change | Symptom::NoSignal | Symptom::Other => None,
+            Symptom::Change | Symptom::NoSignal => None,
             Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
                 Some(Departure { measured: evidence.residual, expected: evidence.level, changed })
             }
@@ -273,8 +272,8 @@ mod tests {
     }
 
     fn evidence(residual: f64, level: f64) -> Evidence {
-        let (step, divergence, threshold, ratio) = (Step(0), Some(9.0), 6.0, 1.5);
-        Evidence { step, residual, level, divergence, threshold, ratio }
+        let (step, divergence, threshold) = (Step(0), Some(9.0), 6.0);
+        Evidence { step, residual, level, divergence, threshold }
     }
 
     fn shown(show: &mut Show, news: News) -> Vec<Entry> {
@@ -329,7 +328,7 @@ mod tests {
     #[test]
     fn a_departure_has_its_figures_and_says_whether_a_change_showed() {
         let component = || "m1/sensor/g1".parse().unwrap();
-        let change = |step| Change {
+        let change = |step| ChangeReport {
             structure: "t".parse().unwrap(),
             run: RunId(1),
             step: Step(step),

@@ -8,9 +8,7 @@ use super::frame::WIDEST;
 use crate::paint::Paint;
 use crate::paint::state_colour;
 use crate::table::{TextTable, table};
-use wording::{
-    candidate, fault_size, in_small_units, kind, later_state, percent, reason, state_in_words, utc,
-};
+use wording::{candidate, fault_size, in_small_units, kind, percent, reason, state_in_words, utc};
 
 /// The width of a drawing that goes to a file.
 pub(super) const USUAL_WIDTH: u16 = 80;
@@ -26,8 +24,7 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
         let why = why.map_or_else(String::new, |why| format!("; {why}"));
         let state = state_in_words(found);
         // That none is declared does not say that it is healthy: the state does, as far as it is known.
-        let declared = if later_state(found).is_none() { ", no fault declared" } else { "" };
-        return format!("{component} of {structure}{declared}: {state}{why}\n");
+        return format!("{component} of {structure}, no fault declared: {state}{why}\n");
     }
     let mut rows = table(&[&component.to_string(), &format!("of {structure}")]);
     add_state(&mut rows, found);

@@ -47,7 +47,7 @@ fn row(transition: &FaultTransition) -> [String; 9] {
             evidence
                 .map(|evidence| residual(transition.component.component.kind(), evidence.residual)),
         ),
-        or_nothing(evidence.map(|evidence| ratio(evidence.ratio))),
+        or_nothing(evidence.map(|evidence| ratio(evidence.ratio()))),
         if why.is_empty() { NOTHING.to_owned() } else { why },
     ]
 }

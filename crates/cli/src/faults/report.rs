@@ -11,7 +11,7 @@ use super::module_table::modules;
 use super::roll_up::by_urgency;
 use super::structure_table::{NO_STRUCTURE, structures};
 use crate::paint::{Colour, Paint};
-use wording::{later_state, printable, utc};
+use wording::{printable, utc};
 
 /// The text: of several structures a table, then each of them with its modules, its components, and what is not
 /// known. Unless all of it is asked for, of several only those in which not all is well.
@@ -104,9 +104,6 @@ fn unknown(module: &ModulePicture) -> Option<String> {
     let first =
         module.components.iter().find(|component| component.state == FaultState::Unknown)?;
     let module = &module.member.module;
-    if let Some(why) = later_state(first) {
-        return Some(format!("{module}: {count} unknown: {}, {why}", first.component));
-    }
     let unknown = first.unknown.as_ref()?;
     let (since, reason) = (utc(unknown.since_unix_ns), printable(&unknown.reason));
     Some(format!("{module}: {count} unknown since {since}: {reason}"))

@@ -91,7 +91,6 @@ pub(crate) fn latched(component: &str) -> FaultTransition {
         level: 0.0,
         divergence: Some(4226.0),
         threshold: 10.0,
-        ratio: 422.6,
     };
     FaultTransition {
         sequence: 1,
@@ -151,7 +150,7 @@ pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         another_process: false,
         intake: wire::IntakeCounters::default(),
         inquiries: wire::InquiryCounters::default(),
-        diagnosis: wire::DiagnosisCounters::default(),
+        diagnosis: wire::Counters::default(),
         publisher: wire::PublisherCounters::default(),
         time_unix_ns: 0,
     }

@@ -63,7 +63,7 @@ impl Document<'_> {
                 let (from, to) = (*from, *to);
                 Document::Missed { structure, module, from, to, reason, time_unix_ns }
             }
-            News::Unreadable(problem) => Document::Unreadable { problem, time_unix_ns },
+            News::Unreadable { problem, .. } => Document::Unreadable { problem, time_unix_ns },
             News::Lost(count) => Document::Lost { count: *count, time_unix_ns },
         }
     }
@@ -89,7 +89,7 @@ pub(super) fn line(event: &News, names_structure: bool, paint: Paint) -> String 
             let why = format!("transitions {from} to {to} could not be had: {}", printable(reason));
             (unix_ns(), module.to_string(), "MISSED".to_owned(), why, Some(Colour::Red))
         }
-        News::Unreadable(problem) => {
+        News::Unreadable { problem, .. } => {
             let what = format!("not understood: {}", printable(problem));
             (unix_ns(), "-".to_owned(), what, String::new(), Some(Colour::Yellow))
         }
@@ -113,7 +113,7 @@ fn place(event: &News) -> &str {
         News::Presence { structure, .. }
         | News::SeveralProcesses { structure, .. }
         | News::Missed { structure, .. } => structure.as_str(),
-        News::Unreadable(_) | News::Lost(_) => NOTHING,
+        News::Unreadable { .. } | News::Lost(_) => NOTHING,
     }
 }
 
@@ -124,7 +124,7 @@ fn fault(transition: &FaultTransition) -> Parts {
         Symptom::Change => transition.detection_step.map(|step| format!("changed at step {step}")),
         Symptom::NoSignal => transition.onset_step.map(|step| format!("since step {step}")),
         // Their reason tells since when.
-        Symptom::Departure | Symptom::OilContent | Symptom::Scatter | Symptom::Other => None,
+        Symptom::Departure | Symptom::OilContent | Symptom::Scatter => None,
     };
     let mut why: Vec<String> = began.into_iter().collect();
     why.extend(Some(reason(transition)).filter(|reason| !reason.is_empty()));
@@ -195,7 +195,8 @@ mod tests {
         let elsewhere = line(&missed, true, paint);
         assert!(elsewhere.contains("Z  tower       m1                    MISSED"), "{elsewhere}");
         assert!(text(&News::Lost(3)).contains("3 messages lost"));
-        let hostile = text(&News::Unreadable("k: \x1b[2J\u{202e}".to_owned()));
+        let hostile =
+            text(&News::Unreadable { problem: "k: \x1b[2J\u{202e}".to_owned(), state: None });
         assert!(hostile.ends_with(r"k: \u{1b}[2J\u{202e}"), "{hostile}");
     }
 }

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use names::{ComponentPath, StructureName};
 use observer::{Feed, News};
 use shell::shutdown::{self, ShutdownFlags};
-use wire::{FaultState, FaultTransition, Identification};
+use wire::{FaultTransition, Identification};
 
 use crate::failure::Failure;
 use crate::link::{self, Link, Target};
@@ -105,9 +105,7 @@ impl Report {
     fn is_over(&self, found: &Identification) -> bool {
         let after = |transition: &&FaultTransition| transition.sequence > found.sequence;
         let later = self.transition.as_ref().filter(after);
-        // A state of a later version may be a fault.
-        let ends = |state: FaultState| !state.is_fault() && state != FaultState::Unknown;
-        later.is_some_and(|transition| ends(transition.state))
+        later.is_some_and(|transition| !transition.state.is_fault())
     }
 }
 
@@ -138,15 +136,5 @@ mod tests {
         assert!(reported.is_new(&normal));
         let found = News::Identification(Box::new(identification(true, &["bias"])));
         assert!(!reported.is_new(&found));
-    }
-
-    #[test]
-    fn what_a_fault_is_is_reported_after_a_state_of_a_later_version() {
-        let mut reported = LastReported::default();
-        let later = state("m1/sensor/g2", FaultState::Unknown);
-        let later = News::Fault(Box::new(FaultTransition { sequence: 2, ..later }));
-        assert!(reported.is_new(&later));
-        let found = News::Identification(Box::new(identification(true, &["bias"])));
-        assert!(reported.is_new(&found));
     }
 }

@@ -296,7 +296,7 @@ impl StandIn {
         ModuleStatus {
             structure: self.structure.clone(),
             module: module.parse().unwrap(),
-            software: "0.1.0".to_owned(),
+            software: "0.2.0".to_owned(),
             thresholds: "made up".to_owned(),
             reference: None,
             phase,
@@ -322,7 +322,7 @@ impl StandIn {
             another_process: false,
             intake: wire::IntakeCounters::default(),
             inquiries: wire::InquiryCounters::default(),
-            diagnosis: wire::DiagnosisCounters::default(),
+            diagnosis: wire::Counters::default(),
             publisher: wire::PublisherCounters::default(),
             time_unix_ns: 1_795_000_000_000_000_000,
         }
@@ -386,7 +386,6 @@ fn transition(
         level: 0.0,
         divergence: Some(4226.0),
         threshold: 10.0,
-        ratio: 422.6,
     };
     FaultTransition {
         state,

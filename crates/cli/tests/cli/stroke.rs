@@ -47,7 +47,6 @@ async fn a_refusal_and_a_plant_that_is_not_there_are_distinguished() {
     tower.run(&stroke).fails(1, &["module1/actuator/a9: refused: there is no"]);
 }
 
-/// A plant of a former version has no strokes.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_plant_that_takes_no_strokes_gives_no_answer() {
     let mut tower = StandIn::open("tower").await;

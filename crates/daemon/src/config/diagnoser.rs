@@ -69,9 +69,6 @@ pub struct PublishSettings {
     pub progress_every_steps: u64,
     /// Time between two status messages \[ms\]: 1000.
     pub status_every_ms: u64,
-    /// Of former versions, whose publishers kept transitions for late subscribers. It has no effect: these query.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub history: Option<u64>,
     /// Samples that may wait to be processed: 4096. More are dropped and counted.
     pub sample_queue: usize,
 }
@@ -82,7 +79,6 @@ impl Default for PublishSettings {
             divergence_every_steps: 100,
             progress_every_steps: 20,
             status_every_ms: 1000,
-            history: None,
             sample_queue: 4096,
         }
     }
@@ -476,7 +472,6 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         divergence_every_steps,
         progress_every_steps,
         status_every_ms,
-        history: _,
         sample_queue,
     } = written.publish;
     let QuerySettings { timeout_ms, hold_ms, pause_ms } = written.queries;

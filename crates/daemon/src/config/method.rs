@@ -96,14 +96,6 @@ pub struct IsolationSection {
     pub effect_ms: f64,
     /// Time below the threshold after which a channel is quiet again: 40.
     pub quiet_ms: f64,
-    /// What former versions have in place of `hold_ms`, in steps.
-    pub hold_steps: Option<u64>,
-    /// The same for `tie_ms`.
-    pub tie_steps: Option<u64>,
-    /// The same for `effect_ms`.
-    pub effect_steps: Option<u64>,
-    /// The same for `quiet_ms`.
-    pub quiet_steps: Option<u64>,
 }
 
 impl Default for IsolationSection {
@@ -115,17 +107,12 @@ impl Default for IsolationSection {
             root_ratio: 30.0,
             effect_ms: 250.0,
             quiet_ms: 40.0,
-            hold_steps: None,
-            tie_steps: None,
-            effect_steps: None,
-            quiet_steps: None,
         }
     }
 }
 
 impl IsolationSection {
-    /// In steps of this length \[s\]; a part of a step is a whole one. What a file of a former version has in steps
-    /// stays as it is.
+    /// In steps of this length \[s\]; a part of a step is a whole one.
     #[must_use]
     pub fn in_steps_of(&self, step_s: f64) -> IsolationSettings {
         let step_ms = 1e3 * step_s;
@@ -133,11 +120,11 @@ impl IsolationSection {
         let steps = |time_ms: f64| (time_ms / step_ms * (1.0 - 1e-9)).ceil() as u64;
         IsolationSettings {
             rule: self.rule,
-            hold_steps: self.hold_steps.unwrap_or_else(|| steps(self.hold_ms)),
-            tie_steps: self.tie_steps.unwrap_or_else(|| steps(self.tie_ms)),
+            hold_steps: steps(self.hold_ms),
+            tie_steps: steps(self.tie_ms),
             root_ratio: self.root_ratio,
-            effect_steps: self.effect_steps.unwrap_or_else(|| steps(self.effect_ms)),
-            quiet_steps: self.quiet_steps.unwrap_or_else(|| steps(self.quiet_ms)),
+            effect_steps: steps(self.effect_ms),
+            quiet_steps: steps(self.quiet_ms),
         }
     }
 }
@@ -159,11 +146,5 @@ mod tests {
         assert_eq!(steps(0.25e-3, ""), [24, 12, 1000, 160]);
         assert_eq!(steps(5e-3, ""), [2, 1, 50, 8]);
         assert_eq!(steps(1.0 / 1024.0, "hold_ms = 0"), [0, 4, 256, 41]);
-    }
-
-    #[test]
-    fn the_steps_of_former_versions_are_kept() {
-        let former = "hold_steps = 6\ntie_steps = 3\neffect_steps = 250\nquiet_steps = 40";
-        assert_eq!(steps(5e-3, former), [6, 3, 250, 40]);
     }
 }

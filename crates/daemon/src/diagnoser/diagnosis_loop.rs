@@ -39,7 +39,7 @@ use super::status::{self, Surroundings};
 use crate::config::{DiagnoserConfig, PublishSettings};
 use crate::metrics::ModuleReport;
 use crate::status_line;
-use translation::{Speaker, from_window_length, from_wire_order, to_phase};
+use translation::{Speaker, from_wire_order, to_phase};
 
 /// How often held queries, staleness and the last step's progress are checked.
 const TICK: Duration = Duration::from_millis(50);
@@ -273,7 +273,7 @@ impl DiagnosisLoop {
         }
         let token = self.performer.pending.put_question(query);
         let (from, as_of) = (question.from, question.step);
-        let window = question.window.map(from_window_length);
+        let window = question.window;
         let question = Question { run, from, as_of, window };
         self.handle(Event::Asked { token, question });
     }

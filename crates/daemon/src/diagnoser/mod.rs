@@ -101,12 +101,6 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
     let Some(memory) = Remembered::open_unless(&config, &mut shutdown).await? else {
         return Ok(());
     };
-    if config.publish.history.is_some() {
-        tracing::warn!(
-            "`history` in the table `publish` has no effect any more: late subscribers query \
-             what they missed; remove it"
-        );
-    }
     let listening = Listening::on(config.health)?;
     let supervisor = Supervisor::from_environment();
     let board = Arc::new(ModuleBoard::default());

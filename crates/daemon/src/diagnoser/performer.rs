@@ -17,7 +17,7 @@ use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};
 use super::peers::{PeerQueries, QueryPause};
 use super::pending_replies::{PendingOrder, PendingReplies};
-use translation::{Speaker, to_change, to_state};
+use translation::{Speaker, to_state};
 
 /// Everything that actions reach.
 #[derive(Debug)]
@@ -154,7 +154,7 @@ impl Performer {
     }
 
     fn remember(&self, run: RunId, change: diagnosis::Change) {
-        self.outbox.event(Outgoing::Settled { run, change: to_change(change) });
+        self.outbox.event(Outgoing::Settled { run, change });
     }
 
     fn publish(&self, transition: Transition) {

@@ -74,7 +74,6 @@ impl Staleness {
             ModulePhase::Stale => {
                 format!("no sample for {} ms", self.stale_after.as_millis())
             }
-            ModulePhase::Other => "in a phase that only a later version knows".to_owned(),
         }
     }
 }

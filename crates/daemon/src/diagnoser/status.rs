@@ -11,7 +11,7 @@ use wire::{
 
 use super::set_aside;
 use crate::metrics::{AsideReport, ComponentReport};
-use translation::{Speaker, to_condition, to_counters, to_phase, to_state, to_wire_shelving};
+use translation::{Speaker, to_condition, to_phase, to_state, to_wire_shelving};
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]
@@ -67,7 +67,7 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
         another_process: around.another_process,
         intake: around.intake,
         inquiries: around.inquiries,
-        diagnosis: to_counters(diagnoser.counters()),
+        diagnosis: *diagnoser.counters(),
         publisher: around.publisher,
         time_unix_ns: clock::unix_ns(),
     }

@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn before_the_first_report_there_is_the_process() {
         let text = of_module(&speaker(), None, &process()).unwrap();
-        let build = r#"trusswatch_build_info{structure="tower",module="module1",version="0.1.0"}"#;
+        let build = r#"trusswatch_build_info{structure="tower",module="module1",version="0.2.0"}"#;
         assert_eq!(value(&text, build), 1.0);
         assert!(text.contains("process_cpu_seconds_total") && !text.contains("trusswatch_phase"));
     }

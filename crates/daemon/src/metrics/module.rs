@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use names::Component;
 use wire::{
-    DiagnosisCounters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+    Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerStatus, PublisherCounters,
 };
 
@@ -201,7 +201,7 @@ fn write_identifications(report: &IdentificationReport, sheet: &mut Sheet<'_>) -
 
 fn write_samples(
     intake: &IntakeCounters,
-    diagnosis: &DiagnosisCounters,
+    diagnosis: &Counters,
     sheet: &mut Sheet<'_>,
 ) -> fmt::Result {
     let help = "Everything that came on the sample key.";
@@ -236,7 +236,7 @@ fn write_samples(
     sheet.counter("trusswatch_sample_timeouts", "Times that samples stopped.", intake.silences)
 }
 
-fn write_diagnosis(counters: &DiagnosisCounters, sheet: &mut Sheet<'_>) -> fmt::Result {
+fn write_diagnosis(counters: &Counters, sheet: &mut Sheet<'_>) -> fmt::Result {
     sheet.counter("trusswatch_runs", "Runs begun.", counters.runs)?;
     let help = "Channels lost and restarted.";
     sheet.counter("trusswatch_channel_restarts", help, counters.restarts)?;

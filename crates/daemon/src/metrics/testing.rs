@@ -7,7 +7,7 @@ use serde_json::Value;
 use shell::health::ProcessReport;
 use shell::supervision::Sign;
 use wire::{
-    DiagnosisCounters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+    Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerOutcome, PeerStatus, PlantPhase, PlantStatus, PresentFault,
     PublisherCounters,
 };
@@ -44,7 +44,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
     let status = ModuleStatus {
         structure,
         module,
-        software: "0.1.0".into(),
+        software: "0.2.0".into(),
         thresholds: "0123456789abcdef".into(),
         reference: None,
         phase,
@@ -71,7 +71,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         another_process: false,
         intake: IntakeCounters::default(),
         inquiries: InquiryCounters::default(),
-        diagnosis: DiagnosisCounters::default(),
+        diagnosis: Counters::default(),
         publisher: PublisherCounters::default(),
         time_unix_ns: 0,
     };
@@ -118,7 +118,7 @@ fn identifications() -> IdentificationReport {
 pub(crate) fn plant_status(phase: PlantPhase) -> PlantStatus {
     numbered(&PlantStatus {
         structure: speaker().structure,
-        software: "0.1.0".into(),
+        software: "0.2.0".into(),
         run: RunId(0),
         phase,
         waiting_for: Vec::new(),

@@ -268,11 +268,3 @@ fn parameters_without_a_controller_are_refused_with_a_line() {
     let error = copy.plant_errors(&PlantFlags::default());
     assert!(error.contains(&format!("plant.toml:{line}: no controller")), "{error}");
 }
-
-#[test]
-fn a_setting_of_former_versions_that_has_no_effect_any_more_is_accepted() {
-    let copy = Copy::new();
-    copy.spoil("module1.toml", "[publish]", "[publish]\nhistory = 64");
-    let config = load_diagnoser(&copy.path("module1.toml")).unwrap();
-    assert_eq!(config.publish.history, Some(64));
-}

@@ -395,10 +395,7 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
         let question = StateQuestion::from_parameters(query.parameters().as_str()).unwrap();
         let changed = *first.get_or_init(|| Step(question.step.0 - 20));
         let component = "actuator/a1".parse().unwrap();
-        let change = wire::StateChange {
-            until_step: Some(changed),
-            ..wire::StateChange::at(component, changed, 12.0)
-        };
+        let change = wire::Change::at(component, changed, 12.0);
         let answer = StateAnswer {
             structure: "small".parse().unwrap(),
             module: "upper".parse().unwrap(),
@@ -408,7 +405,7 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
             watching_since_step: Some(Step(0)),
             changes: if changed >= question.from { vec![change] } else { Vec::new() },
             actuator_faults: Vec::new(),
-            alarms: Some(Vec::new()),
+            alarms: Vec::new(),
             window: None,
         };
         query.reply(key, wire::encode(&answer).unwrap()).wait().unwrap();

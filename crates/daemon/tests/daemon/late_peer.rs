@@ -27,7 +27,7 @@ fn nothing_changed(question: StateQuestion) -> StateAnswer {
         watching_since_step: Some(Step(0)),
         changes: Vec::new(),
         actuator_faults: Vec::new(),
-        alarms: None,
+        alarms: Vec::new(),
         window: None,
     }
 }

@@ -9,12 +9,11 @@
 
 mod bad_configs;
 mod end_to_end;
-mod former_versions;
 mod hostile_input;
 mod identification;
 mod inputs;
 mod late_peer;
-mod later_versions;
+mod other_versions;
 mod processes;
 mod recorder;
 mod shelving;

@@ -3,8 +3,8 @@
 use names::{ModuleName, Step};
 
 use super::judgement::Judgement;
-use crate::evidence::Evidence;
 use crate::verdict::{Doubt, Transition, Verdict};
+use wire::Evidence;
 
 /// A change that awaits its judgement.
 #[derive(Debug, Clone, PartialEq)]

@@ -84,8 +84,7 @@ impl Claims {
         due.map(|claim| claim.ask_at).max()
     }
 
-    /// What a peer's answer makes of the claims that rest on its word. One that does not say which alarms it raises is
-    /// of a former version, and believed.
+    /// What a peer's answer makes of the claims that rest on its word.
     pub(super) fn check(&mut self, peer: &ModuleName, answer: &Answer) -> Vec<(Case, Word)> {
         let (mut words, pace) = (Vec::new(), self.pace);
         self.open.retain_mut(|claim| {
@@ -102,8 +101,7 @@ impl Claims {
 impl Claim {
     /// `None` as long as the peer may have its reasons.
     fn check(&mut self, answer: &Answer, pace: Pace) -> Option<Word> {
-        let Some(alarms) = &answer.alarms else { return Some(Word::Kept) };
-        if alarms.iter().any(|alarm| alarm.component == self.by.component) {
+        if answer.alarms.iter().any(|alarm| alarm.component == self.by.component) {
             return Some(Word::Kept);
         }
         if answer.watching_since.is_none_or(|since| since > self.since) {

@@ -11,14 +11,15 @@ use super::knowledge::{KnownChange, PeerKnowledge};
 use super::open_cases::OpenCases;
 use super::pace::Pace;
 use super::paper::judge as judge_by_the_paper;
-use crate::change::{Change, LoggedChange};
+use crate::change::LoggedChange;
 use crate::change_log::ChangeLog;
 use crate::coverage::Coverage;
-use crate::evidence::Evidence;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::residual::longest_gap_of_loops;
 use crate::settings::{IsolationSettings, ModuleSetup, Rule};
 use crate::verdict::Transition;
+use wire::Change;
+use wire::Evidence;
 
 /// The part of a diagnoser that judges its changes.
 #[derive(Debug, Clone)]

@@ -3,8 +3,8 @@
 use names::{Component, ComponentPath, ModuleName, Step};
 
 use super::pace::Pace;
-use crate::change::Change;
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
+use wire::Change;
 
 /// No plausible value gives a larger D/γ: a gage's strain is at most a million times its noise, which makes D 10¹².
 const LARGEST_RATIO: f64 = 1e15;
@@ -59,9 +59,9 @@ pub(crate) struct PeerKnowledge {
     /// Changes reported, sorted by step.
     pub(crate) changes: Vec<KnownChange>,
     pub(crate) actuator_faults: Vec<(ComponentPath, Step)>,
-    /// Components of whatever kind that it has declared faulty, as far as it tells.
+    /// Components of whatever kind that it has declared faulty.
     pub(crate) faults: Vec<(ComponentPath, Step)>,
-    /// The components for which it raised the alarm in its latest answer, if it tells.
+    /// The components for which it raised the alarm in its latest answer, if it has given one.
     pub(crate) alarms: Option<Vec<Component>>,
     /// All is known up to this step.
     pub(crate) answered_until: Option<Step>,
@@ -96,8 +96,7 @@ impl PeerKnowledge {
         }
     }
 
-    /// Does the peer raise the alarm for its component, as far as it tells? One of a former version does not tell, and
-    /// is believed.
+    /// Does the peer raise the alarm for its component, as far as it has told?
     pub(crate) fn stands_by(&self, component: &Component) -> bool {
         self.alarms.as_ref().is_none_or(|alarms| alarms.contains(component))
     }
@@ -174,14 +173,10 @@ impl PeerKnowledge {
         self.actuator_faults = (answer.actuator_faults.into_iter())
             .map(|fault| (path(Component::Actuator(fault.actuator)), fault.step))
             .collect();
-        self.faults = match &answer.alarms {
-            Some(alarms) => (alarms.iter().filter(|alarm| alarm.faulty))
-                .map(|alarm| (path(alarm.component.clone()), alarm.step))
-                .collect(),
-            None => self.actuator_faults.clone(),
-        };
-        self.alarms =
-            (answer.alarms).map(|alarms| alarms.into_iter().map(|alarm| alarm.component).collect());
+        self.faults = (answer.alarms.iter().filter(|alarm| alarm.faulty))
+            .map(|alarm| (path(alarm.component.clone()), alarm.step))
+            .collect();
+        self.alarms = Some(answer.alarms.into_iter().map(|alarm| alarm.component).collect());
         self.answered_until = Some(as_of);
         self.watching_since = answer.watching_since;
         self.outstanding = None;
@@ -248,11 +243,10 @@ impl PeerKnowledge {
         if answer.changes.iter().any(|change| change.ratio > LARGEST_RATIO) {
             return malformed("a change larger than any can be");
         }
-        let alarms = answer.alarms.as_deref().unwrap_or_default();
-        if alarms.len() > MAX_CHANGES_IN_ANSWER {
+        if answer.alarms.len() > MAX_CHANGES_IN_ANSWER {
             return malformed("too many alarms");
         }
-        if alarms.iter().any(|alarm| alarm.step > as_of) {
+        if answer.alarms.iter().any(|alarm| alarm.step > as_of) {
             return malformed("an alarm after the step asked for");
         }
         if answer.actuator_faults.iter().any(|fault| fault.step > as_of) {

@@ -15,8 +15,8 @@ use super::reference::{
 };
 use super::snippet::{Data, Snippet};
 use super::threshold::exceeded_once_in;
-use super::window::WindowLength;
 use crate::settings::ModuleSetup;
+use wire::WindowLength;
 
 /// The least threshold.
 pub const LEAST_THRESHOLD: f64 = 6.0;

@@ -16,10 +16,11 @@ use super::fault_set::{is_evidence, largest_evidence, smallest};
 use super::gaussian::Comparison;
 use super::reference::{ForceRange, MeansReference, Reference};
 use super::track::{Departed, Finding, Outcome, Track};
-use super::window::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
+use super::window::cylinder_values;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
-use crate::verdict::Symptom;
+use wire::Symptom;
+use wire::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
 
 /// Windows one after the other in which a departure has to show: of a gage, of a cylinder, of a gage in short windows. What
 /// a healthy cylinder makes of a demand that jumps may lie in two; and short windows lie in one sway of the structure.
@@ -295,10 +296,9 @@ impl StateDetector {
                 pending.known[self.actuators + place]
             } else {
                 let answer = pending.answers.iter().find(|(peer, _)| *peer == path.module);
-                let alarms = answer.and_then(|(_, answer)| answer.alarms.as_ref());
-                let faulty = |alarm: &crate::question::Alarm| {
-                    alarm.faulty && alarm.component == path.component
-                };
+                let alarms = answer.map(|(_, answer)| &answer.alarms);
+                let faulty =
+                    |alarm: &wire::Alarm| alarm.faulty && alarm.component == path.component;
                 alarms.is_some_and(|alarms| alarms.iter().any(faulty))
             };
             known.then_some(place)
@@ -346,7 +346,7 @@ impl StateDetector {
             if !range.has_seen(means.force_n) {
                 return Outcome::CannotTell(Obstacle::UnseenForce(range.actuator.clone()));
             }
-            let values = means.values();
+            let values = cylinder_values(means);
             let Some(comparison) = reference.compare(&values) else { return Outcome::Missing };
             self.of_cylinder(&comparison, values)
         };

@@ -8,9 +8,9 @@ use super::condition::Condition;
 use super::detector::{Conclusion, Reaction, StateDetector};
 use super::reference::Reference;
 use super::track::Finding;
-use super::window::{WindowLength, WindowMeans};
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
+use wire::{WindowLength, WindowMeans};
 
 /// Questions to peers about short windows between two long ones: what they cannot settle waits for the long one.
 const SHORT_QUESTIONS: u32 = 3;

@@ -5,8 +5,8 @@ use names::{Component, ComponentPath, ModuleName};
 use serde::{Deserialize, Serialize};
 
 use super::gaussian::Gaussian;
-use super::window::WindowLength;
 use crate::settings::ModuleSetup;
+use wire::WindowLength;
 
 /// Version of the file.
 pub const REFERENCE_VERSION: u32 = 2;

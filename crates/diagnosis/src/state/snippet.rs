@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::gaussian::Observation;
-use super::window::{CylinderMeans, WindowLength, WindowMeans};
+use super::window::cylinder_values;
+use wire::{WindowLength, WindowMeans};
 
 /// What the modules measured for a while without a break.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,7 +65,7 @@ impl Data {
         let residuals = gages.iter().map(|gage| gage.residual_m);
         self.means.push(residuals.chain(cylinders.iter().map(|c| c.force_n)).collect());
         let own_cylinders = cylinders.iter().take(window.cylinders.len());
-        self.cylinders.push(own_cylinders.map(CylinderMeans::values).map(Vec::from).collect());
+        self.cylinders.push(own_cylinders.map(cylinder_values).map(Vec::from).collect());
         let own_gages = || gages.iter().take(window.gages.len());
         self.scatters.push(own_gages().map(|gage| gage.scatter_m2).collect());
         self.swings.push(own_gages().map(|gage| gage.swing_m2).collect());

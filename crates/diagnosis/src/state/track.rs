@@ -3,7 +3,7 @@
 use names::{ComponentPath, Step};
 
 use super::condition::{Condition, Obstacle};
-use crate::verdict::Symptom;
+use wire::Symptom;
 
 /// Windows one after the other without a mean of a component, from which on nothing is known of it.
 const MISSED: u32 = 2;

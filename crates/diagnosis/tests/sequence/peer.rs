@@ -1,6 +1,6 @@
 //! What one peer has answered validly, and what it was asked.
 
-use diagnosis::{ActuatorFault, Answer, Change, Question};
+use diagnosis::{ActuatorFault, Alarm, Answer, Change, Question};
 use names::{ModuleName, Step};
 
 use super::happening::Said;
@@ -83,6 +83,10 @@ impl Peer {
             actuator_faults.retain(|fault| fault.step <= question.as_of);
         }
         let watching_since = said.watching_since.map(Step);
-        Answer { question, watching_since, changes, actuator_faults, alarms: None, window: None }
+        // It raises the alarm for whatever it says has changed.
+        let of = |step, faulty| Alarm { component: "actuator/a1".parse().unwrap(), step, faulty };
+        let faults = actuator_faults.iter().map(|fault| of(fault.step, true));
+        let alarms = faults.chain([of(question.from, false)]).collect();
+        Answer { question, watching_since, changes, actuator_faults, alarms, window: None }
     }
 }

@@ -22,7 +22,7 @@ pub fn frame() -> FreezeFrame {
         module: "m1".parse().unwrap(),
         component: "m1/sensor/g2".parse().unwrap(),
         sequence: 7,
-        incarnation: None,
+        incarnation: 0,
         run: RunId(3),
         step_s: 1e-3,
         onset_step: Step(1100),

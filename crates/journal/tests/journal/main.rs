@@ -6,7 +6,6 @@ mod child;
 mod damage;
 mod disk_full;
 mod following;
-mod former_versions;
 mod kill;
 mod lock;
 mod model;

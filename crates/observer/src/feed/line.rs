@@ -89,7 +89,7 @@ impl Line {
             return self.pass(transition);
         }
         match self.next {
-            None if !self.look => self.begin_at(transition.sequence),
+            None if !self.look => self.begin_with(&transition),
             None => {}
             Some(_) => match place(self.latest, &transition) {
                 Place::Before => return Vec::new(),
@@ -181,8 +181,8 @@ impl Line {
             return Vec::new();
         }
         (self.look, self.heard) = (false, Some(now));
-        if let (None, Some(first)) = (self.next, self.held.keys().next()) {
-            self.begin_at(*first);
+        if let (None, Some(first)) = (self.next, self.held.values().next().cloned()) {
+            self.begin_with(&first);
         }
         self.release()
     }
@@ -194,20 +194,21 @@ impl Line {
             self.latest = Mark::of(&state);
             outcomes.push(Outcome::Handed(Box::new(state)));
         }
-        self.begin_at(self.latest.sequence.saturating_add(1));
+        self.next = Some(self.latest.sequence.saturating_add(1));
         for transition in std::mem::take(&mut self.held).into_values() {
             outcomes.extend(self.published(transition));
         }
         outcomes
     }
 
-    fn begin_at(&mut self, sequence: u64) {
-        self.next = Some(sequence);
-        self.latest.sequence = sequence.saturating_sub(1);
+    fn begin_with(&mut self, first: &FaultTransition) {
+        self.next = Some(first.sequence);
+        self.latest.incarnation = first.incarnation;
+        self.latest.sequence = first.sequence.saturating_sub(1);
     }
 
     /// What the module counts from the beginning is not what it counted before.
-    fn begin_again(&mut self, incarnation: Option<u64>) {
+    fn begin_again(&mut self, incarnation: u64) {
         let old_until_unix_ns = self.latest.time_unix_ns;
         self.held.retain(|_, transition| transition.time_unix_ns > old_until_unix_ns);
         self.old_until_unix_ns = old_until_unix_ns;
@@ -261,8 +262,8 @@ impl Line {
             self.held.entry(sequence).or_insert(state);
         }
         let Some(next) = self.next else {
-            let first = self.held.keys().next().copied();
-            first.into_iter().for_each(|first| self.begin_at(first));
+            let first = self.held.values().next().cloned();
+            first.iter().for_each(|first| self.begin_with(first));
             return self.release();
         };
         if let Some(last) = self.held.keys().next_back() {

@@ -40,6 +40,7 @@ use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 
+use super::picture::UnreadableState;
 use super::presence::AttendanceError;
 use reading::Arrival;
 
@@ -84,8 +85,13 @@ pub enum News {
         /// Why they could not be had.
         reason: String,
     },
-    /// What is wrong with a message that could not be read, with its key.
-    Unreadable(String),
+    /// A message that could not be read.
+    Unreadable {
+        /// What is wrong with it, with its key.
+        problem: String,
+        /// If it was about the state of a component, of which.
+        state: Option<UnreadableState>,
+    },
     /// This many events were lost, because they were not taken in time.
     Lost(u64),
 }

@@ -6,7 +6,7 @@ use wire::FaultTransition;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Mark {
     /// What its sequence number counts in.
-    pub(super) incarnation: Option<u64>,
+    pub(super) incarnation: u64,
     /// Its sequence number.
     pub(super) sequence: u64,
     /// When it was published \[ns since 1970\].
@@ -32,14 +32,12 @@ impl Mark {
     }
 }
 
-/// Where a transition belongs. A later incarnation is a new beginning. In the same one, or if a former version that names
-/// none is or was at work, a number that was given before, at a later time, is one of a new beginning; at the same time,
-/// it is the same again.
+/// Where a transition belongs. A later incarnation is a new beginning. In the same one, a number
+/// that was given before, at a later time, is one of a new beginning; at the same time, it is the same again.
 pub(super) fn place(latest: Mark, transition: &FaultTransition) -> Place {
-    if let (Some(before), Some(incarnation)) = (latest.incarnation, transition.incarnation)
-        && before != incarnation
-    {
-        return if incarnation > before { Place::NewBeginning } else { Place::Before };
+    if latest.incarnation != transition.incarnation {
+        let is_later = transition.incarnation > latest.incarnation;
+        return if is_later { Place::NewBeginning } else { Place::Before };
     }
     if transition.sequence > latest.sequence {
         Place::After

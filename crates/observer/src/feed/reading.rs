@@ -9,6 +9,7 @@ use zenoh::sample::{Sample, SampleKind};
 
 use super::News;
 use super::continuity::Whose;
+use crate::picture::UnreadableState;
 
 /// Something that has arrived.
 #[derive(Debug, Clone)]
@@ -41,7 +42,10 @@ pub(super) fn message(sample: &Sample) -> Option<Arrival> {
         Ok(Key::Plant { .. }) => return None,
         Err(error) => Err(error.to_string()),
     };
-    let unreadable = |problem| Arrival::Other(News::Unreadable(format!("{key}: {problem}")));
+    let unreadable = |problem: String| {
+        let state = UnreadableState::on(key, &problem);
+        Arrival::Other(News::Unreadable { problem: format!("{key}: {problem}"), state })
+    };
     Some(read.unwrap_or_else(unreadable))
 }
 

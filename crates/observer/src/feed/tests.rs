@@ -320,10 +320,7 @@ fn a_wiped_module_is_known_by_its_status_if_nothing_was_heard_of_it() {
 
 #[test]
 fn a_wiped_module_that_has_come_further_than_before_is_known_by_its_incarnation() {
-    let of = |incarnation, sequence, time| FaultTransition {
-        incarnation: Some(incarnation),
-        ..at(sequence, time)
-    };
+    let of = |incarnation, sequence, time| FaultTransition { incarnation, ..at(sequence, time) };
     let mut scene = Scene::of(vec![of(7, 1, 100)]);
     scene.published(of(8, 3, 9000));
     assert_eq!(scene.question(), Some(Wish::History(1)));
@@ -332,15 +329,6 @@ fn a_wiped_module_that_has_come_further_than_before_is_known_by_its_incarnation(
     scene.published(of(7, 9, 9900));
     assert_eq!(scene.handed, [(1, 100), (1, 7000), (2, 8000), (3, 9000)]);
     assert_eq!(scene.missed, []);
-}
-
-#[test]
-fn a_former_version_goes_on_with_the_count_of_a_present_one_and_back() {
-    let mut scene = Scene::of(vec![FaultTransition { incarnation: Some(7), ..transition(1) }]);
-    scene.published(transition(2));
-    scene.published(FaultTransition { incarnation: Some(7), ..transition(3) });
-    assert_eq!(scene.handed, [(1, 100), (2, 200), (3, 300)]);
-    assert_eq!(scene.question(), None);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use zenoh::session::ZenohId;
 use super::scene::{Event, LiveModule, NetworkState, Scene};
 use crate::attendance::Member;
 use crate::feed::News;
-use crate::picture::ModulePicture;
+use crate::picture::{ModulePicture, UnreadableState};
 
 /// A status comes once a second; after this time without any sign a module is silent.
 const SILENT_AFTER: Duration = Duration::from_secs(3);
@@ -80,8 +80,11 @@ impl Stage {
                     self.module(structure, &module).picture.member.present = *there;
                 }
             }
-            News::Unreadable(problem) => {
+            News::Unreadable { problem, state } => {
                 keep(&mut self.problems, problem.clone(), PROBLEMS);
+                if let Some(state) = state {
+                    self.unreadable(state, now_unix_ns);
+                }
             }
             News::SeveralProcesses { .. } | News::Missed { .. } | News::Lost(_) => {}
         }
@@ -119,6 +122,12 @@ impl Stage {
             Ok(_) => {}
             Err(place) => components.insert(place, transition),
         }
+    }
+
+    /// Takes note of a message on the state of a component that cannot be read.
+    pub(super) fn unreadable(&mut self, state: &UnreadableState, now_unix_ns: u64) {
+        let module = self.module(&state.structure, &state.component.module);
+        module.picture.unreadable(state, now_unix_ns);
     }
 
     /// A round of questions begins: who answers now counts.
@@ -216,6 +225,25 @@ mod tests {
             stage.status(testing::status("m1", &[]), 11 * SECOND);
             assert_eq!(state(&stage.scene(3, 11 * SECOND)), known);
         }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_not_called_normal_until_a_state_follows_that_can() {
+        let mut stage = Stage::default();
+        stage.status(testing::status("m1", &[]), SECOND);
+        stage.state(transition(1, FaultState::Normal), None, SECOND);
+        let unreadable = |stage: &mut Stage| {
+            let state = UnreadableState::on("trusswatch/tower/m1/fault/sensor/g1", "unknown word");
+            let problem = "unknown word".to_owned();
+            stage.news(News::Unreadable { problem, state }, SECOND);
+        };
+        unreadable(&mut stage);
+        assert_eq!(state(&stage.scene(1, SECOND)), FaultState::Unknown);
+        stage.state(transition(1, FaultState::Normal), None, SECOND);
+        assert_eq!(state(&stage.scene(2, SECOND)), FaultState::Normal);
+        stage.state(transition(2, FaultState::Latched), None, SECOND);
+        unreadable(&mut stage);
+        assert_eq!(state(&stage.scene(3, SECOND)), FaultState::Latched);
     }
 
     #[test]

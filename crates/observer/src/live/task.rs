@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::future::Future;
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use names::{ModuleName, StructureName};
 use tokio::sync::mpsc::{Receiver, channel};
@@ -11,15 +11,14 @@ use tokio::sync::watch::Sender;
 use tokio::task::JoinSet;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 use wire::keys::Watched;
-use wire::{FaultTransition, Key, ModuleStatus, Topic};
+use wire::{Key, ModuleStatus, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
-use zenoh::session::ZenohId;
 
 use super::scene::{NetworkState, Scene};
 use super::stage::Stage;
 use crate::feed::Feed;
-use crate::picture::states;
+use crate::picture::{StateReply, states, unix_ns};
 
 /// From one failure to open a session to the next attempt.
 const OPEN_AGAIN_AFTER: Duration = Duration::from_secs(2);
@@ -33,9 +32,6 @@ const ASK_EVERY: Duration = Duration::from_secs(2);
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
 /// Statuses that may wait.
 const QUEUE: usize = 1024;
-
-/// A round of answers.
-type Answers = Vec<(FaultTransition, Option<ZenohId>)>;
 
 pub(super) async fn run<F, E>(
     open: impl Fn() -> F,
@@ -124,10 +120,16 @@ async fn listen(
                 show.changed = true;
             }
             Some(answers) = answering.join_next() => {
-                let answers: Answers = answers.unwrap_or_default();
                 show.stage.forget_processes();
-                for (state, process) in answers {
-                    show.stage.state(state, process, unix_ns());
+                for answer in answers.unwrap_or_default() {
+                    match answer {
+                        StateReply::State(state, process) => {
+                            show.stage.state(*state, process, unix_ns());
+                        }
+                        StateReply::Unreadable(state) => show.stage.unreadable(&state, unix_ns()),
+                        // The feed complains of it.
+                        StateReply::Problem(_) => {}
+                    }
                 }
                 show.changed = true;
             }
@@ -140,11 +142,9 @@ async fn listen(
     }
 }
 
-/// Who does not answer is not heard; what cannot be read, the feed complains of.
-async fn ask(session: Session, structure: Option<StructureName>) -> Answers {
-    states(&session, structure.as_ref(), ANSWER_WITHIN)
-        .await
-        .map_or_else(|_| Vec::new(), |replies| replies.into_iter().filter_map(Result::ok).collect())
+/// Who does not answer is not heard.
+async fn ask(session: Session, structure: Option<StructureName>) -> Vec<StateReply> {
+    states(&session, structure.as_ref(), ANSWER_WITHIN).await.unwrap_or_default()
 }
 
 async fn statuses(
@@ -167,9 +167,4 @@ async fn statuses(
         })
         .await?;
     Ok((subscriber, outlet))
-}
-
-fn unix_ns() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

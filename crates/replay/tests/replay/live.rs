@@ -117,7 +117,7 @@ impl Live {
         let configuration = wire::ModuleConfiguration {
             structure: node.speaker.structure.clone(),
             module: node.speaker.module.clone(),
-            software: "0.1.0".to_owned(),
+            software: "0.2.0".to_owned(),
             fingerprint: "f1".to_owned(),
             thresholds: "t1".to_owned(),
             reference: None,
@@ -126,7 +126,7 @@ impl Live {
         };
         let remembered = Box::new(node.speaker.remembered(&memory));
         self.publish(place, Topic::Configuration, &configuration, 0);
-        let software = "0.1.0".to_owned();
+        let software = "0.2.0".to_owned();
         let configuration = "f1".to_owned();
         self.input(place, 0, Taken::Started { software, configuration, remembered });
     }

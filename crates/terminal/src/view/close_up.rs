@@ -65,7 +65,7 @@ fn facts(present: &FaultTransition, seen: &CloseUp) -> Vec<(&'static str, String
         let kind = present.component.component.kind();
         (
             "evidence",
-            format!("residual {}, {}", residual(kind, evidence.residual), ratio(evidence.ratio)),
+            format!("residual {}, {}", residual(kind, evidence.residual), ratio(evidence.ratio())),
         )
     }));
     facts.extend(what_it_is(present, seen).map(|text| ("kind", text)));

@@ -69,7 +69,7 @@ fn line_of(event: &Event) -> Line {
             let why = format!("transitions {from} to {to} could not be had: {}", printable(reason));
             line(module.to_string(), "MISSED", why, Tone::Alarm)
         }
-        News::Unreadable(problem) => {
+        News::Unreadable { problem, .. } => {
             line(String::new(), "not understood", printable(problem), Tone::Doubt)
         }
         News::Lost(count) => {

@@ -41,7 +41,7 @@ fn figures(transition: &FaultTransition) -> Markup {
             @if let Some(run) = transition.run { div { dt { "run" } dd { (run) } } }
             @if let Some(evidence) = &transition.evidence {
                 div { dt { "residual" } dd { (residual(kind, evidence.residual)) } }
-                div { dt { "divergence" } dd { (ratio(evidence.ratio)) } }
+                div { dt { "divergence" } dd { (ratio(evidence.ratio())) } }
             }
             div { dt { "reference" } dd {
                 (condition.map_or("not known", |known| in_words(known.agreement)))

@@ -38,7 +38,7 @@ pub(crate) struct Watch {
 }
 
 /// Another one has another history.
-type Version = ((Option<u64>, u64), FaultState);
+type Version = ((u64, u64), FaultState);
 
 impl Watch {
     pub(crate) fn new(app: &Shared, whose: Whose<ComponentPath>) -> Self {

@@ -32,7 +32,7 @@ const fn target(name: &'static str, check: fn(&[u8])) -> Target {
 
 /// All of them.
 pub const TARGETS: &[Target] = &[
-    target("message_change", message::check::<wire::Change>),
+    target("message_change", message::check::<wire::ChangeReport>),
     target("message_configuration", message::check::<wire::ModuleConfiguration>),
     target("message_divergences", message::check::<wire::Divergences>),
     target("message_fault_transition", message::check::<wire::FaultTransition>),

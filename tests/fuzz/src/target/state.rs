@@ -11,7 +11,7 @@ use daemon::diagnoser::StateDirectory;
 use diagnosis::{Diagnoser, Memory};
 use journal::Journal;
 use names::{ModuleName, RunId, Step};
-use wire::StateChange;
+use wire::Change;
 
 use crate::workbench::with_directory;
 
@@ -106,7 +106,7 @@ fn is_remembered_again(directory: &Path, module: &ModuleName, memory: &Memory) {
     // The first record makes what was there the older file, the second one drops it.
     for step in [1, 2] {
         let component = "sensor/g1".parse().unwrap();
-        let change = StateChange::at(component, Step(step), 2.0);
+        let change = Change::at(component, Step(step), 2.0);
         assert!(state.keep(OTHER_RUN, change));
     }
     drop(state);

@@ -175,7 +175,7 @@ mod tests {
 
     fn speaker(incarnation: u64) -> Speaker {
         let own = Speaker::of("tower".parse().unwrap(), "m1".parse().unwrap());
-        Speaker { incarnation: Some(incarnation), ..own }
+        Speaker { incarnation, ..own }
     }
 
     fn frame(sequence: u64, steps: u64) -> FreezeFrame {
@@ -252,7 +252,7 @@ mod tests {
         let folder = directory.path().join("freeze-frames");
         std::fs::write(folder.join("ffff-3.json"), "{").unwrap();
         std::fs::write(folder.join("ffff-4.unfinished"), "{").unwrap();
-        let other = FreezeFrame { incarnation: Some(6), ..frame(2, 3) };
+        let other = FreezeFrame { incarnation: 6, ..frame(2, 3) };
         Folder::of(directory.path()).write(&other).unwrap();
         let mut album = open(directory.path());
         assert_eq!(kept(&album), [1]);

@@ -75,8 +75,7 @@ impl Folder {
 
 /// Numbers of another journal mean something else, so the incarnation is part of the name.
 fn name(frame: &FreezeFrame) -> String {
-    let incarnation = frame.incarnation.unwrap_or_default();
-    format!("{incarnation:016x}-{:020}.{ENDING}", frame.sequence)
+    format!("{:016x}-{:020}.{ENDING}", frame.incarnation, frame.sequence)
 }
 
 fn found(path: PathBuf) -> Found {

@@ -64,7 +64,7 @@ fn nothing_changed(question: Question) -> Answer {
         watching_since: Some(Step(0)),
         changes: Vec::new(),
         actuator_faults: Vec::new(),
-        alarms: None,
+        alarms: Vec::new(),
         window: None,
     }
 }
@@ -217,7 +217,6 @@ fn kinds(inputs: &[Input]) -> Vec<&'static str> {
         Taken::Unanswered { .. } => "unanswered",
         Taken::Returned { .. } => "returned",
         Taken::Ordered { .. } => "ordered",
-        Taken::Other => "other",
     };
     let mut kinds: Vec<_> = inputs.iter().map(kind).collect();
     kinds.dedup();

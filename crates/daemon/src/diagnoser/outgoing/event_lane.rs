@@ -10,7 +10,7 @@ use std::sync::mpsc::Receiver;
 use names::{Component, RunId};
 use shell::supervision::Lane;
 use wire::{
-    Candidate, FaultSize, FaultTransition, Identification, Input, Obeyed, PhaseChange, StateChange,
+    Candidate, Change, FaultSize, FaultTransition, Identification, Input, Obeyed, PhaseChange,
     Topic,
 };
 use zenoh::bytes::{Encoding, ZBytes};
@@ -37,13 +37,13 @@ pub(crate) enum Outgoing {
     /// What was found of a fault. It is published and written down if it is news.
     Identification(Box<Identification>),
     /// A change.
-    Change(Box<wire::Change>),
+    Change(Box<wire::ChangeReport>),
     /// A change whose ratio is final: for the journal only.
     Settled {
         /// The run that its step is counted in.
         run: RunId,
         /// The change.
-        change: StateChange,
+        change: Change,
     },
     /// The run ended: for the journal only.
     RunEnded,

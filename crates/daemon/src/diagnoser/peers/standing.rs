@@ -73,7 +73,7 @@ impl PeerBook {
             Some(PeerOutcome::Malformed) => format!("its answer does not count: {reason}"),
             Some(PeerOutcome::TimedOut) => "no answer in time".to_owned(),
             Some(PeerOutcome::Absent) => "it is not there".to_owned(),
-            Some(PeerOutcome::Answered | PeerOutcome::Other) | None => "no answer yet".to_owned(),
+            Some(PeerOutcome::Answered) | None => "no answer yet".to_owned(),
         }
     }
 

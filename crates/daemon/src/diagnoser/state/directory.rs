@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnosis::Memory;
 use names::{ModuleName, RunId, Step};
-use wire::StateChange;
+use wire::Change;
 
 use super::{Keeper, Recollection, Record, Watch, WatchFile};
 
@@ -36,7 +36,7 @@ impl StateDirectory {
     }
 
     /// Writes down a change. Returns whether the disk has it.
-    pub fn keep(&mut self, run: RunId, change: StateChange) -> bool {
+    pub fn keep(&mut self, run: RunId, change: Change) -> bool {
         self.keeper.save(vec![Record::Change { run, change }])
     }
 

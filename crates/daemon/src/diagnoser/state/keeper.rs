@@ -12,7 +12,7 @@ use shell::clock;
 use wire::JournalStatus;
 
 use super::recollection::Recollection;
-use super::record::Record;
+use super::record::{Record, check_version};
 use super::snapshot::Snapshot;
 use super::watch_file::{Watch, WatchFile};
 
@@ -25,6 +25,16 @@ pub(crate) enum StateError {
     /// Another diagnoser of this module is running.
     #[error("{0}; another diagnoser of this module is running, or another directory is needed")]
     InUse(OpenError),
+    /// The journal is not one that this version of the program can read.
+    #[error(
+        "the journal in {directory} was written by another version: {problem}; move it away or use another directory"
+    )]
+    OtherVersion {
+        /// Where the journal is.
+        directory: String,
+        /// What is different.
+        problem: String,
+    },
 }
 
 /// The open journal, or what stands in for one that cannot be opened at present.
@@ -47,7 +57,7 @@ impl Keeper {
     /// Opens the journal in a directory, with what it holds. Without a directory nothing is kept.
     ///
     /// # Errors
-    /// Another process has it open. Anything else that is wrong with it stands in the status.
+    /// Another process has it open, or another version wrote it. Anything else that is wrong with it stands in the status.
     pub(crate) fn open(
         directory: Option<&Path>,
         rotate_bytes: u64,
@@ -72,15 +82,13 @@ impl Keeper {
                 keeper.read_only()
             }
         };
+        check_version(&records).map_err(|problem| {
+            let directory = keeper.status.directory.clone().unwrap_or_default();
+            StateError::OtherVersion { directory, problem }
+        })?;
         let recollection = Recollection::of(&records, module);
         keeper.status.incarnation = incarnation(&records, module);
         keeper.snapshot.note_texts(records);
-        let later = keeper.snapshot.count_later();
-        if later > 0 {
-            tracing::warn!(
-                "journal: {later} records of a later version are not understood; they are kept as they are"
-            );
-        }
         Ok((keeper, recollection))
     }
 
@@ -228,16 +236,16 @@ impl Keeper {
     }
 }
 
-/// What sequence numbers count in. A journal that a former version began goes on without, so that one count never
-/// has two.
-fn incarnation(records: &[String], module: &ModuleName) -> Option<u64> {
+/// What sequence numbers count in: that of the journal, or a new one.
+fn incarnation(records: &[String], module: &ModuleName) -> u64 {
     let stated = records.iter().filter_map(|text| match Record::from_text(text)? {
-        Record::Start { incarnation, .. } => incarnation,
-        Record::Transition(transition) if transition.module == *module => transition.incarnation,
+        Record::Start { incarnation, .. } => Some(incarnation),
+        Record::Transition(transition) if transition.module == *module => {
+            Some(transition.incarnation)
+        }
         _ => None,
     });
-    let begins_now = records.is_empty().then(|| clock::unix_ns() / 1_000_000);
-    stated.max().or(begins_now)
+    stated.max().unwrap_or_else(|| clock::unix_ns() / 1_000_000)
 }
 
 #[cfg(test)]
@@ -248,7 +256,7 @@ mod tests {
 
     fn change(step: u64) -> Record {
         let component = "sensor/g1".parse().unwrap();
-        let change = wire::StateChange::at(component, Step(step), 2.0);
+        let change = wire::Change::at(component, Step(step), 2.0);
         Record::Change { run: RunId(1), change }
     }
 
@@ -363,9 +371,8 @@ mod tests {
     fn a_count_has_one_incarnation_and_a_wiped_directory_begins_a_later_one() {
         let directory = tempfile::tempdir().unwrap();
         let first = open(directory.path()).0.status().incarnation;
-        assert!(first.is_some());
         // A process that ended before it wrote anything has numbered nothing that was kept.
-        while Some(clock::unix_ns() / 1_000_000) <= first {}
+        while clock::unix_ns() / 1_000_000 <= first {}
         let (mut keeper, _) = open(directory.path());
         let begun = keeper.status().incarnation;
         assert!(begun > first);
@@ -375,22 +382,13 @@ mod tests {
         }
         drop(keeper);
         assert_eq!(open(directory.path()).0.status().incarnation, begun, "after new files too");
-        while Some(clock::unix_ns() / 1_000_000) <= begun {}
+        while clock::unix_ns() / 1_000_000 <= begun {}
         let wiped = tempfile::tempdir().unwrap();
         assert!(open(wiped.path()).0.status().incarnation > begun);
     }
 
-    #[test]
-    fn the_journal_of_a_former_version_goes_on_without_an_incarnation() {
-        let directory = tempfile::tempdir().unwrap();
-        let (mut keeper, _) = open(directory.path());
-        assert!(keeper.save(vec![start(None), Record::from_text(&transition(3)).unwrap()]));
-        drop(keeper);
-        assert_eq!(open(directory.path()).0.status().incarnation, None);
-    }
-
-    fn start(incarnation: Option<u64>) -> Record {
-        Record::Start { software: "0.1.0".to_owned(), time_unix_ns: 5, incarnation }
+    fn start(incarnation: u64) -> Record {
+        Record::Start { v: 1, software: "0.2.0".to_owned(), time_unix_ns: 5, incarnation }
     }
 
     #[test]

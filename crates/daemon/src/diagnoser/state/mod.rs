@@ -3,7 +3,6 @@
 //! | file | job |
 //! |---|---|
 //! | `record` | one record of the journal as text |
-//! | `later_record` | one that only a later version can read |
 //! | `recollection` | from records back to what the diagnoser knew |
 //! | `snapshot` | of records, those that say all of the present state |
 //! | `keeper` | the open journal: writes, waits for the disk, keeps what could not be written yet |
@@ -14,7 +13,6 @@
 
 mod directory;
 mod keeper;
-mod later_record;
 mod recollection;
 mod record;
 mod snapshot;

@@ -4,19 +4,17 @@ use std::collections::BTreeMap;
 
 use diagnosis::{Change, MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
 use names::{Component, ModuleName, RunId, Step};
-use wire::{Doubt, FaultState, FaultTransition, Identification};
+use wire::{FaultTransition, Identification};
 
-use super::later_record::LaterRecord;
 use super::record::Record;
 use super::watch_file::Watch;
 use crate::diagnoser::identification::PresentFault;
-use translation::{from_change, from_transition};
+use translation::from_transition;
 
 /// What the journal and the watch file say together.
 #[derive(Debug, Default)]
 pub(crate) struct Recollection {
-    /// The latest transition of each component that had one, of those that are understood. Where there are none but
-    /// such as are not, the component is in doubt.
+    /// The latest transition of each component that had one.
     pub(crate) latest: Vec<FaultTransition>,
     /// The present fault of each component with what was published of it.
     pub(crate) faults: BTreeMap<Component, PresentFault>,
@@ -29,63 +27,33 @@ impl Recollection {
     /// Reads records, oldest first; those of other modules are passed over.
     pub(crate) fn of(records: &[String], module: &ModuleName) -> Self {
         let mut recollection = Self::default();
-        let mut not_understood = Vec::new();
-        for text in records {
-            match Record::from_text(text) {
-                Some(Record::Transition(transition)) if transition.module == *module => {
-                    recollection.count(transition.sequence);
-                    match transition.state {
-                        FaultState::Unknown => put_latest(&mut not_understood, *transition),
-                        _ => recollection.enter(*transition),
-                    }
+        for record in records.iter().filter_map(|text| Record::from_text(text)) {
+            match record {
+                Record::Transition(transition) if transition.module == *module => {
+                    recollection.sequence = recollection.sequence.max(transition.sequence);
+                    recollection.enter(*transition);
                 }
-                Some(record) => recollection.take(record, module),
-                None => {
-                    let later = LaterRecord::from_text(text);
-                    let number = later.and_then(|later| later.number_of(module));
-                    recollection.count(number.unwrap_or_default());
+                Record::Identification(found) if found.module == *module => {
+                    let component = found.component.component.clone();
+                    recollection.faults.entry(component).or_default().recall(*found);
                 }
+                Record::Change { run, change } => {
+                    recollection.changes.push((run, change));
+                }
+                Record::RunEnded => {
+                    recollection.changes.clear();
+                    recollection.latest.iter_mut().for_each(|latest| latest.run_ended = true);
+                }
+                Record::Transition(_) | Record::Identification(_) | Record::Start { .. } => {}
             }
         }
-        not_understood.into_iter().for_each(|transition| recollection.doubt(transition));
         recollection
-    }
-
-    /// Takes a record that is no transition of the module.
-    fn take(&mut self, record: Record, module: &ModuleName) {
-        match record {
-            Record::Identification(found) if found.module == *module => {
-                let component = found.component.component.clone();
-                self.faults.entry(component).or_default().recall(*found);
-            }
-            Record::Transition(_) | Record::Identification(_) | Record::Start { .. } => {}
-            Record::Change { run, change } => self.changes.push((run, from_change(change))),
-            Record::RunEnded => {
-                self.changes.clear();
-                self.latest.iter_mut().for_each(|latest| latest.run_ended = true);
-            }
-        }
-    }
-
-    /// Also the number of a transition that is not understood must not be given again.
-    fn count(&mut self, sequence: u64) {
-        self.sequence = self.sequence.max(sequence);
     }
 
     fn enter(&mut self, transition: FaultTransition) {
         let component = transition.component.component.clone();
         self.faults.entry(component).or_default().enter(&transition);
         put_latest(&mut self.latest, transition);
-    }
-
-    /// A component of which nothing is left but a state of a later version is in doubt for good: what became of it, this
-    /// version cannot tell. Otherwise the latest verdict that is understood stands.
-    fn doubt(&mut self, transition: FaultTransition) {
-        if self.latest.iter().all(|known| known.component != transition.component) {
-            let unknowing = vec![transition.module.clone()];
-            let (state, doubt) = (FaultState::Unconfirmed, Some(Doubt::Unknowing));
-            self.latest.push(FaultTransition { state, doubt, unknowing, ..transition });
-        }
     }
 
     /// What the diagnoser receives. `watch` names the run.
@@ -185,6 +153,7 @@ mod tests {
     use diagnosis::Verdict;
     use names::Step;
     use translation::Speaker;
+    use wire::FaultState;
 
     fn transition(component: &str, sequence: u64, state: FaultState) -> String {
         let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
@@ -200,14 +169,13 @@ mod tests {
             level: 0.5,
             divergence: Some(2.0),
             threshold: 1.0,
-            ratio: 2.0,
         });
         Record::Transition(Box::new(message)).to_text().unwrap()
     }
 
     fn change(run: u64, step: u64) -> String {
         let component = "sensor/g1".parse().unwrap();
-        let change = wire::StateChange::at(component, Step(step), 2.0);
+        let change = wire::Change::at(component, Step(step), 2.0);
         Record::Change { run: RunId(run), change }.to_text().unwrap()
     }
 
@@ -220,7 +188,6 @@ mod tests {
             transition("actuator/a1", 3, FaultState::Normal),
             change(2, 9),
             change(2, 9),
-            "{\"record\":\"of the future\"}".to_owned(),
         ];
         let recollection = Recollection::of(&records, &"m1".parse().unwrap());
         let watch = Watch { run: RunId(2), watched: Some((Step(1), Step(20))) };
@@ -261,7 +228,7 @@ mod tests {
     fn changes_of_one_step_are_returned_once_though_a_snapshot_repeats_them() {
         let change = |component: &str| {
             let component = component.parse().unwrap();
-            let change = wire::StateChange::at(component, Step(9), 2.0);
+            let change = wire::Change::at(component, Step(9), 2.0);
             Record::Change { run: RunId(2), change }.to_text().unwrap()
         };
         let records = ["actuator/a1", "sensor/g1", "actuator/a1", "sensor/g1"].map(change);
@@ -347,17 +314,5 @@ mod tests {
         let foreign = records[4].replace(r#""module":"m1""#, r#""module":"m2""#);
         records.push(foreign.replace("m1/sensor", "m2/sensor").replace("20", "30"));
         assert_eq!(recalled(&records), [("sensor/g1".to_owned(), 20)]);
-    }
-
-    #[test]
-    fn what_a_fault_is_outlives_a_state_of_a_later_version() {
-        let records = [
-            transition("sensor/g1", 1, FaultState::Latched),
-            identification("sensor/g1", 1, 10),
-            transition("sensor/g1", 2, FaultState::Unknown),
-        ];
-        assert_eq!(recalled(&records), [("sensor/g1".to_owned(), 10)]);
-        let reset = transition("sensor/g1", 3, FaultState::Normal);
-        assert_eq!(recalled(&[&records[..], &[reset]].concat()), []);
     }
 }

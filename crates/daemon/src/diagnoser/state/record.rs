@@ -2,7 +2,10 @@
 
 use names::RunId;
 use serde::{Deserialize, Serialize};
-use wire::{FaultTransition, Identification, StateChange};
+use wire::{Change, FaultTransition, Identification};
+
+/// Version of the records.
+pub(crate) const VERSION: u64 = 1;
 
 /// Something worth remembering.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,20 +20,21 @@ pub(crate) enum Record {
         /// The run that its step is counted in.
         run: RunId,
         /// The change.
-        change: StateChange,
+        change: Change,
     },
     /// A run ended: the steps of all transitions and changes before this are those of runs that are over, whatever the
     /// number of the next one.
     RunEnded,
     /// A process began to write here. Whether the disk takes anything shows before there is a fault.
     Start {
+        /// Version of the records that follow.
+        v: u64,
         /// Version of the software.
         software: String,
         /// When \[ns since 1970\].
         time_unix_ns: u64,
-        /// When the first one began \[ms since 1970\]; of a journal that a former version began, none.
-        #[serde(default)]
-        incarnation: Option<u64>,
+        /// When the first one began \[ms since 1970\].
+        incarnation: u64,
     },
 }
 
@@ -43,8 +47,7 @@ impl Record {
         serde_json::to_string(self)
     }
 
-    /// From a line; `None` for a record that only a later version of this program can read, and for one that
-    /// contradicts itself.
+    /// From a line; `None` for what is no record, and for one that contradicts itself.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let record = serde_json::from_str(text).ok()?;
         match &record {
@@ -55,9 +58,50 @@ impl Record {
     }
 }
 
+/// Checks that this version of the program can read these records of a journal.
+///
+/// # Errors
+/// Another version wrote one of them.
+pub(super) fn check_version(records: &[String]) -> Result<(), String> {
+    #[derive(Deserialize)]
+    struct Head {
+        record: String,
+        v: Option<u64>,
+    }
+    for text in records {
+        match serde_json::from_str(text) {
+            Ok(Head { record, v }) if record == "start" && v != Some(VERSION) => {
+                let found = v.map_or_else(|| "none".to_owned(), |v| v.to_string());
+                return Err(format!("its version is {found}, this program reads {VERSION}"));
+            }
+            _ => {}
+        }
+        let read = serde_json::from_str::<Record>(text);
+        read.map_err(|error| format!("a record cannot be read ({error})"))?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn records_of_another_version_are_refused() {
+        let start =
+            r#"{"record":"start","v":1,"software":"0.2.0","time_unix_ns":5,"incarnation":5}"#;
+        let other = start.replace(r#""v":1"#, r#""v":2"#);
+        let without = start.replace(r#""v":1,"#, "");
+        let unknown = r#"{"record":"weighing","v":1}"#.to_owned();
+        let check = |texts: &[&str]| {
+            check_version(&texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())
+        };
+        assert_eq!(check(&[start, start]), Ok(()));
+        let refused = |text: &str| check(&[start, text]).unwrap_err();
+        assert_eq!(refused(&other), "its version is 2, this program reads 1");
+        assert_eq!(refused(&without), "its version is none, this program reads 1");
+        assert!(refused(&unknown).contains("unknown variant `weighing`"));
+    }
 
     #[test]
     fn a_transition_of_another_modules_component_is_none() {

@@ -3,16 +3,12 @@
 use std::collections::VecDeque;
 
 use names::{ComponentPath, ModuleName};
-use wire::{FaultState, FaultTransition, Identification};
+use wire::{FaultTransition, Identification};
 
-use super::later_record::LaterRecord;
 use super::record::Record;
 
 /// Changes that it holds.
 const CHANGES: usize = 512;
-
-/// Records of later versions that it holds.
-const LATER: usize = 512;
 
 /// The present state, as it stands in the journal's records.
 #[derive(Debug, Default)]
@@ -21,13 +17,11 @@ pub(crate) struct Snapshot {
     start: Option<String>,
     /// The latest end of a run, if there was one: it holds of what other files say, too.
     run_ended: Option<String>,
-    /// Of each component the latest transition that is understood, and a later one that is not.
+    /// Of each component the latest transition.
     present: Vec<Latest>,
     /// Of each component that is faulty, the latest word on what its fault is.
     identified: Vec<Latest>,
     changes: VecDeque<String>,
-    /// What only a later version can read, as it wrote it.
-    later: VecDeque<String>,
 }
 
 /// One of the latest records.
@@ -36,8 +30,6 @@ struct Latest {
     /// The module that wrote it. The recollection accepts its own module only.
     module: ModuleName,
     component: ComponentPath,
-    /// Not so is a transition to a state of a later version. It takes no place of one that is.
-    is_understood: bool,
     sequence: u64,
     text: String,
 }
@@ -66,10 +58,8 @@ impl Snapshot {
     /// Takes note of records as text; those that are none are passed over.
     pub(crate) fn note_texts(&mut self, texts: impl IntoIterator<Item = String>) {
         for text in texts {
-            match Record::from_text(&text) {
-                Some(record) => self.note(record, text),
-                None if LaterRecord::from_text(&text).is_some() => self.note_later(text),
-                None => {}
+            if let Some(record) = Record::from_text(&text) {
+                self.note(record, text);
             }
         }
     }
@@ -78,14 +68,8 @@ impl Snapshot {
     pub(crate) fn texts(&self) -> impl Iterator<Item = &str> {
         let states = self.present.iter().chain(&self.identified);
         let states = states.map(|latest| latest.text.as_str());
-        let first =
-            self.start.iter().chain(&self.run_ended).chain(&self.later).chain(&self.changes);
+        let first = self.start.iter().chain(&self.run_ended).chain(&self.changes);
         first.map(String::as_str).chain(states)
-    }
-
-    /// How many records and states in it only a later version understands.
-    pub(crate) fn count_later(&self) -> usize {
-        self.later.len() + self.present.iter().filter(|latest| !latest.is_understood).count()
     }
 
     /// Whether there is nothing in it.
@@ -96,35 +80,17 @@ impl Snapshot {
     /// The number decides which transition is the latest, as it does in the recollection.
     fn note_state(&mut self, transition: FaultTransition, text: String) {
         let FaultTransition { module, component, sequence, state, .. } = transition;
-        let is_understood = state != FaultState::Unknown;
         let before = |known: &Latest| known.is_of(&module, &component) && known.sequence < sequence;
-        if is_understood && !state.is_fault() {
+        if !state.is_fault() {
             // What it says of a fault before this is over.
             self.identified.retain(|known| !before(known));
         }
-        if is_understood {
-            self.present.retain(|known| known.is_understood || !before(known));
-        }
-        Latest { module, component, is_understood, sequence, text }
-            .take_place_in(&mut self.present);
+        Latest { module, component, sequence, text }.take_place_in(&mut self.present);
     }
 
     fn note_kind(&mut self, found: Identification, text: String) {
         let Identification { module, component, sequence, .. } = found;
-        let is_understood = true;
-        let latest = Latest { module, component, is_understood, sequence, text };
-        latest.take_place_in(&mut self.identified);
-    }
-
-    /// The journal's two files may both begin with it.
-    fn note_later(&mut self, text: String) {
-        if self.later.contains(&text) {
-            return;
-        }
-        if self.later.len() == LATER {
-            self.later.pop_front();
-        }
-        self.later.push_back(text);
+        Latest { module, component, sequence, text }.take_place_in(&mut self.identified);
     }
 }
 
@@ -133,11 +99,8 @@ impl Latest {
         (&self.module, &self.component) == (module, component)
     }
 
-    /// What a later version wrote stays as it is.
     fn end_run(&mut self) {
-        if let Some(Record::Transition(mut transition)) = Record::from_text(&self.text)
-            && self.is_understood
-        {
+        if let Some(Record::Transition(mut transition)) = Record::from_text(&self.text) {
             transition.run_ended = true;
             if let Ok(text) = Record::Transition(transition).to_text() {
                 self.text = text;
@@ -147,9 +110,7 @@ impl Latest {
 
     /// Takes the place of what is known of the component, unless that is of a later transition.
     fn take_place_in(self, known: &mut Vec<Latest>) {
-        let is_same = |one: &Latest| {
-            one.is_of(&self.module, &self.component) && one.is_understood == self.is_understood
-        };
+        let is_same = |one: &Latest| one.is_of(&self.module, &self.component);
         let place = known.iter().position(is_same);
         if let Some(place) = place {
             if known[place].sequence > self.sequence {

@@ -239,7 +239,7 @@ mod tests {
     use names::{RunId, Step};
 
     fn changes(steps: std::ops::Range<u64>) -> Vec<Record> {
-        let change = |step| wire::StateChange::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
+        let change = |step| wire::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
         steps.map(|step| Record::Change { run: RunId(1), change: change(step) }).collect()
     }
 

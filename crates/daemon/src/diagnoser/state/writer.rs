@@ -6,7 +6,7 @@ use std::time::Duration;
 use shell::clock;
 
 use super::keeper::Keeper;
-use super::record::Record;
+use super::record::{Record, VERSION};
 use super::watch_file::{Watch, WatchFile};
 use super::write_queue::{Batch, JournalBoard, Outlet, Submission, queue};
 
@@ -29,6 +29,7 @@ impl Writer {
         watch_file: Option<WatchFile>,
     ) -> (Self, Submission, JournalBoard) {
         let start = Record::Start {
+            v: VERSION,
             software: env!("CARGO_PKG_VERSION").to_owned(),
             time_unix_ns: clock::unix_ns(),
             incarnation: keeper.status().incarnation,
@@ -74,7 +75,7 @@ mod tests {
     }
 
     fn change(step: u64) -> Record {
-        let change = wire::StateChange::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
+        let change = wire::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
         Record::Change { run: RunId(1), change }
     }
 

@@ -149,7 +149,7 @@ mod tests {
     }
 
     fn change(step: u64) -> Record {
-        let change = wire::StateChange::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
+        let change = wire::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
         Record::Change { run: RunId(1), change }
     }
 
