@@ -217,13 +217,15 @@ async fn serve(
 
     let no_thread = |error| Failure::running("no thread can be started", error);
     let written = crew.thread("journal", move |_| writer.run()).map_err(no_thread)?;
-    let declaring =
-        EventLane::declare(session, &speaker, submission, (books.clone(), shelf.clone()));
+    let kept = (books.clone(), shelf.clone());
+    let declaring = EventLane::declare(session, &speaker, journal.clone(), kept);
     let events = declaring.await.map_err(refused)?;
     events.repeat(latest);
     let routine = RoutineLane::declare(session, &speaker).await.map_err(refused)?;
-    let lanes = Lanes { events, replies: ReplyLane::new(books, journal), routine };
-    let (outbox, mut drained) = Outbox::open(lanes, &crew).map_err(no_thread)?;
+    let replies = ReplyLane::new(books.clone(), journal);
+    let lanes = Lanes { events, replies, routine };
+    let (outbox, mut drained) =
+        Outbox::open((submission, books), lanes, &crew).map_err(no_thread)?;
     drained.push(written);
     outbox.event(Outgoing::Input(Box::new(started)));
 
