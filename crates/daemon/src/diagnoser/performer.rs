@@ -93,7 +93,6 @@ impl Performer {
             }
             Action::Answer { token, answer } => {
                 if let Some(query) = self.pending.take_question(token) {
-                    self.inquiries.answered();
                     let answer = self.speaker.answer(answer);
                     self.outbox.routine(Routine::Answer { query, answer });
                 }

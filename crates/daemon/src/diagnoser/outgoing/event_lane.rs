@@ -3,6 +3,7 @@
 //!
 //! The network may hold this thread up: diagnosis, replies and the journal, which has everything already, are elsewhere.
 
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
 use names::Component;
@@ -19,6 +20,7 @@ use zenoh::{Session, Wait};
 use super::audience::Audience;
 use super::books::SharedBooks;
 use crate::diagnoser::inputs::Shelf;
+use crate::diagnoser::inquiry::InquiryTally;
 use crate::diagnoser::state::{JournalBoard, Record};
 use crate::messages::{put, reply};
 use translation::Speaker;
@@ -85,6 +87,7 @@ struct ComponentPublishers {
 pub(crate) struct EventLane {
     journal: JournalBoard,
     books: SharedBooks,
+    inquiries: Arc<InquiryTally>,
     publishers: Vec<(Component, ComponentPublishers)>,
     changes: Publisher<'static>,
     phases: Publisher<'static>,
@@ -105,6 +108,7 @@ impl EventLane {
         speaker: &Speaker,
         journal: JournalBoard,
         (books, shelf): (SharedBooks, Shelf),
+        inquiries: Arc<InquiryTally>,
     ) -> zenoh::Result<Self> {
         let mut publishers = Vec::new();
         let components: Vec<Component> = books.lock().states.components().cloned().collect();
@@ -120,6 +124,7 @@ impl EventLane {
         Ok(Self {
             journal,
             books,
+            inquiries,
             publishers,
             changes: publisher(session, speaker.key(Topic::Change)).await?,
             phases: publisher(session, speaker.key(Topic::Phase)).await?,
@@ -154,7 +159,10 @@ impl EventLane {
             }
             Outgoing::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
             Outgoing::Phase(change) => put(&*change, |bytes| self.phases.put(bytes).wait()),
-            Outgoing::Obeyed { query, obeyed } => reply(&query, &obeyed),
+            Outgoing::Obeyed { query, obeyed } => {
+                reply(&query, &obeyed);
+                self.inquiries.answered();
+            }
             Outgoing::Input(input) => self.inputs.tell(&input),
         }
     }
