@@ -129,7 +129,7 @@ fn a_fault_of_before_the_publisher_began_again_with_the_same_run_raises_its_alar
         let question = Question { run: RunId(1), from: Step(0), as_of: bench.now(), window: None };
         bench.give(Event::Asked { token: QuestionToken(1), question });
         let Some(Action::Answer { answer, .. }) = bench.actions.pop() else { panic!() };
-        let alarms = answer.alarms.unwrap().into_iter();
+        let alarms = answer.alarms.into_iter();
         alarms.map(|alarm| (alarm.component.to_string(), alarm.step.0, alarm.faulty)).collect()
     };
     let raised: Vec<(String, u64, bool)> = alarms(&mut bench);

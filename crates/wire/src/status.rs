@@ -240,10 +240,10 @@ pub struct Counters {
 /// Messages that should have gone out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PublisherCounters {
-    /// Fault transitions and changes published.
+    /// Transitions, identifications, changes, phases and inputs published.
     pub events: u64,
-    /// Fault transitions and changes that the network would not take in time. The journal has the
-    /// transitions all the same.
+    /// Those of them that were dropped because the network took nothing for too long. The journal has the transitions and
+    /// identifications all the same.
     pub events_lost: u64,
     /// Replies for which there was no room. Whoever asked hears nothing, and asks again.
     pub replies_lost: u64,

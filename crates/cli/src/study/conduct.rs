@@ -1,6 +1,6 @@
 //! Runs, resumes, explains or merges any campaign, and prints and keeps what comes of it.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
@@ -228,7 +228,7 @@ fn show<C: Campaign>(campaign: &C, case: u64, engine: &Engine) -> Result<(), Fai
         return Err(Failure::usage(format!("`--show` is {case}; the campaign has {all} cases")));
     }
     let explanation = explain(campaign, case, engine)?;
-    let paint = Paint::for_terminal(io::stdout().is_terminal());
+    let paint = Paint::of_stdout();
     let mut out = io::stdout().lock();
     for line in &explanation.lines {
         match colour(line.kind) {

@@ -467,7 +467,7 @@ impl DiagnosisLoop {
         if self.last_watch == Some(watch) || says_less {
             return;
         }
-        self.performer.outbox.event(Outgoing::Watched(watch));
+        self.performer.outbox.watched(watch);
         self.last_watch = Some(watch);
     }
 

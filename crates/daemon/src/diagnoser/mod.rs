@@ -211,13 +211,18 @@ async fn serve(
 
     let no_thread = |error| Failure::running("no thread can be started", error);
     let written = crew.thread("journal", move |_| writer.run()).map_err(no_thread)?;
+    let inquiries = Arc::new(inquiry::InquiryTally::default());
+    let kept = (books.clone(), shelf.clone());
     let declaring =
-        EventLane::declare(session, &speaker, submission, (books.clone(), shelf.clone()));
+        EventLane::declare(session, &speaker, journal.clone(), kept, Arc::clone(&inquiries));
     let events = declaring.await.map_err(refused)?;
     events.repeat(latest);
-    let routine = RoutineLane::declare(session, &speaker).await.map_err(refused)?;
-    let lanes = Lanes { events, replies: ReplyLane::new(books, journal), routine };
-    let (outbox, mut drained) = Outbox::open(lanes, &crew).map_err(no_thread)?;
+    let declaring = RoutineLane::declare(session, &speaker, Arc::clone(&inquiries));
+    let routine = declaring.await.map_err(refused)?;
+    let replies = ReplyLane::new(books.clone(), journal, Arc::clone(&inquiries));
+    let lanes = Lanes { events, replies, routine };
+    let (outbox, mut drained) =
+        Outbox::open((submission, books), lanes, &crew).map_err(no_thread)?;
     drained.push(written);
     outbox.event(Outgoing::Input(Box::new(started)));
 
@@ -234,7 +239,6 @@ async fn serve(
     let peers = PeerQueries::declare(session, &speaker, &config, boards.peers.clone(), answers)
         .await
         .map_err(refused)?;
-    let inquiries = Arc::new(inquiry::InquiryTally::default());
     let directory = config.state.directory.clone();
     let (freeze_frames, ended) =
         FreezeFrames::start(&speaker, directory.clone(), &inquiries, &crew).map_err(no_thread)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use diagnosis::{Action, Diagnoser, Event, SampleRejection, Transition};
-use names::{RunId, Step};
+use names::Step;
 use shell::clock;
 use shell::occurrences::Occurrences;
 use wire::{Input, Obeyed};
@@ -17,6 +17,7 @@ use super::intake::Refusals;
 use super::outgoing::{Outbox, Outgoing, Routine};
 use super::peers::{PeerQueries, QueryPause};
 use super::pending_replies::{PendingOrder, PendingReplies};
+use super::state::Record;
 use translation::{Speaker, to_state};
 
 /// Everything that actions reach.
@@ -80,7 +81,9 @@ impl Performer {
                 let change = self.speaker.change(run, &change, &evidence, clock::unix_ns());
                 self.outbox.event(Outgoing::Change(Box::new(change)));
             }
-            Action::Settled { run, change } => self.remember(run, change),
+            Action::Settled { run, change } => {
+                self.outbox.record(Record::Change { run, change });
+            }
             Action::Publish(transition) => self.publish(transition),
             Action::Identify(excerpt) => self.identifier.identify(excerpt),
             Action::Freeze(frame) => self.freeze_frames.keep(frame),
@@ -90,7 +93,6 @@ impl Performer {
             }
             Action::Answer { token, answer } => {
                 if let Some(query) = self.pending.take_question(token) {
-                    self.inquiries.answered();
                     let answer = self.speaker.answer(answer);
                     self.outbox.routine(Routine::Answer { query, answer });
                 }
@@ -129,7 +131,7 @@ impl Performer {
                 let step = diagnoser.last_step().unwrap_or_default();
                 tracing::warn!(%component, %step, "channel restarted: {violation}");
             }
-            Action::RunEnded => self.outbox.event(Outgoing::RunEnded),
+            Action::RunEnded => self.outbox.record(Record::RunEnded),
             Action::RunStarted(run) => tracing::info!(%run, "new run"),
         }
     }
@@ -151,10 +153,6 @@ impl Performer {
     pub(crate) fn refuse_order(&self, query: Query, reason: String) {
         self.inquiries.order_refused();
         self.outbox.routine(Routine::Refusal { query, reason });
-    }
-
-    fn remember(&self, run: RunId, change: diagnosis::Change) {
-        self.outbox.event(Outgoing::Settled { run, change });
     }
 
     fn publish(&self, transition: Transition) {

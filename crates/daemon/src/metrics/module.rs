@@ -273,9 +273,9 @@ fn write_inquiries(counters: &InquiryCounters, sheet: &mut Sheet<'_>) -> fmt::Re
 }
 
 fn write_outgoing(counters: &PublisherCounters, sheet: &mut Sheet<'_>) -> fmt::Result {
-    let help = "Events published: fault transitions, changes, phases.";
+    let help = "Events published: transitions, identifications, changes, phases, inputs.";
     sheet.counter("trusswatch_events_published", help, counters.events)?;
-    let help = "Events that the network did not take in time.";
+    let help = "Events dropped: outgoing queue full.";
     sheet.counter("trusswatch_events_lost", help, counters.events_lost)?;
     let help = "Replies for which there was no room.";
     sheet.counter("trusswatch_replies_lost", help, counters.replies_lost)

@@ -43,11 +43,58 @@ pub(super) async fn declare(
                 outbox.routine(Routine::Refusal { query, reason });
                 return;
             };
-            if outbox.question(Asked { wanted, query, place }) {
-                counters.answered();
-            } else {
+            if !outbox.question(Asked { wanted, query, place }) {
                 counters.turned_away();
             }
         })
         .await
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use shell::shutdown;
+    use shell::supervision::{Crew, Supervisor};
+
+    use super::*;
+    use crate::diagnoser::outgoing::ReplyLane;
+    use crate::diagnoser::outgoing::testing::{books, outbox, speaker};
+    use crate::diagnoser::state::{Keeper, Writer};
+
+    const PATIENCE: Duration = Duration::from_secs(20);
+
+    /// A session without a network.
+    async fn session() -> Session {
+        let mut config = zenoh::Config::default();
+        config.insert_json5("scouting/multicast/enabled", "false").unwrap();
+        config.insert_json5("listen/endpoints", "[]").unwrap();
+        zenoh::open(config).await.unwrap()
+    }
+
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn a_question_is_answered_when_the_reply_is_sent() {
+        let (keeper, _) = Keeper::open(None, 0, &"module1".parse().unwrap()).unwrap();
+        let (_writer, submission, journal) = Writer::new(keeper, None);
+        let (outbox, _events, questions) = outbox(submission, 4);
+        let session = session().await;
+        let tally = Arc::new(InquiryTally::default());
+        let speaker = speaker();
+        let declaring = declare(&session, &speaker, Wanted::States, outbox, &tally);
+        let _queryable = declaring.await.unwrap();
+        let replies = session.get("trusswatch/tower/module1/fault/**").await.unwrap();
+        let asked = questions.recv_timeout(PATIENCE).unwrap();
+        assert_eq!((tally.read().received, tally.read().answered), (1, 0));
+        let (queue, waiting) = std::sync::mpsc::channel();
+        queue.send(asked).unwrap();
+        drop(queue);
+        let lane = ReplyLane::new(books(), journal, Arc::clone(&tally));
+        let (trigger, shutdown) = shutdown::pair();
+        trigger.pull();
+        let crew = Crew::new(shutdown, Supervisor::from_environment().pulse());
+        let ended = crew.thread("replies", move |own| lane.run(&waiting, own)).unwrap();
+        ended.await.unwrap();
+        assert!(replies.recv_async().await.unwrap().result().is_ok());
+        assert_eq!(tally.read().answered, 1);
+    }
 }

@@ -37,10 +37,9 @@ impl InquiryTally {
         count(&self.refused);
     }
 
-    /// An order obeyed is a question answered.
+    /// The question is answered when the reply is sent.
     pub(crate) fn order_obeyed(&self) {
         count(&self.orders_obeyed);
-        self.answered();
     }
 
     /// An order refused is a question refused.

@@ -6,6 +6,7 @@ use parking_lot::{Mutex, MutexGuard};
 use wire::{FaultTransition, Identification, PhaseChange};
 use zenoh::key_expr::KeyExpr;
 
+use super::event_lane::Outgoing;
 use super::identified_faults::IdentifiedFaults;
 use super::states::States;
 
@@ -32,6 +33,14 @@ impl Books {
     ) -> Vec<(String, Identification)> {
         let found = self.faults.covered_by(expression).into_iter();
         found.map(|(key, found)| (key.to_owned(), found.clone())).collect()
+    }
+
+    /// What subscribers will not be told, those who ask get all the same. The disk may not have it yet.
+    pub(super) fn enter_lost(&mut self, event: Outgoing) {
+        if let Outgoing::Fault(mut transition) = event {
+            transition.durable = false;
+            self.states.enter(&transition);
+        }
     }
 }
 

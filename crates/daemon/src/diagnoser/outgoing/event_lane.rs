@@ -1,17 +1,15 @@
-//! What must not be lost, in order, on a thread of its own: into the journal first, then onto the
-//! network.
+//! Publishes what must not be lost, in order, on a thread of its own. Each event waits until the disk has what was stored
+//! before it, but not for a disk that hangs (`state::write_queue`).
 //!
-//! Everything that waits is handed to the journal in one go and waited for once, so that a burst costs one wait for
-//! the disk; and a disk that hangs is not waited for (`state::write_queue`). The network may hold this thread up;
-//! diagnosis and replies are elsewhere.
+//! The network may hold this thread up: diagnosis, replies and the journal, which has everything already, are elsewhere.
 
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
-use names::{Component, RunId};
+use names::Component;
 use shell::supervision::Lane;
 use wire::{
-    Candidate, Change, FaultSize, FaultTransition, Identification, Input, Obeyed, PhaseChange,
-    Topic,
+    Candidate, FaultSize, FaultTransition, Identification, Input, Obeyed, PhaseChange, Topic,
 };
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
@@ -22,31 +20,20 @@ use zenoh::{Session, Wait};
 use super::audience::Audience;
 use super::books::SharedBooks;
 use crate::diagnoser::inputs::Shelf;
-use crate::diagnoser::state::{Record, Submission, Watch};
+use crate::diagnoser::inquiry::InquiryTally;
+use crate::diagnoser::state::{JournalBoard, Record};
 use crate::messages::{put, reply};
 use translation::Speaker;
-
-/// Most events written in one go.
-const BATCH: usize = 256;
 
 /// Something that must not be lost.
 #[derive(Debug)]
 pub(crate) enum Outgoing {
     /// A transition of the verdict on a component.
     Fault(Box<FaultTransition>),
-    /// What was found of a fault. It is published and written down if it is news.
+    /// What was found of a fault. It is stored and published if it is news.
     Identification(Box<Identification>),
     /// A change.
     Change(Box<wire::ChangeReport>),
-    /// A change whose ratio is final: for the journal only.
-    Settled {
-        /// The run that its step is counted in.
-        run: RunId,
-        /// The change.
-        change: Change,
-    },
-    /// The run ended: for the journal only.
-    RunEnded,
     /// Another phase.
     Phase(Box<PhaseChange>),
     /// An order was obeyed by a transition before this.
@@ -58,24 +45,34 @@ pub(crate) enum Outgoing {
     },
     /// What the diagnoser took beside samples: before everything that comes of it.
     Input(Box<Input>),
-    /// How far the module has watched: for the disk, after all before it.
-    Watched(Watch),
+}
+
+/// An event whose record the journal has been given.
+#[derive(Debug)]
+pub(crate) struct Stored {
+    pub(super) event: Outgoing,
+    /// To wait for the disk with.
+    pub(super) ticket: u64,
 }
 
 impl Outgoing {
-    fn to_record(&self) -> Option<Record> {
+    /// What of it outlives the process.
+    pub(super) fn to_record(&self) -> Option<Record> {
         match self {
             Outgoing::Fault(transition) => Some(Record::Transition(transition.clone())),
             Outgoing::Identification(found) => Some(Record::Identification(found.clone())),
-            Outgoing::Settled { run, change } => {
-                Some(Record::Change { run: *run, change: change.clone() })
-            }
-            Outgoing::RunEnded => Some(Record::RunEnded),
             Outgoing::Change(_)
             | Outgoing::Phase(_)
             | Outgoing::Obeyed { .. }
-            | Outgoing::Input(_)
-            | Outgoing::Watched(_) => None,
+            | Outgoing::Input(_) => None,
+        }
+    }
+
+    pub(super) fn set_durable(&mut self, durable: bool) {
+        match self {
+            Outgoing::Fault(transition) => transition.durable = durable,
+            Outgoing::Obeyed { obeyed, .. } => obeyed.durable = durable,
+            _ => {}
         }
     }
 }
@@ -88,8 +85,9 @@ struct ComponentPublishers {
 
 /// What the thread owns.
 pub(crate) struct EventLane {
-    journal: Submission,
+    journal: JournalBoard,
     books: SharedBooks,
+    inquiries: Arc<InquiryTally>,
     publishers: Vec<(Component, ComponentPublishers)>,
     changes: Publisher<'static>,
     phases: Publisher<'static>,
@@ -108,8 +106,9 @@ impl EventLane {
     pub(crate) async fn declare(
         session: &Session,
         speaker: &Speaker,
-        journal: Submission,
+        journal: JournalBoard,
         (books, shelf): (SharedBooks, Shelf),
+        inquiries: Arc<InquiryTally>,
     ) -> zenoh::Result<Self> {
         let mut publishers = Vec::new();
         let components: Vec<Component> = books.lock().states.components().cloned().collect();
@@ -125,6 +124,7 @@ impl EventLane {
         Ok(Self {
             journal,
             books,
+            inquiries,
             publishers,
             changes: publisher(session, speaker.key(Topic::Change)).await?,
             phases: publisher(session, speaker.key(Topic::Phase)).await?,
@@ -144,38 +144,9 @@ impl EventLane {
         }
     }
 
-    /// Carries events until every sender is gone.
-    pub(crate) fn run(self, queue: &Receiver<Outgoing>, lane: &Lane) {
-        while let Ok(first) = queue.recv() {
-            lane.begin();
-            let more = queue.try_iter().take(BATCH - 1);
-            self.carry(std::iter::once(first).chain(more).collect(), lane);
-            lane.rest();
-        }
-    }
-
-    fn carry(&self, batch: Vec<Outgoing>, lane: &Lane) {
-        let mut batch: Vec<_> = {
-            let faults = &mut self.books.lock().faults;
-            batch.into_iter().filter_map(|event| faults.note(event)).collect()
-        };
-        let records: Vec<Record> = batch.iter().filter_map(Outgoing::to_record).collect();
-        let watched = batch.iter().rev().find_map(|event| match event {
-            Outgoing::Watched(watch) => Some(*watch),
-            _ => None,
-        });
-        let durable = self.journal.save(records, watched);
-        for event in &mut batch {
-            match event {
-                Outgoing::Fault(transition) => transition.durable = durable,
-                Outgoing::Obeyed { obeyed, .. } => obeyed.durable = durable,
-                _ => {}
-            }
-        }
-        for event in batch {
-            lane.begin();
-            self.send(event);
-        }
+    /// Publishes events until every sender is gone.
+    pub(crate) fn run(self, queue: &Receiver<Stored>, lane: &Lane) {
+        publish(queue, &self.journal, lane, |event| self.send(event));
     }
 
     fn send(&self, event: Outgoing) {
@@ -187,9 +158,11 @@ impl EventLane {
                 self.identification(&found);
             }
             Outgoing::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
-            Outgoing::Settled { .. } | Outgoing::RunEnded | Outgoing::Watched(_) => {}
-            Outgoing::Phase(change) => self.phase(*change),
-            Outgoing::Obeyed { query, obeyed } => reply(&query, &obeyed),
+            Outgoing::Phase(change) => put(&*change, |bytes| self.phases.put(bytes).wait()),
+            Outgoing::Obeyed { query, obeyed } => {
+                reply(&query, &obeyed);
+                self.inquiries.answered();
+            }
             Outgoing::Input(input) => self.inputs.tell(&input),
         }
     }
@@ -202,12 +175,6 @@ impl EventLane {
         }
     }
 
-    /// Whoever hears of it and asks gets the same.
-    fn phase(&self, change: PhaseChange) {
-        self.books.lock().phase = Some(change.clone());
-        put(&change, |bytes| self.phases.put(bytes).wait());
-    }
-
     fn identification(&self, found: &Identification) {
         if let Some(publishers) = self.publishers_of(&found.component.component) {
             put(found, |bytes| publishers.identifications.put(bytes).wait());
@@ -217,6 +184,21 @@ impl EventLane {
     fn publishers_of(&self, component: &Component) -> Option<&ComponentPublishers> {
         let of_component = self.publishers.iter().find(|(known, _)| known == component);
         of_component.map(|(_, publishers)| publishers)
+    }
+}
+
+/// Publishes events in their order, each once the disk has it or is given up.
+pub(super) fn publish(
+    queue: &Receiver<Stored>,
+    journal: &JournalBoard,
+    lane: &Lane,
+    send: impl Fn(Outgoing),
+) {
+    while let Ok(Stored { mut event, ticket }) = queue.recv() {
+        lane.begin();
+        event.set_durable(journal.wait_for(ticket));
+        send(event);
+        lane.rest();
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `outbox` | takes what is to go out; never waits |
-//! | `event_lane` | what must not be lost: into the journal, onto the network; what the diagnoser took |
+//! | `outbox` | takes what is to go out, into the journal and a queue; never waits |
+//! | `event_lane` | what must not be lost onto the network, once the disk has it |
 //! | `routine_lane` | what is superseded soon, answers to peers |
 //! | `reply_lane` | replies to those who ask what is known at present |
 //! | `books` | what is known at present: `states` of components, `identified_faults`, the phase |
@@ -21,6 +21,8 @@ mod states;
 pub(crate) use books::{Books, SharedBooks};
 pub(crate) use event_lane::{EventLane, Outgoing};
 pub(crate) use identified_faults::IdentifiedFaults;
+#[cfg(test)]
+pub(crate) use outbox::testing;
 pub(crate) use outbox::{Drained, Lanes, Outbox};
 pub(crate) use reply_lane::{Asked, ReplyLane, Wanted};
 pub(crate) use routine_lane::{Routine, RoutineLane};

@@ -1,9 +1,10 @@
-//! Takes what is to go out; never waits. Three threads carry it: `event_lane` what must not be lost, `reply_lane` what
-//! is known at present to those who ask, `routine_lane` the rest.
+//! Takes what is to go out; never waits. What is to be stored goes to the journal at once, whatever the network does.
+//! Three threads publish and reply: `event_lane` what must not be lost, `reply_lane` what is known at present to those
+//! who ask, `routine_lane` the rest.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 
 use shell::occurrences::Occurrences;
@@ -11,9 +12,11 @@ use shell::supervision::{Crew, Ended};
 use tokio::sync::mpsc;
 use wire::PublisherCounters;
 
-use super::event_lane::{EventLane, Outgoing};
+use super::books::SharedBooks;
+use super::event_lane::{EventLane, Outgoing, Stored};
 use super::reply_lane::{Asked, ReplyLane};
 use super::routine_lane::{Audiences, Routine, RoutineLane};
+use crate::diagnoser::state::{Record, Submission, Watch};
 
 const QUEUE: usize = 8192;
 /// Room that refusals leave to answers and status: malformed queries crowd nothing out.
@@ -31,7 +34,9 @@ struct OutboxTally {
 /// The way out.
 #[derive(Debug, Clone)]
 pub(crate) struct Outbox {
-    events: SyncSender<Outgoing>,
+    journal: Arc<Submission>,
+    books: SharedBooks,
+    events: SyncSender<Stored>,
     questions: SyncSender<Asked>,
     routine: mpsc::Sender<Routine>,
     /// The subscribers of frequent messages; without any, these need not be handed in.
@@ -50,8 +55,12 @@ pub(crate) struct Lanes {
 pub(crate) type Drained = Vec<Ended>;
 
 impl Outbox {
-    /// Starts the threads, which end when all outboxes are gone.
-    pub(crate) fn open(lanes: Lanes, crew: &Crew) -> std::io::Result<(Self, Drained)> {
+    /// Starts the threads, which end when all outboxes are gone; so does the one that writes the journal.
+    pub(crate) fn open(
+        (journal, books): (Submission, SharedBooks),
+        lanes: Lanes,
+        crew: &Crew,
+    ) -> std::io::Result<(Self, Drained)> {
         let Lanes { events, replies, routine } = lanes;
         let (events_in, events_out) = sync_channel(QUEUE);
         let (questions, questions_out) = sync_channel(QUEUE);
@@ -62,23 +71,59 @@ impl Outbox {
             crew.thread("replies", move |lane| replies.run(&questions_out, lane))?,
             crew.thread("routine", move |lane| routine.run(routine_out, lane))?,
         ];
-        let (events, routine) = (events_in, routine_in);
-        Ok((Self { events, questions, routine, audiences, tally: Arc::default() }, drained))
+        let outbox = Self {
+            journal: Arc::new(journal),
+            books,
+            events: events_in,
+            questions,
+            routine: routine_in,
+            audiences,
+            tally: Arc::default(),
+        };
+        Ok((outbox, drained))
     }
 
-    /// Something that must not be lost. If there is no room, the network has taken nothing for very
-    /// long; then it is, and that is counted.
+    /// Something that must not be lost: into the journal, and then onto the network. If there is no room, the network has
+    /// taken nothing for very long. Then it is lost to subscribers, and that is counted; those who ask get what the
+    /// journal has.
     pub(crate) fn event(&self, event: Outgoing) {
-        let counted =
-            matches!(event, Outgoing::Fault(_) | Outgoing::Change(_) | Outgoing::Phase(_));
-        self.tally.events.fetch_add(u64::from(counted), Ordering::Relaxed);
-        let taken = self.events.try_send(event).is_ok();
-        if !taken && counted {
-            self.tally.events_lost.fetch_add(1, Ordering::Relaxed);
-            if let Some(times) = self.tally.losses.note(Instant::now()) {
-                tracing::error!(times, "event lost: the network takes nothing");
+        // Held until it is in both queues, so that they have the same order whoever hands it in.
+        let mut books = self.books.lock();
+        let Some(event) = books.faults.note(event) else { return };
+        if let Outgoing::Phase(change) = &event {
+            books.phase = Some((**change).clone());
+        }
+        let ticket = self.journal.hand_in(event.to_record().into_iter().collect(), None);
+        let is_reply = matches!(event, Outgoing::Obeyed { .. });
+        self.tally.events.fetch_add(u64::from(!is_reply), Ordering::Relaxed);
+        match self.events.try_send(Stored { event, ticket }) {
+            Ok(()) => {}
+            Err(TrySendError::Full(lost) | TrySendError::Disconnected(lost)) => {
+                books.enter_lost(lost.event);
+                self.count_loss(is_reply);
             }
         }
+    }
+
+    fn count_loss(&self, is_reply: bool) {
+        let (lost, what) = match is_reply {
+            true => (&self.tally.replies_lost, "reply"),
+            false => (&self.tally.events_lost, "event"),
+        };
+        lost.fetch_add(1, Ordering::Relaxed);
+        if let Some(times) = self.tally.losses.note(Instant::now()) {
+            tracing::error!(times, "{what} dropped: outgoing queue full");
+        }
+    }
+
+    /// Something for the journal only.
+    pub(crate) fn record(&self, record: Record) {
+        self.journal.hand_in(vec![record], None);
+    }
+
+    /// How far the module has watched: for the disk, after all before it.
+    pub(crate) fn watched(&self, watch: Watch) {
+        self.journal.hand_in(Vec::new(), Some(watch));
     }
 
     /// A question about what is known at present. Whether there was room.
@@ -105,6 +150,205 @@ impl Outbox {
             events: read(&self.tally.events),
             events_lost: read(&self.tally.events_lost),
             replies_lost: read(&self.tally.replies_lost),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    //! An outbox whose queues nobody empties.
+
+    use std::collections::BTreeMap;
+    use std::sync::mpsc::Receiver;
+
+    use diagnosis::state::Condition;
+    use names::Component;
+    use shell::supervision::Supervisor;
+    use translation::Speaker;
+
+    use super::*;
+    use crate::diagnoser::conditions::Conditions;
+    use crate::diagnoser::outgoing::audience::Audience;
+    use crate::diagnoser::outgoing::{Books, IdentifiedFaults, States};
+    use crate::diagnoser::service::Service;
+
+    pub(crate) fn speaker() -> Speaker {
+        Speaker::of("tower".parse().unwrap(), "module1".parse().unwrap())
+    }
+
+    pub(crate) fn books() -> SharedBooks {
+        let components: Vec<Component> = vec!["sensor/g1".parse().unwrap()];
+        let service = Service::new(Supervisor::from_environment().pulse(), String::new());
+        let conditions = Conditions::new([Condition::NotVerified].iter());
+        SharedBooks::new(Books {
+            states: States::new(&speaker(), &components, service, conditions),
+            faults: IdentifiedFaults::new(&speaker(), &components, BTreeMap::new(), Arc::default()),
+            phase: None,
+        })
+    }
+
+    /// With room for so many events and questions.
+    pub(crate) fn outbox(
+        journal: Submission,
+        room: usize,
+    ) -> (Outbox, Receiver<Stored>, Receiver<Asked>) {
+        let (events, events_out) = sync_channel(room);
+        let (questions, questions_out) = sync_channel(room);
+        let (routine, _) = mpsc::channel(1);
+        let audiences =
+            Audiences { divergences: Audience::default(), progress: Audience::default() };
+        let (journal, books, tally) = (Arc::new(journal), books(), Arc::default());
+        let outbox = Outbox { journal, books, events, questions, routine, audiences, tally };
+        (outbox, events_out, questions_out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::time::Duration;
+
+    use names::{RunId, Step};
+    use shell::shutdown;
+    use shell::supervision::Supervisor;
+    use wire::{FaultState, FaultTransition, Input, ModulePhase, PhaseChange, Taken};
+    use zenoh::key_expr::KeyExpr;
+
+    use super::super::event_lane::publish;
+    use super::testing::{outbox, speaker};
+    use super::*;
+    use crate::diagnoser::state::{JournalBoard, Keeper, Writer};
+
+    const PATIENCE: Duration = Duration::from_secs(20);
+
+    fn latched(sequence: u64) -> Outgoing {
+        let untouched = speaker().untouched(&"sensor/g1".parse().unwrap(), 0);
+        let state = FaultState::Latched;
+        Outgoing::Fault(Box::new(FaultTransition { sequence, state, ..untouched }))
+    }
+
+    fn identification() -> Outgoing {
+        let found = diagnosis::identification::Identification {
+            run: RunId(1),
+            sequence: 1,
+            component: "sensor/g1".parse().unwrap(),
+            as_of: Step(5),
+            candidates: Vec::new(),
+            signature: Vec::new(),
+        };
+        Outgoing::Identification(Box::new(speaker().identification(found, 0)))
+    }
+
+    fn input() -> Outgoing {
+        Outgoing::Input(Box::new(Input {
+            structure: "tower".parse().unwrap(),
+            module: "module1".parse().unwrap(),
+            process: 1,
+            number: 1,
+            samples: 0,
+            run: None,
+            step: None,
+            time_unix_ns: 0,
+            taken: Taken::Gap { from: Step(1), missing: 1 },
+        }))
+    }
+
+    fn phase() -> Outgoing {
+        Outgoing::Phase(Box::new(PhaseChange {
+            structure: "tower".parse().unwrap(),
+            module: "module1".parse().unwrap(),
+            phase: ModulePhase::InService,
+            before: None,
+            run: None,
+            step: None,
+            reason: String::new(),
+            time_unix_ns: 0,
+        }))
+    }
+
+    /// The thread that writes has started.
+    fn journal(directory: &Path) -> (Submission, JournalBoard, std::thread::JoinHandle<()>) {
+        let module = "module1".parse().unwrap();
+        let (keeper, _) = Keeper::open(Some(directory), 100_000, &module).unwrap();
+        let (writer, submission, board) = Writer::new(keeper, None);
+        (submission, board, std::thread::spawn(move || writer.run()))
+    }
+
+    fn stored(directory: &Path) -> String {
+        let records = journal::read(directory).into_iter().flatten();
+        records.filter_map(Result::ok).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn a_network_that_takes_nothing_holds_up_no_journal_and_no_order_is_changed() {
+        let directory = tempfile::tempdir().unwrap();
+        let (submission, board, written) = journal(directory.path());
+        let (outbox, events, _) = outbox(submission, 16);
+        let (trigger, shutdown) = shutdown::pair();
+        let crew = Crew::new(shutdown, Supervisor::from_environment().pulse());
+        let (putting, put) = std::sync::mpsc::channel();
+        let (open, gate) = std::sync::mpsc::channel::<()>();
+        let ended = crew.thread("events", move |lane| {
+            publish(&events, &board, lane, |event| {
+                let Outgoing::Fault(transition) = event else { return };
+                putting.send((transition.sequence, transition.durable)).unwrap();
+                gate.recv().unwrap();
+            });
+        });
+        outbox.event(latched(1));
+        assert_eq!(put.recv_timeout(PATIENCE).unwrap(), (1, true));
+        // From here on the network blocks.
+        outbox.event(latched(2));
+        outbox.event(latched(3));
+        let begun = Instant::now();
+        while !stored(directory.path()).contains(r#""sequence":3"#) {
+            assert!(begun.elapsed() < PATIENCE, "not stored: {}", stored(directory.path()));
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert!(put.try_recv().is_err(), "the network is still blocked");
+        (0..3).for_each(|_| open.send(()).unwrap());
+        let others = [put.recv_timeout(PATIENCE).unwrap(), put.recv_timeout(PATIENCE).unwrap()];
+        assert_eq!(others, [(2, true), (3, true)]);
+        trigger.pull();
+        drop(outbox);
+        written.join().unwrap();
+        ended.unwrap().blocking_recv().unwrap();
+    }
+
+    #[test]
+    fn without_a_disk_faults_are_published_and_say_so() {
+        let directory = tempfile::tempdir().unwrap();
+        let state = directory.path().join("state");
+        std::fs::write(&state, "in the way").unwrap();
+        let (submission, board, written) = journal(&state);
+        let (outbox, events, _) = outbox(submission, 16);
+        outbox.event(latched(1));
+        let Stored { ticket, .. } = events.recv_timeout(PATIENCE).unwrap();
+        assert!(!board.wait_for(ticket));
+        drop(outbox);
+        written.join().unwrap();
+    }
+
+    #[test]
+    fn every_event_without_room_is_counted_and_what_it_says_is_stored() {
+        let directory = tempfile::tempdir().unwrap();
+        let (submission, board, written) = journal(directory.path());
+        let (outbox, _events, _) = outbox(submission, 1);
+        outbox.event(phase());
+        for event in [latched(1), identification(), input(), phase()] {
+            outbox.event(event);
+        }
+        let PublisherCounters { events, events_lost, .. } = outbox.counters();
+        assert_eq!((events, events_lost), (5, 4));
+        let key = KeyExpr::try_from("trusswatch/**").unwrap();
+        let state = outbox.books.lock().states_at(&key).remove(0).1;
+        assert_eq!((state.sequence, state.durable), (1, false));
+        drop(outbox);
+        written.join().unwrap();
+        assert!(board.has_all());
+        let stored = stored(directory.path());
+        for record in ["transition", "identification"] {
+            assert!(stored.contains(&format!(r#""record":"{record}""#)), "{stored}");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Replies to those who ask what is known at present, on a thread of its own: neither the disk nor an asker who reads
 //! slowly comes between.
 
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
 use shell::supervision::Lane;
@@ -11,6 +12,7 @@ use zenoh::bytes::Encoding;
 use zenoh::query::Query;
 
 use super::books::SharedBooks;
+use crate::diagnoser::inquiry::InquiryTally;
 use crate::diagnoser::state::JournalBoard;
 use crate::messages::put;
 
@@ -38,11 +40,16 @@ pub(crate) struct Asked {
 pub(crate) struct ReplyLane {
     books: SharedBooks,
     journal: JournalBoard,
+    inquiries: Arc<InquiryTally>,
 }
 
 impl ReplyLane {
-    pub(crate) fn new(books: SharedBooks, journal: JournalBoard) -> Self {
-        Self { books, journal }
+    pub(crate) fn new(
+        books: SharedBooks,
+        journal: JournalBoard,
+        inquiries: Arc<InquiryTally>,
+    ) -> Self {
+        Self { books, journal, inquiries }
     }
 
     /// Replies until nobody can ask any more.
@@ -54,6 +61,7 @@ impl ReplyLane {
                 Wanted::Identifications => self.identifications(&query),
                 Wanted::Phase => self.phase(&query),
             }
+            self.inquiries.answered();
             drop(place);
             lane.rest();
         }

@@ -1,6 +1,8 @@
 //! Answers, divergences, status and progress, in order, on a thread of its own: none of them waits for
 //! the disk, and none is worth waiting for the network.
 
+use std::sync::Arc;
+
 use shell::supervision::Lane;
 use tokio::sync::mpsc;
 use wire::{Divergences, ModuleStatus, Progress, StateAnswer, Topic};
@@ -11,6 +13,7 @@ use zenoh::query::Query;
 use zenoh::{Session, Wait};
 
 use super::audience::Audience;
+use crate::diagnoser::inquiry::InquiryTally;
 use crate::messages::{put, refuse, reply};
 use translation::Speaker;
 
@@ -45,6 +48,7 @@ pub(crate) struct RoutineLane {
     status: Publisher<'static>,
     progress: Publisher<'static>,
     audiences: Audiences,
+    inquiries: Arc<InquiryTally>,
 }
 
 /// The subscribers of frequent messages.
@@ -58,7 +62,11 @@ pub(crate) struct Audiences {
 
 impl RoutineLane {
     /// Declares the publishers.
-    pub(crate) async fn declare(session: &Session, speaker: &Speaker) -> zenoh::Result<Self> {
+    pub(crate) async fn declare(
+        session: &Session,
+        speaker: &Speaker,
+        inquiries: Arc<InquiryTally>,
+    ) -> zenoh::Result<Self> {
         let divergences = publisher(session, speaker.key(Topic::Divergence)).await?;
         let progress = publisher(session, speaker.key(Topic::Progress)).await?;
         let audiences = Audiences {
@@ -66,7 +74,7 @@ impl RoutineLane {
             progress: Audience::of(&progress).await?,
         };
         let status = publisher(session, speaker.key(Topic::Status)).await?;
-        Ok(Self { divergences, status, progress, audiences })
+        Ok(Self { divergences, status, progress, audiences, inquiries })
     }
 
     /// The subscribers.
@@ -90,7 +98,10 @@ impl RoutineLane {
             }
             Routine::Status(message) => put(&*message, |bytes| self.status.put(bytes).wait()),
             Routine::Progress(message) => put(&message, |bytes| self.progress.put(bytes).wait()),
-            Routine::Answer { query, answer } => reply(&query, &answer),
+            Routine::Answer { query, answer } => {
+                reply(&query, &answer);
+                self.inquiries.answered();
+            }
             Routine::Refusal { query, reason } => refuse(&query, reason),
         }
     }

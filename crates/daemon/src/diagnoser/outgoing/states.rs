@@ -45,9 +45,12 @@ impl States {
         self.pages.iter().map(|page| &page.component)
     }
 
+    /// Takes a transition, unless a later one was taken before it.
     pub(crate) fn enter(&mut self, transition: &FaultTransition) {
         let component = &transition.component.component;
-        if let Some(page) = self.pages.iter_mut().find(|page| page.component == *component) {
+        let page = self.pages.iter_mut().find(|page| page.component == *component);
+        let is_later = |known: &FaultTransition| known.sequence > transition.sequence;
+        if let Some(page) = page.filter(|page| !page.latest.as_ref().is_some_and(is_later)) {
             page.latest = Some(transition.clone());
         }
     }

@@ -7,7 +7,7 @@
 //! | `snapshot` | of records, those that say all of the present state |
 //! | `keeper` | the open journal: writes, waits for the disk, keeps what could not be written yet |
 //! | `watch_file` | how far the module had watched, overwritten all the time |
-//! | `write_queue` | what is to be written; whoever hands it in waits for the disk for a limited time |
+//! | `write_queue` | what is to be written; whoever publishes it waits for the disk for a limited time |
 //! | `writer` | the thread that writes it |
 //! | `directory` | all of it together, for tests from outside |
 

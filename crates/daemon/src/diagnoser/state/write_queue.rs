@@ -1,5 +1,5 @@
-//! What is to be written, on its way to the thread that writes it. Whoever hands it in waits until the disk has it, but
-//! not for ever: a fault is on the disk first, unless the disk is broken.
+//! What is to be written, on its way to the thread that writes it. The thread that publishes waits until the disk has it,
+//! but not for ever: a fault is on the disk first, unless the disk is broken.
 //!
 //! The time limit is that of the oldest record that the disk has not answered for. So a disk that hangs holds up the
 //! first batch of records, and none after it.
@@ -30,7 +30,7 @@ pub(super) struct Batch {
     pub(super) dropped: (Snapshot, u64),
 }
 
-/// The queue; one thread hands in, one writes, anybody reads the board.
+/// The queue: anybody hands in and waits, one thread writes.
 #[derive(Debug)]
 struct Queue {
     state: Mutex<State>,
@@ -158,23 +158,13 @@ pub(super) fn queue(
 pub(crate) struct Submission(Arc<Queue>);
 
 impl Submission {
-    /// Hands in records, and how far the module has watched by now; waits for the disk. Returns whether it has the
-    /// records, and all before them.
-    pub(crate) fn save(&self, records: Vec<Record>, watch: Option<Watch>) -> bool {
+    /// Hands in records, and how far the module has watched by now; does not wait. Returns the ticket to wait for the disk
+    /// with.
+    pub(crate) fn hand_in(&self, records: Vec<Record>, watch: Option<Watch>) -> u64 {
         let mut state = self.0.state();
-        let waits = !records.is_empty();
         state.hand_in(records, watch, Instant::now());
-        let ticket = state.handed_in;
         self.0.handed_in.notify_one();
-        while waits && state.answered < ticket {
-            let left = state.deadline().map(|end| end.saturating_duration_since(Instant::now()));
-            let Some(left) = left.filter(|left| !left.is_zero()) else {
-                state.tell_hang();
-                break;
-            };
-            self.0.answered.wait_for(&mut state, left);
-        }
-        state.durable >= ticket
+        state.handed_in
     }
 }
 
@@ -216,7 +206,7 @@ impl Outlet {
     }
 }
 
-/// How the journal is, for the status.
+/// How the journal is, and whether it has what was handed in.
 #[derive(Debug, Clone)]
 pub(crate) struct JournalBoard(Arc<Queue>);
 
@@ -224,6 +214,21 @@ impl JournalBoard {
     /// At present.
     pub(crate) fn read(&self) -> JournalStatus {
         self.0.state().status(Instant::now())
+    }
+
+    /// Waits until the disk has answered for everything that was handed in by the time of a ticket, unless it hangs.
+    /// Returns whether it has all of it.
+    pub(crate) fn wait_for(&self, ticket: u64) -> bool {
+        let mut state = self.0.state();
+        while state.answered < ticket {
+            let left = state.deadline().map(|end| end.saturating_duration_since(Instant::now()));
+            let Some(left) = left.filter(|left| !left.is_zero()) else {
+                state.tell_hang();
+                break;
+            };
+            self.0.answered.wait_for(&mut state, left);
+        }
+        state.durable >= ticket
     }
 
     /// Whether the disk has everything that was handed in.
@@ -257,7 +262,7 @@ mod tests {
                     outlet.settle(durable, &JournalStatus::default());
                 }
             });
-            assert_eq!(submission.save(changes(0..3), None), durable);
+            assert_eq!(board.wait_for(submission.hand_in(changes(0..3), None)), durable);
             assert_eq!(board.has_all(), durable);
             drop(submission);
             writing.join().unwrap();
@@ -268,12 +273,12 @@ mod tests {
     fn a_disk_that_hangs_holds_up_the_first_batch_and_none_after_it() {
         let (submission, outlet, board) = empty();
         let start = Instant::now();
-        assert!(!submission.save(changes(0..2), None));
+        assert!(!board.wait_for(submission.hand_in(changes(0..2), None)));
         assert!(start.elapsed() >= DEADLINE);
         let taken = outlet.take(None).unwrap();
         let second = Instant::now();
         for step in 2..50 {
-            assert!(!submission.save(changes(step..step + 1), None));
+            assert!(!board.wait_for(submission.hand_in(changes(step..step + 1), None)));
         }
         assert!(second.elapsed() < DEADLINE, "{:?}", second.elapsed());
         assert_eq!((taken.records.len(), board.read().unsaved), (2, 50));
