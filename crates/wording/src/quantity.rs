@@ -23,16 +23,12 @@ pub fn ratio(ratio: f64) -> String {
 /// A span of time given in milliseconds.
 pub fn span(ms: f64) -> String {
     let seconds = ms / 1e3;
-    if ms.abs() < 9.95 {
-        format!("{ms:.1} ms")
-    } else if ms.abs() < 999.5 {
-        format!("{ms:.0} ms")
-    } else if seconds < 120.0 {
-        format!("{seconds:.1} s")
-    } else if seconds < 7200.0 {
-        format!("{:.1} min", seconds / 60.0)
-    } else {
-        format!("{:.1} h", seconds / 3600.0)
+    match ms.abs() {
+        ..9.95 => format!("{ms:.1} ms"),
+        ..999.5 => format!("{ms:.0} ms"),
+        ..120e3 => format!("{seconds:.1} s"),
+        ..7200e3 => format!("{:.1} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
     }
 }
 
@@ -55,5 +51,6 @@ mod tests {
     fn spans_are_printed_in_the_unit_that_suits_them() {
         let text = [0.25, 42.4, 999.6, 119_000.0, 600_000.0, 8_000_000.0].map(span);
         assert_eq!(text, ["0.2 ms", "42 ms", "1.0 s", "119.0 s", "10.0 min", "2.2 h"]);
+        assert_eq!([-600_000.0, -8_000_000.0].map(span), ["-10.0 min", "-2.2 h"]);
     }
 }
