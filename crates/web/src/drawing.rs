@@ -3,9 +3,8 @@
 use figure::structure::{Look, Plan};
 use maud::{Markup, PreEscaped, html};
 use names::{ComponentPath, StructureName};
+use observer::{StateRow, title};
 use truss::Structure;
-use wire::FaultTransition;
-use wording::{aside, identified, state_in_words};
 
 use crate::look;
 use crate::view::View;
@@ -46,36 +45,24 @@ impl Drawing {
     fn look(&self, view: &View<'_>, component: &ComponentPath) -> Look {
         let href = view.component(Some(&self.structure), component);
         match view.scene.component(Some(&self.structure), component) {
-            // Nobody diagnoses it, or nothing has been heard of it.
+            // No module diagnoses it, or nothing has been heard of it.
             None => Look {
                 class: "absent".to_owned(),
                 badge: String::new(),
                 title: format!("{component}: nothing is known of it"),
                 href,
             },
-            Some(transition) => Look {
-                class: look::classes(transition),
-                badge: badge(transition),
-                title: title(transition),
-                href,
-            },
+            Some(state) => {
+                let row = StateRow::of_component(state);
+                // What is normal draws no attention to itself.
+                let is_quiet = matches!(row.sign, "normal" | "unverified");
+                Look {
+                    class: look::classes(&row),
+                    badge: if is_quiet { String::new() } else { format!("sign-{}", row.sign) },
+                    title: title(state),
+                    href,
+                }
+            }
         }
     }
-}
-
-/// What is normal draws no attention to itself.
-fn badge(transition: &FaultTransition) -> String {
-    match look::class(transition) {
-        "normal" | "unverified" => String::new(),
-        class => format!("sign-{class}"),
-    }
-}
-
-/// A component and its state in a line.
-pub(crate) fn title(transition: &FaultTransition) -> String {
-    let kind = transition.identification.as_ref().filter(|_| transition.state.is_fault());
-    let parts =
-        [Some(state_in_words(transition)), kind.map(|found| identified(found)), aside(transition)];
-    let parts: Vec<String> = parts.into_iter().flatten().collect();
-    format!("{}: {}", transition.component, parts.join("; "))
 }

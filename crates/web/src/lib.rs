@@ -15,7 +15,7 @@
 //! | `overview`, `component`, `module`, `history`, `events` | the pages |
 //! | `forms` | the forms in which orders are given |
 //! | `stream` | parts of pages as they change |
-//! | `desk` | what is asked of modules, once for all pages |
+//! | `observed` | the scene, and what is asked of modules, once for all pages |
 //! | `hub` | work that goes on only while somebody looks |
 //! | `metrics` | what is counted, and whether the process is well |
 
@@ -24,7 +24,6 @@ mod app;
 mod assets;
 mod component;
 mod config;
-mod desk;
 mod drawing;
 mod events;
 mod forms;
@@ -35,6 +34,7 @@ mod listener;
 mod look;
 mod metrics;
 mod module;
+mod observed;
 mod orders;
 mod overview;
 mod router;

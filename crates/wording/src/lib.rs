@@ -14,10 +14,10 @@ mod tone;
 
 pub use names::printable;
 
-pub use aside::{aside, by_whom, state_and_aside, until};
+pub use aside::{aside, state_and_aside, until};
 
-use aside::asides;
-pub use doubt::why_unconfirmed;
+use aside::{asides, by_whom};
+use doubt::why_unconfirmed;
 pub use identification::{
     brief, candidate, decimals, fault_size, identified, in_small_units, kind, percent,
 };

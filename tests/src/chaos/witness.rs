@@ -40,7 +40,7 @@ impl Witness {
         let noted = Arc::clone(&record);
         let note = move |news| match news {
             News::Fault(transition) => lock(&noted).note_transition(&transition),
-            News::Missed { .. } | News::Lost(_) => lock(&noted).note_missed(&news),
+            News::Missed { .. } | News::Lost { .. } => lock(&noted).note_missed(&news),
             _ => {}
         };
         let listening = Some((steady, observer.hear(note).await));

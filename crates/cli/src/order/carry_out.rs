@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use names::StructureName;
-use observer::Command;
+use observer::{Command, OrderOutcome};
 use tokio::time::{Instant, sleep};
 use wire::OrderKind;
 use zenoh::Session;
 
 use super::homes::homes;
 use super::issuer::Issuer;
-use super::outcome::{CommandOutcome, Outcome};
+use super::outcome::CommandOutcome;
 use super::subject::Subject;
 use crate::failure::Failure;
 use crate::link::Target;
@@ -57,7 +57,10 @@ pub(super) async fn carry_out(
                 let place = Place { session, structure, command, timeout };
                 place.give(subject, issuer, manner, until).await
             }
-            None => Outcome::not_there(timeout),
+            None => {
+                let why = format!("its diagnoser is not there (looked for {timeout:?})");
+                OrderOutcome::not_sent(&why)
+            }
         };
         outcomes.push(CommandOutcome {
             structure: structure.cloned(),
@@ -87,7 +90,7 @@ impl Place<'_> {
         issuer: &Issuer,
         manner: Manner,
         until: Option<Instant>,
-    ) -> Outcome {
+    ) -> OrderOutcome {
         let order = issuer.order(subject, manner);
         loop {
             let (structure, module) = (self.structure, subject.module());
@@ -99,8 +102,8 @@ impl Place<'_> {
                 &order,
                 self.timeout,
             );
-            let outcome = Outcome::of(result.await);
-            let is_refused = matches!(outcome, Outcome::Refused { .. });
+            let outcome = OrderOutcome::from(result.await);
+            let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
             if !is_refused || until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until) {
                 return outcome;
             }

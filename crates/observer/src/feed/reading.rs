@@ -7,8 +7,8 @@ use wire::{
 };
 use zenoh::sample::{Sample, SampleKind};
 
-use super::News;
 use super::continuity::Whose;
+use crate::view::News;
 
 /// Something that has arrived.
 #[derive(Debug, Clone)]
@@ -41,7 +41,8 @@ pub(super) fn message(sample: &Sample) -> Option<Arrival> {
         Ok(Key::Plant { .. }) => return None,
         Err(error) => Err(error.to_string()),
     };
-    let unreadable = |problem| Arrival::Other(News::Unreadable(format!("{key}: {problem}")));
+    let unreadable =
+        |problem| Arrival::Other(News::Unreadable { problem: format!("{key}: {problem}") });
     Some(read.unwrap_or_else(unreadable))
 }
 

@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use names::OperatorName;
-use observer::{Command, DivergenceFeed, OrderError, QueryError};
+use observer::{Command, DivergenceFeed, OrderOutcome, QueryError};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::{AbortHandle, JoinSet};
 use wire::{FaultTransition, FreezeFrame};
 use zenoh::Session;
 
-use crate::model::exchange::{Answer, Effect, Given, Outcome};
+use crate::model::exchange::{Answer, Effect, Given};
 use crate::model::{Subject, Whose};
 use crate::settings::Settings;
 
@@ -105,16 +105,12 @@ async fn order(
     given: &Given,
     command: &Command,
     timeout: Duration,
-) -> Outcome {
-    let Some(session) = session else { return Outcome::NotSent(no_network()) };
+) -> OrderOutcome {
+    let Some(session) = session else { return OrderOutcome::not_sent(&no_network()) };
     let Subject { structure, component } = &given.subject;
-    let result =
-        observer::order(&session, structure, &component.module, command, &given.order, timeout);
-    match result.await {
-        Ok(obeyed) => Outcome::Obeyed(obeyed),
-        Err(OrderError::Refused(reason)) => Outcome::Refused(reason),
-        Err(error) => Outcome::Unanswered(error.to_string()),
-    }
+    observer::order(&session, structure, &component.module, command, &given.order, timeout)
+        .await
+        .into()
 }
 
 /// The freeze frame of the fault that a component has.

@@ -2,12 +2,10 @@
 
 use futures_util::future::join_all;
 use names::ModuleName;
-use observer::{LiveModule, Scene};
+use observer::{ModuleView, Scene};
 use wire::FaultTransition;
 
-use crate::app::App;
-use crate::desk::{Frame, Journal};
-use crate::view::find_module;
+use crate::observed::{Frame, Journal, Observed};
 
 /// What was had of the modules.
 #[derive(Debug, Clone, Default)]
@@ -20,13 +18,15 @@ pub(crate) struct Evidence {
 
 impl Evidence {
     /// Asks for it. A module that is not heard is not asked.
-    pub(super) async fn fetch(app: &App, scene: &Scene, transition: &FaultTransition) -> Self {
-        let of = |module: &&LiveModule| {
-            module.picture.member.structure.as_ref() == Some(&transition.structure)
-        };
+    pub(super) async fn fetch(
+        observed: &Observed,
+        scene: &Scene,
+        transition: &FaultTransition,
+    ) -> Self {
+        let of = |module: &&ModuleView| module.structure.as_ref() == Some(&transition.structure);
         let modules = scene.modules.iter().filter(of);
-        let journals = join_all(modules.map(|module| app.desk.journals.of(app, module)));
-        let (journals, frame) = tokio::join!(journals, frame(app, scene, transition));
+        let journals = join_all(modules.map(|module| observed.journal(module)));
+        let (journals, frame) = tokio::join!(journals, frame(observed, scene, transition));
         Self { journals, frame }
     }
 
@@ -48,11 +48,11 @@ impl Evidence {
     }
 }
 
-async fn frame(app: &App, scene: &Scene, transition: &FaultTransition) -> Option<Frame> {
-    let module = find_module(scene, Some(&transition.structure), &transition.module);
-    match (transition.state.is_fault(), module.is_some_and(|m| m.silent_since_unix_ns.is_none())) {
+async fn frame(observed: &Observed, scene: &Scene, transition: &FaultTransition) -> Option<Frame> {
+    let module = scene.module(Some(&transition.structure), &transition.module);
+    match (transition.state.is_fault(), module.is_some_and(|m| !m.is_silent)) {
         (false, _) => None,
         (true, false) => Some(Err("its module is not heard".into())),
-        (true, true) => Some(app.desk.frames.of(app, transition).await),
+        (true, true) => Some(observed.frame(transition).await),
     }
 }

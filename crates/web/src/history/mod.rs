@@ -14,12 +14,13 @@ use axum::response::Response;
 use futures_util::future::join_all;
 use maud::{Markup, html};
 use names::ComponentPath;
+use observer::Entry;
 use wording::printable;
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::desk::Journal;
 use crate::layout::Page;
+use crate::observed::Journal;
 use crate::view::View;
 use filter::{Asked, Filter};
 
@@ -34,8 +35,8 @@ pub(crate) async fn page(
     Query(asked): Query<Asked>,
     viewer: Viewer,
 ) -> Response {
-    let scene = app.live.scene();
-    let view = View::new(&scene, app.drawing.as_ref());
+    let scene = app.observed.scene();
+    let view = View::new(&scene);
     let page = Page {
         title: "History",
         place: "/history",
@@ -46,7 +47,7 @@ pub(crate) async fn page(
     match asked.filter() {
         Ok(filter) => {
             let wanted = scene.modules.iter().filter(|module| filter.wants_module(module));
-            let journals = join_all(wanted.map(|module| app.desk.journals.of(&app, module))).await;
+            let journals = join_all(wanted.map(|module| app.observed.journal(module))).await;
             page.around(&main(&view, &asked, &filter, &journals))
         }
         Err(problem) => page.refusing(
@@ -64,7 +65,7 @@ fn main(view: &View<'_>, asked: &Asked, filter: &Filter, journals: &[Journal]) -
     let notes: Vec<String> = journals.iter().flat_map(Journal::notes).collect();
     html! {
         h1 { "History" }
-        p { "What the modules' journals hold, ordered by the clocks of the modules, the latest first." }
+        p { "What the modules' journals hold, the latest first." }
         (asked.form(view))
         (remarks(&notes))
         @if journals.is_empty() { p.nothing { "No module whose journal could be read is known." } }
@@ -78,7 +79,7 @@ pub(crate) fn of_component(
     journal: &Journal,
     component: &ComponentPath,
 ) -> Markup {
-    let own = |entry: &table::Entry<'_>| entry.component() == component;
+    let own = |entry: &Entry<'_>| entry.component() == component;
     html! {
         (remarks(&journal.notes()))
         (table::table(view, std::slice::from_ref(journal), own, MOST_OF_COMPONENT))

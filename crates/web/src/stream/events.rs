@@ -10,44 +10,32 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream::{Stream, unfold};
 use shell::shutdown::Shutdown;
+use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::watch::Receiver;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::part::Parts;
+use super::part::{MOST, Parts};
 use super::rendering;
 use super::subject::Wanted;
 use crate::app::Shared;
 
-/// Streams at a time; further pages poll.
-const MOST: usize = 256;
 /// After this time, whoever was refused may try again \[s\].
 const AGAIN_S: u64 = 30;
 /// A comment is sent this often, so that nobody between takes the connection for dead.
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
-/// Places for streams.
-#[derive(Debug, Clone)]
-pub(crate) struct Places(Arc<Semaphore>);
-
-impl Default for Places {
-    fn default() -> Self {
-        Self(Arc::new(Semaphore::new(MOST)))
-    }
-}
-
 /// `/stream`
 pub(crate) async fn stream(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
-    let subject = match wanted.subject(&app.live.scene()) {
+    let subject = match wanted.subject(&app.observed.scene()) {
         Ok(subject) => subject,
         Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
     };
-    let Ok(place) = Arc::clone(&app.desk.places.0).try_acquire_owned() else {
-        app.counters.stream_refused();
+    let Some(place) = app.streams.place() else {
+        app.metrics.stream_refused();
         let words = format!("{MOST} streams are open: poll, or try again in {AGAIN_S} s");
         let again = [(header::RETRY_AFTER, AGAIN_S.to_string())];
         return (StatusCode::SERVICE_UNAVAILABLE, again, words).into_response();
     };
-    app.counters.stream_opened();
+    app.metrics.stream_opened();
     let parts = rendering::look(&app, &subject);
     let shutdown = app.shutdown.clone();
     let viewing = Viewing { parts, sent: 0, shutdown, app, _place: place };
@@ -68,7 +56,7 @@ struct Viewing {
 
 impl Drop for Viewing {
     fn drop(&mut self) {
-        self.app.counters.stream_closed();
+        self.app.metrics.stream_closed();
     }
 }
 
@@ -79,7 +67,7 @@ fn events(viewing: Viewing) -> impl Stream<Item = Result<Event, Infallible>> {
             let parts = Arc::clone(&viewing.parts.borrow_and_update());
             if let Some(changed) = parts.since(viewing.sent) {
                 viewing.sent = parts.version();
-                viewing.app.counters.update();
+                viewing.app.metrics.update();
                 return Some((Ok(Event::default().data(changed)), viewing));
             }
             tokio::select! {

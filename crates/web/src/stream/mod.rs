@@ -15,7 +15,7 @@ mod poll;
 mod rendering;
 mod subject;
 
-pub(crate) use events::{Places, stream};
-pub(crate) use part::{Part, Parts, part};
+pub(crate) use events::stream;
+pub(crate) use part::{Part, Streams, part};
 pub(crate) use poll::fragments;
 pub(crate) use subject::{Subject, Whose};

@@ -27,9 +27,10 @@ use zenoh::Session;
 
 use crate::access::{Access, AccessSettings, Viewer};
 use crate::app::{App, Shared};
-use crate::desk::Desk;
 use crate::listener::{Listener, ListenerSettings, TlsFiles};
-use crate::metrics::Counters;
+use crate::metrics::Metrics;
+use crate::observed::Observed;
+use crate::stream::Streams;
 use crate::{access, orders};
 
 pub(crate) use browser::{Answer, Browser, Request};
@@ -64,15 +65,13 @@ impl PageServer {
         access.site = settings.site();
         let (trigger, shutdown) = shutdown::pair();
         let app = App {
-            live: live(network),
+            observed: Arc::new(Observed::new(live(network), Duration::from_secs(10))),
             access: Access::new(access),
             structure: None,
             operator,
-            timeout: Duration::from_secs(10),
             drawing: None,
-            desk: Desk::default(),
-            counters: Counters::default(),
-            pulse: Supervisor::from_environment().pulse(),
+            streams: Streams::default(),
+            metrics: Metrics::new(Supervisor::from_environment().pulse()),
             shutdown: shutdown.clone(),
         };
         let shared = Arc::new(app);

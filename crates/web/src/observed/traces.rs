@@ -12,7 +12,7 @@ use tokio::time::{Instant, sleep};
 use wire::Divergences;
 use zenoh::Session;
 
-use crate::app::Shared;
+use super::Observed;
 
 /// How far back they reach.
 const MINUTE_NS: u64 = 60_000_000_000;
@@ -26,20 +26,26 @@ const AGAIN_AFTER: Duration = Duration::from_secs(1);
 /// The messages of the last minute, oldest first.
 pub(crate) type Traces = VecDeque<Arc<Divergences>>;
 
-/// The divergences of a module as they come.
-pub(crate) fn traces(
-    app: &Shared,
-    structure: &StructureName,
-    module: &ModuleName,
-) -> Receiver<Arc<Traces>> {
-    let key = (structure.clone(), module.clone());
-    let (app_of_work, whose) = (Arc::clone(app), key.clone());
-    app.desk.traces.look(key, Arc::default(), move |sender| watch(app_of_work, whose, sender))
+impl Observed {
+    /// The divergences of a module as they come.
+    pub(crate) fn traces(
+        self: &Arc<Self>,
+        structure: &StructureName,
+        module: &ModuleName,
+    ) -> Receiver<Arc<Traces>> {
+        let key = (structure.clone(), module.clone());
+        let (observed, whose) = (Arc::clone(self), key.clone());
+        self.traces.look(key, Arc::default(), move |sender| watch(observed, whose, sender))
+    }
 }
 
-async fn watch(app: Shared, whose: (StructureName, ModuleName), shown: Sender<Arc<Traces>>) {
+async fn watch(
+    observed: Arc<Observed>,
+    whose: (StructureName, ModuleName),
+    shown: Sender<Arc<Traces>>,
+) {
     loop {
-        if let Some(session) = app.live.session() {
+        if let Some(session) = observed.session() {
             follow(&session, &whose, &shown).await;
         }
         sleep(AGAIN_AFTER).await;
