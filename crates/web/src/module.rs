@@ -1,7 +1,6 @@
 //! The page of a module: components, status, journal, peers.
 
 use axum::extract::{Path, Query, State};
-use axum::http::StatusCode;
 use axum::response::Response;
 use maud::{Markup, html};
 use names::ModuleName;
@@ -13,7 +12,7 @@ use crate::access::Viewer;
 use crate::app::Shared;
 use crate::component::Of;
 use crate::forms;
-use crate::layout::Page;
+use crate::layout::{Page, unknown};
 use crate::look;
 use crate::overview::{alarms, modules};
 use crate::stream::{Part, Subject, Whose, part};
@@ -53,17 +52,7 @@ pub(crate) async fn page(
             let page = Page { title: &title, place: "", live, viewer: &viewer, scene: &scene };
             page.around(&main(&view, &viewer, &whose, module))
         }
-        Err(problem) => {
-            let live = String::new();
-            let page = Page { title: "Not known", place: "", live, viewer: &viewer, scene: &scene };
-            page.refusing(
-                StatusCode::NOT_FOUND,
-                &html! {
-                    h1 { "Not known" }
-                    p { (printable(&problem)) ". " a href="/" { "The overview" } " has what is." }
-                },
-            )
-        }
+        Err(problem) => unknown(&viewer, &scene, &problem),
     }
 }
 

@@ -19,6 +19,9 @@ pub enum QueryError {
     /// not admit it, or the process that took it has just ended.
     #[error("no process takes the command")]
     Untaken,
+    /// The question was not put, for this reason.
+    #[error("{0}")]
+    NotAsked(String),
     /// The answer makes no sense, or the question could not be put.
     #[error("the answer makes no sense: {0}")]
     Senseless(String),

@@ -87,6 +87,23 @@ pub struct Measured {
 }
 
 impl StateRow {
+    /// What was measured of it, by name.
+    #[must_use]
+    pub fn facts(&self) -> Vec<(&'static str, String)> {
+        let Measured { run, onset_step, detection_step, decided_step, .. } = &self.measured;
+        let step = |step: &Option<Step>| step.map(|step| step.to_string());
+        let facts = [
+            ("onset step", step(onset_step)),
+            ("detection step", step(detection_step)),
+            ("decided as of step", step(decided_step)),
+            ("run", run.map(|run| run.to_string())),
+            ("residual", self.measured.residual.clone()),
+            ("divergence", self.measured.divergence.clone()),
+            ("reference", self.measured.reference.clone()),
+        ];
+        facts.into_iter().filter_map(|(name, fact)| Some((name, fact?))).collect()
+    }
+
     /// The component or the module.
     #[must_use]
     pub fn name(&self) -> String {

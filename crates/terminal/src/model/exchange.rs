@@ -39,7 +39,5 @@ pub(crate) enum Answer {
     Frame(Subject, Result<Box<FreezeFrame>, String>),
     Identification(Subject, Result<Option<Box<Identification>>, String>),
     History(Subject, Box<ModuleHistory>),
-    /// There is no session to ask over.
-    NoHistory(Subject),
     Divergences(Box<Divergences>),
 }

@@ -179,11 +179,6 @@ impl Model {
                     journal.take(&history);
                 }
             }
-            Answer::NoHistory(of) => {
-                if let Some(journal) = self.journal_of(&of) {
-                    journal.entries = Had::Missing("there is no network".to_owned());
-                }
-            }
             Answer::Divergences(message) => {
                 if self.frozen.is_none()
                     && let Some(seen) = &mut self.close_up

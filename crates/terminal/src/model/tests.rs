@@ -2,7 +2,7 @@
 
 use wire::{FaultState, Obeyed, OrderKind};
 
-use observer::OrderOutcome;
+use observer::{ModuleHistory, OrderOutcome, QueryError};
 
 use super::exchange::{Answer, Effect};
 use super::*;
@@ -188,9 +188,15 @@ fn history_is_asked_for_and_without_a_network_says_so() {
     let mut model = model();
     let effects = keys(&mut model, "h");
     let [Effect::History(of)] = &effects[..] else { panic!("{effects:?}") };
-    model.on_answer(Answer::NoHistory(of.clone()));
+    let Subject { structure, component } = of;
+    let mut history = ModuleHistory::new(structure, &component.module, 1);
+    history.broken_off = Some(QueryError::NotAsked("there is no network".to_owned()));
+    model.on_answer(Answer::History(of.clone(), Box::new(history)));
     let journal = model.journal.as_ref().unwrap();
-    assert_eq!(journal.entries, Had::Missing("there is no network".to_owned()));
+    assert_eq!(
+        journal.entries,
+        Had::Missing("m1: there is no network; nothing is known of its history".to_owned())
+    );
     keys(&mut model, "\x1b");
     assert!(model.journal.is_none());
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use names::OperatorName;
-use observer::{Command, DivergenceFeed, OrderOutcome, QueryError};
+use observer::{Command, DivergenceFeed, ModuleHistory, OrderOutcome, QueryError};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::{AbortHandle, JoinSet};
 use wire::{FaultTransition, FreezeFrame};
@@ -138,8 +138,13 @@ async fn identification(session: Option<Session>, subject: Subject, timeout: Dur
 }
 
 async fn history(session: Option<Session>, subject: Subject, timeout: Duration) -> Answer {
-    let Some(session) = session else { return Answer::NoHistory(subject) };
-    let (structure, module) = (subject.structure.clone(), subject.component.module.clone());
-    let history = observer::history(&session, &structure, &module, 1, timeout).await;
+    let (structure, module) = (&subject.structure, &subject.component.module);
+    let history = match session {
+        Some(session) => observer::history(&session, structure, module, 1, timeout).await,
+        None => {
+            let broken_off = Some(QueryError::NotAsked(no_network()));
+            ModuleHistory { broken_off, ..ModuleHistory::new(structure, module, 1) }
+        }
+    };
     Answer::History(subject, Box::new(history))
 }

@@ -1,17 +1,19 @@
 //! Journals and the freeze frame of a component, as the modules answer.
 
+use std::sync::Arc;
+
 use futures_util::future::join_all;
 use names::ModuleName;
-use observer::{ModuleView, Scene};
+use observer::{ModuleHistory, ModuleView, Scene};
 use wire::FaultTransition;
 
-use crate::observed::{Frame, Journal, Observed};
+use crate::observed::{Frame, Observed};
 
 /// What was had of the modules.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Evidence {
     /// The journals of its structure's modules, as far as they were asked: a change may explain one of another module.
-    pub(super) journals: Vec<Journal>,
+    pub(super) journals: Vec<Arc<ModuleHistory>>,
     /// The freeze frame of its fault, or why there is none; nothing if it has no fault.
     pub(super) frame: Option<Frame>,
 }
@@ -27,24 +29,23 @@ impl Evidence {
         let modules = scene.modules.iter().filter(of);
         let journals = join_all(modules.map(|module| observed.journal(module)));
         let (journals, frame) = tokio::join!(journals, frame(observed, scene, transition));
-        Self { journals, frame }
+        Self { journals: journals.into_iter().flatten().collect(), frame }
     }
 
     /// The journal of this module.
-    pub(super) fn journal(&self, module: &ModuleName) -> Option<&Journal> {
-        self.journals.iter().find(|journal| journal.module == *module)
+    pub(super) fn journal(&self, module: &ModuleName) -> Option<&ModuleHistory> {
+        self.journals.iter().find(|journal| journal.module == *module).map(Arc::as_ref)
     }
 
     /// The transitions that the journals hold, those of a module in their order.
     pub(super) fn transitions(&self) -> impl Iterator<Item = &FaultTransition> {
-        let read = self.journals.iter().filter_map(|journal| journal.read.as_ref().ok());
-        read.flat_map(|history| &history.transitions)
+        self.journals.iter().flat_map(|history| &history.transitions)
     }
 
     /// Whether it may be had in full after a while.
     pub(super) fn lacks(&self) -> bool {
         matches!(self.frame, Some(Err(_)))
-            || self.journals.iter().any(|journal| journal.read.is_err())
+            || self.journals.iter().any(|journal| !journal.answered())
     }
 }
 

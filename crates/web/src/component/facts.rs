@@ -25,24 +25,10 @@ pub(super) fn facts(view: &View<'_>, state: &FaultTransition) -> Markup {
 }
 
 fn figures(row: &StateRow) -> Markup {
-    let measured = &row.measured;
-    let text = |value: &Option<String>| value.clone();
-    let step = |step: Option<names::Step>| step.map(|step| step.to_string());
-    let facts = [
-        ("onset step", step(measured.onset_step)),
-        ("detection step", step(measured.detection_step)),
-        ("decided as of step", step(measured.decided_step)),
-        ("run", measured.run.map(|run| run.to_string())),
-        ("residual", text(&measured.residual)),
-        ("divergence", text(&measured.divergence)),
-        ("reference", text(&measured.reference)),
-    ];
     html! {
         dl.facts {
             @if let Some(since) = row.since_unix_ns { div { dt { "since" } dd { (look::when(since)) } } }
-            @for (name, fact) in facts {
-                @if let Some(fact) = fact { div { dt { (name) } dd { (fact) } } }
-            }
+            @for (name, fact) in row.facts() { div { dt { (name) } dd { (fact) } } }
         }
     }
 }

@@ -19,19 +19,17 @@ mod watch;
 use std::sync::Arc;
 
 use axum::extract::{Path, Query, State};
-use axum::http::StatusCode;
 use axum::response::Response;
 use maud::{Markup, PreEscaped, html};
 use names::{ComponentPath, StructureName};
-use observer::{Scene, title};
+use observer::title;
 use serde::Deserialize;
 use wire::FaultTransition;
-use wording::printable;
 
 use crate::access::Viewer;
 use crate::app::Shared;
 use crate::forms;
-use crate::layout::Page;
+use crate::layout::{Page, unknown};
 use crate::stream::{Subject, Whose};
 use crate::view::View;
 use evidence::Evidence;
@@ -85,18 +83,6 @@ pub(crate) async fn page(
         scene: &scene,
     };
     page.around(&main(&shown, &viewer))
-}
-
-fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response {
-    let live = String::new();
-    let page = Page { title: "Not known", place: "", live, viewer, scene };
-    page.refusing(
-        StatusCode::NOT_FOUND,
-        &html! {
-            h1 { "Not known" }
-            p { (printable(problem)) ". " a href="/" { "The overview" } " has what is." }
-        },
-    )
 }
 
 fn main(shown: &Shown<'_>, viewer: &Viewer) -> Markup {

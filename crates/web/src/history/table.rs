@@ -1,11 +1,10 @@
 //! Transitions and kinds of faults, the latest first.
 
 use maud::{Markup, html};
-use observer::{Entry, Journals};
+use observer::{Entry, Journals, ModuleHistory};
 use wording::or_nothing;
 
 use crate::look;
-use crate::observed::Journal;
 use crate::view::View;
 
 /// The columns, and whether numbers stand in them.
@@ -19,14 +18,13 @@ const COLUMNS: [(&str, bool); 6] = [
 ];
 
 /// The wanted entries of these journals, no more than `most`.
-pub(super) fn table(
+pub(super) fn table<'a>(
     view: &View<'_>,
-    journals: &[Journal],
+    journals: impl IntoIterator<Item = &'a ModuleHistory>,
     wanted: impl Fn(&Entry<'_>) -> bool,
     most: usize,
 ) -> Markup {
-    let read = journals.iter().filter_map(|journal| journal.read.as_deref().ok());
-    let mut entries = Journals::merge(read).entries;
+    let mut entries = Journals::merge(journals).entries;
     entries.retain(|entry| wanted(entry));
     entries.reverse();
     let left_out = entries.len().saturating_sub(most);

@@ -17,14 +17,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use names::{ModuleName, StructureName};
-use observer::{Live, Scene};
+use observer::{Live, ModuleHistory, Scene};
 use zenoh::Session;
 
 use crate::hub::{Hub, LINGER};
 use answers::Answers;
 
 pub(crate) use frames::Frame;
-pub(crate) use journals::Journal;
 pub(crate) use traces::Traces;
 
 /// A journal grows, and a frame may not be there yet.
@@ -39,7 +38,7 @@ pub(crate) struct Observed {
     pub(crate) timeout: Duration,
     /// The divergences of each module that somebody looks at.
     traces: Hub<(StructureName, ModuleName), Arc<Traces>>,
-    journals: Answers<(StructureName, ModuleName), Journal>,
+    journals: Answers<(StructureName, ModuleName), Arc<ModuleHistory>>,
     frames: Answers<String, Frame>,
 }
 
