@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use ::observer::{Feed, News};
+use ::observer::{Live, News};
 use names::fault::Fault;
 use names::{ModuleName, Step, StructureName};
 use session::Network;
@@ -124,11 +124,11 @@ impl Observer {
 
     /// Hands all news to `take`, the latest of every component before now included.
     pub(crate) async fn hear(&self, take: impl Fn(News) + Send + 'static) -> Hearing {
-        let mut feed = Feed::open(&self.session, None).await.unwrap();
+        let mut live = Live::over(&self.session, None, Vec::new()).await.unwrap();
         let mut hearing = JoinSet::new();
         hearing.spawn(async move {
-            while let Some(news) = feed.next().await {
-                take(news);
+            while let Some(event) = live.next_event().await {
+                take(event.news.clone());
             }
         });
         hearing

@@ -125,7 +125,7 @@ def it_fills_when_the_structure_comes(site, page):
     site.rig.diagnoser("module1", site.configs)
     site.rig.diagnoser("module2", site.configs)
     site.rig.plant(site.configs)
-    expect(page.locator("#counts")).to_contain_text("24 of 24 components verified")
+    expect(page.locator("#counts")).to_contain_text("24 of 24 components are normal")
 
 
 def a_fault_is_shown_within_a_second(site, page):
@@ -240,7 +240,7 @@ def without_script_and_by_keyboard(site):
 def a_killed_diagnoser_is_among_the_alarms(site, page):
     """And nothing of its module is called normal."""
     page.goto("/")
-    expect(page.locator("#counts")).to_contain_text("verified")
+    expect(page.locator("#counts")).to_contain_text("are normal")
     site.rig.end("module2", signal.SIGKILL)
     of_module = page.locator("#alarms li").filter(has=page.locator('a[href^="/module/module2"]'))
     expect(of_module.first).to_be_visible(timeout=10_000)

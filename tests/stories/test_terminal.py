@@ -128,7 +128,7 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.keys("Enter")
     terminal.shows(f"SEND: acknowledge {GAGE} of tower by ada: seen on site")
     terminal.keys("Enter")
-    terminal.shows(rf"△ +{GAGE} +acknowledged", f"{GAGE} acknowledged: now acknowledged")
+    terminal.shows(rf"△ +{GAGE} +acknowledged", f"{GAGE}: acknowledged: now acknowledged")
     assert "acknowledged by ada: seen on site" in trusswatch("history", "--connect", module1)
 
     # It is shelved, for which a reason is needed, and unshelved.
@@ -140,9 +140,9 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.keys("Enter")
     terminal.shows(f"SEND: shelve {GAGE} of tower for 2h by ada")
     terminal.keys("Enter")
-    terminal.shows(rf"‖ +{GAGE}", f"{GAGE} shelved: now")
+    terminal.shows(rf"‖ +{GAGE}", f"{GAGE}: shelved: now")
     terminal.keys("u", "Enter", "Enter")
-    terminal.shows(rf"△ +{GAGE}", f"{GAGE} unshelved: now")
+    terminal.shows(rf"△ +{GAGE}", f"{GAGE}: unshelved: now")
 
     # Its history; then the screen is frozen, with its age, and live again.
     terminal.keys("h")
@@ -152,9 +152,9 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.keys("f")
     until("live again", lambda: "FROZEN" not in terminal.screen())
 
-    # A killed diagnoser is silent among the modules and among the alarms.
+    # A killed diagnoser does not answer, among the modules and among the alarms.
     rig.end("module2", signal.SIGKILL)
-    terminal.shows(r"✖ +module2 +SILENT +- +\d+ s ago", r"✖ +module2 +SILENT +\d+ s ")
+    terminal.shows(r"✖ +module2 +NOT ANSWERING +- +\d+ s ago", r"✖ +module2 +NOT ANSWERING +\d+ s ")
 
 
 def test_the_terminal_is_given_back_however_the_view_ends(terminal, rig):
@@ -188,7 +188,7 @@ def test_the_terminal_is_given_back_however_the_view_ends(terminal, rig):
     terminal.view(module1)
     terminal.shows("module1 +in service")
     rig.end("module1", signal.SIGKILL)
-    silent = re.compile(r"✖ +module1 +SILENT +- +(\d+) s ago")
+    silent = re.compile(r"✖ +module1 +NOT ANSWERING +- +(\d+) s ago")
     age = int(silent.search(terminal.shows(silent.pattern, "unknown"))[1])
     until("its age grows", lambda: (now := silent.search(terminal.screen())) and int(now[1]) > age)
     rig.diagnoser("module1", configs)

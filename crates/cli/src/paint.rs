@@ -2,8 +2,7 @@
 
 use anstream::{AutoStream, ColorChoice};
 use anstyle::{AnsiColor, Style};
-use wire::{FaultState, ModulePhase};
-use wording::{Tone, phase_tone, state_tone};
+use wording::Tone;
 
 /// A colour or weight of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,17 +14,8 @@ pub(crate) enum Colour {
     Dim,
 }
 
-/// The colour of a component's state.
-pub(crate) fn state_colour(state: FaultState) -> Colour {
-    of_tone(state_tone(state)).unwrap_or(Colour::Dim)
-}
-
-/// The colour of a module's phase; none while verdicts can be relied on.
-pub(crate) fn phase_colour(phase: ModulePhase) -> Option<Colour> {
-    of_tone(phase_tone(phase))
-}
-
-fn of_tone(tone: Tone) -> Option<Colour> {
+/// The colour of what asks for this much attention.
+pub(crate) fn tone_colour(tone: Tone) -> Option<Colour> {
     match tone {
         Tone::Alarm => Some(Colour::Red),
         Tone::Doubt => Some(Colour::Yellow),

@@ -6,7 +6,8 @@ use names::{Component, ModuleName, OperatorName, StructureName};
 use wire::{Key, Obeyed, Order, OrderKind, Topic};
 use zenoh::Session;
 
-use super::request::{OrderError, Question, command_to, senseless};
+use super::request::{Question, command_to, senseless};
+use super::view::OrderError;
 
 /// What is ordered, and by whom.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,7 +8,8 @@ use wire::{FaultTransition, FreezeFrame, FreezeFrameQuestion, Key, Topic};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
-use super::request::{QueryError, Question, ask, read, senseless};
+use super::request::{Question, ask, read, senseless};
+use super::view::{QueryError, is_frame_of};
 
 /// The freeze frame of the transition with this number.
 ///
@@ -65,26 +66,17 @@ pub async fn freeze_frame_of(
     let (structure, module) = (&found.structure, &found.module);
     let kept = freeze_frames(session, structure, module, timeout).await;
     let kept = kept.map_err(|error| why(&error))?;
-    let Some(head) = kept.iter().find(|frame| is_of(frame, found)) else {
+    let Some(head) = kept.iter().find(|frame| is_frame_of(frame, found)) else {
         return Err("none of this fault is kept: it takes until two seconds after the latching, \
                     and only the latest are kept"
             .to_owned());
     };
     let frame = freeze_frame(session, structure, module, head.sequence, timeout).await;
     match frame {
-        Ok(frame) if is_of(&frame, found) => Ok(frame),
+        Ok(frame) if is_frame_of(&frame, found) => Ok(frame),
         Ok(frame) => Err(format!("the answer is of another fault, of {}", frame.component)),
         Err(error) => Err(why(&error)),
     }
-}
-
-/// An acknowledgement is a transition of its own, on the same onset.
-fn is_of(frame: &FreezeFrame, found: &FaultTransition) -> bool {
-    frame.component == found.component
-        && frame.incarnation == found.incarnation
-        && found.run.is_none_or(|run| run == frame.run)
-        && Some(frame.onset_step) == found.onset_step
-        && frame.sequence <= found.sequence
 }
 
 fn why(error: &QueryError) -> String {

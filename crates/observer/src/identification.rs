@@ -6,7 +6,8 @@ use names::{ComponentPath, StructureName};
 use wire::{Identification, Key, Topic};
 use zenoh::Session;
 
-use super::request::{QueryError, Question, ask, senseless};
+use super::request::{Question, ask, senseless};
+use super::view::QueryError;
 
 /// The latest identification of a component's fault with its signature. `None` if its module knows none or
 /// gives no answer within `timeout`.

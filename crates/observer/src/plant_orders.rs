@@ -6,7 +6,8 @@ use names::StructureName;
 use wire::{Injected, Injection, Key, PlantTopic, Stroke, StrokeBegun};
 use zenoh::Session;
 
-use super::request::{OrderError, Question, ask};
+use super::request::{Question, ask};
+use super::view::OrderError;
 
 /// Orders the plant to give a component a fault, or to repair it.
 ///

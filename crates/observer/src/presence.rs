@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use names::{ModuleName, StructureName};
 use tokio::time::{Instant, timeout_at};
-use wire::keys::Watched;
-use wire::{Key, PlantTopic, Topic};
+use wire::Key;
+use wire::keys::{PLANT, Watched};
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 
@@ -42,42 +42,18 @@ pub async fn wait_for(
     plant: bool,
     timeout: Duration,
 ) -> Result<(), AttendanceError> {
-    let watched = Watched { structure: Some(structure), module: None };
-    let tokens = session
-        .liveliness()
-        .declare_subscriber(watched.tokens())
-        .history(true)
-        .await
-        .map_err(|error| AttendanceError::Network(error.to_string()))?;
-    let mut wanted: Vec<Key> =
-        modules.iter().map(|module| Key::of_module(structure, module, Topic::Alive)).collect();
-    if plant {
-        wanted.push(Key::of_plant(structure, PlantTopic::Alive));
-    }
-    let mut missing = wanted.clone();
-    let everyone = async {
-        while !missing.is_empty() {
-            let Ok(token) = tokens.recv_async().await else { break };
-            let Ok(key) = token.key_expr().as_str().parse::<Key>() else { continue };
-            match token.kind() {
-                SampleKind::Put => missing.retain(|other| *other != key),
-                SampleKind::Delete if wanted.contains(&key) && !missing.contains(&key) => {
-                    missing.push(key);
-                }
-                SampleKind::Delete => {}
-            }
-        }
+    let name = |key: Key| match key {
+        Key::Module { structure, module, .. } => Some((module.to_string(), structure)),
+        Key::Plant { structure, .. } => Some((PLANT.to_owned(), structure)),
     };
-    // Whether time was up shows in who is missing.
-    let _ = tokio::time::timeout(timeout, everyone).await;
+    let plant = plant.then(|| PLANT.to_owned());
+    let mut missing: Vec<String> = modules.iter().map(ToString::to_string).chain(plant).collect();
+    let found = find(session, Some(structure), Homes::of(&missing, name), timeout).await?;
+    missing.retain(|name| !found.contains_key(name));
     if missing.is_empty() {
         return Ok(());
     }
-    let name = |key: &Key| match key {
-        Key::Module { module, .. } => module.to_string(),
-        Key::Plant { .. } => wire::keys::PLANT.to_owned(),
-    };
-    Err(AttendanceError::Missing { missing: missing.iter().map(name).collect(), waited: timeout })
+    Err(AttendanceError::Missing { missing, waited: timeout })
 }
 
 /// Of which structures these modules are. Waits until each of them has been seen in one, and a little for

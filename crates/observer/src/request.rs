@@ -8,26 +8,7 @@ use zenoh::Session;
 use zenoh::bytes::Encoding;
 use zenoh::query::{ConsolidationMode, Reply};
 
-/// Why a question or an order did not end with an answer that one can use.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum QueryError {
-    /// Refused; nothing was changed.
-    #[error("refused: {0}")]
-    Refused(String),
-    /// No answer in time; perhaps there is no such process, perhaps a command was carried out.
-    #[error("no answer within {0:?}")]
-    Unanswered(Duration),
-    /// The network ended a command at once, without an answer: nobody takes commands on its key, access control does not
-    /// admit it, or whoever took it has just ended.
-    #[error("nobody takes the command")]
-    Untaken,
-    /// The answer makes no sense, or the question could not be put.
-    #[error("the answer makes no sense: {0}")]
-    Senseless(String),
-}
-
-/// What an order ends with if it is not obeyed.
-pub type OrderError = QueryError;
+use super::view::QueryError;
 
 /// A question without a place to go to yet.
 #[derive(Debug, Default)]

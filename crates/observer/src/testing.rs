@@ -1,6 +1,12 @@
 //! Messages for the tests of this crate.
 
-use wire::ModuleStatus;
+use names::{RunId, Step};
+use wire::{
+    Agreement, Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind,
+    Identification, ModulePhase, ModuleStatus, Shelving,
+};
+
+use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
 
 /// A status of a module of the tower that names these peers.
 pub(crate) fn status(module: &str, peers: &[&str]) -> ModuleStatus {
@@ -25,4 +31,125 @@ pub(crate) fn status(module: &str, peers: &[&str]) -> ModuleStatus {
         peers.join(",")
     );
     wire::decode(text.as_bytes()).unwrap()
+}
+
+/// A component of the tower in a state since 1970-01-01T00:00:01Z.
+pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
+    let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
+    FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+}
+
+/// A module of the tower in this phase that answers.
+pub(crate) fn module(
+    name: &str,
+    phase: ModulePhase,
+    components: Vec<FaultTransition>,
+) -> ModuleView {
+    let view = mute(name, None);
+    let status = ModuleStatus { phase, ..status(name, &[]) };
+    ModuleView { present: true, status: Some(status), heard_unix_ns: 1, components, ..view }
+}
+
+/// A module of the tower that does not answer.
+pub(crate) fn mute(name: &str, peer_of: Option<&str>) -> ModuleView {
+    let peer_of = peer_of.iter().map(|name| name.parse().unwrap()).collect();
+    let structure = Some("tower".parse().unwrap());
+    ModuleView { peer_of, ..ModuleView::new(structure, name.parse().unwrap()) }
+}
+
+/// The same in another structure.
+pub(crate) fn at(structure: &str, mut module: ModuleView) -> ModuleView {
+    module.structure = Some(structure.parse().unwrap());
+    for component in &mut module.components {
+        component.structure = structure.parse().unwrap();
+    }
+    module
+}
+
+/// A scene of these modules, with a network.
+pub(crate) fn scene(modules: Vec<ModuleView>) -> Scene {
+    Scene { network: NetworkState::Open, modules, ..Scene::default() }
+}
+
+/// Its alarm is shelved by an operator.
+pub(crate) fn shelved(state: FaultTransition) -> FaultTransition {
+    FaultTransition { shelved: Some(shelving("the gage is being rewired")), ..state }
+}
+
+/// Its alarm is suppressed while its module is maintained.
+pub(crate) fn suppressed(state: FaultTransition) -> FaultTransition {
+    FaultTransition { suppressed: Some(shelving("painting")), ..state }
+}
+
+fn shelving(reason: &str) -> Shelving {
+    Shelving {
+        since_unix_ns: 1_000_000_000,
+        until_unix_ns: 7_200_000_000_000,
+        by: "ada".to_owned(),
+        on_behalf_of: None,
+        reason: reason.to_owned(),
+    }
+}
+
+/// It agrees with its reference.
+pub(crate) fn agreeing(state: FaultTransition) -> FaultTransition {
+    let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
+    FaultTransition { condition: Some(condition), ..state }
+}
+
+/// A kind of fault of the gage `m1/sensor/g2`, without sizes.
+pub(crate) fn identification(decided: bool, kinds: &[&str]) -> Identification {
+    let candidate = |kind: &&str| {
+        let probability = if decided { 0.987 } else { 0.5 };
+        Candidate { kind: (*kind).to_owned(), probability, size: None }
+    };
+    Identification {
+        structure: "tower".parse().unwrap(),
+        module: "m1".parse().unwrap(),
+        component: "m1/sensor/g2".parse().unwrap(),
+        run: RunId(1),
+        sequence: 1,
+        as_of_step: Step(142),
+        decided,
+        candidates: kinds.iter().map(candidate).collect(),
+        signature: None,
+        time_unix_ns: 1_100_000_000,
+    }
+}
+
+/// A journal that holds everything up to its last transition.
+pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> ModuleHistory {
+    let empty = ModuleHistory::new(&"tower".parse().unwrap(), &module.parse().unwrap(), 1);
+    ModuleHistory {
+        first_sequence: transitions.first().map(|transition| transition.sequence),
+        next_sequence: Some(transitions.last().map_or(1, |transition| transition.sequence + 1)),
+        transitions,
+        ..empty
+    }
+}
+
+/// A latched fault of a module's gage `g1`, decided as of step 7.
+pub(crate) fn journaled(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
+    FaultTransition {
+        sequence,
+        time_unix_ns,
+        decided_step: Some(Step(7)),
+        ..state(&format!("{module}/sensor/g1"), FaultState::Latched)
+    }
+}
+
+/// The same a second later, acknowledged.
+pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
+    let order = GivenOrder {
+        order: GivenOrderKind::Acknowledge,
+        on_behalf_of: None,
+        since_unix_ns: None,
+        until_unix_ns: None,
+        by: "ada@station".to_owned(),
+        note: Some("looks loose".to_owned()),
+        force: false,
+        re_tare: false,
+    };
+    let latched = journaled(module, sequence, 1_000_000_000);
+    FaultTransition { state: FaultState::Acknowledged, order: Some(order), ..latched }
 }

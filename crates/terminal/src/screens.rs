@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use names::{RunId, Step};
-use observer::{Event, LiveModule, NetworkState, News, Scene};
+use observer::{Event, ModuleView, NetworkState, News, Scene};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
@@ -108,7 +108,7 @@ fn acknowledged() -> FaultTransition {
     }
 }
 
-fn first() -> LiveModule {
+fn first() -> ModuleView {
     let shelved = Some(shelving());
     let mut components = vec![
         acknowledged(),
@@ -121,7 +121,7 @@ fn first() -> LiveModule {
     heard("module1", components)
 }
 
-fn second() -> LiveModule {
+fn second() -> ModuleView {
     let explained = FaultTransition {
         explained_by: Some("module1/sensor/g2".parse().unwrap()),
         explained_since_step: Some(Step(3108)),
@@ -130,15 +130,15 @@ fn second() -> LiveModule {
     heard("module2", vec![agreeing("module2/actuator/a1"), explained])
 }
 
-fn silent() -> LiveModule {
+fn silent() -> ModuleView {
     let mut module = second();
-    let since_unix_ns = NOW - 9 * SECOND;
-    let unknown = Unknown { since_unix_ns, reason: "its diagnoser is not heard".to_owned() };
-    for component in &mut module.picture.components {
+    let heard_unix_ns = NOW - 9 * SECOND;
+    let unknown =
+        Unknown { since_unix_ns: heard_unix_ns, reason: "its diagnoser is not heard".to_owned() };
+    for component in &mut module.components {
         *component = component.clone().while_unknown(unknown.clone());
     }
-    module.silent_since_unix_ns = Some(since_unix_ns);
-    module
+    ModuleView { is_silent: true, heard_unix_ns, ..module }
 }
 
 fn with_events(mut scene: Scene) -> Arc<Scene> {
@@ -323,7 +323,7 @@ fn foreign_texts_reach_the_screen_harmless() {
     let mut component = acknowledged();
     component.order.as_mut().unwrap().note = Some(hostile.to_owned());
     let mut module = heard("module1", vec![component]);
-    module.picture.member.status.as_mut().unwrap().journal.problem = Some(hostile.to_owned());
+    module.status.as_mut().unwrap().journal.problem = Some(hostile.to_owned());
     let mut scene = scene(vec![module]);
     scene.network = NetworkState::Failed(hostile.to_owned());
     let structure = "tower".parse().unwrap();

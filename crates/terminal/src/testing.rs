@@ -1,10 +1,9 @@
 //! Made-up scenes for the tests of this crate.
 
-use std::collections::BTreeSet;
 use std::time::Duration;
 
 use names::Step;
-use observer::{LiveModule, Member, ModulePicture, NetworkState, Scene};
+use observer::{ModuleView, NetworkState, Scene};
 use wire::{Evidence, FaultState, FaultTransition, ModuleStatus};
 
 use crate::settings::{Issuer, Settings};
@@ -55,21 +54,13 @@ pub(crate) fn latched(component: &str, ago_s: u64) -> FaultTransition {
 }
 
 /// A module of the tower that is heard and in service.
-pub(crate) fn heard(module: &str, components: Vec<FaultTransition>) -> LiveModule {
-    let member = Member {
-        structure: Some("tower".parse().unwrap()),
-        module: module.parse().unwrap(),
-        present: true,
-        status: Some(status(module)),
-        phase_change: None,
-        expected: false,
-        peer_of: BTreeSet::new(),
-    };
-    let picture = ModulePicture { components, ..ModulePicture::of(member) };
-    LiveModule { picture, silent_since_unix_ns: None }
+pub(crate) fn heard(module: &str, components: Vec<FaultTransition>) -> ModuleView {
+    let view = ModuleView::new(Some("tower".parse().unwrap()), module.parse().unwrap());
+    let status = Some(status(module));
+    ModuleView { present: true, status, components, heard_unix_ns: NOW, ..view }
 }
 
-pub(crate) fn scene(modules: Vec<LiveModule>) -> Scene {
+pub(crate) fn scene(modules: Vec<ModuleView>) -> Scene {
     let network = NetworkState::Open;
     Scene { number: 1, time_unix_ns: NOW, network, modules, ..Scene::default() }
 }

@@ -3,25 +3,17 @@
 use figure::structure::{Look, Plan};
 use maud::{Markup, PreEscaped, html};
 use names::{ComponentPath, StructureName};
+use observer::{StateRow, title};
 use truss::Structure;
-use wire::FaultTransition;
-use wording::{aside, identified, state_in_words};
 
 use crate::look;
+use crate::view::View;
 
 /// A structure that is laid out.
 #[derive(Debug)]
 pub(crate) struct Drawing {
     structure: StructureName,
     plan: Plan,
-}
-
-/// What is drawn of a component.
-pub(crate) struct Shown<'a> {
-    /// Where its page is.
-    pub(crate) href: String,
-    /// Its state, if there is any.
-    pub(crate) transition: Option<&'a FaultTransition>,
 }
 
 impl Drawing {
@@ -35,61 +27,42 @@ impl Drawing {
     }
 
     /// The drawing, in which only the signs change.
-    pub(crate) fn markup<'a>(
-        &self,
-        shown: impl Fn(&StructureName, &ComponentPath) -> Shown<'a>,
-    ) -> Markup {
+    pub(crate) fn markup(&self, view: &View<'_>) -> Markup {
         let name = &self.structure;
         html! {
             svg.drawing viewBox=(self.plan.view_box()) role="group" aria-label={ "Drawing of " (name) } {
                 g.ground aria-hidden="true" { (PreEscaped(self.plan.ground())) }
-                g #signs { (self.signs(shown)) }
+                g #signs { (self.signs(view)) }
             }
         }
     }
 
     /// A link for each component, as it is now.
-    pub(crate) fn signs<'a>(
-        &self,
-        shown: impl Fn(&StructureName, &ComponentPath) -> Shown<'a>,
-    ) -> Markup {
-        let look = |component: &_| look(component, shown(&self.structure, component));
-        PreEscaped(self.plan.signs(look))
+    pub(crate) fn signs(&self, view: &View<'_>) -> Markup {
+        PreEscaped(self.plan.signs(|component| self.look(view, component)))
     }
-}
 
-fn look(component: &ComponentPath, shown: Shown<'_>) -> Look {
-    let Shown { href, transition } = shown;
-    match transition {
-        // Nobody diagnoses it, or nothing has been heard of it.
-        None => Look {
-            class: "absent".to_owned(),
-            badge: String::new(),
-            title: format!("{component}: nothing is known of it"),
-            href,
-        },
-        Some(transition) => Look {
-            class: look::classes(transition),
-            badge: badge(transition),
-            title: title(transition),
-            href,
-        },
+    fn look(&self, view: &View<'_>, component: &ComponentPath) -> Look {
+        let href = view.component(Some(&self.structure), component);
+        match view.scene.component(Some(&self.structure), component) {
+            // No module diagnoses it, or nothing has been heard of it.
+            None => Look {
+                class: "absent".to_owned(),
+                badge: String::new(),
+                title: format!("{component}: nothing is known of it"),
+                href,
+            },
+            Some(state) => {
+                let row = StateRow::of_component(state);
+                // What is normal draws no attention to itself.
+                let is_quiet = matches!(row.sign, "normal" | "unverified");
+                Look {
+                    class: look::classes(&row),
+                    badge: if is_quiet { String::new() } else { format!("sign-{}", row.sign) },
+                    title: title(state),
+                    href,
+                }
+            }
+        }
     }
-}
-
-/// What is normal draws no attention to itself.
-fn badge(transition: &FaultTransition) -> String {
-    match look::class(transition) {
-        "normal" | "unverified" => String::new(),
-        class => format!("sign-{class}"),
-    }
-}
-
-/// A component and its state in a line.
-pub(crate) fn title(transition: &FaultTransition) -> String {
-    let kind = transition.identification.as_ref().filter(|_| transition.state.is_fault());
-    let parts =
-        [Some(state_in_words(transition)), kind.map(|found| identified(found)), aside(transition)];
-    let parts: Vec<String> = parts.into_iter().flatten().collect();
-    format!("{}: {}", transition.component, parts.join("; "))
 }

@@ -3,9 +3,7 @@
 use axum::extract::State;
 use axum::response::Response;
 use maud::{Markup, html};
-use observer::{Event, News};
-use wire::FaultTransition;
-use wording::{identified, phase_in_words, phase_tone, printable, reason};
+use observer::{Event, EventLine};
 
 use crate::access::Viewer;
 use crate::app::Shared;
@@ -20,8 +18,8 @@ const MANY: usize = 200;
 
 /// `/events`
 pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response {
-    let scene = app.live.scene();
-    let view = View::new(&scene, app.drawing.as_ref());
+    let scene = app.observed.scene();
+    let view = View::new(&scene);
     let page = Page {
         title: "Events",
         place: "/events",
@@ -60,55 +58,19 @@ fn list(view: &View<'_>, most: usize) -> Markup {
     }
 }
 
+/// When, what, where and why.
 fn line(view: &View<'_>, event: &Event) -> Markup {
-    html! { li { (look::when(event.time_unix_ns)) " " (words(view, &event.news)) } }
-}
-
-fn words(view: &View<'_>, news: &News) -> Markup {
-    match news {
-        News::Fault(transition) => verdict(view, transition),
-        News::Identification(found) => html! {
-            a href=(view.component(Some(&found.structure), &found.component)) { (found.component) }
-            ": " (identified(found))
-        },
-        News::Phase(change) => {
-            let class = look::tone_class(phase_tone(change.phase));
-            html! {
-                span.state.(class) { (look::sign(class)) (phase_in_words(change.phase)) }
-                " " a href=(view.module(Some(&change.structure), &change.module)) { (change.module) }
-                ": " (printable(&change.reason))
-            }
-        }
-        News::Presence { structure, who, there } => {
-            let what = if *there { "is on the network" } else { "has left the network" };
-            html! { (printable(who)) " of " (structure) " " (what) }
-        }
-        News::SeveralProcesses { structure, module } => html! {
-            "several processes run as " (module) " of " (structure) ": stop all but one"
-        },
-        News::Missed { module, from, to, reason, .. } => html! {
-            "transitions " (from) " to " (to) " of " (module) " were missed: " (printable(reason))
-        },
-        News::Unreadable { problem, .. } => {
-            html! { "a message could not be read: " (printable(problem)) }
-        }
-        News::Lost(count) => html! { (count) " events were lost: this process was too slow" },
-    }
-}
-
-/// A component's new state, and why.
-pub(crate) fn verdict(view: &View<'_>, transition: &FaultTransition) -> Markup {
-    let why = reason(transition);
+    let line = EventLine::of(event);
     html! {
-        (verdict_state(transition)) " "
-        a href=(view.component(Some(&transition.structure), &transition.component)) { (transition.component) }
-        @if let Some(step) = transition.decided_step { span.step { " step " (step) } }
-        @if !why.is_empty() { ": " (why) }
+        li {
+            (look::when(line.time_unix_ns)) " " (look::event(&line)) " "
+            @match (&line.component, &line.module) {
+                (Some(path), _) => a href=(view.component(line.structure.as_ref(), path)) { (line.who) },
+                (None, Some(module)) => a href=(view.module(line.structure.as_ref(), module)) { (line.who) },
+                (None, None) => (line.who),
+            }
+            @if let Some(step) = line.step { span.step { " step " (step) } }
+            @if !line.why.is_empty() { ": " (line.why) }
+        }
     }
-}
-
-/// A transition does not say how the component stands to its reference: its `normal` is the end of a change.
-pub(crate) fn verdict_state(transition: &FaultTransition) -> Markup {
-    let class = look::class(transition);
-    html! { span.state.(class) { (look::sign(class)) (transition.state) } }
 }

@@ -3,7 +3,7 @@
 
 use maud::{Markup, html};
 use names::StructureName;
-use observer::LiveModule;
+use observer::ModuleView;
 use wire::FaultTransition;
 
 use crate::access::{Person, Viewer};
@@ -27,10 +27,9 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
 }
 
 /// Orders about a module.
-pub(crate) fn of_module(viewer: &Viewer, module: &LiveModule, back: &str) -> Markup {
+pub(crate) fn of_module(viewer: &Viewer, module: &ModuleView, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
-    let member = &module.picture.member;
-    let (structure, name) = (member.structure.as_ref(), member.module.as_str());
+    let (structure, name) = (module.structure.as_ref(), module.module.as_str());
     let target = Target { what: "module", name, structure, back };
     html! {
         section.orders aria-labelledby="orders-title" {

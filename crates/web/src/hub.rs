@@ -10,6 +10,9 @@ use std::time::Duration;
 use parking_lot::Mutex;
 use tokio::sync::watch::{Receiver, Sender, channel};
 
+/// How long work goes on after the last has looked away: a reload does not begin it anew.
+pub(crate) const LINGER: Duration = Duration::from_secs(10);
+
 /// Each work by its key, with the latest that came of it.
 pub(crate) struct Hub<K, V> {
     running: Arc<Mutex<HashMap<K, Sender<V>>>>,

@@ -90,6 +90,18 @@ impl Page<'_> {
     }
 }
 
+/// The page of something that is not known.
+pub(crate) fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response {
+    let page = Page { title: "Not known", place: "", live: String::new(), viewer, scene };
+    page.refusing(
+        StatusCode::NOT_FOUND,
+        &html! {
+            h1 { "Not known" }
+            p { (printable(problem)) ". " a href="/" { "The overview" } " has what is." }
+        },
+    )
+}
+
 /// The time of what is shown, by the clock here. With a network it is that of the scene: should what keeps the scene up
 /// to date hang, the page grows old. Without one, that nothing is known is true now.
 pub(crate) fn clock(scene: &Scene) -> Markup {

@@ -16,7 +16,7 @@
 //! | `forms` | the forms in which orders are given |
 //! | `subject`, `part` | which page is kept up to date, and its parts |
 //! | `stream` | parts of pages as they change |
-//! | `desk` | what is asked of modules, once for all pages |
+//! | `observed` | the scene, and what is asked of modules, once for all pages |
 //! | `hub` | work that goes on only while somebody looks |
 //! | `metrics` | `/metrics` and `/healthz` |
 
@@ -25,7 +25,6 @@ mod app;
 mod assets;
 mod component;
 mod config;
-mod desk;
 mod drawing;
 mod events;
 mod forms;
@@ -36,6 +35,7 @@ mod listener;
 mod look;
 mod metrics;
 mod module;
+mod observed;
 mod orders;
 mod overview;
 mod part;

@@ -1,9 +1,8 @@
 //! How a state looks: never by colour alone, but by a sign and by words as well.
 
 use maud::{Markup, html};
-use observer::LiveModule;
-use wire::{FaultState, FaultTransition};
-use wording::{Tone, phase_tone, state_in_words, utc};
+use observer::{EventLine, ModuleView, StateRow};
+use wording::utc;
 
 /// Every sign: its name, its outline and what is written in it, on a field of 16 × 16.
 const SIGNS: [(&str, &str, &str); 8] = [
@@ -53,49 +52,26 @@ pub(crate) fn sign(class: &str) -> Markup {
     }
 }
 
-/// The class of a component's state, which is also the name of its sign.
-pub(crate) fn class(transition: &FaultTransition) -> &'static str {
-    match transition.state {
-        FaultState::Normal if !transition.is_verified() => "unverified",
-        state => state.as_str(),
-    }
+/// The class of a state, which is also the name of its sign, and whether its alarm is shelved or suppressed.
+pub(crate) fn classes(row: &StateRow) -> String {
+    let aside = if row.is_set_aside { " aside" } else { "" };
+    format!("{}{aside}", row.sign)
 }
 
-/// The same, and whether its alarm is set aside.
-pub(crate) fn classes(transition: &FaultTransition) -> String {
-    let aside = if transition.aside().is_some() { " aside" } else { "" };
-    format!("{}{aside}", class(transition))
+/// A state: sign and words.
+pub(crate) fn state(row: &StateRow) -> Markup {
+    html! { span.state.(classes(row)) { (sign(row.sign)) (row.state) } }
 }
 
-/// A component's state: sign and words.
-pub(crate) fn state(transition: &FaultTransition) -> Markup {
-    html! {
-        span.state.(class(transition)).aside[transition.aside().is_some()] {
-            (sign(class(transition))) (state_in_words(transition))
-        }
-    }
+/// What happened: sign and words.
+pub(crate) fn event(line: &EventLine) -> Markup {
+    html! { span.state.(line.sign) { (sign(line.sign)) (line.what) } }
 }
 
-/// A module's phase: sign and words. Of a module that is not heard, the phase is that of the past.
-pub(crate) fn phase(module: &LiveModule) -> Markup {
-    let silent = module.silent_since_unix_ns.is_some();
-    let phase = module.picture.member.phase().filter(|_| !silent);
-    let (class, words) = match phase {
-        None if silent => ("latched", "NOT HEARD"),
-        None => ("unknown", "phase unknown"),
-        Some(phase) => (tone_class(phase_tone(phase)), wording::phase_in_words(phase)),
-    };
-    html! { span.state.(class) { (sign(class)) (words) } }
-}
-
-/// The sign for a module or a remark of this tone.
-pub(crate) fn tone_class(tone: Tone) -> &'static str {
-    match tone {
-        Tone::Alarm => "latched",
-        Tone::Doubt => "unknown",
-        Tone::Explained => "explained",
-        Tone::Calm => "normal",
-    }
+/// A module's phase, or that it does not answer: sign and words.
+pub(crate) fn condition(module: &ModuleView) -> Markup {
+    let class = observer::sign(module.tone());
+    html! { span.state.(class) { (sign(class)) (module.condition()) } }
 }
 
 /// A time to the second; to the millisecond for machines and for those who point at it.

@@ -1,6 +1,7 @@
-//! `/metrics` and `/healthz`.
+//! What is counted, and whether the process is well.
 
 use std::fmt;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -8,11 +9,59 @@ use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use shell::health::{ProcessReport, Sheet, live, render};
-
-use crate::app::Shared;
+use shell::supervision::Pulse;
 
 const TEXT: &str = "text/plain; charset=utf-8";
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+
+/// What is counted as long as the process lives.
+#[derive(Debug, Default)]
+struct Counters {
+    requests: AtomicU64,
+    streams_opened: AtomicU64,
+    streams_closed: AtomicU64,
+    streams_refused: AtomicU64,
+    updates: AtomicU64,
+}
+
+/// The counters, and the progress of the process.
+#[derive(Debug, Clone)]
+pub(crate) struct Metrics {
+    counters: Arc<Counters>,
+    pulse: Arc<Pulse>,
+}
+
+impl Metrics {
+    pub(crate) fn new(pulse: Arc<Pulse>) -> Self {
+        Self { counters: Arc::default(), pulse }
+    }
+
+    pub(crate) fn request(&self) {
+        self.counters.requests.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn stream_opened(&self) {
+        self.counters.streams_opened.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn stream_closed(&self) {
+        self.counters.streams_closed.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn stream_refused(&self) {
+        self.counters.streams_refused.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn update(&self) {
+        self.counters.updates.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Streams that are open.
+    pub(crate) fn streams(&self) -> u64 {
+        let closed = self.counters.streams_closed.load(Ordering::Relaxed);
+        self.counters.streams_opened.load(Ordering::Relaxed).saturating_sub(closed)
+    }
+}
 
 /// What is written of it at one moment.
 struct Report {
@@ -35,14 +84,14 @@ impl Report {
 }
 
 /// `/metrics`, in the text format of OpenMetrics.
-pub(crate) async fn metrics(State(app): State<Shared>) -> Response {
+pub(crate) async fn metrics(State(metrics): State<Metrics>) -> Response {
     let read = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
     let report = Report {
-        process: ProcessReport::read(app.pulse.sign(Instant::now())),
-        requests: read(&app.counters.requests),
-        streams: app.counters.streams(),
-        streams_refused: read(&app.counters.streams_refused),
-        updates: read(&app.counters.updates),
+        process: ProcessReport::read(metrics.pulse.sign(Instant::now())),
+        requests: read(&metrics.counters.requests),
+        streams: metrics.streams(),
+        streams_refused: read(&metrics.counters.streams_refused),
+        updates: read(&metrics.counters.updates),
     };
     match render(Vec::new(), move |sheet| report.write(sheet)) {
         Ok(text) => ([(header::CONTENT_TYPE, OPEN_METRICS)], text).into_response(),
@@ -51,8 +100,8 @@ pub(crate) async fn metrics(State(app): State<Shared>) -> Response {
 }
 
 /// `/healthz`: whether the process is live. Whether anything is known of the structure, the page shows.
-pub(crate) async fn healthz(State(app): State<Shared>) -> Response {
-    let condition = live(app.pulse.sign(Instant::now()));
+pub(crate) async fn healthz(State(metrics): State<Metrics>) -> Response {
+    let condition = live(metrics.pulse.sign(Instant::now()));
     let status = if condition.well { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
     (status, [(header::CONTENT_TYPE, TEXT)], format!("{}\n", condition.words)).into_response()
 }

@@ -1,11 +1,10 @@
 //! The page of a module: components, status, journal, peers.
 
 use axum::extract::{Path, Query, State};
-use axum::http::StatusCode;
 use axum::response::Response;
 use maud::{Markup, html};
 use names::ModuleName;
-use observer::LiveModule;
+use observer::{ModuleView, rows};
 use wire::{ModuleStatus, PeerStatus};
 use wording::{NOTHING, printable};
 
@@ -13,13 +12,12 @@ use crate::access::Viewer;
 use crate::app::Shared;
 use crate::component::Of;
 use crate::forms;
-use crate::layout::Page;
+use crate::layout::{Page, unknown};
 use crate::look;
-use crate::overview::alarms::component_line;
-use crate::overview::{modules, trouble};
+use crate::overview::{alarms, modules};
 use crate::part::{Part, part};
 use crate::subject::{Subject, Whose};
-use crate::view::{View, find_module};
+use crate::view::View;
 
 /// The columns of peers, and whether numbers stand in them.
 const PEER_COLUMNS: [(&str, bool); 7] = [
@@ -39,12 +37,12 @@ pub(crate) async fn page(
     Query(of): Query<Of>,
     viewer: Viewer,
 ) -> Response {
-    let scene = app.live.scene();
-    let view = View::new(&scene, app.drawing.as_ref());
+    let scene = app.observed.scene();
+    let view = View::new(&scene);
     let parsed = name.parse::<ModuleName>().map_err(|error| error.to_string());
     let whose = parsed.and_then(|name| of.structure().map(|structure| Whose { structure, name }));
     let found = whose.and_then(|whose| {
-        let found = find_module(&scene, whose.structure.as_ref(), &whose.name);
+        let found = scene.module(whose.structure.as_ref(), &whose.name);
         let unknown = || format!("nothing is known of a module `{}`", whose.name);
         found.map(|module| (whose.clone(), module)).ok_or_else(unknown)
     });
@@ -55,23 +53,13 @@ pub(crate) async fn page(
             let page = Page { title: &title, place: "", live, viewer: &viewer, scene: &scene };
             page.around(&main(&view, &viewer, &whose, module))
         }
-        Err(problem) => {
-            let live = String::new();
-            let page = Page { title: "Not known", place: "", live, viewer: &viewer, scene: &scene };
-            page.refusing(
-                StatusCode::NOT_FOUND,
-                &html! {
-                    h1 { "Not known" }
-                    p { (printable(&problem)) ". " a href="/" { "The overview" } " has what is." }
-                },
-            )
-        }
+        Err(problem) => unknown(&viewer, &scene, &problem),
     }
 }
 
 /// What changes in it.
 pub(crate) fn parts(view: &View<'_>, whose: &Whose<ModuleName>) -> Vec<Part> {
-    match find_module(view.scene, whose.structure.as_ref(), &whose.name) {
+    match view.scene.module(whose.structure.as_ref(), &whose.name) {
         Some(module) => vec![part("module", body(view, module))],
         None => Vec::new(),
     }
@@ -81,11 +69,11 @@ fn main(
     view: &View<'_>,
     viewer: &Viewer,
     whose: &Whose<ModuleName>,
-    module: &LiveModule,
+    module: &ModuleView,
 ) -> Markup {
-    let back = view.module(module.picture.member.structure.as_ref(), &whose.name);
+    let back = view.module(module.structure.as_ref(), &whose.name);
     html! {
-        @if let Some(structure) = &module.picture.member.structure {
+        @if let Some(structure) = &module.structure {
             nav.trace aria-label="Place" { a href="/" { (structure) } }
         }
         h1 { (whose.name) }
@@ -95,24 +83,23 @@ fn main(
     }
 }
 
-fn body(view: &View<'_>, module: &LiveModule) -> Markup {
+fn body(view: &View<'_>, module: &ModuleView) -> Markup {
+    let mut components = rows(std::slice::from_ref(module));
+    components.retain(|row| row.component.is_some());
     html! {
-        p.headline { (look::phase(module)) }
-        @for trouble in trouble::troubles(module) {
-            p.trouble.(look::tone_class(trouble.tone)) { (trouble.words) }
-        }
+        p.headline { (look::condition(module)) }
         (modules::facts(view, module))
         section {
             h2 { "Components" }
-            @if module.picture.components.is_empty() { p.nothing { "Nothing is known of them." } }
-            ol.list { @for component in &module.picture.components { (component_line(view, component)) } }
+            @if components.is_empty() { p.nothing { "Nothing is known of them." } }
+            (alarms::list(view, &components))
         }
-        @if let Some(status) = &module.picture.member.status { (peers(view, module, status)) (software(status)) }
+        @if let Some(status) = &module.status { (peers(view, module, status)) (software(status)) }
     }
 }
 
-fn peers(view: &View<'_>, module: &LiveModule, status: &ModuleStatus) -> Markup {
-    let structure = module.picture.member.structure.as_ref();
+fn peers(view: &View<'_>, module: &ModuleView, status: &ModuleStatus) -> Markup {
+    let structure = module.structure.as_ref();
     let row = |peer: &PeerStatus| {
         html! {
             tr {

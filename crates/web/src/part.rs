@@ -1,9 +1,13 @@
-//! A part of a page, with the number of its latest change.
+//! A part of a page, with the number of its latest change; the parts of all pages that somebody looks at.
 
 use std::sync::Arc;
 
 use maud::Markup;
 use serde::Serialize;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+
+use super::subject::Subject;
+use crate::hub::{Hub, LINGER};
 
 /// A part as it was rendered: the identifier of its element, and what stands in that.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -65,6 +69,29 @@ impl Parts {
             .map(|ready| &*ready.json)
             .collect();
         (!changed.is_empty()).then(|| format!("[{}]", changed.join(",")))
+    }
+}
+
+/// Streams at a time; further pages poll.
+pub(crate) const MOST: usize = 256;
+
+/// The pages that somebody looks at, and places for streams.
+#[derive(Debug)]
+pub(crate) struct Streams {
+    pub(crate) pages: Hub<Subject, Arc<Parts>>,
+    places: Arc<Semaphore>,
+}
+
+impl Default for Streams {
+    fn default() -> Self {
+        Self { pages: Hub::new(LINGER), places: Arc::new(Semaphore::new(MOST)) }
+    }
+}
+
+impl Streams {
+    /// A place for a stream, unless all are taken.
+    pub(crate) fn place(&self) -> Option<OwnedSemaphorePermit> {
+        Arc::clone(&self.places).try_acquire_owned().ok()
     }
 }
 

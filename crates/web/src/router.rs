@@ -44,12 +44,12 @@ fn pages(app: Shared) -> Router {
 }
 
 async fn count(State(app): State<Shared>, request: Request, next: Next) -> Response {
-    app.counters.request();
+    app.metrics.request();
     next.run(request).await
 }
 
 async fn nothing(State(app): State<Shared>, viewer: Viewer) -> Response {
-    let scene = app.live.scene();
+    let scene = app.observed.scene();
     let live = String::new();
     let page = Page { title: "Not found", place: "", live, viewer: &viewer, scene: &scene };
     page.refusing(StatusCode::NOT_FOUND, &html! {

@@ -11,11 +11,13 @@ use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 
 use crate::access::{self, Access, AccessSettings};
-use crate::app::{App, Counters, Shared};
+use crate::app::{App, Shared};
 use crate::config::WebConfig;
-use crate::desk::Desk;
 use crate::drawing::Drawing;
 use crate::listener::Listener;
+use crate::metrics::Metrics;
+use crate::observed::Observed;
+use crate::part::Streams;
 use crate::router::router;
 
 /// From one status to the next; each is a watchdog heartbeat.
@@ -34,7 +36,7 @@ pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     let listener = Listener::bind(&config.listener).await.map_err(unserved)?;
     let app = app(config, &supervisor, shutdown.clone());
     let outcome = serve_until_done(&app, &supervisor, listener, shutdown).await;
-    if let Some(session) = app.live.session() {
+    if let Some(session) = app.observed.session() {
         session::close(&session).await;
     }
     outcome
@@ -66,15 +68,13 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
         async move { session::open(&network).await }
     };
     Arc::new(App {
-        live: Live::start(open, structure.clone(), expected),
+        observed: Arc::new(Observed::new(Live::start(open, structure.clone(), expected), timeout)),
         access: Arc::new(Access::new(access)),
         structure,
         operator,
-        timeout,
         drawing: drawing.as_ref().map(Drawing::of),
-        desk: Desk::default(),
-        counters: Counters::default(),
-        pulse: supervisor.pulse(),
+        streams: Streams::default(),
+        metrics: Metrics::new(supervisor.pulse()),
         shutdown,
     })
 }
@@ -114,8 +114,8 @@ fn reason(ended: Result<(), tokio::task::JoinError>) -> String {
 }
 
 fn status(app: &App) -> String {
-    let scene = app.live.scene();
-    let (modules, streams) = (scene.modules.len(), app.counters.streams());
+    let scene = app.observed.scene();
+    let (modules, streams) = (scene.modules.len(), app.metrics.streams());
     match &scene.network {
         NetworkState::Open => format!("{modules} modules, {streams} open pages"),
         NetworkState::Opening => "opening a session".to_owned(),

@@ -4,8 +4,6 @@ use names::{ComponentPath, ModuleName, StructureName};
 use observer::Scene;
 use serde::Deserialize;
 
-use crate::view::find_module;
-
 /// Something of a structure; of any structure if none is named.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Whose<N> {
@@ -43,7 +41,7 @@ impl Wanted {
             "events" => Ok(Subject::Events),
             "module" => {
                 let name: ModuleName = of.parse().map_err(|error| format!("of: {error}"))?;
-                let known = find_module(scene, structure.as_ref(), &name);
+                let known = scene.module(structure.as_ref(), &name);
                 known.ok_or_else(|| format!("no module `{name}` is known"))?;
                 Ok(Subject::Module(Whose { structure, name }))
             }

@@ -1,9 +1,7 @@
 //! Made-up scenes for tests.
 
-use std::collections::BTreeSet;
-
 use names::{RunId, Step};
-use observer::{LiveModule, Member, ModulePicture, NetworkState, Scene};
+use observer::{ModuleView, NetworkState, Scene};
 use wire::{
     Agreement, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModuleStatus,
     Shelving, Unknown,
@@ -77,33 +75,25 @@ pub(crate) fn status(module: &str) -> ModuleStatus {
 }
 
 /// A module that is heard and in service.
-pub(crate) fn module(name: &str, components: Vec<FaultTransition>) -> LiveModule {
-    let member = Member {
-        structure: Some("tower".parse().unwrap()),
-        module: name.parse().unwrap(),
-        present: true,
-        status: Some(status(name)),
-        phase_change: None,
-        expected: false,
-        peer_of: BTreeSet::new(),
-    };
-    let picture = ModulePicture { member, components, processes: BTreeSet::new() };
-    LiveModule { picture, silent_since_unix_ns: None }
+pub(crate) fn module(name: &str, components: Vec<FaultTransition>) -> ModuleView {
+    let view = ModuleView::new(Some("tower".parse().unwrap()), name.parse().unwrap());
+    let status = Some(status(name));
+    ModuleView { present: true, status, components, heard_unix_ns: NOW_NS, ..view }
 }
 
 /// The same when it is not heard any more.
-pub(crate) fn silent(mut module: LiveModule) -> LiveModule {
-    let since_unix_ns = NOW_NS - 9_000_000_000;
-    let unknown = Unknown { since_unix_ns, reason: "its diagnoser is not heard".to_owned() };
-    for component in &mut module.picture.components {
+pub(crate) fn silent(mut module: ModuleView) -> ModuleView {
+    let heard_unix_ns = NOW_NS - 9_000_000_000;
+    let reason = "its diagnoser is not heard".to_owned();
+    let unknown = Unknown { since_unix_ns: heard_unix_ns, reason };
+    for component in &mut module.components {
         *component = component.clone().while_unknown(unknown.clone());
     }
-    module.silent_since_unix_ns = Some(since_unix_ns);
-    module
+    ModuleView { is_silent: true, heard_unix_ns, ..module }
 }
 
 /// A scene of these modules, with a network.
-pub(crate) fn scene(modules: Vec<LiveModule>) -> Scene {
+pub(crate) fn scene(modules: Vec<ModuleView>) -> Scene {
     Scene {
         number: 1,
         time_unix_ns: NOW_NS,

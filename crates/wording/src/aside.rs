@@ -43,7 +43,7 @@ pub fn until(shelving: &Shelving) -> String {
 
 /// A person, and the program if he used one.
 #[must_use]
-pub fn by_whom(by: &str, on_behalf_of: Option<&str>) -> String {
+pub(crate) fn by_whom(by: &str, on_behalf_of: Option<&str>) -> String {
     let by = printable(by);
     match on_behalf_of {
         Some(person) => format!("{} (through {by})", printable(person)),

@@ -4,7 +4,7 @@ use names::{ComponentPath, ModuleName};
 use wire::Doubt;
 
 /// In words. Without a reason given, silent modules are one.
-pub fn why_unconfirmed(
+pub(crate) fn why_unconfirmed(
     doubt: Option<Doubt>,
     silent: &[ModuleName],
     unknowing: &[ModuleName],

@@ -14,8 +14,7 @@ mod tone;
 
 pub use names::printable;
 
-pub use aside::{aside, by_whom, state_and_aside, until};
-pub use doubt::why_unconfirmed;
+pub use aside::{aside, state_and_aside, until};
 pub use identification::{
     brief, candidate, decimals, fault_size, identified, in_small_units, kind, percent,
 };

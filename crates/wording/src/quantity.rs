@@ -23,16 +23,12 @@ pub fn ratio(ratio: f64) -> String {
 /// A span of time given in milliseconds.
 pub fn span(ms: f64) -> String {
     let seconds = ms / 1e3;
-    if ms.abs() < 9.95 {
-        format!("{ms:.1} ms")
-    } else if ms.abs() < 999.5 {
-        format!("{ms:.0} ms")
-    } else if seconds.abs() < 120.0 {
-        format!("{seconds:.1} s")
-    } else if seconds.abs() < 7200.0 {
-        format!("{:.1} min", seconds / 60.0)
-    } else {
-        format!("{:.1} h", seconds / 3600.0)
+    match ms.abs() {
+        ..9.95 => format!("{ms:.1} ms"),
+        ..999.5 => format!("{ms:.0} ms"),
+        ..120e3 => format!("{seconds:.1} s"),
+        ..7200e3 => format!("{:.1} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
     }
 }
 

@@ -40,7 +40,7 @@ impl Witness {
         let noted = Arc::clone(&record);
         let note = move |news| match news {
             News::Fault(transition) => noted.lock().note_transition(&transition),
-            News::Missed { .. } | News::Lost(_) => noted.lock().note_missed(&news),
+            News::Missed { .. } | News::Lost { .. } => noted.lock().note_missed(&news),
             _ => {}
         };
         let listening = Some((steady, observer.hear(note).await));

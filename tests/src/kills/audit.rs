@@ -80,8 +80,8 @@ fn check_numbers(history: &ModuleHistory, problems: &mut Vec<String>) {
         problems.push(format!("the history breaks off: {error}"));
     }
     let numbers = history.transitions.iter().map(|transition| transition.sequence);
-    if !numbers.eq(1..history.next_sequence.unwrap_or(1)) || !history.gaps(1).is_empty() {
-        let gaps = history.gaps(1);
+    if !numbers.eq(1..history.next_sequence.unwrap_or(1)) || !history.gaps().is_empty() {
+        let gaps = history.gaps();
         problems.push(format!("the history has gaps: {gaps:?}, from {:?}", history.first_sequence));
     }
 }

@@ -58,7 +58,7 @@ impl Collected {
     fn hear(&mut self, news: News) {
         match news {
             News::Fault(transition) => self.take(*transition),
-            News::Missed { .. } | News::Lost(_) => {
+            News::Missed { .. } | News::Lost { .. } => {
                 self.contradictions.push(format!("{news:?}"));
             }
             _ => {}

@@ -172,7 +172,9 @@ impl Books {
         match reply {
             Ok(obeyed) => self.done.push(Done { module: module.clone(), kind, order, obeyed }),
             Err(OrderError::Refused(_)) => self.refused += 1,
-            Err(OrderError::Unanswered(_) | OrderError::Untaken) => self.unanswered += 1,
+            Err(OrderError::Unanswered(_) | OrderError::Untaken | OrderError::NotAsked(_)) => {
+                self.unanswered += 1;
+            }
             Err(OrderError::Senseless(what)) => self.senseless.push(format!("{module}: {what}")),
         }
     }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
 use names::fault::Fault;
-use observer::{Feed, News};
+use observer::{Live, News};
 use serde_json::Value;
 use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::scenarios;
@@ -45,7 +45,7 @@ async fn of_a_structure_only_faults_phases_and_presence_leave_and_orders_enter()
     let mut fleet = Fleet::of(&[("tower", tower()), ("mast", Schedule::default())]).await;
     let observer = fleet.session("observer.wall").await;
     let above = Ears::of(&observer).await;
-    let mut feed = Feed::open(&observer, None).await.unwrap();
+    let mut feed = Live::over(&observer, None, Vec::new()).await.unwrap();
     let within = fleet.session_within(0, "observer.wall").await;
     let inside = Ears::of(&within).await;
     let neighbour = fleet.session_within(1, "observer.wall").await;
@@ -175,10 +175,10 @@ async fn hearing(above: &Ears, inside: &Ears, beside: &Ears, table: &mut Table) 
 }
 
 /// What `follow` prints.
-async fn following(feed: &mut Feed, table: &mut Table) {
+async fn following(feed: &mut Live, table: &mut Table) {
     let latched = async {
         loop {
-            match feed.next().await.unwrap() {
+            match &feed.next_event().await.unwrap().news {
                 News::Fault(fault) if fault.state == FaultState::Latched => return,
                 _ => {}
             }

@@ -10,10 +10,10 @@ use std::time::Duration;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tokio::process::{Child, Command};
+use tokio::signal::unix::{Signal as Signals, SignalKind, signal};
 use tokio::time::{sleep, timeout};
 
-use super::entry::Process;
-use super::interrupt::Interrupts;
+use super::report::Process;
 use crate::failure::Failure;
 
 /// How long processes may take to stop when asked to.
@@ -128,4 +128,35 @@ fn report_of_end(running: &Running, status: ExitStatus) -> Failure {
     let name = &running.process.name;
     let last = if last.is_empty() { "nothing".to_owned() } else { last.join("\n  ") };
     Failure::runtime(format!("{name} ended unexpectedly ({status}); its log ended with\n  {last}"))
+}
+
+/// The signals that request a stop.
+pub(super) struct Interrupts {
+    interrupt: Signals,
+    terminate: Signals,
+    hang_up: Signals,
+}
+
+impl Interrupts {
+    /// From now on signals no longer end this process but come here.
+    pub(super) fn listen() -> Result<Interrupts, Failure> {
+        let listen = |kind| {
+            signal(kind)
+                .map_err(|error| Failure::runtime(format!("cannot listen for signals: {error}")))
+        };
+        Ok(Interrupts {
+            interrupt: listen(SignalKind::interrupt())?,
+            terminate: listen(SignalKind::terminate())?,
+            hang_up: listen(SignalKind::hangup())?,
+        })
+    }
+
+    /// Waits for the next one.
+    pub(super) async fn next(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+            _ = self.hang_up.recv() => {}
+        }
+    }
 }

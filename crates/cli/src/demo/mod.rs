@@ -1,39 +1,27 @@
 //! `trusswatch demo`: a plant and its diagnosers on this machine, faults, and what becomes of them.
 //!
-//! One stage a file: `rig` lays out the configurations, `children` runs the processes, `network`
-//! subscribes to them, `show` turns messages into entries, `printer` prints them, `finding` words what a
-//! module found, `ledger` compares what was injected with what was diagnosed.
+//! One stage a file: `story` says which faults, `rig` lays out the configurations, `children` runs the processes, `show`
+//! turns what is observed into entries and compares what was injected with what was diagnosed, `report` prints them.
 
-mod binaries;
 mod children;
-mod entry;
-mod finding;
-mod interrupt;
-mod ledger;
-mod network;
-mod news;
-mod printer;
+mod report;
 mod rig;
 mod show;
 mod story;
-#[cfg(test)]
-mod testing;
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
+use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Speed;
 use names::Step;
+use observer::{Event, Live, News};
 use tokio::time::{Instant, sleep_until, timeout_at};
 
 use crate::failure::Failure;
-use children::Children;
-use entry::Entry;
-use interrupt::Interrupts;
-use network::Network;
-use news::News;
-use printer::Printer;
+use children::{Children, Interrupts};
+use report::{Entry, Printer};
 use rig::Rig;
 use show::Show;
 
@@ -102,8 +90,17 @@ async fn connect_and_show(
     rig: &Rig,
     children: &mut Children,
 ) -> Result<(), Failure> {
-    let mut network = Network::open(&rig.structure, &rig.own, &rig.endpoints).await?;
-    let early = diagnosers(rig, &mut network, children).await?;
+    // The parent listens for monitoring clients, and connects to the processes as they come up.
+    let network = session::Network {
+        listen: vec![rig.own.clone()],
+        ..session::Network::peer_of(&rig.endpoints)
+    };
+    let session =
+        session::open(&network).await.map_err(|error| Failure::network(error.to_string()))?;
+    // Before any process runs: nothing is published earlier.
+    let live = Live::over(&session, Some(rig.structure.clone()), rig.modules.clone());
+    let mut live = live.await.map_err(|error| Failure::network(error.to_string()))?;
+    let early = diagnosers(rig, &mut live, children).await?;
     rig.start_plant(children)?;
     let mut printer = Printer::new(arguments.json, rig.pace.step_s);
     let processes = children.processes();
@@ -112,15 +109,15 @@ async fn connect_and_show(
     printer.print(&Entry::Started { structure, processes, endpoint })?;
     let mut show = Show::new(rig.pace, rig.acts.clone(), &rig.modules, rig.components);
     let mut entries = Vec::new();
-    early.into_iter().for_each(|news| show.take(news, &mut entries));
+    early.iter().for_each(|event| show.on_event(event, &mut entries));
     for entry in entries {
         printer.print(&entry)?;
     }
     let shown = tokio::select! {
-        shown = listen(&mut show, &mut network, &mut printer) => shown,
+        shown = listen(&mut show, &mut live, &mut printer) => shown,
         failure = children.unexpected_end() => Err(failure),
     };
-    network.close().await;
+    session::close(&session).await;
     shown?;
     let summary = show.summary(pids);
     let exact = summary.exact;
@@ -132,22 +129,22 @@ async fn connect_and_show(
 /// could inject the first fault earlier. Returns what was received meanwhile.
 async fn diagnosers(
     rig: &Rig,
-    network: &mut Network,
+    live: &mut Live,
     children: &mut Children,
-) -> Result<Vec<News>, Failure> {
+) -> Result<Vec<Arc<Event>>, Failure> {
     let mut missing: BTreeSet<String> = rig.modules.iter().map(ToString::to_string).collect();
     let mut early = Vec::new();
     let deadline = Instant::now() + APPEAR_WITHIN;
     while !missing.is_empty() {
-        let news = tokio::select! {
-            news = network.next() => news?,
+        let event = tokio::select! {
+            event = live.next_event() => event.ok_or_else(closed)?,
             failure = children.unexpected_end() => return Err(failure),
             () = sleep_until(deadline) => return Err(still_waiting(missing)),
         };
-        if let News::Alive { process, there: true } = &news {
-            missing.remove(process);
+        if let News::Presence { who, there: true, .. } = &event.news {
+            missing.remove(who);
         }
-        early.push(news);
+        early.push(event);
     }
     Ok(early)
 }
@@ -158,33 +155,43 @@ fn still_waiting(missing: impl IntoIterator<Item = String>) -> Failure {
     Failure::network(format!("still waiting for {missing} after {seconds} s"))
 }
 
-/// Prints what is received until the show is over.
-async fn listen(
-    show: &mut Show,
-    network: &mut Network,
-    printer: &mut Printer,
-) -> Result<(), Failure> {
-    let mut entries = Vec::new();
+fn closed() -> Failure {
+    Failure::network("the session was closed")
+}
+
+/// Prints what is observed until the show is over.
+async fn listen(show: &mut Show, live: &mut Live, printer: &mut Printer) -> Result<(), Failure> {
+    let mut scenes = live.scenes();
     let mut deadline = Deadline::new();
-    while !show.is_over() {
-        let news = tokio::select! {
-            news = network.next() => news?,
-            () = sleep_until(deadline.until) => return Err(deadline.lost(show)),
-        };
-        show.take(news, &mut entries);
+    let mut end = None;
+    loop {
+        let mut entries = Vec::new();
+        let until = end.unwrap_or(deadline.until);
+        let observed = timeout_at(until, async {
+            tokio::select! {
+                event = live.next_event() => {
+                    show.on_event(&*event.ok_or_else(closed)?, &mut entries);
+                }
+                changed = scenes.changed() => {
+                    changed.map_err(|_| closed())?;
+                    show.on_scene(&scenes.borrow_and_update(), &mut entries);
+                }
+            }
+            Ok::<_, Failure>(())
+        });
+        match observed.await {
+            Ok(observed) => observed?,
+            Err(_) if end.is_some() => return Ok(()),
+            Err(_) => return Err(deadline.lost(show)),
+        }
         deadline.look_at(show);
-        for entry in entries.drain(..) {
+        if show.is_over() {
+            end.get_or_insert_with(|| Instant::now() + STRAGGLERS);
+        }
+        for entry in entries {
             printer.print(&entry)?;
         }
     }
-    let end = Instant::now() + STRAGGLERS;
-    while let Ok(news) = timeout_at(end, network.next()).await {
-        show.take(news?, &mut entries);
-        for entry in entries.drain(..) {
-            printer.print(&entry)?;
-        }
-    }
-    Ok(())
 }
 
 /// The time by which processes have to appear and the plant to move.

@@ -13,7 +13,6 @@ use settings::ConfigErrors;
 use tempfile::TempDir;
 use toml::Table;
 
-use super::binaries::Binaries;
 use super::children::Children;
 use super::story::{self, Act, Pace};
 use crate::failure::Failure;
@@ -21,7 +20,8 @@ use crate::shipped::{MODULES, OTHERS, PLANT, Shipped, temporary_directory};
 
 /// The processes' configurations, and what follows from them.
 pub(super) struct Rig {
-    binaries: Binaries,
+    plant: PathBuf,
+    diagnoser: PathBuf,
     directory: TempDir,
     flags: Vec<OsString>,
     /// Name of the structure.
@@ -43,11 +43,16 @@ pub(super) struct Rig {
 impl Rig {
     /// Lays everything out.
     pub(super) fn set_up(speed: Speed, seed: u64) -> Result<Rig, Failure> {
-        let binaries = Binaries::find()?;
+        let own = std::env::current_exe().map_err(|error| {
+            Failure::runtime(format!("cannot find out where this program is: {error}"))
+        })?;
+        let beside_it = own.parent().unwrap_or(Path::new("."));
+        let [plant, diagnoser] = ["trusswatch-plant", "trusswatch-diagnoser"];
+        let (plant, diagnoser) = (beside(beside_it, plant)?, beside(beside_it, diagnoser)?);
         let directory = temporary_directory("trusswatch-demo-")?;
         let no_port = |error| Failure::network(format!("nowhere to listen on 127.0.0.1: {error}"));
-        let [own, plant, first, second] = session::loopback::endpoints().map_err(no_port)?;
-        let endpoints = vec![plant, first, second];
+        let [own, at_plant, first, second] = session::loopback::endpoints().map_err(no_port)?;
+        let endpoints = vec![at_plant, first, second];
         let place = directory.path();
         for file in OTHERS {
             file.write(place)?;
@@ -67,7 +72,8 @@ impl Rig {
         check_plant(place)?;
         let flags = ["--seed", &seed.to_string(), "--speed", &speed.to_string()];
         Ok(Rig {
-            binaries,
+            plant,
+            diagnoser,
             flags: flags.iter().map(OsString::from).collect(),
             structure: configs[0].structure_name.clone(),
             modules: configs.iter().map(|config| config.module().clone()).collect(),
@@ -86,12 +92,7 @@ impl Rig {
             let mut arguments = self.running(config.path);
             let state = self.directory.path().join("state").join(module.as_str());
             arguments.extend(["--state-dir".into(), state.into()]);
-            children.start(
-                module.as_str(),
-                &self.binaries.diagnoser,
-                &arguments,
-                self.directory.path(),
-            )?;
+            children.start(module.as_str(), &self.diagnoser, &arguments, self.directory.path())?;
         }
         Ok(())
     }
@@ -102,7 +103,7 @@ impl Rig {
         let mut arguments = self.running(PLANT.path);
         arguments.extend_from_slice(&self.flags);
         arguments.extend(["--schedule".into(), schedule_file(place).into()]);
-        children.start(wire::keys::PLANT, &self.binaries.plant, &arguments, place)
+        children.start(wire::keys::PLANT, &self.plant, &arguments, place)
     }
 
     fn running(&self, config: &str) -> Vec<OsString> {
@@ -181,4 +182,28 @@ fn pace(configs: &[DiagnoserConfig]) -> Pace {
         pace.interval = pace.interval.max(vectors);
     }
     pace
+}
+
+fn beside(directory: &Path, name: &str) -> Result<PathBuf, Failure> {
+    let program = directory.join(name);
+    if program.is_file() {
+        return Ok(program);
+    }
+    Err(Failure::runtime(format!(
+        "`{name}` is not beside this program in {}; build it with `cargo build --release -p daemon`",
+        directory.display()
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_is_missing_is_named_with_the_way_to_build_it() {
+        let empty = tempfile::tempdir().unwrap();
+        let failure = beside(empty.path(), "trusswatch-plant").unwrap_err();
+        let text = format!("{failure:?}");
+        assert!(text.contains("trusswatch-plant") && text.contains("cargo build"), "{text}");
+    }
 }

@@ -1,27 +1,20 @@
-//! From messages to entries: what is reported, and when the show is over. No clock: time is the plant's.
+//! From what is observed to what is reported, and when the show is over. No clock: time is the plant's.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use names::{ComponentPath, ModuleName, Step};
-use wire::{
-    ChangeReport, FaultState, FaultTransition, Identification, ModulePhase, ModuleStatus,
-    PlantStatus, Symptom,
-};
+use observer::{Event, EventLine, Measured, News, Scene, StateRow};
+use wire::{Candidate, FaultState, FaultTransition, Identification, ModulePhase};
 
-use super::entry::{Departure, Entry, Summary, Verdict};
-use super::ledger::Ledger;
-use super::news::News;
+use super::report::{DiagnosedFault, Entry, InjectedFault, Summary};
 use super::story::{Act, Pace};
-use wording::ordered;
 
-/// What is known of a module.
+/// What is known of a module: as of which step, and how many of its components agree with their references.
 #[derive(Debug, Clone, Copy, Default)]
 struct Module {
     step: Step,
     in_service: bool,
-    /// Components that agree with their reference, and as of which step.
-    verified: (u64, Step),
-    unanswered: u64,
+    verified: u64,
 }
 
 /// The show.
@@ -34,16 +27,15 @@ pub(super) struct Show {
     modules: BTreeMap<ModuleName, Module>,
     /// How many components they have together.
     components: u64,
-    /// Whether it was reported how many of them agree with their reference.
+    /// Whether it was reported how many of them agree with their references.
     compared: bool,
-    /// Those that have changed since the latest injection.
-    changed: BTreeSet<ComponentPath>,
     /// Processes that have not appeared.
     missing: Vec<String>,
-    ledger: Ledger,
+    /// The faults that were named, each as it was named first.
+    named: BTreeMap<ComponentPath, Measured>,
+    /// Their kinds.
+    kinds: BTreeMap<ComponentPath, Candidate>,
     now: Step,
-    /// Samples that the plant could not send.
-    unsent: u64,
 }
 
 impl Show {
@@ -53,19 +45,9 @@ impl Show {
         let mut missing: Vec<_> = modules.iter().map(ModuleName::to_string).collect();
         missing.push(wire::keys::PLANT.to_owned());
         let modules = modules.iter().map(|module| (module.clone(), Module::default())).collect();
-        Show {
-            pace,
-            acts,
-            cues,
-            modules,
-            components,
-            compared: false,
-            changed: BTreeSet::new(),
-            missing,
-            ledger: Ledger::default(),
-            now: Step(0),
-            unsent: 0,
-        }
+        let (compared, now) = (false, Step(0));
+        let (named, kinds) = Default::default();
+        Show { pace, acts, cues, modules, components, compared, missing, named, kinds, now }
     }
 
     /// Processes that have not appeared yet.
@@ -73,7 +55,7 @@ impl Show {
         &self.missing
     }
 
-    /// How far the plant is known to be.
+    /// How far the modules are known to be.
     pub(super) fn now(&self) -> Step {
         self.now
     }
@@ -84,161 +66,146 @@ impl Show {
         self.modules.values().all(|module| module.step >= end)
     }
 
-    /// What came of it.
-    pub(super) fn summary(&self, pids: Vec<u32>) -> Summary {
-        self.ledger.summary(&self.acts, self.pace.step_s, pids)
-    }
-
-    /// Takes a message; what is to be reported goes to `entries`.
-    pub(super) fn take(&mut self, news: News, entries: &mut Vec<Entry>) {
-        match news {
-            News::Alive { process, there } => self.token(process, there, entries),
-            News::Progress(module, progress) => self.module_is_at(&module, progress.step, entries),
-            News::Plant(status) => self.plant(&status, entries),
-            News::Module(status) => self.status(&status, entries),
-            News::Change(change) => self.change(change, entries),
-            News::Transition(transition) => self.transition(transition, entries),
-            News::Identification(found) => self.identification(&found, entries),
-            News::Unreadable(text) => entries.push(Entry::Trouble { text }),
+    /// Takes an event; what is to be reported goes to `entries`.
+    pub(super) fn on_event(&mut self, event: &Event, entries: &mut Vec<Entry>) {
+        match &event.news {
+            News::Fault(transition) => self.transition(transition, entries),
+            News::Identification(found) => self.identification(found, entries),
+            News::Phase(change) => {
+                let Some(module) = self.modules.get_mut(&change.module) else { return };
+                let is_in_service = change.phase == ModulePhase::InService;
+                if is_in_service && !module.in_service {
+                    let since_step = change.step.unwrap_or(module.step);
+                    let module = change.module.clone();
+                    entries.push(Entry::InService { module, since_step });
+                }
+                module.in_service = is_in_service;
+            }
+            News::Presence { who, there: true, .. } => {
+                if let Some(place) = self.missing.iter().position(|missing| missing == who) {
+                    self.missing.remove(place);
+                    entries.push(Entry::Ready { process: who.clone() });
+                }
+            }
+            News::Presence { .. }
+            | News::SeveralProcesses { .. }
+            | News::Missed { .. }
+            | News::Unreadable { .. }
+            | News::Lost { .. } => {
+                let EventLine { who, what, why, .. } = EventLine::of(event);
+                entries
+                    .push(Entry::Trouble { text: format!("{who} {what} {why}").trim().to_owned() });
+            }
         }
     }
 
-    fn token(&mut self, process: String, there: bool, entries: &mut Vec<Entry>) {
-        if !there {
-            entries.push(Entry::Trouble { text: format!("{process} is gone") });
-        } else if let Some(place) = self.missing.iter().position(|missing| *missing == process) {
-            self.missing.remove(place);
-            entries.push(Entry::Ready { process });
+    /// Looks at what the modules report of themselves.
+    pub(super) fn on_scene(&mut self, scene: &Scene, entries: &mut Vec<Entry>) {
+        for view in &scene.modules {
+            let (Some(status), Some(known)) = (&view.status, self.modules.get_mut(&view.module))
+            else {
+                continue;
+            };
+            known.step = known.step.max(status.step.unwrap_or_default());
+            known.verified = status.verified;
         }
-    }
-
-    fn module_is_at(&mut self, module: &ModuleName, step: Step, entries: &mut Vec<Entry>) {
-        if let Some(module) = self.modules.get_mut(module) {
-            module.step = module.step.max(step);
-        }
-        self.time_is(step, entries);
+        let now = self.modules.values().map(|module| module.step).max();
+        self.time_is(now.unwrap_or_default(), entries);
+        self.look_at_comparisons(entries);
     }
 
     /// Advances the time and reports what has come due.
     fn time_is(&mut self, step: Step, entries: &mut Vec<Entry>) {
-        let before = self.seconds(self.now);
-        self.now = self.now.max(step);
+        let seconds = |step: Step| (step.0 as f64 * self.pace.step_s) as u64;
         let of_step = Step(self.pace.warm_up);
-        if self.seconds(self.now) > before && self.now < of_step {
+        let before = self.now;
+        self.now = self.now.max(step);
+        if seconds(self.now) > seconds(before) && self.now < of_step {
             entries.push(Entry::WarmingUp { step: self.now, of_step });
         }
         while let Some((_, cue)) = self.cues.pop_if(|(due, _)| *due <= self.now) {
-            if matches!(cue, Entry::Injected { .. }) {
-                self.changed.clear();
-            }
             entries.push(cue);
         }
     }
 
-    fn seconds(&self, step: Step) -> u64 {
-        (step.0 as f64 * self.pace.step_s) as u64
-    }
-
-    fn plant(&mut self, status: &PlantStatus, entries: &mut Vec<Entry>) {
-        self.time_is(status.next_step.minus(1), entries);
-        if status.samples_unsent > self.unsent {
-            self.unsent = status.samples_unsent;
-            let text = format!("the plant could not send {} samples", status.samples_unsent);
-            entries.push(Entry::Trouble { text });
-        }
-    }
-
-    fn status(&mut self, status: &ModuleStatus, entries: &mut Vec<Entry>) {
-        if let Some(step) = status.step {
-            self.module_is_at(&status.module, step, entries);
-        }
-        let Some(known) = self.modules.get_mut(&status.module) else { return };
-        let module = status.module.clone();
-        if status.phase == ModulePhase::InService && !known.in_service {
-            known.in_service = true;
-            let since_step = status.in_service_since_step.unwrap_or(known.step);
-            entries.push(Entry::InService { module: module.clone(), since_step });
-        }
-        let unanswered = status.diagnosis.questions_unanswered;
-        if unanswered > known.unanswered {
-            let questions = unanswered - known.unanswered;
-            entries.push(Entry::Unanswered { step: known.step, module, questions });
-        }
-        known.unanswered = unanswered;
-        known.verified = (status.verified, status.step.unwrap_or_default());
-        self.look_at_comparisons(entries);
-    }
-
-    /// Reports once how many components agree with their reference, when every module has compared some and nothing is
+    /// Reports once how many components agree with their references, when every module has compared some and nothing is
     /// wrong yet.
     fn look_at_comparisons(&mut self, entries: &mut Vec<Entry>) {
         let modules = || self.modules.values();
-        if self.compared || modules().any(|module| !module.in_service || module.verified.0 == 0) {
+        if self.compared || modules().any(|module| !module.in_service || module.verified == 0) {
             return;
         }
-        let agree = modules().map(|module| module.verified.0).sum();
-        let step = modules().map(|module| module.verified.1).max().unwrap_or_default();
         self.compared = true;
-        if self.acts.first().is_some_and(|act| act.injected <= step) {
-            return;
+        if self.acts.first().is_none_or(|act| act.injected > self.now) {
+            let agree = modules().map(|module| module.verified).sum();
+            entries.push(Entry::Compared { step: self.now, agree, of: self.components });
         }
-        entries.push(Entry::Compared { step, agree, of: self.components });
     }
 
-    fn change(&mut self, change: ChangeReport, entries: &mut Vec<Entry>) {
-        self.time_is(change.step, entries);
-        let (component, ratio) = (change.component, change.evidence.ratio());
-        self.changed.insert(component.clone());
-        entries.push(Entry::Change { step: change.step, component, ratio });
-    }
-
-    fn transition(&mut self, transition: FaultTransition, entries: &mut Vec<Entry>) {
-        if let Some(order) = transition.order.as_ref().filter(|o| o.order.is_about_shelving()) {
-            let (step, component, what) = (self.now, transition.component, ordered(order));
-            entries.push(Entry::SetAside { step, component, what });
-            return;
-        }
-        let step = transition.decided_step.unwrap_or(self.now);
+    fn transition(&mut self, transition: &FaultTransition, entries: &mut Vec<Entry>) {
+        let measured = StateRow::of_component(transition).measured;
+        let step = measured.decided_step.unwrap_or(self.now);
         self.time_is(step, entries);
-        self.ledger.take(&transition);
-        // The change was reported already, and that it is over is no finding.
-        if matches!(transition.state, FaultState::Tentative | FaultState::Normal) {
-            return;
+        if transition.state == FaultState::Latched {
+            self.named.entry(transition.component.clone()).or_insert(measured);
         }
-        let departure = self.departure(&transition);
-        entries.push(Entry::Verdict(Verdict {
-            step,
-            departure,
-            symptom: transition.symptom,
-            component: transition.component,
-            state: transition.state,
-            detection_step: transition.detection_step,
-            explained_by: transition.explained_by,
-            doubt: transition.doubt,
-            silent: transition.silent,
-            unknowing: transition.unknowing,
-            one_of: transition.one_of,
-        }));
+        // That a change is over is no finding.
+        if transition.state != FaultState::Normal {
+            entries.push(Entry::Verdict { step, transition: Box::new(transition.clone()) });
+        }
     }
 
-    /// The kind that was decided before the repair is reported when it is another one than before.
+    /// A kind counts, and is reported, if it was decided while the fault was there and is another one than before.
     fn identification(&mut self, found: &Identification, entries: &mut Vec<Entry>) {
-        self.time_is(found.as_of_step, entries);
-        if let Some(kind) = self.ledger.identified(found, &self.acts) {
-            let (step, component) = (found.as_of_step, found.component.clone());
-            entries.push(Entry::Identified { step, component, found: kind });
+        let step = found.as_of_step;
+        self.time_is(step, entries);
+        let act = self.acts.iter().find(|act| act.story.component == found.component);
+        let Some(kind) = found.kind().filter(|_| act.is_some_and(|act| step < act.repaired)) else {
+            return;
+        };
+        let before = self.kinds.insert(found.component.clone(), kind.clone());
+        if before.is_none_or(|before| before.kind != kind.kind) {
+            let identification = Box::new(found.clone());
+            entries.push(Entry::Identified { step, identification });
         }
     }
 
-    /// How it departs from its reference, if that is what the transition rests on.
-    fn departure(&self, transition: &FaultTransition) -> Option<Departure> {
-        let evidence = transition.evidence.as_ref()?;
-        let changed = self.changed.contains(&transition.component);
-        match transition.symptom {
-            Symptom::Change | Symptom::NoSignal => None,
-            Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
-                Some(Departure { measured: evidence.residual, expected: evidence.level, changed })
-            }
+    /// What was injected against what was named.
+    pub(super) fn summary(&self, pids: Vec<u32>) -> Summary {
+        let injected = |act: &Act| InjectedFault {
+            component: act.story.component.clone(),
+            fault: act.story.fault,
+            step: act.injected,
+            repaired_step: act.repaired,
+        };
+        let mut diagnosed: Vec<DiagnosedFault> =
+            self.named.iter().map(|(component, named)| self.diagnosed(component, named)).collect();
+        diagnosed.sort_by_key(|fault| fault.detection_step);
+        let is_named_in_time = |act: &Act| {
+            let named = self.named.get(&act.story.component);
+            let detected = named.and_then(|named| named.detection_step);
+            detected.is_some_and(|step| (act.injected..act.repaired).contains(&step))
+        };
+        let exact = self.named.len() == self.acts.len() && self.acts.iter().all(is_named_in_time);
+        Summary { injected: self.acts.iter().map(injected).collect(), diagnosed, exact, pids }
+    }
+
+    fn diagnosed(&self, component: &ComponentPath, named: &Measured) -> DiagnosedFault {
+        let act = self.acts.iter().find(|act| act.story.component == *component);
+        let delay_ms = |step: Option<Step>| {
+            let (step, injected) = (step?, act?.injected);
+            // Rounded to the microsecond: steps are whole milliseconds, their product is not quite.
+            let ms = step.0.checked_sub(injected.0)? as f64 * self.pace.step_s * 1e3;
+            Some((ms * 1e3).round() / 1e3)
+        };
+        DiagnosedFault {
+            component: component.clone(),
+            onset_step: named.onset_step,
+            detection_step: named.detection_step,
+            decided_step: named.decided_step,
+            delay_ms: delay_ms(named.detection_step),
+            verdict_delay_ms: delay_ms(named.decided_step),
+            identified: self.kinds.get(component).cloned(),
         }
     }
 }
@@ -258,120 +225,172 @@ fn cues(act: &Act) -> [(Step, Entry); 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::demo::testing::{PACE, acts, transition};
-    use crate::faults;
-    use names::RunId;
-    use wire::{Evidence, Progress};
+    use crate::demo::story::Story;
+    use crate::faults::testing::{identification, scene};
+    use names::fault::Fault;
+    use observer::ModuleView;
+
+    const PACE: Pace = Pace { step_s: 1e-3, warm_up: 50, effects: 25, interval: 20 };
 
     fn show() -> Show {
-        Show::new(PACE, acts(), &["m1".parse().unwrap(), "m2".parse().unwrap()], 12)
-    }
-
-    fn progress(module: &str, step: u64) -> News {
-        News::Progress(module.parse().unwrap(), Progress { run: RunId(1), step: Step(step) })
-    }
-
-    fn evidence(residual: f64, level: f64) -> Evidence {
-        let (step, divergence, threshold) = (Step(0), Some(9.0), 6.0);
-        Evidence { step, residual, level, divergence, threshold }
+        let act = |path: &str, fault, injected| Act {
+            story: Story { title: "t", component: path.parse().unwrap(), fault, lasts_s: 0.015 },
+            injected: Step(injected),
+            repaired: Step(injected + 15),
+            over: Step(injected + 900),
+        };
+        let acts = vec![
+            act("m1/sensor/g1", Fault::ZeroOutput {}, 100),
+            act("m2/actuator/a1", Fault::HardOver {}, 1000),
+        ];
+        Show::new(PACE, acts, &["m1".parse().unwrap(), "m2".parse().unwrap()], 12)
     }
 
     fn shown(show: &mut Show, news: News) -> Vec<Entry> {
         let mut entries = Vec::new();
-        show.take(news, &mut entries);
+        show.on_event(&Event { number: 1, time_unix_ns: 0, news }, &mut entries);
         entries
+    }
+
+    /// The modules report these steps and numbers of components that agree.
+    fn seen(show: &mut Show, modules: &[(&str, u64, u64)]) -> Vec<Entry> {
+        let module = |(name, step, verified): &(&str, u64, u64)| {
+            let mut module: ModuleView =
+                crate::faults::testing::module(name, ModulePhase::InService, Vec::new());
+            let status = module.status.as_mut().unwrap();
+            (status.step, status.verified) = (Some(Step(*step)), *verified);
+            module
+        };
+        let mut entries = Vec::new();
+        show.on_scene(&scene(modules.iter().map(module).collect()), &mut entries);
+        entries
+    }
+
+    fn verdict(component: &str, state: FaultState, detected: u64) -> News {
+        let component: ComponentPath = component.parse().unwrap();
+        News::Fault(Box::new(FaultTransition {
+            state,
+            sequence: 1,
+            detection_step: Some(Step(detected)),
+            decided_step: Some(Step(detected)),
+            ..FaultTransition::untouched("t".parse().unwrap(), component, 0)
+        }))
+    }
+
+    fn in_service(module: &str) -> News {
+        News::Phase(wire::PhaseChange {
+            structure: "t".parse().unwrap(),
+            module: module.parse().unwrap(),
+            phase: ModulePhase::InService,
+            before: None,
+            run: None,
+            step: Some(Step(50)),
+            reason: String::new(),
+            time_unix_ns: 0,
+        })
     }
 
     #[test]
     fn an_injection_is_reported_before_what_follows_from_it() {
-        let entries = shown(
-            &mut show(),
-            News::Transition(transition("m1/sensor/g1", FaultState::Latched, 104)),
-        );
+        let entries = shown(&mut show(), verdict("m1/sensor/g1", FaultState::Latched, 104));
         assert!(matches!(entries[0], Entry::Injected { step: Step(100), .. }), "{entries:?}");
-        let latched = |verdict: &Verdict| verdict.state == FaultState::Latched;
-        assert!(matches!(&entries[1], Entry::Verdict(verdict) if latched(verdict)));
+        assert!(matches!(entries[1], Entry::Verdict { step: Step(104), .. }), "{entries:?}");
         assert_eq!(entries.len(), 2);
+        let over = shown(&mut show(), verdict("m1/sensor/g1", FaultState::Normal, 9));
+        assert_eq!(over, []);
     }
 
     #[test]
     fn the_show_is_over_when_the_slowest_module_is_through() {
         let mut show = show();
-        shown(&mut show, progress("m1", 99_999));
+        seen(&mut show, &[("m1", 1900, 0), ("m2", 1899, 0)]);
         assert!(!show.is_over());
-        shown(&mut show, progress("m2", acts()[1].over.0));
+        seen(&mut show, &[("m2", 1900, 0)]);
         assert!(show.is_over());
     }
 
     #[test]
-    fn processes_are_missed_until_they_appear() {
+    fn processes_are_reported_once_each_and_missed_until_then() {
         let mut show = show();
-        assert_eq!(show.missing(), ["m1", "m2", "plant"]);
-        for process in ["plant", "m2", "m1"] {
-            shown(&mut show, News::Alive { process: process.into(), there: true });
-        }
-        assert!(show.missing().is_empty());
-        let gone = shown(&mut show, News::Alive { process: "m1".into(), there: false });
-        assert_eq!(gone, [Entry::Trouble { text: "m1 is gone".into() }]);
-    }
-
-    #[test]
-    fn what_is_only_tentative_is_no_verdict() {
-        let mut show = show();
-        for state in [FaultState::Tentative, FaultState::Normal] {
-            assert!(
-                shown(&mut show, News::Transition(transition("m1/sensor/g1", state, 5))).is_empty()
-            );
-        }
-    }
-
-    #[test]
-    fn a_departure_has_its_figures_and_says_whether_a_change_showed() {
-        let component = || "m1/sensor/g1".parse().unwrap();
-        let change = |step| ChangeReport {
+        let token = |who: &str, there| News::Presence {
             structure: "t".parse().unwrap(),
-            run: RunId(1),
-            step: Step(step),
-            component: component(),
-            evidence: evidence(0.0, 0.0),
-            time_unix_ns: 0,
+            who: who.to_owned(),
+            there,
         };
-        let departs = |show: &mut Show| {
-            let found = FaultTransition {
-                symptom: Symptom::Departure,
-                evidence: Some(evidence(9e-5, 1e-6)),
-                ..transition("m1/sensor/g1", FaultState::Latched, 104)
-            };
-            let entries = shown(show, News::Transition(found));
-            let Some(Entry::Verdict(verdict)) = entries.last() else { panic!("{entries:?}") };
-            verdict.departure
-        };
-        let departure = |changed| Some(Departure { measured: 9e-5, expected: 1e-6, changed });
-        let mut show = show();
-        // Before the injection: it belongs to another story.
-        shown(&mut show, News::Change(change(99)));
-        assert_eq!(departs(&mut show), departure(false));
-        shown(&mut show, News::Change(change(101)));
-        assert_eq!(departs(&mut show), departure(true));
+        assert_eq!(shown(&mut show, token("m2", true)), [Entry::Ready { process: "m2".into() }]);
+        assert_eq!(shown(&mut show, token("m2", true)), []);
+        assert_eq!(show.missing(), ["m1", "plant"]);
+        let gone = shown(&mut show, token("m2", false));
+        assert_eq!(gone, [Entry::Trouble { text: "m2 GONE".to_owned() }]);
     }
 
     #[test]
     fn that_components_agree_is_reported_once_every_module_has_compared_them() {
         let mut show = show();
-        let mut status = |module: &str, verified| {
-            let status = ModuleStatus {
-                step: Some(Step(60)),
-                verified,
-                ..faults::testing::status(module, ModulePhase::InService)
-            };
-            let entries = shown(&mut show, News::Module(status)).into_iter();
-            let compared = |entry: &Entry| matches!(entry, Entry::Compared { .. });
-            entries.filter(compared).collect::<Vec<_>>()
-        };
-        assert_eq!(status("m1", 6), []);
-        assert_eq!(status("m2", 0), []);
+        for module in ["m1", "m2"] {
+            assert_eq!(shown(&mut show, in_service(module)).len(), 1);
+            assert_eq!(shown(&mut show, in_service(module)), [], "it is reported once");
+        }
+        assert_eq!(seen(&mut show, &[("m1", 60, 6), ("m2", 60, 0)]), []);
         let compared = Entry::Compared { step: Step(60), agree: 11, of: 12 };
-        assert_eq!(status("m2", 5), [compared]);
-        assert_eq!(status("m2", 6), []);
+        assert_eq!(seen(&mut show, &[("m2", 60, 5)]), [compared]);
+        assert_eq!(seen(&mut show, &[("m2", 60, 6)]), []);
+    }
+
+    fn exact(verdicts: &[(&str, u64)]) -> bool {
+        let mut show = show();
+        for &(component, step) in verdicts {
+            shown(&mut show, verdict(component, FaultState::Latched, step));
+        }
+        show.summary(vec![1]).exact
+    }
+
+    #[test]
+    fn exact_is_every_fault_in_its_time_and_nothing_else() {
+        assert!(exact(&[("m1/sensor/g1", 105), ("m2/actuator/a1", 1000)]));
+        for wrong in [
+            &[][..],
+            &[("m1/sensor/g1", 105)],
+            &[("m1/sensor/g1", 99), ("m2/actuator/a1", 1000)],
+            &[("m1/sensor/g1", 115), ("m2/actuator/a1", 1000)],
+            &[("m1/sensor/g1", 105), ("m2/actuator/a2", 1000)],
+            &[("m1/sensor/g1", 105), ("m2/actuator/a1", 1000), ("m1/sensor/g2", 1200)],
+        ] {
+            assert!(!exact(wrong), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn a_kind_counts_if_it_was_decided_before_the_repair_and_is_reported_once() {
+        let mut show = show();
+        shown(&mut show, verdict("m1/sensor/g1", FaultState::Latched, 105));
+        let mut news = |kind: &str, step, decided| {
+            let found = Identification {
+                as_of_step: Step(step),
+                component: "m1/sensor/g1".parse().unwrap(),
+                ..identification(decided, &[kind])
+            };
+            let entries = shown(&mut show, News::Identification(Box::new(found)));
+            entries.iter().any(|entry| matches!(entry, Entry::Identified { .. }))
+        };
+        assert!(!news("bias", 104, false));
+        assert!(news("bias", 105, true));
+        assert!(!news("bias", 106, true));
+        assert!(news("zero_output", 110, true));
+        assert!(!news("intermittent", 115, true));
+        let summary = show.summary(vec![]);
+        let kind = summary.diagnosed[0].identified.as_ref().map(|found| found.kind.as_str());
+        assert_eq!(kind, Some("zero_output"));
+    }
+
+    #[test]
+    fn only_the_first_latching_counts_and_other_states_do_not() {
+        let mut show = show();
+        shown(&mut show, verdict("m1/sensor/g2", FaultState::Explained, 100));
+        shown(&mut show, verdict("m1/sensor/g1", FaultState::Latched, 103));
+        shown(&mut show, verdict("m1/sensor/g1", FaultState::Latched, 900));
+        let summary = show.summary(vec![]);
+        assert_eq!(summary.diagnosed.len(), 1);
+        assert_eq!(summary.diagnosed[0].delay_ms, Some(3.0));
     }
 }

@@ -1,28 +1,27 @@
 //! Which component is meant.
 
 use names::Mention;
-use observer::{ModulePicture, Picture};
+use observer::{ModuleView, Scene};
 use wire::FaultTransition;
 
 use crate::failure::Failure;
 
 /// The state of the component that is mentioned. One of several is not guessed at.
-pub(super) fn find(picture: &Picture, mention: &Mention) -> Result<FaultTransition, Failure> {
-    let all = picture.modules.iter().flat_map(|module| &module.components);
+pub(super) fn find(scene: &Scene, mention: &Mention) -> Result<FaultTransition, Failure> {
+    let all = scene.components();
     let meant: Vec<_> = all.filter(|state| mention.may_be(&state.component)).collect();
     match &meant[..] {
         [one] => Ok((*one).clone()),
-        [] => Err(none(picture, mention)),
+        [] => Err(none(scene, mention)),
         several => Err(ambiguous(several, mention)),
     }
 }
 
 /// Nothing is known of the components of a module that does not answer.
-fn none(picture: &Picture, mention: &Mention) -> Failure {
-    let named = |module: &&ModulePicture| {
-        mention.module.as_ref().is_none_or(|name| *name == module.member.module)
-    };
-    let mut named = picture.modules.iter().filter(named).peekable();
+fn none(scene: &Scene, mention: &Mention) -> Failure {
+    let named =
+        |module: &&ModuleView| mention.module.as_ref().is_none_or(|name| *name == module.module);
+    let mut named = scene.modules.iter().filter(named).peekable();
     if named.peek().is_none() {
         let module = mention.module.as_ref().map_or_else(String::new, ToString::to_string);
         return Failure::network(format!("`{module}` is not there"));
@@ -30,7 +29,7 @@ fn none(picture: &Picture, mention: &Mention) -> Failure {
     match named.find(|module| !module.answers()) {
         Some(silent) => Failure::network(format!(
             "{} does not answer; nothing is known of its components",
-            silent.member.module
+            silent.module
         )),
         None => Failure::runtime(match &mention.module {
             Some(module) => format!("`{module}` has no component `{}`", mention.component),
@@ -53,36 +52,36 @@ fn ambiguous(several: &[&FaultTransition], mention: &Mention) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{latched, module, picture, silent, state};
+    use crate::faults::testing::{latched, module, scene, silent, state};
     use wire::{FaultState, ModulePhase};
 
-    fn scene() -> Picture {
+    fn tower() -> Scene {
         let normal = || state("m1/sensor/g1", FaultState::Normal);
         let first = vec![normal(), latched("m1/sensor/g2")];
         let second = vec![state("m2/sensor/g1", FaultState::Normal)];
-        picture(vec![
+        scene(vec![
             module("m1", ModulePhase::InService, first),
             module("m2", ModulePhase::InService, second),
         ])
     }
 
-    fn failure(picture: &Picture, mention: &str) -> Failure {
-        find(picture, &mention.parse().unwrap()).unwrap_err()
+    fn failure(scene: &Scene, mention: &str) -> Failure {
+        find(scene, &mention.parse().unwrap()).unwrap_err()
     }
 
     #[test]
     fn a_component_is_found_by_its_path_and_by_its_name_where_that_is_unique() {
         for mention in ["m1/sensor/g2", "sensor/g2"] {
-            let found = find(&scene(), &mention.parse().unwrap()).unwrap();
+            let found = find(&tower(), &mention.parse().unwrap()).unwrap();
             assert_eq!(found.component.to_string(), "m1/sensor/g2");
         }
         let expected = "`sensor/g1` may be `m1/sensor/g1` or `m2/sensor/g1`; say which";
-        assert_eq!(failure(&scene(), "sensor/g1"), Failure::usage(expected));
+        assert_eq!(failure(&tower(), "sensor/g1"), Failure::usage(expected));
     }
 
     #[test]
     fn a_component_of_two_structures_is_not_guessed_at() {
-        let mut scene = scene();
+        let mut scene = tower();
         let other = FaultTransition {
             structure: "bridge".parse().unwrap(),
             ..state("m1/sensor/g2", FaultState::Normal)
@@ -96,11 +95,11 @@ mod tests {
     #[test]
     fn what_is_not_there_is_told_apart_from_what_does_not_answer() {
         let expected = Failure::runtime("`m1` has no component `sensor/g9`");
-        assert_eq!(failure(&scene(), "m1/sensor/g9"), expected);
+        assert_eq!(failure(&tower(), "m1/sensor/g9"), expected);
         let expected = Failure::runtime("no module has a component `sensor/g9`");
-        assert_eq!(failure(&scene(), "sensor/g9"), expected);
-        assert_eq!(failure(&scene(), "m3/sensor/g1"), Failure::network("`m3` is not there"));
-        let mut scene = scene();
+        assert_eq!(failure(&tower(), "sensor/g9"), expected);
+        assert_eq!(failure(&tower(), "m3/sensor/g1"), Failure::network("`m3` is not there"));
+        let mut scene = tower();
         scene.modules.push(silent("m3", Some("m1")));
         let expected = "m3 does not answer; nothing is known of its components";
         assert_eq!(failure(&scene, "m3/sensor/g1"), Failure::network(expected));

@@ -1,14 +1,14 @@
 //! A component's fault for people.
 
 use names::fault::FaultKind;
+use observer::{StateRow, known_identification};
 use terminal::Plot;
 use wire::{Candidate, FaultTransition, Identification, Signature, SignaturePoint};
 
 use super::frame::WIDEST;
-use crate::paint::Paint;
-use crate::paint::state_colour;
+use crate::paint::{Paint, tone_colour};
 use crate::table::{TextTable, table};
-use wording::{candidate, fault_size, in_small_units, kind, percent, reason, state_in_words, utc};
+use wording::{candidate, fault_size, in_small_units, kind, percent, utc};
 
 /// The width of a drawing that goes to a file.
 pub(super) const USUAL_WIDTH: u16 = 80;
@@ -18,23 +18,22 @@ const LINES: u16 = 14;
 
 /// The text: in what state the component is, what kind of fault it has, and what was measured of it.
 pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) -> String {
+    let row = StateRow::of_component(found);
     let FaultTransition { component, structure, state, .. } = found;
     if !state.is_fault() {
-        let why = Some(reason(found)).filter(|why| !why.is_empty());
-        let why = why.map_or_else(String::new, |why| format!("; {why}"));
-        let state = state_in_words(found);
+        let why = if row.why.is_empty() { String::new() } else { format!("; {}", row.why) };
         // That none is declared does not say that it is healthy: the state does, as far as it is known.
-        return format!("{component} of {structure}, no fault declared: {state}{why}\n");
+        return format!("{component} of {structure}, no fault declared: {}{why}\n", row.state);
     }
     let mut rows = table(&[&component.to_string(), &format!("of {structure}")]);
-    add_state(&mut rows, found);
-    let identification = found.identification.as_deref();
+    add_state(&mut rows, &row);
+    let identification = known_identification(found);
     match identification {
         Some(identification) => add_identification(&mut rows, identification),
         None => rows.add_row(["kind", "not identified"]),
     }
     // The first row is the state.
-    let text = rows.painted(width, &[Some(state_colour(*state))], paint);
+    let text = rows.painted(width, &[tone_colour(row.tone)], paint);
     let signature = identification.and_then(|identification| identification.signature.as_ref());
     let drawing = match signature {
         Some(signature) => drawing(signature, width.unwrap_or(USUAL_WIDTH), paint),
@@ -43,15 +42,14 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
     format!("{text}\n\n{drawing}")
 }
 
-fn add_state(rows: &mut TextTable, found: &FaultTransition) {
-    let since = found.onset_step.map(|step| format!("step {step}"));
-    let published = format!("published {}", utc(found.time_unix_ns));
-    let since = since.map_or_else(|| published.clone(), |step| format!("{step}, {published}"));
-    rows.add_row(["state".to_owned(), state_in_words(found)]);
-    rows.add_row(["since".to_owned(), since]);
-    let why = reason(found);
-    if !why.is_empty() {
-        rows.add_row(["why".to_owned(), why]);
+fn add_state(rows: &mut TextTable, row: &StateRow) {
+    let onset = row.measured.onset_step.map(|step| format!("step {step}"));
+    let published = row.since_unix_ns.map(|since| format!("published {}", utc(since)));
+    let since: Vec<String> = onset.into_iter().chain(published).collect();
+    rows.add_row(["state".to_owned(), row.state.clone()]);
+    rows.add_row(["since".to_owned(), since.join(", ")]);
+    if !row.why.is_empty() {
+        rows.add_row(["why".to_owned(), row.why.clone()]);
     }
 }
 

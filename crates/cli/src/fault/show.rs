@@ -114,11 +114,11 @@ fn write_frame(
 
 async fn look(session: &Session, target: &Target, component: &Mention) -> Result<Found, Failure> {
     let looked = present(session, target.structure.as_ref(), &[], target.timeout).await;
-    let picture = looked.map_err(link::refused)?;
-    if !picture.is_of_anybody() {
+    let scene = looked.map_err(link::refused)?;
+    if !scene.has_heard_a_module() {
         return Err(target.no_module());
     }
-    let mut state = find(&picture, component)?;
+    let mut state = find(&scene, component)?;
     let mut frame = None;
     if state.state.is_fault() {
         let (structure, component) = (&state.structure, &state.component);

@@ -1,15 +1,12 @@
 //! The picture for machines.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 
 use names::{ModuleName, RunId, Step, StructureName};
-use observer::{ModulePicture, Picture};
+use observer::{Counts, ModuleView, Scene, StructureRow, all_is_well, structures};
 use serde::Serialize;
-use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase, Shelving};
+use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase, ModuleStatus, Shelving};
 
-use super::check::all_is_well;
-use super::roll_up::{RollUp, by_urgency};
-use shell::clock::unix_ns;
 use wording::utc;
 
 /// The whole of it.
@@ -20,10 +17,10 @@ pub(super) struct Document<'a> {
     /// What `--exit-code` tells.
     all_is_well: bool,
     /// The most urgent first.
-    structures: Vec<RollUp<'a>>,
+    structures: Vec<StructureRow<'a>>,
     modules: Vec<Module<'a>>,
     components: Vec<ComponentEntry<'a>>,
-    problems: &'a [String],
+    problems: &'a VecDeque<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -49,14 +46,10 @@ struct Module<'a> {
     journal: Option<&'a JournalStatus>,
     /// When its latest status was published.
     status_time: Option<String>,
-    /// Components whose state it reported, by state.
-    normal: usize,
-    /// Those of the normal ones that agree with their reference.
-    verified: usize,
-    unknown: usize,
+    /// Its components by state.
+    #[serde(flatten)]
+    counts: Counts,
     not_normal: usize,
-    /// Those of any state whose alarm is set aside.
-    set_aside: usize,
     /// If the alarms of all of them are suppressed, the suppression that ends first.
     suppressed: Option<&'a Shelving>,
 }
@@ -68,57 +61,53 @@ struct ComponentEntry<'a> {
     time: String,
 }
 
-/// Components that are other than normal or set aside, or all of them; modules are always all there.
-pub(super) fn document(picture: &Picture, all: bool) -> Document<'_> {
-    let components = picture.modules.iter().flat_map(|module| &module.components);
+/// Components that are other than normal, or whose alarm is shelved or suppressed, or all of them; modules are always all
+/// there.
+pub(super) fn document(scene: &Scene, all: bool) -> Document<'_> {
     let is_shown = |component: &&FaultTransition| {
         all || component.state != FaultState::Normal || component.aside().is_some()
     };
-    let shown = components.filter(is_shown);
+    let entry = |transition| ComponentEntry { transition, time: time(transition) };
     Document {
-        time: utc(unix_ns()),
-        all_is_well: all_is_well(picture),
-        structures: by_urgency(picture),
-        modules: picture.modules.iter().map(module).collect(),
-        components: shown.map(component).collect(),
-        problems: &picture.problems,
+        time: utc(scene.time_unix_ns),
+        all_is_well: all_is_well(scene),
+        structures: structures(scene),
+        modules: scene.modules.iter().map(module).collect(),
+        components: scene.components().filter(is_shown).map(entry).collect(),
+        problems: &scene.problems,
     }
 }
 
-fn component(transition: &FaultTransition) -> ComponentEntry<'_> {
-    ComponentEntry { transition, time: utc(transition.time_unix_ns) }
+fn time(transition: &FaultTransition) -> String {
+    utc(transition.time_unix_ns)
 }
 
-fn module(picture: &ModulePicture) -> Module<'_> {
-    let member = &picture.member;
-    let status = member.status.as_ref();
+fn module(view: &ModuleView) -> Module<'_> {
+    let status = view.status.as_ref();
     // A reason is given only as long as it is the reason of the present phase.
-    let change = member.phase_change.as_ref().filter(|c| Some(c.phase) == member.phase());
-    let normal = picture.count(FaultState::Normal);
+    let change = view.latest_phase_change();
+    let counts = view.counts();
     Module {
-        structure: member.structure.as_ref(),
-        module: &member.module,
-        answers: picture.answers(),
-        present: member.present,
-        several_processes: picture.has_several_processes(),
-        expected: member.expected,
-        peer_of: &member.peer_of,
-        phase: member.phase(),
+        structure: view.structure.as_ref(),
+        module: &view.module,
+        answers: view.answers(),
+        present: view.present,
+        several_processes: view.has_several_processes(),
+        expected: view.expected,
+        peer_of: &view.peer_of,
+        phase: view.phase(),
         phase_reason: change.map(|change| change.reason.as_str()),
         phase_since: change.map(|change| utc(change.time_unix_ns)),
         in_service_since_step: status.and_then(|status| status.in_service_since_step),
         run: status.and_then(|status| status.run),
         step: status.and_then(|status| status.step),
         lag_ms: status.and_then(|status| status.lag_ms),
-        clock_ahead_s: status.and_then(wire::ModuleStatus::clock_difference).map(|d| d.ahead_s),
+        clock_ahead_s: status.and_then(ModuleStatus::clock_difference).map(|d| d.ahead_s),
         sample_age_ms: status.and_then(|status| status.sample_age_ms),
         journal: status.map(|status| &status.journal),
         status_time: status.map(|status| utc(status.time_unix_ns)),
-        normal,
-        verified: picture.verified(),
-        unknown: picture.count(FaultState::Unknown),
-        not_normal: picture.components.len() - normal,
-        set_aside: picture.set_aside(),
-        suppressed: picture.suppression(),
+        counts,
+        not_normal: counts.total() - counts.normal,
+        suppressed: view.suppression(),
     }
 }

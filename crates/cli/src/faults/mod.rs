@@ -1,19 +1,14 @@
 //! `trusswatch faults`: the present picture of a whole structure.
 
-mod check;
-mod component_table;
 mod document;
-mod module_table;
 mod report;
-mod roll_up;
-mod structure_table;
 #[cfg(test)]
 pub(crate) mod testing;
 
 use std::io::{self, Write};
 
 use names::ModuleName;
-use observer::{Picture, present};
+use observer::{Scene, all_is_well, present};
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
@@ -37,8 +32,8 @@ pub(crate) struct Arguments {
     /// Modules that should be there
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
-    /// End with exit code 1 unless all is well: every module is one process that answers and is in service, and
-    /// no component is latched, acknowledged, unconfirmed or unknown. Components whose alarm is shelved or suppressed do not
+    /// End with exit code 1 unless all is well: every module is one process that answers, is in service and writes its
+    /// journal, and no component is latched, acknowledged, unconfirmed or unknown. Components whose alarm is shelved or suppressed do not
     /// count, nor does it that a module is not in service while all its components are suppressed; one that does not answer
     /// counts. Behind a gateway, which passes no statuses on, every
     /// module has to be named by `--expect`, with its `--structure`: no peer names one that is down
@@ -62,25 +57,25 @@ async fn look(arguments: &Arguments) -> Result<(), Failure> {
     let session = link.open().await?;
     let looked = present(&session, link.structure.as_ref(), &arguments.expect, link.timeout).await;
     session::close(&session).await;
-    let picture = looked.map_err(link::refused)?;
-    print(arguments, &picture)?;
-    if !picture.is_of_anybody() {
+    let scene = looked.map_err(link::refused)?;
+    print(arguments, &scene)?;
+    if !scene.has_heard_a_module() {
         return Err(link.no_module());
     }
-    if arguments.exit_code && !check::all_is_well(&picture) {
+    if arguments.exit_code && !all_is_well(&scene) {
         return Err(Failure::reported());
     }
     Ok(())
 }
 
-fn print(arguments: &Arguments, picture: &Picture) -> Result<(), Failure> {
+fn print(arguments: &Arguments, scene: &Scene) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if arguments.json {
-        write!(out, "{}", versioned::text(&document::document(picture, arguments.all))?)?;
-    } else if !picture.modules.is_empty() {
+        write!(out, "{}", versioned::text(&document::document(scene, arguments.all))?)?;
+    } else if !scene.modules.is_empty() {
         let paint = Paint::of_stdout();
         let width = arguments.width.limit();
-        write!(out, "{}", report::report(picture, arguments.all, width, paint))?;
+        write!(out, "{}", report::report(scene, arguments.all, width, paint))?;
     }
     Ok(out.flush()?)
 }

@@ -1,72 +1,42 @@
 //! Made-up pictures for tests.
 
-use std::collections::BTreeSet;
-
 use names::{RunId, Step};
-use observer::{Member, ModulePicture, Picture};
+use observer::{ModuleHistory, ModuleView, NetworkState, Scene};
 use wire::{
-    Agreement, Candidate, Condition, Evidence, FaultState, FaultTransition, Identification,
-    ModulePhase, ModuleStatus, Shelving, Unknown,
+    Agreement, Candidate, Condition, Evidence, FaultState, FaultTransition, GivenOrder,
+    GivenOrderKind, Identification, ModulePhase, ModuleStatus, Unknown,
 };
 
-pub(crate) fn picture(modules: Vec<ModulePicture>) -> Picture {
-    Picture { modules, problems: Vec::new() }
+/// A scene of these modules, with a network.
+pub(crate) fn scene(modules: Vec<ModuleView>) -> Scene {
+    Scene { network: NetworkState::Open, modules, ..Scene::default() }
 }
 
 pub(crate) fn module(
     name: &str,
     phase: ModulePhase,
     components: Vec<FaultTransition>,
-) -> ModulePicture {
-    let ModulePicture { member, .. } = silent(name, None);
-    let status = Some(status(name, phase));
-    let member = Member { present: true, status, ..member };
-    ModulePicture { components, ..ModulePicture::of(member) }
+) -> ModuleView {
+    let (status, heard_unix_ns) = (Some(status(name, phase)), 1);
+    ModuleView { present: true, status, components, heard_unix_ns, ..silent(name, None) }
 }
 
 /// A module that does not answer.
-pub(crate) fn silent(name: &str, peer_of: Option<&str>) -> ModulePicture {
-    let member = Member {
-        structure: Some("tower".parse().unwrap()),
-        module: name.parse().unwrap(),
-        present: false,
-        status: None,
-        phase_change: None,
-        expected: false,
-        peer_of: peer_of.iter().map(|name| name.parse().unwrap()).collect::<BTreeSet<_>>(),
-    };
-    ModulePicture::of(member)
+pub(crate) fn silent(name: &str, peer_of: Option<&str>) -> ModuleView {
+    let peer_of = peer_of.iter().map(|name| name.parse().unwrap()).collect();
+    let structure = Some("tower".parse().unwrap());
+    ModuleView { peer_of, ..ModuleView::new(structure, name.parse().unwrap()) }
 }
 
 /// The same in another structure.
-pub(super) fn at(structure: &str, mut module: ModulePicture) -> ModulePicture {
-    module.member.structure = Some(structure.parse().unwrap());
+pub(super) fn at(structure: &str, mut module: ModuleView) -> ModuleView {
+    module.structure = Some(structure.parse().unwrap());
     module
 }
 
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
-}
-
-/// Its alarm is set aside by an operator.
-pub(crate) fn shelved(state: FaultTransition) -> FaultTransition {
-    FaultTransition { shelved: Some(shelving("the gage is being rewired")), ..state }
-}
-
-/// Its alarm is set aside while its module is maintained.
-pub(super) fn suppressed(state: FaultTransition) -> FaultTransition {
-    FaultTransition { suppressed: Some(shelving("painting")), ..state }
-}
-
-fn shelving(reason: &str) -> Shelving {
-    Shelving {
-        since_unix_ns: 1_000_000_000,
-        until_unix_ns: 7_200_000_000_000,
-        by: "ada".to_owned(),
-        on_behalf_of: None,
-        reason: reason.to_owned(),
-    }
 }
 
 /// It agrees with its reference.
@@ -153,5 +123,45 @@ pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         diagnosis: wire::Counters::default(),
         publisher: wire::PublisherCounters::default(),
         time_unix_ns: 0,
+    }
+}
+
+/// A journal that holds everything up to its last transition.
+pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> ModuleHistory {
+    let empty = ModuleHistory::new(&"tower".parse().unwrap(), &module.parse().unwrap(), 1);
+    ModuleHistory {
+        first_sequence: transitions.first().map(|transition| transition.sequence),
+        next_sequence: Some(transitions.last().map_or(1, |transition| transition.sequence + 1)),
+        transitions,
+        ..empty
+    }
+}
+
+pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
+    let component = format!("{module}/sensor/g1").parse().unwrap();
+    FaultTransition {
+        state: FaultState::Latched,
+        sequence,
+        decided_step: Some(Step(7)),
+        ..FaultTransition::untouched("tower".parse().unwrap(), component, time_unix_ns)
+    }
+}
+
+/// An acknowledged fault, a second later.
+pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
+    let order = GivenOrder {
+        order: GivenOrderKind::Acknowledge,
+        on_behalf_of: None,
+        since_unix_ns: None,
+        until_unix_ns: None,
+        by: "ada@station".to_owned(),
+        note: Some("looks loose".to_owned()),
+        force: false,
+        re_tare: false,
+    };
+    FaultTransition {
+        state: FaultState::Acknowledged,
+        order: Some(order),
+        ..transition(module, sequence, 1_000_000_000)
     }
 }

@@ -1,12 +1,10 @@
 //! The journals for machines.
 
 use names::{ModuleName, StructureName};
-use observer::{Gap, ModuleHistory};
+use observer::{Contradiction, Entry, Gap, Journals, ModuleHistory};
 use serde::Serialize;
 use wire::{FaultTransition, Identification};
 
-use super::clocks::{Contradiction, contradictions};
-use super::merge::Entry;
 use super::reading::{Reading, Silent};
 use wording::utc;
 
@@ -72,9 +70,9 @@ struct Clocks<'a> {
     at_least_s: u64,
 }
 
-pub(super) fn document<'a>(reading: &'a Reading, entries: &[Entry<'a>]) -> Document<'a> {
+pub(super) fn document<'a>(reading: &'a Reading, journals: &Journals<'a>) -> Document<'a> {
     let (mut transitions, mut identifications) = (Vec::new(), Vec::new());
-    for entry in entries {
+    for entry in &journals.entries {
         match *entry {
             Entry::Transition(transition) => {
                 transitions.push(Transition { transition, time: utc(transition.time_unix_ns) });
@@ -90,8 +88,8 @@ pub(super) fn document<'a>(reading: &'a Reading, entries: &[Entry<'a>]) -> Docum
         transitions,
         identifications,
         silent: reading.silent.iter().map(silent).collect(),
-        gaps: reading.gaps().into_iter().map(gap).collect(),
-        clocks: contradictions(&reading.histories).iter().map(clocks).collect(),
+        gaps: reading.histories.iter().flat_map(gaps).collect(),
+        clocks: journals.contradictions.iter().map(clocks).collect(),
     }
 }
 
@@ -116,11 +114,12 @@ fn clocks<'a>(found: &Contradiction<'a>) -> Clocks<'a> {
     Clocks { structure, ahead, behind, at_least_s: by.as_secs() }
 }
 
-fn gap((history, gap): (&ModuleHistory, Gap)) -> ModuleGap<'_> {
-    ModuleGap {
-        structure: &history.structure,
-        module: &history.module,
-        from_sequence: gap.from,
-        to_sequence: gap.to,
-    }
+fn gaps(history: &ModuleHistory) -> impl Iterator<Item = ModuleGap<'_>> {
+    let ModuleHistory { structure, module, .. } = history;
+    history.gaps().into_iter().map(move |Gap { from, to }| ModuleGap {
+        structure,
+        module,
+        from_sequence: from,
+        to_sequence: to,
+    })
 }

@@ -1,17 +1,13 @@
 //! `trusswatch history`: what the modules' journals hold.
 
-mod clocks;
 mod document;
-mod merge;
-mod notes;
 mod reading;
 mod report;
-#[cfg(test)]
-pub(crate) mod testing;
 
 use std::io::{self, Write};
 
 use names::{ComponentPath, ModuleName};
+use observer::Journals;
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
@@ -85,15 +81,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn print(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
-    let wanted = |component: &ComponentPath| arguments.wants(component);
-    let entries = merge::merged(&reading.histories, reading.order(), wanted, arguments.limit);
+    let mut journals = Journals::merge(&reading.histories);
+    journals.entries.retain(|entry| arguments.wants(entry.component()));
+    let skipped = arguments.limit.map_or(0, |most| journals.entries.len().saturating_sub(most));
+    journals.entries.drain(..skipped);
     let mut out = io::stdout().lock();
     if arguments.json {
-        write!(out, "{}", versioned::text(&document::document(reading, &entries))?)?;
+        write!(out, "{}", versioned::text(&document::document(reading, &journals))?)?;
     } else {
         let paint = Paint::of_stdout();
         let width = arguments.width.limit();
-        write!(out, "{}", report::report(reading, &entries, width, paint))?;
+        write!(out, "{}", report::report(reading, &journals, width, paint))?;
     }
     Ok(out.flush()?)
 }

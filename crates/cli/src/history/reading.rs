@@ -3,12 +3,10 @@
 use std::time::Duration;
 
 use names::{ModuleName, StructureName};
-use observer::{Gap, ModuleHistory, attendance};
+use observer::{ModuleHistory, ModuleView, present};
 use tokio::task::JoinSet;
 use zenoh::Session;
 
-use super::clocks::contradictions;
-use super::merge::Order;
 use crate::failure::Failure;
 use crate::link::{self, Target};
 use wording::printable;
@@ -16,8 +14,6 @@ use wording::printable;
 /// What was read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reading {
-    /// The first sequence number that was asked for.
-    pub(super) since: u64,
     /// Of those that answered, by structure and name.
     pub(super) histories: Vec<ModuleHistory>,
     /// Those that did not.
@@ -47,17 +43,12 @@ impl Reading {
         Failure::networks(reasons.collect())
     }
 
-    /// What is missing from the journals.
-    pub(super) fn gaps(&self) -> Vec<(&ModuleHistory, Gap)> {
-        let gaps = |history| -> Vec<(&ModuleHistory, Gap)> {
-            ModuleHistory::gaps(history, self.since).into_iter().map(|gap| (history, gap)).collect()
-        };
-        self.histories.iter().flat_map(gaps).collect()
-    }
-
-    /// In which order the entries of different modules are.
-    pub(super) fn order(&self) -> Order {
-        if contradictions(&self.histories).is_empty() { Order::Time } else { Order::Steps }
+    /// Everything that is missing, in words.
+    pub(super) fn notes(&self) -> impl Iterator<Item = String> {
+        let silent = self.silent.iter().map(|Silent { module, reason, .. }| {
+            format!("{module}: {reason}; nothing is known of its history")
+        });
+        silent.chain(self.histories.iter().flat_map(ModuleHistory::notes))
     }
 
     fn take(&mut self, history: ModuleHistory) {
@@ -78,7 +69,7 @@ pub(super) async fn read(
     named: &[ModuleName],
     since: u64,
 ) -> Result<Reading, Failure> {
-    let mut reading = Reading { since, ..Reading::default() };
+    let mut reading = Reading::default();
     let mut tasks = JoinSet::new();
     for (module, structures) in modules_to_query(session, link, named).await? {
         if structures.is_empty() {
@@ -126,7 +117,9 @@ async fn modules_to_query(
         let home = |module: &ModuleName| homes.get(module).into_iter().flatten().cloned().collect();
         return Ok(named.iter().map(|module| (module.clone(), home(module))).collect());
     }
-    let roll = attendance(session, structure, &[], link.timeout).await.map_err(link::refused)?;
-    let entry = |member: observer::Member| (member.module, member.structure.into_iter().collect());
-    Ok(roll.members.into_iter().map(entry).collect())
+    let scene = present(session, structure, &[], link.timeout).await.map_err(link::refused)?;
+    let entry = |module: &ModuleView| {
+        (module.module.clone(), module.structure.clone().into_iter().collect())
+    };
+    Ok(scene.modules.iter().map(entry).collect())
 }

@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use names::StructureName;
-use observer::Command;
+use observer::{Command, OrderOutcome};
 use tokio::time::{Instant, sleep};
 use wire::{Order, OrderKind};
 use zenoh::Session;
 
 use super::homes::homes;
-use super::outcome::{CommandOutcome, Outcome};
+use super::outcome::CommandOutcome;
 use super::subject::Subject;
 use crate::failure::Failure;
 use crate::link::Target;
@@ -73,7 +73,10 @@ pub(super) async fn carry_out(
                 let place = Place { session, structure, command, timeout };
                 place.give(subject, issuer, manner, until).await
             }
-            None => Outcome::not_there(timeout),
+            None => {
+                let why = format!("its diagnoser is not there (looked for {timeout:?})");
+                OrderOutcome::not_sent(&why)
+            }
         };
         outcomes.push(CommandOutcome {
             structure: structure.cloned(),
@@ -103,7 +106,7 @@ impl Place<'_> {
         issuer: &Issuer,
         manner: Manner,
         until: Option<Instant>,
-    ) -> Outcome {
+    ) -> OrderOutcome {
         let order = issuer.order(subject, manner);
         loop {
             let (structure, module) = (self.structure, subject.module());
@@ -115,8 +118,8 @@ impl Place<'_> {
                 &order,
                 self.timeout,
             );
-            let outcome = Outcome::of(result.await);
-            let is_refused = matches!(outcome, Outcome::Refused { .. });
+            let outcome = OrderOutcome::from(result.await);
+            let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
             if !is_refused || until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until) {
                 return outcome;
             }

@@ -1,29 +1,12 @@
 //! Outcomes of commands.
 
-use std::time::Duration;
-
 use names::{ComponentPath, ModuleName, StructureName};
-use observer::OrderError;
+use observer::OrderOutcome;
 use serde::{Serialize, Serializer};
-use wire::{FaultState, Obeyed, OrderKind};
+use wire::OrderKind;
 
 use super::subject::Subject;
 use crate::failure::Failure;
-use wording::{UNTAKEN, not_saved, perhaps, printable};
-
-/// Outcome of a command.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[serde(tag = "outcome", rename_all = "snake_case")]
-pub(super) enum Outcome {
-    /// It was carried out; whether it is in the journal.
-    Obeyed { state: FaultState, sequence: u64, durable: bool },
-    /// Nothing was changed.
-    Refused { reason: String },
-    /// It may or may not have been carried out.
-    Unanswered { reason: String },
-    /// Its diagnoser was not there; it was not sent.
-    NotSent { reason: String },
-}
 
 /// What a command is about, for machines.
 #[derive(Serialize)]
@@ -46,62 +29,33 @@ pub(super) struct CommandOutcome {
     pub(super) order: OrderKind,
     pub(super) by: String,
     #[serde(flatten)]
-    pub(super) outcome: Outcome,
-}
-
-impl Outcome {
-    pub(super) fn of(result: Result<Obeyed, OrderError>) -> Outcome {
-        match result {
-            Ok(Obeyed { state, sequence, durable, .. }) => {
-                Outcome::Obeyed { state, sequence, durable }
-            }
-            Err(OrderError::Refused(reason)) => Outcome::Refused { reason: printable(&reason) },
-            Err(OrderError::Untaken) => Outcome::Unanswered { reason: UNTAKEN.to_owned() },
-            Err(error) => Outcome::Unanswered { reason: printable(&error.to_string()) },
-        }
-    }
-
-    pub(super) fn not_there(within: Duration) -> Outcome {
-        Outcome::NotSent { reason: format!("its diagnoser is not there (looked for {within:?})") }
-    }
+    pub(super) outcome: OrderOutcome,
 }
 
 impl CommandOutcome {
-    fn was_refused(&self) -> bool {
-        matches!(self.outcome, Outcome::Refused { .. })
-    }
-
-    /// What went wrong, if anything did.
-    fn complaint(&self) -> Option<String> {
-        let (subject, module) = (&self.subject, self.subject.module());
-        match &self.outcome {
-            Outcome::Obeyed { durable: true, .. } => None,
-            Outcome::Obeyed { durable: false, .. } => {
-                Some(format!("{subject}: {}", not_saved(module.as_str())))
-            }
-            Outcome::Refused { reason } => Some(format!("{subject}: refused: {reason}")),
-            Outcome::Unanswered { reason } => {
-                Some(format!("{subject}: {}; check with `trusswatch faults`", perhaps(reason)))
-            }
-            Outcome::NotSent { reason } => {
-                Some(format!("{subject}: {reason}; no command was sent"))
-            }
-        }
+    /// In words.
+    pub(super) fn words(&self) -> String {
+        let words = self.outcome.words(self.order, &self.subject.to_string());
+        let is_unanswered = matches!(self.outcome, OrderOutcome::Unanswered { .. });
+        if is_unanswered { format!("{words}; check with `trusswatch faults`") } else { words }
     }
 }
 
 /// How the command ends: silence weighs more than refusal, for it leaves open what is the case, and both weigh more
 /// than what was done but not saved.
 pub(super) fn conclude(outcomes: &[CommandOutcome]) -> Result<(), Failure> {
-    let complaints: Vec<String> = outcomes.iter().filter_map(CommandOutcome::complaint).collect();
-    let unheard = |command: &CommandOutcome| {
-        matches!(command.outcome, Outcome::Unanswered { .. } | Outcome::NotSent { .. })
+    let failed = || outcomes.iter().filter(|command| !command.outcome.is_done());
+    let complaints: Vec<String> = failed().map(CommandOutcome::words).collect();
+    let is_unheard = |command: &CommandOutcome| {
+        matches!(command.outcome, OrderOutcome::Unanswered { .. } | OrderOutcome::NotSent { .. })
     };
+    let is_refused =
+        |command: &CommandOutcome| matches!(command.outcome, OrderOutcome::Refused { .. });
     if complaints.is_empty() {
         Ok(())
-    } else if outcomes.iter().any(unheard) {
+    } else if failed().any(is_unheard) {
         Err(Failure::networks(complaints))
-    } else if outcomes.iter().any(CommandOutcome::was_refused) {
+    } else if failed().any(is_refused) {
         Err(Failure::runtimes(complaints))
     } else {
         Err(Failure::not_saved(complaints))

@@ -2,9 +2,10 @@
 
 use std::io::{self, Write};
 
+use observer::OrderOutcome;
 use serde::Serialize;
 
-use super::outcome::{CommandOutcome, Outcome};
+use super::outcome::CommandOutcome;
 use super::subject::Subject;
 use crate::failure::Failure;
 use crate::paint::{Colour, Paint};
@@ -32,7 +33,7 @@ pub(super) fn print(outcomes: &[CommandOutcome], json: bool) -> Result<(), Failu
 
 /// The line for a command that was obeyed.
 fn line(command: &CommandOutcome) -> Option<String> {
-    let Outcome::Obeyed { state, sequence, .. } = &command.outcome else { return None };
+    let OrderOutcome::Obeyed { state, sequence, .. } = &command.outcome else { return None };
     let what = done(command.order);
     let CommandOutcome { subject, by, .. } = command;
     // The state is that of one of its components.

@@ -12,7 +12,7 @@ use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use daemon::player::{Manner, Programme};
 use names::fault::Fault;
 use names::{RunId, Step};
-use observer::{Feed, News};
+use observer::{Live, News};
 use wire::FaultTransition;
 use wire::keys::Watched;
 use zenoh::Session;
@@ -61,13 +61,13 @@ fn expected_and_samples(rig: &Rig, steps: u64) -> (Story, Vec<wire::Sample>) {
 }
 
 /// Listens until every expected transition has arrived.
-async fn until_as_expected(faults: &mut Feed, expected: &Story) {
+async fn until_as_expected(faults: &mut Live, expected: &Story) {
     let mut story = Story::new();
     let as_expected = async {
         while story != *expected {
-            match faults.next().await.unwrap() {
-                News::Fault(transition) => note(&mut story, &transition),
-                news @ (News::Missed { .. } | News::Lost(_)) => unreachable!("{news:?}"),
+            match &faults.next_event().await.unwrap().news {
+                News::Fault(transition) => note(&mut story, transition),
+                news @ (News::Missed { .. } | News::Lost { .. }) => unreachable!("{news:?}"),
                 _ => {}
             }
         }
@@ -92,11 +92,11 @@ async fn until_journals_are_as_expected(observer: &Session, rig: &Rig, expected:
     assert!(in_time.is_ok(), "expected {expected:#?}\nfound {story:#?}");
 }
 
-async fn listen(observer: &Session, rig: &Rig) -> Feed {
+async fn listen(observer: &Session, rig: &Rig) -> Live {
     let (structure, modules) = (&rig.plant.structure.name, rig.modules());
     let everybody = observer::wait_for(observer, structure, &modules, false, LIMIT);
     everybody.await.unwrap();
-    Feed::open(observer, None).await.unwrap()
+    Live::over(observer, None, Vec::new()).await.unwrap()
 }
 
 /// Queries every module for the present states.

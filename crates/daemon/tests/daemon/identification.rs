@@ -9,7 +9,7 @@ use crate::support::{LIMIT, Rig, in_time};
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use names::fault::Fault;
 use names::{ComponentPath, RunId, Step};
-use observer::{Feed, News};
+use observer::{Live, News};
 use wire::keys::Watched;
 use wire::{FaultState, FaultTransition, Identification, Message, Order, OrderKind};
 use zenoh::Session;
@@ -44,19 +44,20 @@ fn rig(state: &std::path::Path) -> (Rig, ComponentPath) {
     (rig, component)
 }
 
-async fn subscribe(observer: &Session) -> Feed {
-    Feed::open(observer, None).await.unwrap()
+async fn subscribe(observer: &Session) -> Live {
+    Live::over(observer, None, Vec::new()).await.unwrap()
 }
 
 /// The next identification in which the kind is decided. Any other one must be of the same fault.
-async fn next_decided(received: &mut Feed, component: &ComponentPath) -> Identification {
+async fn next_decided(received: &mut Live, component: &ComponentPath) -> Identification {
     in_time("a decided identification", async {
         loop {
-            let News::Identification(found) = received.next().await.unwrap() else { continue };
+            let event = received.next_event().await.unwrap();
+            let News::Identification(found) = &event.news else { continue };
             assert_eq!(found.component, *component);
             assert_eq!(found.signature, None, "only in answer to a question");
             if found.decided {
-                return *found;
+                return (**found).clone();
             }
         }
     })

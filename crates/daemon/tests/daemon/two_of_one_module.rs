@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::{LIMIT, Rig, in_time, status};
 use daemon::config::PlantFlags;
-use observer::{ModulePicture, present};
+use observer::{ModuleView, present};
 use wire::ModuleStatus;
 use zenoh::Session;
 
@@ -20,12 +20,10 @@ fn rig() -> Rig {
 }
 
 /// The module as an observer sees it.
-async fn seen(observer: &Session) -> ModulePicture {
+async fn seen(observer: &Session) -> ModuleView {
     let expected = ["lower".parse().unwrap()];
-    let picture = present(observer, None, &expected, LIMIT);
-    let mut modules = picture.await.unwrap().modules;
-    modules.retain(|module| module.member.module.as_str() == "lower");
-    modules.remove(0)
+    let scene = present(observer, None, &expected, LIMIT).await.unwrap();
+    scene.module(None, &expected[0]).unwrap().clone()
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

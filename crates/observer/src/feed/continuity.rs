@@ -6,8 +6,8 @@ use std::time::Instant;
 use names::{ModuleName, StructureName};
 use wire::{FaultTransition, HistoryPage, ModuleStatus};
 
-use super::News;
 use super::line::{Line, Outcome, Wish};
+use crate::view::News;
 
 /// Modules of which the numbers are followed; of others the transitions are handed out as they come.
 const MODULES: usize = 1024;

@@ -31,74 +31,24 @@ mod tests;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use names::{ModuleName, StructureName};
+use names::StructureName;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::JoinSet;
 use wire::keys::Watched;
-use wire::{FaultTransition, Identification, PhaseChange};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 
-use super::picture::UnreadableState;
 use super::presence::AttendanceError;
+use super::view::News;
 use reading::Arrival;
 
 /// Events that may wait to be taken, and messages that may wait to be looked at.
 const QUEUE: usize = 4096;
 
-/// An event of the feed.
-#[derive(Debug, Clone, PartialEq)]
-pub enum News {
-    /// A verdict changed. Those of a module come in the order of their numbers, each once.
-    Fault(Box<FaultTransition>),
-    /// What kind of fault a component has turned out to have.
-    Identification(Box<Identification>),
-    /// A module entered another phase.
-    Phase(PhaseChange),
-    /// A process came or went.
-    Presence {
-        /// The structure.
-        structure: StructureName,
-        /// The module, or `plant`.
-        who: String,
-        /// Came, or went.
-        there: bool,
-    },
-    /// A diagnoser knows of another process that runs as the same module.
-    SeveralProcesses {
-        /// The structure.
-        structure: StructureName,
-        /// The module.
-        module: ModuleName,
-    },
-    /// Transitions of a module were missed and could not be had from its journal. They may come yet if nothing later has.
-    Missed {
-        /// The structure.
-        structure: StructureName,
-        /// The module.
-        module: ModuleName,
-        /// The sequence number of the first.
-        from: u64,
-        /// The sequence number of the last.
-        to: u64,
-        /// Why they could not be had.
-        reason: String,
-    },
-    /// A message that could not be read.
-    Unreadable {
-        /// What is wrong with it, with its key.
-        problem: String,
-        /// If it was about the state of a component, of which.
-        state: Option<UnreadableState>,
-    },
-    /// This many events were lost, because they were not taken in time.
-    Lost(u64),
-}
-
 /// Events of one structure, or of all. It ends when it is dropped, or with its session.
 #[derive(Debug)]
-pub struct Feed {
+pub(crate) struct Feed {
     inbox: Receiver<News>,
     lost: Arc<AtomicU64>,
     _subscribers: Vec<Subscriber<()>>,
@@ -125,7 +75,7 @@ impl Feed {
     ///
     /// # Errors
     /// The network refuses.
-    pub async fn open(
+    pub(crate) async fn open(
         session: &Session,
         structure: Option<&StructureName>,
     ) -> Result<Self, AttendanceError> {
@@ -145,10 +95,10 @@ impl Feed {
     }
 
     /// The next event; `None` once the session is closed.
-    pub async fn next(&mut self) -> Option<News> {
+    pub(crate) async fn next(&mut self) -> Option<News> {
         match self.lost.swap(0, Ordering::Relaxed) {
             0 => self.inbox.recv().await,
-            lost => Some(News::Lost(lost)),
+            lost => Some(News::Lost { count: lost }),
         }
     }
 }

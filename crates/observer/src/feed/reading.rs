@@ -7,9 +7,8 @@ use wire::{
 };
 use zenoh::sample::{Sample, SampleKind};
 
-use super::News;
 use super::continuity::Whose;
-use crate::picture::UnreadableState;
+use crate::view::News;
 
 /// Something that has arrived.
 #[derive(Debug, Clone)]
@@ -42,10 +41,7 @@ pub(super) fn message(sample: &Sample) -> Option<Arrival> {
         Ok(Key::Plant { .. }) => return None,
         Err(error) => Err(error.to_string()),
     };
-    let unreadable = |problem: String| {
-        let state = UnreadableState::on(key, &problem);
-        Arrival::Other(News::Unreadable { problem: format!("{key}: {problem}"), state })
-    };
+    let unreadable = |problem| Arrival::Other(News::Unreadable { key: key.to_owned(), problem });
     Some(read.unwrap_or_else(unreadable))
 }
 

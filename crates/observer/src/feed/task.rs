@@ -10,12 +10,13 @@ use wire::ModuleStatus;
 use wire::keys::Watched;
 use zenoh::Session;
 
+use super::Outbox;
 use super::continuity::{Continuity, Whose, by_module};
 use super::newest::{Came, Newest};
 use super::queries::{Answer, ask, present};
 use super::reading::Arrival;
 use super::several::Several;
-use super::{News, Outbox};
+use crate::view::News;
 
 /// Questions that wait for their answers.
 const QUESTIONS: usize = 8;

@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use wire::{FaultTransition, HistoryPage};
 
-use super::News;
 use super::continuity::{Continuity, Whose, by_module};
 use super::line::{LOOK_EVERY, Wish};
 use crate::testing;
+use crate::view::News;
 
 const SECOND: Duration = Duration::from_secs(1);
 

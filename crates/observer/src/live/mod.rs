@@ -1,32 +1,39 @@
-//! A structure as it is at every moment, for views that stay open: the page, the terminal view.
+//! A structure as it is at every moment: the one way in which a view observes it.
 //!
 //! | file | what |
 //! |---|---|
-//! | `scene` | what a view shows: modules, components, the latest events |
-//! | `stage` | what is known, and the scene that follows from it: a plain value |
-//! | `task` | what keeps it up to date, from the opening of the session on |
+//! | `present` | looks once: until every module has answered |
+//! | `task` | listens, asks, and hands what it hears to [`Structures`](crate::Structures) |
 
-mod scene;
-mod stage;
+mod present;
 mod task;
 
+use std::convert::Infallible;
 use std::fmt::Display;
-use std::future::Future;
+use std::future::{Future, ready};
 use std::sync::Arc;
 
 use names::{ModuleName, StructureName};
-use tokio::sync::watch::{Receiver, channel};
+use tokio::sync::broadcast::{self, error::RecvError};
+use tokio::sync::watch::{self, channel};
 use tokio::task::JoinSet;
 use zenoh::Session;
 
-pub use scene::{Event, LiveModule, NetworkState, Scene};
+use crate::presence::AttendanceError;
+use crate::view::{Event, NetworkState, News, Scene};
+use task::Show;
 
-/// Keeps a scene up to date as long as it lives, whether or not there is a network and anybody on it. Those who look at
-/// it ask nobody anything.
+pub use present::present;
+
+/// Events that may wait to be taken.
+const QUEUE: usize = 4096;
+
+/// Keeps a scene up to date as long as it lives, whether or not there is a network and any module on it.
 #[derive(Debug)]
 pub struct Live {
-    scene: Receiver<Arc<Scene>>,
-    session: Receiver<Option<Session>>,
+    scene: watch::Receiver<Arc<Scene>>,
+    session: watch::Receiver<Option<Session>>,
+    events: Option<broadcast::Receiver<Arc<Event>>>,
     _task: JoinSet<()>,
 }
 
@@ -41,23 +48,82 @@ impl Live {
         F: Future<Output = Result<Session, E>> + Send + 'static,
         E: Display + Send + 'static,
     {
-        let (scenes, scene) = channel(Arc::default());
-        let (sessions, session) = channel(None);
-        let mut task = JoinSet::new();
-        task.spawn(task::run(open, (structure, expected), scenes, sessions));
-        Self { scene, session, _task: task }
+        let live = Self::run(open, true, structure, expected);
+        Self { events: None, ..live }
     }
 
-    /// What there is to see now.
+    /// Starts over a session, and keeps events until they are taken: everything that is published once this returns.
+    ///
+    /// # Errors
+    /// The network refuses.
+    pub async fn over(
+        session: &Session,
+        structure: Option<StructureName>,
+        expected: Vec<ModuleName>,
+    ) -> Result<Self, AttendanceError> {
+        let session = session.clone();
+        let open = move || ready(Ok::<_, Infallible>(session.clone()));
+        let live = Self::run(open, false, structure, expected);
+        live.network().await?;
+        Ok(live)
+    }
+
+    /// Waits for the network.
+    async fn network(&self) -> Result<(), AttendanceError> {
+        let mut scenes = self.scenes();
+        let opened = scenes.wait_for(|scene| scene.network != NetworkState::Opening).await;
+        match opened.map(|scene| scene.network.clone()) {
+            Ok(NetworkState::Failed(reason)) => Err(AttendanceError::Network(reason)),
+            Ok(NetworkState::Closed) | Err(_) => {
+                Err(AttendanceError::Network("the session was closed".to_owned()))
+            }
+            Ok(NetworkState::Open | NetworkState::Opening) => Ok(()),
+        }
+    }
+
+    fn run<F, E>(
+        open: impl Fn() -> F + Send + 'static,
+        reopens: bool,
+        structure: Option<StructureName>,
+        expected: Vec<ModuleName>,
+    ) -> Self
+    where
+        F: Future<Output = Result<Session, E>> + Send + 'static,
+        E: Display + Send + 'static,
+    {
+        let (scenes, scene) = channel(Arc::default());
+        let (sessions, session) = channel(None);
+        let (outlet, events) = broadcast::channel(QUEUE);
+        let show = Show::new(structure.as_ref(), expected, scenes, outlet);
+        let mut task = JoinSet::new();
+        task.spawn(task::run((open, reopens), structure, show, sessions));
+        Self { scene, session, events: Some(events), _task: task }
+    }
+
+    /// What is known now.
     #[must_use]
     pub fn scene(&self) -> Arc<Scene> {
         self.scene.borrow().clone()
     }
 
-    /// The scenes as they change, ten a second at most; whoever is slow gets the latest.
+    /// The scenes as they change, ten a second at most; a slow view gets the latest.
     #[must_use]
-    pub fn scenes(&self) -> Receiver<Arc<Scene>> {
+    pub fn scenes(&self) -> watch::Receiver<Arc<Scene>> {
         self.scene.clone()
+    }
+
+    /// The next event of [`Live::over`], in their order: the latest of every component and every module first. `None` once
+    /// the session is closed.
+    pub async fn next_event(&mut self) -> Option<Arc<Event>> {
+        let event = self.events.as_mut()?.recv().await;
+        match event {
+            Ok(event) => Some(event),
+            Err(RecvError::Closed) => None,
+            Err(RecvError::Lagged(count)) => {
+                let (number, news) = (0, News::Lost { count });
+                Some(Arc::new(Event { number, time_unix_ns: task::unix_ns(), news }))
+            }
+        }
     }
 
     /// The session, once there is one: for orders, histories, freeze frames.

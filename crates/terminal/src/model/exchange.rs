@@ -1,7 +1,7 @@
 //! What the model wants done, and what comes of it.
 
-use observer::ModuleHistory;
-use wire::{Divergences, FaultTransition, FreezeFrame, Identification, Obeyed, Order, OrderKind};
+use observer::{ModuleHistory, OrderOutcome};
+use wire::{Divergences, FaultTransition, FreezeFrame, Identification, Order, OrderKind};
 
 use super::subject::{Subject, Whose};
 
@@ -35,23 +35,9 @@ pub(crate) enum Effect {
 /// What came of it. Reasons may be foreign texts.
 #[derive(Debug, Clone)]
 pub(crate) enum Answer {
-    Order(Given, Outcome),
+    Order(Given, OrderOutcome),
     Frame(Subject, Result<Box<FreezeFrame>, String>),
     Identification(Subject, Result<Option<Box<Identification>>, String>),
     History(Subject, Box<ModuleHistory>),
-    /// There is no session to ask over.
-    NoHistory(Subject),
     Divergences(Box<Divergences>),
-}
-
-/// How an order ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Outcome {
-    Obeyed(Obeyed),
-    /// Nothing was changed.
-    Refused(String),
-    /// It may or may not have been carried out.
-    Unanswered(String),
-    /// There was no network.
-    NotSent(String),
 }

@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `subject` | what a row is about |
 //! | `rows` | which rows there are, the most urgent first |
-//! | `standing` | whether a module can be relied on |
 //! | `cursor` | which row is selected |
 //! | `filter` | what rows are looked for |
 //! | `close_up` | one component, closely |
@@ -25,14 +24,13 @@ mod key;
 mod keys;
 mod notice;
 mod rows;
-mod standing;
 mod subject;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
-use observer::{NetworkState, Scene};
+use observer::{NetworkState, Scene, StateRow};
 
 use crate::settings::Settings;
 use close_up::{CloseUp, Had};
@@ -44,8 +42,7 @@ use journal::Journal;
 pub(crate) use filter::Filter;
 pub(crate) use key::Key;
 pub(crate) use notice::Notice;
-pub(crate) use rows::{Row, modules, rows};
-pub(crate) use standing::Standing;
+pub(crate) use rows::{Row, listed, modules};
 pub(crate) use subject::{Subject, Whose};
 
 /// Which list the keys move in.
@@ -123,8 +120,13 @@ impl Model {
         self.now_unix_ns.saturating_sub(self.scene.time_unix_ns)
     }
 
+    /// The rows of the list of alarms.
+    pub(crate) fn listed(&self) -> Vec<StateRow> {
+        listed(self.shown(), &self.filter, self.scope.as_ref())
+    }
+
     pub(crate) fn rows(&self) -> Vec<Row> {
-        rows(self.shown(), &self.filter, self.scope.as_ref())
+        self.listed().iter().map(Row::of).collect()
     }
 
     pub(crate) fn modules(&self) -> Vec<Whose> {
@@ -174,12 +176,7 @@ impl Model {
             }
             Answer::History(of, history) => {
                 if let Some(journal) = self.journal_of(&of) {
-                    journal.take(*history);
-                }
-            }
-            Answer::NoHistory(of) => {
-                if let Some(journal) = self.journal_of(&of) {
-                    journal.transitions = Had::Missing("there is no network".to_owned());
+                    journal.take(&history);
                 }
             }
             Answer::Divergences(message) => {

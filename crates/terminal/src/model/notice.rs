@@ -1,10 +1,9 @@
 //! What became of what was typed, on one line.
 
-use names::printable;
-use wire::Obeyed;
-use wording::{Tone, done};
+use observer::OrderOutcome;
+use wording::Tone;
 
-use super::exchange::{Given, Outcome};
+use super::exchange::Given;
 
 /// A line, and how much attention it asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,31 +24,8 @@ impl Notice {
     }
 
     /// How it ended.
-    pub(crate) fn ended(given: &Given, outcome: &Outcome) -> Self {
-        let (component, module) = (&given.subject.component, &given.subject.component.module);
-        let kind = given.kind.as_str();
-        let (tone, text) = match outcome {
-            Outcome::Obeyed(Obeyed { state, sequence, durable: true, .. }) => {
-                (Tone::Calm, format!("{}: now {state}, transition {sequence}", done(given.kind)))
-            }
-            Outcome::Obeyed(_) => (
-                Tone::Alarm,
-                format!(
-                    "{}, but not saved: see the disk of {module}, then repeat it",
-                    done(given.kind)
-                ),
-            ),
-            Outcome::Refused(reason) => {
-                (Tone::Alarm, format!("{kind} refused: {}", printable(reason)))
-            }
-            Outcome::Unanswered(reason) => (
-                Tone::Alarm,
-                format!("{kind}: {}; it may or may not have been carried out", printable(reason)),
-            ),
-            Outcome::NotSent(reason) => {
-                (Tone::Alarm, format!("{kind} not sent: {}", printable(reason)))
-            }
-        };
-        Self { tone, text: format!("{component} {text}") }
+    pub(crate) fn ended(given: &Given, outcome: &OrderOutcome) -> Self {
+        let text = outcome.words(given.kind, &given.subject.component.to_string());
+        Self { tone: outcome.tone(), text }
     }
 }

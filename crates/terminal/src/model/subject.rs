@@ -1,7 +1,7 @@
 //! What a row is about: a module or a component, of a structure.
 
 use names::{ComponentPath, ModuleName, StructureName};
-use observer::{LiveModule, Scene};
+use observer::{ModuleView, Scene};
 use wire::FaultTransition;
 
 /// A component of a structure.
@@ -30,12 +30,11 @@ pub(crate) struct Whose {
 }
 
 impl Whose {
-    pub(crate) fn of(module: &LiveModule) -> Self {
-        let member = &module.picture.member;
-        Self { structure: member.structure.clone(), module: member.module.clone() }
+    pub(crate) fn of(module: &ModuleView) -> Self {
+        Self { structure: module.structure.clone(), module: module.module.clone() }
     }
 
-    pub(crate) fn find<'a>(&self, scene: &'a Scene) -> Option<&'a LiveModule> {
+    pub(crate) fn find<'a>(&self, scene: &'a Scene) -> Option<&'a ModuleView> {
         scene.modules.iter().find(|module| Self::of(module) == *self)
     }
 }

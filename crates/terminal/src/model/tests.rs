@@ -2,7 +2,9 @@
 
 use wire::{FaultState, Obeyed, OrderKind};
 
-use super::exchange::{Answer, Effect, Outcome};
+use observer::{ModuleHistory, OrderOutcome, QueryError};
+
+use super::exchange::{Answer, Effect};
 use super::*;
 use crate::settings::Issuer;
 use crate::testing::{NOW, SECOND, heard, latched, scene, settings, state};
@@ -111,9 +113,9 @@ fn an_acknowledgement_goes_to_what_was_selected_when_it_was_begun() {
     assert!(model.notice.as_ref().unwrap().text.contains("no answer yet"));
     let obeyed =
         Obeyed { component: None, state: FaultState::Acknowledged, sequence: 8, durable: true };
-    model.on_answer(Answer::Order(given.clone(), Outcome::Obeyed(obeyed)));
+    model.on_answer(Answer::Order(given.clone(), OrderOutcome::from(Ok(obeyed))));
     let text = &model.notice.as_ref().unwrap().text;
-    assert_eq!(text, "m1/sensor/g2 acknowledged: now acknowledged, transition 8");
+    assert_eq!(text, "m1/sensor/g2: acknowledged: now acknowledged, transition 8");
 }
 
 #[test]
@@ -186,9 +188,15 @@ fn history_is_asked_for_and_without_a_network_says_so() {
     let mut model = model();
     let effects = keys(&mut model, "h");
     let [Effect::History(of)] = &effects[..] else { panic!("{effects:?}") };
-    model.on_answer(Answer::NoHistory(of.clone()));
+    let Subject { structure, component } = of;
+    let mut history = ModuleHistory::new(structure, &component.module, 1);
+    history.broken_off = Some(QueryError::NotAsked("there is no network".to_owned()));
+    model.on_answer(Answer::History(of.clone(), Box::new(history)));
     let journal = model.journal.as_ref().unwrap();
-    assert_eq!(journal.transitions, Had::Missing("there is no network".to_owned()));
+    assert_eq!(
+        journal.entries,
+        Had::Missing("m1: there is no network; nothing is known of its history".to_owned())
+    );
     keys(&mut model, "\x1b");
     assert!(model.journal.is_none());
 }

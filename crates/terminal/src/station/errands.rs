@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use names::OperatorName;
-use observer::{Command, DivergenceFeed, OrderError, QueryError};
+use observer::{Command, DivergenceFeed, ModuleHistory, OrderOutcome, QueryError};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::{AbortHandle, JoinSet};
 use wire::{FaultTransition, FreezeFrame};
 use zenoh::Session;
 
-use crate::model::exchange::{Answer, Effect, Given, Outcome};
+use crate::model::exchange::{Answer, Effect, Given};
 use crate::model::{Subject, Whose};
 use crate::settings::Settings;
 
@@ -105,16 +105,12 @@ async fn order(
     given: &Given,
     command: &Command,
     timeout: Duration,
-) -> Outcome {
-    let Some(session) = session else { return Outcome::NotSent(no_network()) };
+) -> OrderOutcome {
+    let Some(session) = session else { return OrderOutcome::not_sent(&no_network()) };
     let Subject { structure, component } = &given.subject;
-    let result =
-        observer::order(&session, structure, &component.module, command, &given.order, timeout);
-    match result.await {
-        Ok(obeyed) => Outcome::Obeyed(obeyed),
-        Err(OrderError::Refused(reason)) => Outcome::Refused(reason),
-        Err(error) => Outcome::Unanswered(error.to_string()),
-    }
+    observer::order(&session, structure, &component.module, command, &given.order, timeout)
+        .await
+        .into()
 }
 
 /// The freeze frame of the fault that a component has.
@@ -142,8 +138,13 @@ async fn identification(session: Option<Session>, subject: Subject, timeout: Dur
 }
 
 async fn history(session: Option<Session>, subject: Subject, timeout: Duration) -> Answer {
-    let Some(session) = session else { return Answer::NoHistory(subject) };
-    let (structure, module) = (subject.structure.clone(), subject.component.module.clone());
-    let history = observer::history(&session, &structure, &module, 1, timeout).await;
+    let (structure, module) = (&subject.structure, &subject.component.module);
+    let history = match session {
+        Some(session) => observer::history(&session, structure, module, 1, timeout).await,
+        None => {
+            let broken_off = Some(QueryError::NotAsked(no_network()));
+            ModuleHistory { broken_off, ..ModuleHistory::new(structure, module, 1) }
+        }
+    };
     Answer::History(subject, Box::new(history))
 }

@@ -1,12 +1,9 @@
 //! One component: its state, why, what it is, and its residual and divergence around the onset and now.
 
-use observer::Urgency;
+use observer::{StateRow, known_identification};
 use ratatui::layout::Rect;
 use wire::{FaultTransition, FreezeFrame, Trace};
-use wording::{
-    NOTHING, Tone, aside, candidate, identified, in_small_units, percent, printable, ratio, reason,
-    residual, state_in_words, state_tone, utc,
-};
+use wording::{NOTHING, Tone, candidate, identified, in_small_units, percent, printable, utc};
 
 use super::age::age;
 use super::cells::{Cells, folded, part};
@@ -25,9 +22,10 @@ pub(super) fn draw(model: &Model, seen: &CloseUp, area: Rect, cells: &mut Cells)
         let text = format!("{} is not heard of any more", seen.subject.component);
         return cells.text(area, 0, &text, cells.palette.tone(Tone::Alarm));
     };
-    title(present, model.shown_unix_ns(), area, cells);
+    let row = StateRow::of_component(present);
+    title(&row, model.shown_unix_ns(), area, cells);
     let mut line = 1;
-    for (name, text) in facts(present, seen) {
+    for (name, text) in facts(&row, present, seen) {
         let place = Rect { x: area.x + NAMES, width: area.width - NAMES, ..area };
         cells.text(Rect { width: NAMES, ..area }, line, name, cells.palette.dim());
         for text in folded(&text, place.width, REASON) {
@@ -38,41 +36,34 @@ pub(super) fn draw(model: &Model, seen: &CloseUp, area: Rect, cells: &mut Cells)
     plots(seen, part(area, line, area.height), cells);
 }
 
-fn title(present: &FaultTransition, now_unix_ns: u64, area: Rect, cells: &mut Cells) {
-    let title = format!(
-        "{} {} of {}: {} for {}",
-        symbol(Urgency::of(present)),
-        present.component,
-        present.structure,
-        state_in_words(present),
-        age(present.time_unix_ns, now_unix_ns)
-    );
-    let style = cells.palette.tone(state_tone(present.state));
+fn title(row: &StateRow, now_unix_ns: u64, area: Rect, cells: &mut Cells) {
+    let (symbol, name, state) = (symbol(row.urgency), row.name(), &row.state);
+    let structure = row.structure.as_ref().map_or("", |name| name.as_str());
+    let since = row.since_unix_ns.map(|since| format!(" for {}", age(since, now_unix_ns)));
+    let title = format!("{symbol} {name} of {structure}: {state}{}", since.unwrap_or_default());
+    let style = cells.palette.tone(row.tone);
     cells.text(area, 0, &title, style.add_modifier(ratatui::style::Modifier::REVERSED));
 }
 
-fn facts(present: &FaultTransition, seen: &CloseUp) -> Vec<(&'static str, String)> {
-    let mut facts = vec![("published", utc(present.time_unix_ns))];
+fn facts(row: &StateRow, present: &FaultTransition, seen: &CloseUp) -> Vec<(&'static str, String)> {
+    let measured = &row.measured;
     let steps = [
-        ("onset step", present.onset_step),
-        ("detection", present.detection_step),
-        ("decided", present.decided_step),
+        ("onset step", measured.onset_step),
+        ("detection", measured.detection_step),
+        ("decided", measured.decided_step),
     ];
     let steps = steps.iter().filter_map(|(what, step)| Some(format!("{what} {}", (*step)?)));
-    let steps = steps.collect::<Vec<_>>().join(", ");
-    facts.extend(Some(steps).filter(|steps| !steps.is_empty()).map(|steps| ("steps", steps)));
-    facts.extend(present.evidence.as_ref().map(|evidence| {
-        let kind = present.component.component.kind();
-        (
-            "evidence",
-            format!("residual {}, {}", residual(kind, evidence.residual), ratio(evidence.ratio())),
-        )
-    }));
-    facts.extend(what_it_is(present, seen).map(|text| ("kind", text)));
-    facts.extend(aside(present).map(|text| ("aside", text)));
-    let why = reason(present);
-    facts.push(("why", if why.is_empty() { NOTHING.to_owned() } else { why }));
-    facts
+    let evidence = measured.residual.as_ref().zip(measured.divergence.as_ref());
+    let evidence = evidence.map(|(residual, ratio)| format!("residual {residual}, {ratio}"));
+    let facts = [
+        ("published", row.since_unix_ns.map(utc)),
+        ("steps", Some(steps.collect::<Vec<_>>().join(", "))),
+        ("evidence", evidence),
+        ("kind", what_it_is(present, seen)),
+        ("why", Some(if row.why.is_empty() { NOTHING.to_owned() } else { row.why.clone() })),
+    ];
+    let known = facts.into_iter().filter_map(|(name, text)| Some((name, text?)));
+    known.filter(|(_, text)| !text.is_empty()).collect()
 }
 
 /// The latest word on its kind, with the other contenders.
@@ -85,7 +76,7 @@ fn what_it_is(present: &FaultTransition, seen: &CloseUp) -> Option<String> {
         Had::Missing(why) => return Some(format!("not to be had: {}", printable(why))),
         Had::Awaited => None,
     };
-    let Some(found) = found.or(present.identification.as_deref()) else {
+    let Some(found) = found.or(known_identification(present)) else {
         return Some("not identified yet".to_owned());
     };
     let others = found.candidates.iter().skip(usize::from(found.kind().is_some())).take(2);

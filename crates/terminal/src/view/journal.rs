@@ -1,7 +1,7 @@
 //! A component's history, the latest first.
 
 use ratatui::layout::Rect;
-use wording::{Tone, reason, state_tone, utc};
+use wording::{Tone, utc};
 
 use super::cells::{Cells, part};
 use crate::model::close_up::Had;
@@ -15,26 +15,21 @@ pub(super) fn draw(journal: &Journal, area: Rect, cells: &mut Cells) {
         cells.right(area, 0, &format!(" {lacks} "), cells.palette.tone(Tone::Doubt));
     }
     let body = part(area, 1, area.height);
-    let transitions = match &journal.transitions {
-        Had::Here(transitions) => transitions,
+    let entries = match &journal.entries {
+        Had::Here(entries) => entries,
         Had::Awaited => return cells.text(body, 0, "no answer yet", cells.palette.dim()),
         Had::Missing(why) => {
-            return cells.text(
-                body,
-                0,
-                &format!("not to be had: {}", wording::printable(why)),
-                cells.palette.tone(Tone::Alarm),
-            );
+            let tone = cells.palette.tone(Tone::Alarm);
+            return cells.text(body, 0, &format!("not read: {}", wording::printable(why)), tone);
         }
     };
-    if transitions.is_empty() {
+    if entries.is_empty() {
         cells.text(body, 0, "no transition is in the journal", cells.palette.dim());
     }
-    let shown = transitions.iter().skip(journal.place).take(usize::from(body.height));
-    for (line, change) in (0..).zip(shown) {
-        let (number, time) = (format!("{:>5}", change.sequence), utc(change.time_unix_ns));
-        let why = reason(change);
-        let columns = [(number.as_str(), 5), (&time, 24), (change.state.as_str(), 12), (&why, 0)];
-        cells.row(body, line, &columns, cells.palette.tone(state_tone(change.state)));
+    let shown = entries.iter().skip(journal.place).take(usize::from(body.height));
+    for (line, (number, entry)) in (0..).zip(shown) {
+        let (number, time) = (format!("{number:>5}"), utc(entry.time_unix_ns));
+        let columns = [(number.as_str(), 5), (&time, 24), (&entry.what, 14), (&entry.why, 0)];
+        cells.row(body, line, &columns, cells.palette.tone(entry.tone));
     }
 }

@@ -49,6 +49,7 @@ impl Palette {
 pub(super) fn symbol(urgency: Urgency) -> &'static str {
     match urgency {
         Urgency::Latched => "▲",
+        Urgency::Unreliable => "✖",
         Urgency::Unconfirmed => "?",
         Urgency::Unknown => "◌",
         Urgency::Acknowledged => "△",

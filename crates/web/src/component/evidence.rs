@@ -1,60 +1,59 @@
 //! Journals and the freeze frame of a component, as the modules answer.
 
+use std::sync::Arc;
+
 use futures_util::future::join_all;
 use names::ModuleName;
-use observer::{LiveModule, Scene};
+use observer::{ModuleHistory, ModuleView, Scene};
 use wire::FaultTransition;
 
-use crate::app::App;
-use crate::desk::{Frame, Journal};
-use crate::view::find_module;
+use crate::observed::{Frame, Observed};
 
 /// What was had of the modules.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Evidence {
     /// The journals of its structure's modules, as far as they were asked: a change may explain one of another module.
-    pub(super) journals: Vec<Journal>,
+    pub(super) journals: Vec<Arc<ModuleHistory>>,
     /// The freeze frame of its fault, or why there is none; nothing if it has no fault.
     pub(super) frame: Option<Frame>,
 }
 
 impl Evidence {
     /// Asks for it. A module that is not heard is not asked.
-    pub(super) async fn fetch(app: &App, scene: &Scene, transition: &FaultTransition) -> Self {
-        let of = |module: &&LiveModule| {
-            module.picture.member.structure.as_ref() == Some(&transition.structure)
-        };
+    pub(super) async fn fetch(
+        observed: &Observed,
+        scene: &Scene,
+        transition: &FaultTransition,
+    ) -> Self {
+        let of = |module: &&ModuleView| module.structure.as_ref() == Some(&transition.structure);
         let modules = scene.modules.iter().filter(of);
-        let journals = join_all(
-            modules.map(|module| app.desk.journals.of(app.live.session(), app.timeout, module)),
-        );
-        let (journals, frame) = tokio::join!(journals, frame(app, scene, transition));
-        Self { journals, frame }
+        let journals = join_all(modules.map(|module| observed.journal(module)));
+        let (journals, frame) = tokio::join!(journals, frame(observed, scene, transition));
+        Self { journals: journals.into_iter().flatten().collect(), frame }
     }
 
     /// The journal of this module.
-    pub(super) fn journal(&self, module: &ModuleName) -> Option<&Journal> {
-        self.journals.iter().find(|journal| journal.module == *module)
+    pub(super) fn journal(&self, module: &ModuleName) -> Option<&ModuleHistory> {
+        self.journals.iter().find(|journal| journal.module == *module).map(Arc::as_ref)
     }
 
     /// The transitions that the journals hold, those of a module in their order.
     pub(super) fn transitions(&self) -> impl Iterator<Item = &FaultTransition> {
-        let read = self.journals.iter().filter_map(|journal| journal.read.as_ref().ok());
-        read.flat_map(|history| &history.transitions)
+        self.journals.iter().flat_map(|history| &history.transitions)
     }
 
     /// Whether it may be had in full after a while.
     pub(super) fn lacks(&self) -> bool {
         matches!(self.frame, Some(Err(_)))
-            || self.journals.iter().any(|journal| journal.read.is_err())
+            || self.journals.iter().any(|journal| !journal.answered())
     }
 }
 
-async fn frame(app: &App, scene: &Scene, transition: &FaultTransition) -> Option<Frame> {
-    let module = find_module(scene, Some(&transition.structure), &transition.module);
-    match (transition.state.is_fault(), module.is_some_and(|m| m.silent_since_unix_ns.is_none())) {
+async fn frame(observed: &Observed, scene: &Scene, transition: &FaultTransition) -> Option<Frame> {
+    let module = scene.module(Some(&transition.structure), &transition.module);
+    match (transition.state.is_fault(), module.is_some_and(|m| !m.is_silent)) {
         (false, _) => None,
         (true, false) => Some(Err("its module is not heard".into())),
-        (true, true) => Some(app.desk.frames.of(app.live.session(), app.timeout, transition).await),
+        (true, true) => Some(observed.frame(transition).await),
     }
 }

@@ -1,65 +1,35 @@
 //! A component's state with reasons, and what kind of fault it is.
 
 use maud::{Markup, html};
+use observer::{StateRow, explained_by, known_identification};
 use wire::{FaultTransition, Identification};
-use wording::{candidate, identified, percent, printable, ratio, reason, residual};
+use wording::{candidate, percent};
 
 use crate::look;
 use crate::view::View;
 
 /// What is known of its present state.
-pub(super) fn facts(view: &View<'_>, transition: &FaultTransition) -> Markup {
-    let why = reason(transition);
-    let found = transition.identification.as_ref().filter(|_| transition.state.is_fault());
+pub(super) fn facts(view: &View<'_>, state: &FaultTransition) -> Markup {
+    let row = StateRow::of_component(state);
     html! {
-        div.verdict.(look::classes(transition)) {
-            p.headline { (look::state(transition)) @if let Some(found) = found { span.kind { (identified(found)) } } }
-            @if !why.is_empty() { p.why { (why) } }
-            @if let Some(root) = &transition.explained_by {
-                p { "Explained by " a href=(view.component(Some(&transition.structure), root)) { (root) } "." }
+        div.verdict.(look::classes(&row)) {
+            p.headline { (look::state(&row)) @if !row.kind.is_empty() { span.kind { (row.kind) } } }
+            @if !row.why.is_empty() { p.why { (row.why) } }
+            @if let Some(root) = explained_by(state) {
+                p { "Explained by " a href=(view.component(row.structure.as_ref(), root)) { (root) } "." }
             }
         }
-        (figures(transition))
-        @if let Some(found) = found { (candidates(found)) }
+        (figures(&row))
+        @if let Some(found) = known_identification(state) { (candidates(found)) }
     }
 }
 
-fn figures(transition: &FaultTransition) -> Markup {
-    let kind = transition.component.component.kind();
-    let steps = [
-        ("onset step", transition.onset_step),
-        ("detection step", transition.detection_step),
-        ("decided as of step", transition.decided_step),
-    ];
-    let condition = transition.condition.as_ref();
+fn figures(row: &StateRow) -> Markup {
     html! {
         dl.facts {
-            @if transition.sequence > 0 { div { dt { "since" } dd { (look::when(transition.time_unix_ns)) } } }
-            @for (name, step) in steps {
-                @if let Some(step) = step { div { dt { (name) } dd { (step) } } }
-            }
-            @if let Some(run) = transition.run { div { dt { "run" } dd { (run) } } }
-            @if let Some(evidence) = &transition.evidence {
-                div { dt { "residual" } dd { (residual(kind, evidence.residual)) } }
-                div { dt { "divergence" } dd { (ratio(evidence.ratio())) } }
-            }
-            div { dt { "reference" } dd {
-                (condition.map_or("not known", |known| in_words(known.agreement)))
-                @if let Some(why) = condition.and_then(|known| known.reason.as_ref()) { ": " (printable(why)) }
-            } }
+            @if let Some(since) = row.since_unix_ns { div { dt { "since" } dd { (look::when(since)) } } }
+            @for (name, fact) in row.facts() { div { dt { (name) } dd { (fact) } } }
         }
-    }
-}
-
-fn in_words(agreement: wire::Agreement) -> &'static str {
-    match agreement {
-        wire::Agreement::NotVerified => "there is none",
-        wire::Agreement::NotCompared => "not compared yet",
-        wire::Agreement::Agrees => "agrees",
-        wire::Agreement::Doubtful => "departed from in the latest window",
-        wire::Agreement::Departed => "departed from",
-        wire::Agreement::OneOf => "it or another component has departed from it",
-        wire::Agreement::CannotTell => "cannot be compared at present",
     }
 }
 

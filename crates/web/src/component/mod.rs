@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `shown` | all of it that changes |
 //! | `facts` | its state with reasons, what kind of fault it is |
 //! | `trail` | which change explains which, drawn |
 //! | `plot` | residual and divergence of the last minute |
@@ -11,30 +12,28 @@
 mod evidence;
 mod facts;
 mod plot;
+mod shown;
 mod trail;
 mod watch;
 
 use std::sync::Arc;
 
 use axum::extract::{Path, Query, State};
-use axum::http::StatusCode;
 use axum::response::Response;
 use maud::{Markup, PreEscaped, html};
 use names::{ComponentPath, StructureName};
-use observer::Scene;
+use observer::title;
 use serde::Deserialize;
 use wire::FaultTransition;
-use wording::printable;
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::desk::Traces;
 use crate::forms;
-use crate::layout::Page;
-use crate::part::{Part, part};
+use crate::layout::{Page, unknown};
 use crate::subject::{Subject, Whose};
 use crate::view::View;
 use evidence::Evidence;
+use shown::Shown;
 
 pub(crate) use watch::Watch;
 
@@ -59,7 +58,7 @@ pub(crate) async fn page(
     Query(of): Query<Of>,
     viewer: Viewer,
 ) -> Response {
-    let scene = app.live.scene();
+    let scene = app.observed.scene();
     let parsed = format!("{module}/{kind}/{name}").parse::<ComponentPath>();
     let whose = parsed
         .map_err(|error| error.to_string())
@@ -68,69 +67,22 @@ pub(crate) async fn page(
         Ok(whose) => whose,
         Err(problem) => return unknown(&viewer, &scene, &problem),
     };
-    let view = View::new(&scene, app.drawing.as_ref());
+    let view = View::new(&scene);
     let Some(transition) = scene.component(whose.structure.as_ref(), &whose.name) else {
         return unknown(&viewer, &scene, &format!("nothing is known of `{}`", whose.name));
     };
-    let evidence = Evidence::fetch(&app, &scene, transition).await;
-    let live = app.traces(&transition.structure, &transition.module);
+    let evidence = Evidence::fetch(&app.observed, &scene, transition).await;
+    let live = app.observed.traces(&transition.structure, &transition.module);
     let traces = Arc::clone(&live.borrow());
     let shown = Shown { view: &view, transition, evidence: &evidence, traces: &traces };
     let page = Page {
-        title: &crate::drawing::title(transition),
+        title: &title(transition),
         place: "",
         live: Subject::Component(whose.clone()).parameters(),
         viewer: &viewer,
         scene: &scene,
     };
     page.around(&main(&shown, &viewer))
-}
-
-fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response {
-    let live = String::new();
-    let page = Page { title: "Not known", place: "", live, viewer, scene };
-    page.refusing(
-        StatusCode::NOT_FOUND,
-        &html! {
-            h1 { "Not known" }
-            p { (printable(problem)) ". " a href="/" { "The overview" } " has what is." }
-        },
-    )
-}
-
-/// What is shown of a component.
-struct Shown<'a> {
-    view: &'a View<'a>,
-    transition: &'a FaultTransition,
-    evidence: &'a Evidence,
-    traces: &'a Traces,
-}
-
-impl Shown<'_> {
-    fn parts(&self) -> Vec<Part> {
-        vec![
-            part("facts", facts::facts(self.view, self.transition)),
-            part("trail", trail::trail(self.view, self.transition, self.evidence)),
-            part("frame", self.frame()),
-            part("plot", plot::plot(self.transition, self.traces)),
-            part("journal", self.journal()),
-        ]
-    }
-
-    fn frame(&self) -> Markup {
-        match &self.evidence.frame {
-            None => html! { p.nothing { "It has no fault, so nothing is kept." } },
-            Some(Err(why)) => html! { p.nothing { "No freeze frame: " (why) "." } },
-            Some(Ok(drawing)) => html! { div.plot { (PreEscaped(drawing)) } },
-        }
-    }
-
-    fn journal(&self) -> Markup {
-        let Some(journal) = self.evidence.journal(&self.transition.module) else {
-            return html! { p.nothing { "Not read yet." } };
-        };
-        crate::history::of_component(self.view, journal, &self.transition.component)
-    }
 }
 
 fn main(shown: &Shown<'_>, viewer: &Viewer) -> Markup {

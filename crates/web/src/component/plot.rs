@@ -5,7 +5,7 @@ use maud::{Markup, PreEscaped, html};
 use names::ComponentKind;
 use wire::{Channel, FaultTransition};
 
-use crate::desk::Traces;
+use crate::observed::Traces;
 
 /// Height of a plot \[px\].
 const HEIGHT: f64 = 120.0;

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
 use names::ComponentPath;
+use observer::{StateRow, explained_by};
 use wire::FaultTransition;
 
 use super::evidence::Evidence;
@@ -61,7 +62,7 @@ fn edges(view: &View<'_>, transition: &FaultTransition, evidence: &Evidence) -> 
     let dated =
         evidence.transitions().map(|one| (one, false)).chain(present.map(|one| (one, true)));
     for (one, present) in dated {
-        if let Some(root) = &one.explained_by {
+        if let Some(root) = explained_by(one) {
             edges.insert(one.component.clone(), Edge { root: root.clone(), present });
         }
     }
@@ -133,9 +134,9 @@ fn node(
     place: [usize; 2],
 ) -> Markup {
     let [x, y] = corner(place);
-    let state = view.scene.component(Some(&own.structure), component);
-    let class = state.map_or_else(|| "absent".to_owned(), look::classes);
-    let words = state.map_or_else(|| "not heard of".to_owned(), wording::state_in_words);
+    let row = view.scene.component(Some(&own.structure), component).map(StateRow::of_component);
+    let class = row.as_ref().map_or_else(|| "absent".to_owned(), look::classes);
+    let words = row.map_or_else(|| "not heard of".to_owned(), |row| row.state);
     let is_own = *component == own.component;
     html! {
         a.node.(class).own[is_own] href=(view.component(Some(&own.structure), component)) {

@@ -9,10 +9,9 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 use wire::{FaultState, FaultTransition};
 
-use super::Shown;
 use super::evidence::Evidence;
-use crate::app::Shared;
-use crate::desk::Traces;
+use super::shown::Shown;
+use crate::observed::{Observed, Traces};
 use crate::part::Part;
 use crate::subject::Whose;
 use crate::view::View;
@@ -27,7 +26,7 @@ const OF_EVIDENCE: [&str; 3] = ["trail", "frame", "journal"];
 
 /// A component that somebody looks at.
 pub(crate) struct Watch {
-    app: Shared,
+    observed: Arc<Observed>,
     whose: Whose<ComponentPath>,
     traces: Option<Receiver<Arc<Traces>>>,
     /// None until it has been had: the page has its own meanwhile, which is not replaced by nothing.
@@ -41,9 +40,9 @@ pub(crate) struct Watch {
 type Version = ((u64, u64), FaultState);
 
 impl Watch {
-    pub(crate) fn new(app: &Shared, whose: Whose<ComponentPath>) -> Self {
+    pub(crate) fn new(observed: &Arc<Observed>, whose: Whose<ComponentPath>) -> Self {
         Self {
-            app: Arc::clone(app),
+            observed: Arc::clone(observed),
             whose,
             traces: None,
             evidence: None,
@@ -73,8 +72,8 @@ impl Watch {
         let Some(transition) = known else { return Vec::new() };
         self.ask_if_due(transition);
         let (structure, module) = (&transition.structure, &transition.module);
-        let app = &self.app;
-        let live = self.traces.get_or_insert_with(|| app.traces(structure, module));
+        let observed = &self.observed;
+        let live = self.traces.get_or_insert_with(|| observed.traces(structure, module));
         let traces = Arc::clone(&live.borrow_and_update());
         let nothing = Evidence::default();
         let evidence = self.evidence.as_ref().unwrap_or(&nothing);
@@ -101,10 +100,10 @@ impl Watch {
         }
         self.asked = Some((version, Instant::now()));
         // The scene of the moment: it is had when the question is put.
-        let (app, transition) = (Arc::clone(&self.app), transition.clone());
+        let (observed, transition) = (Arc::clone(&self.observed), transition.clone());
         self.fetching.spawn(async move {
-            let scene = app.live.scene();
-            Evidence::fetch(&app, &scene, &transition).await
+            let scene = observed.scene();
+            Evidence::fetch(&observed, &scene, &transition).await
         });
     }
 }

@@ -4,11 +4,10 @@ use std::time::UNIX_EPOCH;
 
 use maud::{Markup, html};
 use names::{ComponentPath, ModuleName};
-use observer::LiveModule;
+use observer::{Entry, ModuleView};
 use serde::Deserialize;
 use wire::FaultState;
 
-use super::table::Entry;
 use crate::view::View;
 
 const STATES: [FaultState; 6] = [
@@ -65,7 +64,7 @@ impl Asked {
 
     /// The form that asks for it.
     pub(super) fn form(&self, view: &View<'_>) -> Markup {
-        let modules = view.scene.modules.iter().map(|module| module.picture.member.module.as_str());
+        let modules = view.scene.modules.iter().map(|module| module.module.as_str());
         html! {
             form.filter method="get" action="/history" {
                 label { "From [UTC]" input type="datetime-local" step="1" name="from" value=(local(&self.from)); }
@@ -87,22 +86,18 @@ impl Asked {
 }
 
 impl Filter {
-    pub(super) fn wants_module(&self, module: &LiveModule) -> bool {
-        let name = &module.picture.member.module;
+    pub(super) fn wants_module(&self, module: &ModuleView) -> bool {
+        let name = &module.module;
         self.module.as_ref().is_none_or(|wanted| wanted == name)
             && self.component.as_ref().is_none_or(|wanted| wanted.module == *name)
     }
 
     pub(super) fn wants(&self, entry: &Entry<'_>) -> bool {
         let time = entry.time_unix_ns();
-        let state = match entry {
-            Entry::Transition(transition) => Some(transition.state),
-            Entry::Identification(_) => None,
-        };
         self.from_unix_ns.is_none_or(|from| time >= from)
             && self.to_unix_ns.is_none_or(|to| time <= to)
             && self.component.as_ref().is_none_or(|wanted| wanted == entry.component())
-            && self.state.is_none_or(|wanted| state == Some(wanted))
+            && self.state.is_none_or(|wanted| entry.state() == Some(wanted))
     }
 }
 

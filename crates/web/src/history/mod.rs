@@ -8,17 +8,19 @@
 mod filter;
 mod table;
 
+use std::sync::Arc;
+
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::Response;
 use futures_util::future::join_all;
 use maud::{Markup, html};
 use names::ComponentPath;
+use observer::{Entry, ModuleHistory};
 use wording::printable;
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::desk::Journal;
 use crate::layout::Page;
 use crate::view::View;
 use filter::{Asked, Filter};
@@ -34,8 +36,8 @@ pub(crate) async fn page(
     Query(asked): Query<Asked>,
     viewer: Viewer,
 ) -> Response {
-    let scene = app.live.scene();
-    let view = View::new(&scene, app.drawing.as_ref());
+    let scene = app.observed.scene();
+    let view = View::new(&scene);
     let page = Page {
         title: "History",
         place: "/history",
@@ -46,10 +48,8 @@ pub(crate) async fn page(
     match asked.filter() {
         Ok(filter) => {
             let wanted = scene.modules.iter().filter(|module| filter.wants_module(module));
-            let journals = join_all(
-                wanted.map(|module| app.desk.journals.of(app.live.session(), app.timeout, module)),
-            )
-            .await;
+            let journals = join_all(wanted.map(|module| app.observed.journal(module))).await;
+            let journals: Vec<_> = journals.into_iter().flatten().collect();
             page.around(&main(&view, &asked, &filter, &journals))
         }
         Err(problem) => page.refusing(
@@ -63,34 +63,47 @@ pub(crate) async fn page(
     }
 }
 
-fn main(view: &View<'_>, asked: &Asked, filter: &Filter, journals: &[Journal]) -> Markup {
-    let notes: Vec<String> = journals.iter().flat_map(Journal::notes).collect();
+fn main(
+    view: &View<'_>,
+    asked: &Asked,
+    filter: &Filter,
+    journals: &[Arc<ModuleHistory>],
+) -> Markup {
+    let histories = || journals.iter().map(Arc::as_ref);
     html! {
         h1 { "History" }
-        p { "What the modules' journals hold, ordered by the clocks of the modules, the latest first." }
+        p { "What the modules' journals hold, the latest first." }
         (asked.form(view))
-        (remarks(&notes))
+        (remarks(histories()))
         @if journals.is_empty() { p.nothing { "No module whose journal could be read is known." } }
-        @else { (table::table(view, journals, |entry| filter.wants(entry), MOST)) }
+        @else { (table::table(view, histories(), |entry| filter.wants(entry), MOST)) }
     }
 }
 
 /// What the journal of its module holds of a component.
 pub(crate) fn of_component(
     view: &View<'_>,
-    journal: &Journal,
+    journal: &ModuleHistory,
     component: &ComponentPath,
 ) -> Markup {
-    let own = |entry: &table::Entry<'_>| entry.component() == component;
+    let own = |entry: &Entry<'_>| entry.component() == component;
     html! {
-        (remarks(&journal.notes()))
-        (table::table(view, std::slice::from_ref(journal), own, MOST_OF_COMPONENT))
+        (remarks([journal]))
+        (table::table(view, [journal], own, MOST_OF_COMPONENT))
     }
 }
 
 /// What is missing from the journals.
-fn remarks(notes: &[String]) -> Markup {
+fn remarks<'a>(journals: impl IntoIterator<Item = &'a ModuleHistory>) -> Markup {
+    let mut notes = Vec::new();
+    for journal in journals {
+        let ModuleHistory { module, since, .. } = journal;
+        notes.extend(journal.notes());
+        notes.extend((*since > 1).then(|| {
+            format!("{module}: transitions before {since} are not shown here; `trusswatch history` shows all")
+        }));
+    }
     html! {
-        @if !notes.is_empty() { ul.notes { @for note in notes { li { (printable(note)) } } } }
+        @if !notes.is_empty() { ul.notes { @for note in &notes { li { (printable(note)) } } } }
     }
 }

@@ -3,36 +3,34 @@
 use std::collections::BTreeSet;
 
 use names::StructureName;
-use observer::Command;
+use observer::{Command, OrderOutcome};
 use zenoh::Session;
 
 use super::given::Given;
-use super::outcome::Outcome;
 use crate::app::App;
 
 /// Who gives the orders of a page without a certificate; with one, access control knows who it is.
 const PAGE: &str = "web";
 
 /// Sends it, in the name of a person, and waits for the answer.
-pub(super) async fn give(app: &App, person: &str, given: Given) -> Outcome {
-    let Some(session) = app.live.session() else {
-        return Outcome::not_sent("there is no connection to the network");
+pub(super) async fn give(app: &App, person: &str, given: &Given) -> OrderOutcome {
+    let Some(session) = app.observed.session() else {
+        return OrderOutcome::not_sent("there is no network");
     };
-    let structure = match structure(app, &session, &given).await {
+    let structure = match structure(app, &session, given).await {
         Ok(structure) => structure,
-        Err(wrong) => return Outcome::not_sent(&wrong),
+        Err(wrong) => return OrderOutcome::not_sent(&wrong),
     };
     let by = app.operator.as_ref().map_or(PAGE, |operator| operator.as_str());
     let order = given.order(by, person);
     let command = Command { kind: given.kind, operator: app.operator.clone() };
-    let (module, timeout) = (&given.module, app.timeout);
-    let result = observer::order(&session, &structure, module, &command, &order, timeout).await;
-    Outcome::of(&given, result)
+    let (module, timeout) = (&given.module, app.observed.timeout);
+    observer::order(&session, &structure, module, &command, &order, timeout).await.into()
 }
 
 /// Where the module is. One that is there in several structures is not guessed at.
 async fn structure(app: &App, session: &Session, given: &Given) -> Result<StructureName, String> {
-    let (module, within) = (&given.module, app.timeout);
+    let (module, within) = (&given.module, app.observed.timeout);
     let wanted = given.structure.as_ref().or(app.structure.as_ref());
     if let (Some(wanted), Some(shown)) = (wanted, &app.structure)
         && wanted != shown

@@ -4,11 +4,9 @@
 //! |---|---|
 //! | `given` | what a form orders |
 //! | `giving` | how it is sent to the module |
-//! | `outcome` | what became of it, in words |
 
 mod given;
 mod giving;
-mod outcome;
 #[cfg(test)]
 mod tests;
 
@@ -22,7 +20,6 @@ use maud::html;
 use crate::access::{Fields, Viewer, destination, plain};
 use crate::app::Shared;
 use given::Given;
-use outcome::Outcome;
 
 /// Where forms with orders are sent.
 pub(crate) fn routes() -> Router<Shared> {
@@ -42,14 +39,26 @@ async fn order(
         let name = viewer.person.as_ref().map_or("nobody", |person| person.name.as_str());
         return forbidden(name, access.read_only());
     };
-    let outcome = match Given::read(&kind, &fields) {
-        Ok(given) => giving::give(&shared, &person.name, given).await,
-        Err(wrong) => Outcome::not_sent(&wrong),
+    let (is_done, words) = match Given::read(&kind, &fields) {
+        Ok(given) => {
+            let outcome = giving::give(&shared, &person.name, &given).await;
+            (outcome.is_done(), outcome.words(given.kind, &given.subject()))
+        }
+        Err(wrong) => (false, format!("{}; no command was sent", names::printable(&wrong))),
     };
-    outcome.log(&person.name);
-    access.leave_message(&viewer, outcome.words);
+    log(&person.name, is_done, &words);
+    access.leave_message(&viewer, words);
     let back = destination(fields.get("back"));
     (StatusCode::SEE_OTHER, [(header::LOCATION, back)]).into_response()
+}
+
+fn log(person: &str, is_done: bool, words: &str) {
+    let person = names::printable(person);
+    if is_done {
+        tracing::info!("an order by {person}: {words}");
+    } else {
+        tracing::warn!("an order by {person}: {words}");
+    }
 }
 
 fn forbidden(name: &str, read_only: Option<&str>) -> Response {

@@ -31,7 +31,7 @@ impl Bench {
         let setup = Setup { access, network, operator, ..Setup::default() };
         let page = PageServer::start(setup).await;
         let connected = async {
-            while page.shared.live.session().is_none() {
+            while page.shared.observed.session().is_none() {
                 sleep(Duration::from_millis(10)).await;
             }
         };
@@ -100,7 +100,7 @@ async fn what_a_diagnoser_refuses_and_what_was_not_sent_is_said_and_is_text() {
         ("reset", vec![("component", "module9/sensor/g2")], "`module9` is not there"),
     ] {
         let words = outcome(&ada, kind, &fields).await;
-        assert!(words.contains(expected) && words.ends_with("no order was sent"), "{words}");
+        assert!(words.contains(expected) && words.ends_with("no command was sent"), "{words}");
     }
     assert_eq!(bench.came().len(), came);
 }

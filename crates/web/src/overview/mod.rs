@@ -2,15 +2,11 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `counts` | the whole in a sentence |
 //! | `alarms` | what needs attention, the most urgent first |
-//! | `trouble` | what is wrong with a module |
 //! | `modules` | a card for each module |
 
 pub(crate) mod alarms;
-mod counts;
 pub(crate) mod modules;
-pub(crate) mod trouble;
 
 use axum::extract::State;
 use axum::response::Response;
@@ -19,6 +15,7 @@ use names::StructureName;
 
 use crate::access::Viewer;
 use crate::app::Shared;
+use crate::drawing::Drawing;
 use crate::events;
 use crate::layout::Page;
 use crate::part::{Part, part};
@@ -26,51 +23,51 @@ use crate::view::View;
 
 /// `/`
 pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response {
-    let scene = app.live.scene();
-    let view = View::new(&scene, app.drawing.as_ref());
-    let title = counts::sentence(&view);
+    let scene = app.observed.scene();
+    let (view, title) = (View::new(&scene), scene.summary());
+    let main = main(&view, app.drawing.as_ref());
     let live = "page=overview".to_owned();
-    Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.around(&main(&view))
+    Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.around(&main)
 }
 
 /// What changes in it.
-pub(crate) fn parts(view: &View<'_>) -> Vec<Part> {
+pub(crate) fn parts(view: &View<'_>, drawing: Option<&Drawing>) -> Vec<Part> {
     let mut parts = vec![
         part("names", names(view)),
-        part("counts", html! { (counts::sentence(view)) }),
+        part("counts", html! { (view.scene.summary()) }),
         part("alarms", alarms::urgent(view)),
         part("others", alarms::others(view)),
-        part("modules", modules::cards(view)),
+        part("modules", modules::cards(view, drawing)),
         part("latest", events::latest(view)),
     ];
-    if let Some(drawing) = view.drawing {
-        parts.push(part("signs", drawing.signs(|structure, path| view.shown(structure, path))));
+    if let Some(drawing) = drawing {
+        parts.push(part("signs", drawing.signs(view)));
     }
     parts
 }
 
-pub(crate) fn main(view: &View<'_>) -> Markup {
+pub(crate) fn main(view: &View<'_>, drawing: Option<&Drawing>) -> Markup {
     html! {
         div.title {
             h1 #names { (names(view)) }
-            p.counts #counts role="status" { (counts::sentence(view)) }
+            p.counts #counts role="status" { (view.scene.summary()) }
         }
-        div.overview.drawn[view.drawing.is_some()] {
+        div.overview.drawn[drawing.is_some()] {
             section.alarms aria-labelledby="alarms-title" {
                 h2 #alarms-title { "Needs attention" }
                 div #alarms { (alarms::urgent(view)) }
                 div #others { (alarms::others(view)) }
             }
-            @if let Some(drawing) = view.drawing {
+            @if let Some(drawing) = drawing {
                 section.structure aria-labelledby="drawing-title" {
                     h2 #drawing-title { "Structure" }
-                    (drawing.markup(|structure, path| view.shown(structure, path)))
+                    (drawing.markup(view))
                     (legend())
                 }
             }
             section.modules aria-labelledby="modules-title" {
                 h2 #modules-title { "Modules" }
-                div #modules { (modules::cards(view)) }
+                div #modules { (modules::cards(view, drawing)) }
             }
             section.events aria-labelledby="events-title" {
                 h2 #events-title { "Latest events" }
@@ -84,7 +81,7 @@ pub(crate) fn main(view: &View<'_>) -> Markup {
 /// What is looked at.
 fn names(view: &View<'_>) -> Markup {
     let names: Vec<&str> =
-        view.structures().into_iter().flatten().map(StructureName::as_str).collect();
+        view.structures().filter_map(|(name, _)| name.map(StructureName::as_str)).collect();
     html! { @if names.is_empty() { "No structure seen" } @else { (names.join(", ")) } }
 }
 

@@ -2,38 +2,36 @@
 
 use maud::{Markup, html};
 use names::StructureName;
-use observer::LiveModule;
-use wire::{JournalStatus, ModuleStatus};
-use wording::{NOTHING, printable, span, until};
+use observer::{JournalHealth, ModuleView, StateRow, title};
+use wire::ModuleStatus;
+use wording::{or_nothing, span};
 
-use super::trouble::troubles;
-use crate::drawing::title;
+use super::alarms::href;
+use crate::drawing::Drawing;
 use crate::look;
 use crate::view::View;
 
 /// The modules of every structure.
-pub(super) fn cards(view: &View<'_>) -> Markup {
-    let structures = view.structures();
+pub(super) fn cards(view: &View<'_>, drawing: Option<&Drawing>) -> Markup {
     html! {
-        @for structure in &structures {
-            @if structures.len() > 1 { h3 { (structure.map_or("of no known structure", StructureName::as_str)) } }
-            div.cards { @for module in view.modules(*structure) { (card(view, module)) } }
+        @for (structure, modules) in view.structures() {
+            @if view.several { h3 { (structure.map_or("of no known structure", StructureName::as_str)) } }
+            div.cards { @for module in modules { (card(view, drawing, module)) } }
         }
-        @if structures.is_empty() { p.nothing { "No module answers." } }
+        @if view.scene.modules.is_empty() { p.nothing { "No module answers." } }
     }
 }
 
-fn card(view: &View<'_>, module: &LiveModule) -> Markup {
-    let member = &module.picture.member;
-    let structure = member.structure.as_ref();
-    let class = troubles(module).first().map_or("normal", |trouble| look::tone_class(trouble.tone));
-    let drawn =
-        structure.is_some_and(|name| view.drawing.is_some_and(|drawing| drawing.is_of(name)));
+fn card(view: &View<'_>, drawing: Option<&Drawing>, module: &ModuleView) -> Markup {
+    let structure = module.structure.as_ref();
+    let drawn = structure.is_some_and(|name| drawing.is_some_and(|drawing| drawing.is_of(name)));
+    let name = html! { a href=(view.module(structure, &module.module)) { (module.module) } };
     html! {
-        article.card.(class) {
+        article.card.(observer::sign(module.tone())) {
             header {
-                (heading(view, &html! { a href=(view.module(structure, &member.module)) { (member.module) } }))
-                (look::phase(module))
+                // Below the heading of its structure, if there is one.
+                @if view.several { h4 { (name) } } @else { h3 { (name) } }
+                (look::condition(module))
             }
             (facts(view, module))
             @if !drawn { (components(view, module)) }
@@ -41,30 +39,25 @@ fn card(view: &View<'_>, module: &LiveModule) -> Markup {
     }
 }
 
-/// Below that of its structure, if there is one.
-fn heading(view: &View<'_>, words: &Markup) -> Markup {
-    html! { @if view.structures().len() > 1 { h4 { (words) } } @else { h3 { (words) } } }
-}
-
 /// What a module reports of itself; what it reported last, if it is not heard.
-pub(crate) fn facts(view: &View<'_>, module: &LiveModule) -> Markup {
-    let Some(status) = &module.picture.member.status else {
+pub(crate) fn facts(view: &View<'_>, module: &ModuleView) -> Markup {
+    let Some(status) = &module.status else {
         return html! { p.nothing { "It has reported no status." } };
     };
-    let silent = module.silent_since_unix_ns.is_some();
-    let of = |ms: Option<f64>| ms.filter(|_| !silent).map_or_else(|| NOTHING.to_owned(), span);
+    let counts = module.counts();
+    let (journal, remarks) = (JournalHealth::of(&status.journal), module.remarks());
     html! {
         dl.facts {
-            div { dt { "verified" } dd { (module.picture.verified()) " of " (module.picture.components.len()) } }
-            div { dt { "lag" } dd { (of(status.lag_ms)) } }
-            div { dt { "age of samples" } dd { (of(status.sample_age_ms)) } }
+            div { dt { "verified" } dd { (counts.verified) " of " (counts.total()) } }
+            div { dt { "lag" } dd { (or_nothing(module.lag())) } }
+            div { dt { "age of samples" } dd { (or_nothing(module.sample_age())) } }
             div { dt { "age of status" } dd { (age(view, status)) } }
-            div { dt { "journal" } dd { (journal(&status.journal)) } }
-            div { dt { "set aside" } dd { (status.shelved) } }
+            div { dt { "journal" } dd {
+                (journal) @if journal.is_kept { ", " (status.journal.bytes / 1000) " kB" }
+            } }
+            div { dt { "shelved or suppressed" } dd { (counts.set_aside) } }
         }
-        @if let Some(suppressed) = &status.suppressed {
-            p.aside-note { "suppressed " (until(suppressed)) }
-        }
+        @if !remarks.is_empty() { p.aside-note { (remarks) } }
     }
 }
 
@@ -77,27 +70,17 @@ fn age(view: &View<'_>, status: &ModuleStatus) -> String {
     }
 }
 
-fn journal(journal: &JournalStatus) -> String {
-    match (&journal.problem, &journal.directory) {
-        (Some(problem), _) => format!("NOT WRITTEN: {}", printable(problem)),
-        (None, None) => "none is kept".to_owned(),
-        (None, Some(_)) if journal.unsaved > 0 => format!("{} records wait", journal.unsaved),
-        (None, Some(_)) => format!("written, {} kB", journal.bytes / 1000),
-    }
-}
-
 /// The components as signs with their names: the drawing of a module of which there is none.
-pub(crate) fn components(view: &View<'_>, module: &LiveModule) -> Markup {
-    let structure = module.picture.member.structure.as_ref();
+fn components(view: &View<'_>, module: &ModuleView) -> Markup {
     html! {
         ul.chips {
-            @for component in &module.picture.components {
+            @for state in &module.components {
+                @let row = StateRow::of_component(state);
                 li {
-                    a.chip.(look::classes(component)) href=(view.component(structure, &component.component))
-                        title=(title(component)) {
-                        (look::sign(look::class(component)))
-                        span { (component.component.component.name()) }
-                        span.hidden { " " (component.state) }
+                    a.chip.(look::classes(&row)) href=(href(view, &row)) title=(title(state)) {
+                        (look::sign(row.sign))
+                        span { (state.component.component.name()) }
+                        span.hidden { " " (row.state) }
                     }
                 }
             }

@@ -15,8 +15,7 @@ use tokio::sync::watch::Receiver;
 
 use super::rendering;
 use crate::app::Shared;
-use crate::desk::STREAMS;
-use crate::part::Parts;
+use crate::part::{MOST, Parts};
 use crate::subject::Wanted;
 
 /// After this time, whoever was refused may try again \[s\].
@@ -26,17 +25,17 @@ const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// `/stream`
 pub(crate) async fn stream(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
-    let subject = match wanted.subject(&app.live.scene()) {
+    let subject = match wanted.subject(&app.observed.scene()) {
         Ok(subject) => subject,
         Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
     };
-    let Ok(place) = Arc::clone(&app.desk.streams).try_acquire_owned() else {
-        app.counters.stream_refused();
-        let words = format!("{STREAMS} streams are open: poll, or try again in {AGAIN_S} s");
+    let Some(place) = app.streams.place() else {
+        app.metrics.stream_refused();
+        let words = format!("{MOST} streams are open: poll, or try again in {AGAIN_S} s");
         let again = [(header::RETRY_AFTER, AGAIN_S.to_string())];
         return (StatusCode::SERVICE_UNAVAILABLE, again, words).into_response();
     };
-    app.counters.stream_opened();
+    app.metrics.stream_opened();
     let parts = rendering::look(&app, &subject);
     let shutdown = app.shutdown.clone();
     let viewing = Viewing { parts, sent: 0, shutdown, app, _place: place };
@@ -57,7 +56,7 @@ struct Viewing {
 
 impl Drop for Viewing {
     fn drop(&mut self) {
-        self.app.counters.stream_closed();
+        self.app.metrics.stream_closed();
     }
 }
 
@@ -68,7 +67,7 @@ fn events(viewing: Viewing) -> impl Stream<Item = Result<Event, Infallible>> {
             let parts = Arc::clone(&viewing.parts.borrow_and_update());
             if let Some(changed) = parts.since(viewing.sent) {
                 viewing.sent = parts.version();
-                viewing.app.counters.update();
+                viewing.app.metrics.update();
                 return Some((Ok(Event::default().data(changed)), viewing));
             }
             tokio::select! {

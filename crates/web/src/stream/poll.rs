@@ -17,7 +17,7 @@ const FIRST_WITHIN: Duration = Duration::from_secs(2);
 
 /// `/fragments`
 pub(crate) async fn fragments(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
-    let subject = match wanted.subject(&app.live.scene()) {
+    let subject = match wanted.subject(&app.observed.scene()) {
         Ok(subject) => subject,
         Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
     };

@@ -21,14 +21,14 @@ const AT_LEAST_EVERY: Duration = Duration::from_secs(1);
 /// The parts of a page as they change.
 pub(super) fn look(app: &Shared, subject: &Subject) -> Receiver<Arc<Parts>> {
     let work = |sender| render(Arc::clone(app), subject.clone(), sender);
-    app.desk.pages.look(subject.clone(), Arc::default(), work)
+    app.streams.pages.look(subject.clone(), Arc::default(), work)
 }
 
 /// Goes on until nobody looks.
 async fn render(app: Shared, subject: Subject, parts: Sender<Arc<Parts>>) {
-    let mut scenes = app.live.scenes();
+    let mut scenes = app.observed.live.scenes();
     let mut watch = match &subject {
-        Subject::Component(whose) => Some(Watch::new(&app, whose.clone())),
+        Subject::Component(whose) => Some(Watch::new(&app.observed, whose.clone())),
         _ => None,
     };
     let mut ticks = interval(AT_LEAST_EVERY);
@@ -56,10 +56,10 @@ async fn news(watch: Option<&mut Watch>) {
 }
 
 fn rendered(app: &Shared, subject: &Subject, watch: Option<&mut Watch>) -> Vec<Part> {
-    let scene = app.live.scene();
-    let view = View::new(&scene, app.drawing.as_ref());
+    let scene = app.observed.scene();
+    let view = View::new(&scene);
     let mut parts = match (subject, watch) {
-        (Subject::Overview, _) => overview::parts(&view),
+        (Subject::Overview, _) => overview::parts(&view, app.drawing.as_ref()),
         (Subject::Events, _) => events::parts(&view),
         (Subject::Module(whose), _) => module::parts(&view, whose),
         (Subject::Component(_), Some(watch)) => watch.parts(&view),

@@ -26,9 +26,11 @@ use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use crate::access::{Access, AccessSettings, Viewer};
-use crate::app::{App, Counters, Shared};
-use crate::desk::Desk;
+use crate::app::{App, Shared};
 use crate::listener::{Listener, ListenerSettings, TlsFiles};
+use crate::metrics::Metrics;
+use crate::observed::Observed;
+use crate::part::Streams;
 use crate::{access, orders};
 
 pub(crate) use browser::{Answer, Browser, Request};
@@ -63,23 +65,21 @@ impl PageServer {
         access.site = settings.site();
         let (trigger, shutdown) = shutdown::pair();
         let app = App {
-            live: live(network),
+            observed: Arc::new(Observed::new(live(network), Duration::from_secs(10))),
             access: Arc::new(Access::new(access)),
             structure: None,
             operator,
-            timeout: Duration::from_secs(10),
             drawing: None,
-            desk: Desk::default(),
-            counters: Counters::default(),
-            pulse: Supervisor::from_environment().pulse(),
+            streams: Streams::default(),
+            metrics: Metrics::new(Supervisor::from_environment().pulse()),
             shutdown: shutdown.clone(),
         };
         let shared = Arc::new(app);
         let listener = Listener::bind(&settings).await.unwrap();
         let address = listener.addresses()[0];
-        let router =
-            pages().merge(access::routes(Arc::clone(&shared.access))).merge(orders::routes());
-        let router = access::protect(router.with_state(shared.clone()), Arc::clone(&shared.access));
+        let access = Arc::clone(&shared.access);
+        let router = pages().merge(access::routes(Arc::clone(&access))).merge(orders::routes());
+        let router = access::protect(router.with_state(shared.clone()), access);
         let task = tokio::spawn(listener.serve(router, shutdown));
         Self { address, shared, trigger, task }
     }

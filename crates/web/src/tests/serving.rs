@@ -108,7 +108,7 @@ async fn publish<M: Message>(session: &Session, topic: Topic, message: &M) {
 
 /// Publishes a state until the server has it: what is published before the link is up is lost.
 async fn publish_until_known(server: &Server, session: &Session, fault: &FaultTransition) {
-    let mut scenes = server.app.live.scenes();
+    let mut scenes = server.app.observed.live.scenes();
     let known = async {
         loop {
             publish(session, Topic::Status, &status("m1")).await;
@@ -148,7 +148,7 @@ async fn without_a_network() {
         assert!(page.contains("nothing is known of the present"), "{path}: {page}");
     }
     let (_, overview) = server.text("/").await;
-    assert!(overview.contains("NOT HEARD") && overview.contains("m9"), "{overview}");
+    assert!(overview.contains("NOT ANSWERING") && overview.contains("m9"), "{overview}");
     assert_eq!(server.text("/healthz").await.0, StatusCode::OK);
     assert!(server.text("/metrics").await.1.contains("trusswatch_web_requests_total 6"));
 }
@@ -175,7 +175,7 @@ async fn what_is_made_up_is_refused_by_name_and_begins_no_work() {
         assert_eq!(answered, status, "{path}: {text}");
         assert!(text.contains(words), "{path}: {text}");
     }
-    assert_eq!(server.app.desk.pages.len(), 0);
+    assert_eq!(server.app.streams.pages.len(), 0);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -194,7 +194,7 @@ async fn a_fault_comes_over_the_stream_and_by_polling_and_is_rendered_once() {
     }
     let (_, polled) = server.text("/fragments?page=overview").await;
     assert!(polled.starts_with('[') && polled.contains("onset step 1234"), "{polled}");
-    assert_eq!(server.app.desk.pages.len(), 1, "one rendering for all who look");
+    assert_eq!(server.app.streams.pages.len(), 1, "one rendering for all who look");
     let mut component = server.get("/stream?page=component&of=m1/sensor/g1").await;
     let text = until(&mut component, "No freeze frame").await;
     assert!(!text.contains("It has no fault"), "nothing was answered yet, and it was said: {text}");
@@ -216,7 +216,7 @@ async fn beyond_its_places_a_stream_is_refused_and_polling_goes_on() {
     assert_eq!(refused.status(), StatusCode::SERVICE_UNAVAILABLE);
     assert!(refused.headers().contains_key("retry-after"));
     assert_eq!(server.text("/fragments?page=events").await.0, StatusCode::OK);
-    assert_eq!(server.app.counters.streams(), 256);
+    assert_eq!(server.app.metrics.streams(), 256);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -7,10 +7,12 @@ use std::time::Duration;
 
 use names::{ModuleName, StructureName};
 use observer::DivergenceFeed;
-use tokio::sync::watch::Sender;
+use tokio::sync::watch::{Receiver, Sender};
 use tokio::time::{Instant, sleep};
 use wire::Divergences;
 use zenoh::Session;
+
+use super::Observed;
 
 /// How far back they reach.
 const MINUTE_NS: u64 = 60_000_000_000;
@@ -24,14 +26,26 @@ const AGAIN_AFTER: Duration = Duration::from_secs(1);
 /// The messages of the last minute, oldest first.
 pub(crate) type Traces = VecDeque<Arc<Divergences>>;
 
-/// Shows the divergences of a module as they come, over each session that there is.
-pub(crate) async fn watch(
-    session: impl Fn() -> Option<Session>,
+impl Observed {
+    /// The divergences of a module as they come.
+    pub(crate) fn traces(
+        self: &Arc<Self>,
+        structure: &StructureName,
+        module: &ModuleName,
+    ) -> Receiver<Arc<Traces>> {
+        let key = (structure.clone(), module.clone());
+        let (observed, whose) = (Arc::clone(self), key.clone());
+        self.traces.look(key, Arc::default(), move |sender| watch(observed, whose, sender))
+    }
+}
+
+async fn watch(
+    observed: Arc<Observed>,
     whose: (StructureName, ModuleName),
     shown: Sender<Arc<Traces>>,
 ) {
     loop {
-        if let Some(session) = session() {
+        if let Some(session) = observed.session() {
             follow(&session, &whose, &shown).await;
         }
         sleep(AGAIN_AFTER).await;

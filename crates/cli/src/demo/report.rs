@@ -1,0 +1,258 @@
+//! What the demo reports, one entry at a time: for people a line, for machines a JSON object.
+
+use std::collections::BTreeSet;
+use std::io::{self, Write};
+
+use names::fault::Fault;
+use names::{ComponentPath, ModuleName, Step};
+use observer::{EventLine, explained_by};
+use serde::Serialize;
+use wire::{Candidate, FaultState, FaultTransition, Identification};
+
+use crate::paint::{Colour, Paint, tone_colour};
+use crate::table::{table, terminal_width};
+use crate::versioned;
+use wording::{NOTHING, brief, or_nothing, printable};
+
+/// A process of the demo.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(super) struct Process {
+    pub(super) name: String,
+    pub(super) pid: u32,
+}
+
+/// Something to report.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub(super) enum Entry {
+    /// The processes run.
+    Started { structure: String, processes: Vec<Process>, endpoint: String },
+    /// A process is there.
+    Ready { process: String },
+    /// Some channels are not monitored yet.
+    WarmingUp { step: Step, of_step: Step },
+    /// Every channel of a module is monitored.
+    InService { module: ModuleName, since_step: Step },
+    /// Every module has compared its components with their references; so many of them agree.
+    Compared { step: Step, agree: u64, of: u64 },
+    /// A component got a fault.
+    Injected { step: Step, component: ComponentPath, fault: Fault, story: &'static str },
+    /// A component lost its fault.
+    Repaired { step: Step, component: ComponentPath },
+    /// A module found something about a component.
+    Verdict {
+        step: Step,
+        #[serde(flatten)]
+        transition: Box<FaultTransition>,
+    },
+    /// A module knows what kind of fault a component has.
+    Identified {
+        step: Step,
+        #[serde(flatten)]
+        identification: Box<Identification>,
+    },
+    /// Something is not as it should be.
+    Trouble { text: String },
+    /// What came of it.
+    Summary(Summary),
+}
+
+/// What was injected against what was diagnosed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Summary {
+    pub(super) injected: Vec<InjectedFault>,
+    pub(super) diagnosed: Vec<DiagnosedFault>,
+    /// Every injected fault was named in its time, and nothing else was.
+    pub(super) exact: bool,
+    /// The process ids of the plant and the diagnosers.
+    pub(super) pids: Vec<u32>,
+}
+
+/// A fault that was injected.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct InjectedFault {
+    pub(super) component: ComponentPath,
+    pub(super) fault: Fault,
+    pub(super) step: Step,
+    pub(super) repaired_step: Step,
+}
+
+/// A fault that was diagnosed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct DiagnosedFault {
+    pub(super) component: ComponentPath,
+    pub(super) onset_step: Option<Step>,
+    pub(super) detection_step: Option<Step>,
+    pub(super) decided_step: Option<Step>,
+    /// From the injection to the detection; `null` if nothing was injected there before \[ms\].
+    pub(super) delay_ms: Option<f64>,
+    /// From the injection to the verdict \[ms\].
+    pub(super) verdict_delay_ms: Option<f64>,
+    /// Its kind and size, as far as that was decided before the repair.
+    pub(super) identified: Option<Candidate>,
+}
+
+/// Prints entries on standard output.
+pub(super) struct Printer {
+    json: bool,
+    paint: Paint,
+    step_s: f64,
+    /// Changes and explanations of the present story that people have read already.
+    read: BTreeSet<String>,
+}
+
+#[derive(Serialize)]
+struct Timed<'a> {
+    #[serde(flatten)]
+    entry: &'a Entry,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_s: Option<f64>,
+}
+
+impl Printer {
+    pub(super) fn new(json: bool, step_s: f64) -> Printer {
+        let paint = Paint::of_stdout();
+        Printer { json, paint, step_s, read: BTreeSet::new() }
+    }
+
+    /// Prints an entry, at once.
+    pub(super) fn print(&mut self, entry: &Entry) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        let time_s = step(entry).map(|step| step.0 as f64 * self.step_s);
+        if self.json {
+            write!(out, "{}", versioned::line(&Timed { entry, time_s })?)?;
+        } else if matches!(entry, Entry::Started { .. } | Entry::Summary(_)) {
+            writeln!(out, "{}", self.text(entry))?;
+        } else if self.is_new(entry) {
+            let time = time_s.map_or_else(String::new, |time_s| format!("{time_s:.3} s"));
+            for line in self.text(entry).lines() {
+                let time = if line.is_empty() { "" } else { &time };
+                writeln!(out, "{}", format!("{time:>10}  {line}").trim_end())?;
+            }
+        }
+        out.flush()
+    }
+
+    /// False for a change or an explanation that was printed in this story already: as a disturbance
+    /// passes, channels rise above their thresholds again and again.
+    fn is_new(&mut self, entry: &Entry) -> bool {
+        match entry {
+            Entry::Verdict { transition, .. }
+                if matches!(transition.state, FaultState::Tentative | FaultState::Explained) =>
+            {
+                let (component, root) = (&transition.component, explained_by(transition));
+                self.read.insert(format!("{component} {}", or_nothing(root)))
+            }
+            Entry::Injected { .. } => {
+                self.read.clear();
+                true
+            }
+            _ => true,
+        }
+    }
+
+    fn text(&self, entry: &Entry) -> String {
+        let paint = &self.paint;
+        match entry {
+            Entry::Started { structure, processes, endpoint } => {
+                started(structure, processes, endpoint)
+            }
+            Entry::Ready { process } => format!("ready        {process}"),
+            Entry::WarmingUp { step, of_step } => format!("warming up   step {step} of {of_step}"),
+            Entry::InService { module, .. } => format!("in service   {module}"),
+            Entry::Compared { agree, of, .. } => {
+                format!("compared     {agree} of {of} components agree with their references")
+            }
+            Entry::Injected { component, fault, story, .. } => {
+                let what = format!("INJECT       {component}: {fault}");
+                format!("\n{}\n{story}", paint.bold(&what))
+            }
+            Entry::Repaired { component, .. } => format!("repair       {component}"),
+            Entry::Verdict { transition, .. } => self.line(&EventLine::of_transition(transition)),
+            Entry::Identified { identification, .. } => {
+                self.line(&EventLine::of_identification(identification))
+            }
+            Entry::Trouble { text } => {
+                paint.in_colour(Colour::Yellow, &format!("trouble      {}", printable(text)))
+            }
+            Entry::Summary(summary) => self.summary(summary),
+        }
+    }
+
+    fn line(&self, line: &EventLine) -> String {
+        let EventLine { who, what, why, tone, .. } = line;
+        let text = format!("{what:<12} {who:<20} {why}");
+        let colour = tone_colour(*tone);
+        colour.map_or_else(|| text.clone(), |colour| self.paint.in_colour(colour, &text))
+    }
+
+    fn summary(&self, summary: &Summary) -> String {
+        let heading =
+            ["fault", "component", "injected", "diagnosed", "identified", "delay", "verdict after"];
+        let mut table = table(&heading);
+        let ms = |ms: Option<f64>| or_nothing(ms.map(|ms| format!("{ms:.0} ms")));
+        for injected in &summary.injected {
+            let named = summary.diagnosed.iter().find(|d| d.component == injected.component);
+            table.add_row([
+                injected.fault.kind().to_string(),
+                injected.component.to_string(),
+                format!("step {}", injected.step),
+                named.map_or_else(|| "NOT NAMED".to_owned(), |named| named.component.to_string()),
+                named.map_or_else(|| NOTHING.to_owned(), identified),
+                ms(named.and_then(|named| named.delay_ms)),
+                ms(named.and_then(|named| named.verdict_delay_ms)),
+            ]);
+        }
+        let is_injected = |named: &DiagnosedFault| {
+            summary.injected.iter().any(|i| i.component == named.component)
+        };
+        for named in summary.diagnosed.iter().filter(|named| !is_injected(named)) {
+            let at = or_nothing(named.detection_step.map(|step| format!("step {step}")));
+            let none = || NOTHING.to_owned();
+            let name = named.component.to_string();
+            table.add_row([none(), none(), none(), name, identified(named), at, none()]);
+        }
+        table.align_right(5..7);
+        table.stack(&[&[0, 4], &[1, 3], &[2], &[5, 6]]);
+        let (colour, verdict) = if summary.exact {
+            (Colour::Green, "exact: every injected fault was named, and nothing else")
+        } else {
+            (Colour::Red, "not exact: injected and diagnosed faults differ")
+        };
+        let verdict = self.paint.in_colour(colour, verdict);
+        format!("\n{}\n\n{verdict}", table.text(terminal_width()))
+    }
+}
+
+/// The step that the entry is about.
+fn step(entry: &Entry) -> Option<Step> {
+    match entry {
+        Entry::WarmingUp { step, .. }
+        | Entry::InService { since_step: step, .. }
+        | Entry::Compared { step, .. }
+        | Entry::Injected { step, .. }
+        | Entry::Repaired { step, .. }
+        | Entry::Verdict { step, .. }
+        | Entry::Identified { step, .. } => Some(*step),
+        Entry::Started { .. } | Entry::Ready { .. } | Entry::Trouble { .. } | Entry::Summary(_) => {
+            None
+        }
+    }
+}
+
+/// The kind that was found, with its size but without the interval.
+fn identified(named: &DiagnosedFault) -> String {
+    named.identified.as_ref().map_or_else(|| "not decided".to_owned(), brief)
+}
+
+fn started(structure: &str, processes: &[Process], endpoint: &str) -> String {
+    let processes: Vec<_> =
+        processes.iter().map(|process| format!("{} ({})", process.name, process.pid)).collect();
+    // The line that shows the faults in another terminal.
+    format!(
+        "{structure}: {}\nwatch it:\n  \
+         zenoh --mode client --connect {endpoint} --cfg scouting/multicast/enabled:false \
+         subscribe -k 'trusswatch/*/*/fault/**' --decoder json --line '{{key}} {{value}}'\n",
+        processes.join(", ")
+    )
+}

@@ -1,0 +1,109 @@
+//! `trusswatch follow`: verdicts, kinds of faults, phases and presence as they are published, one line each.
+
+use std::io::{self, Write};
+
+use names::StructureName;
+use observer::{Event, EventLine, Live, News};
+use serde::Serialize;
+use shell::shutdown::{self, ShutdownFlags};
+
+use crate::failure::Failure;
+use crate::link::{self, Link};
+use crate::paint::{Paint, tone_colour};
+use crate::versioned;
+use wording::{NOTHING, utc};
+
+/// Print events as they happen, one line each, until interrupted
+///
+/// Every change of a verdict, every material change of what is known of a fault, every change of a module's phase, every diagnoser
+/// that comes or goes, and every module as which several processes run; at the start the latest of each. Diagnosers that are absent or disappear are waited for.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Print one JSON object a line
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    link: Link,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    link::block_on(follow(arguments))
+}
+
+async fn follow(arguments: &Arguments) -> Result<(), Failure> {
+    let mut shutdown = shutdown::on_request(ShutdownFlags::default())
+        .map_err(|error| Failure::runtime(format!("signals cannot be received: {error}")))?;
+    let link = &arguments.link.target()?;
+    let session = link.open().await?;
+    let live = Live::over(&session, link.structure.clone(), Vec::new());
+    let mut live = live.await.map_err(link::refused)?;
+    let outcome = loop {
+        let event = tokio::select! {
+            event = live.next_event() => event,
+            () = shutdown.requested() => break Ok(()),
+        };
+        let Some(event) = event else {
+            break Err(Failure::network("the session was closed".to_owned()));
+        };
+        if let Err(failure) = print(arguments.json, link.structure.is_none(), &event) {
+            break Err(failure);
+        }
+    };
+    session::close(&session).await;
+    outcome
+}
+
+/// An event for machines. A message has its own time.
+#[derive(Serialize)]
+struct Document<'a> {
+    #[serde(flatten)]
+    news: &'a News,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_unix_ns: Option<u64>,
+}
+
+fn print(json: bool, names_structure: bool, event: &Event) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    if json {
+        let has_time =
+            matches!(event.news, News::Fault(_) | News::Identification(_) | News::Phase(_));
+        let time_unix_ns = (!has_time).then_some(event.time_unix_ns);
+        write!(out, "{}", versioned::line(&Document { news: &event.news, time_unix_ns })?)?;
+    } else {
+        let paint = Paint::of_stdout();
+        writeln!(out, "{}", line(&EventLine::of(event), names_structure, paint))?;
+    }
+    Ok(out.flush()?)
+}
+
+/// For people: when, where if several structures may be seen, who, what, why.
+fn line(event: &EventLine, names_structure: bool, paint: Paint) -> String {
+    let EventLine { time_unix_ns, who, what, why, tone, .. } = event;
+    let place = event.structure.as_ref().map_or(NOTHING, StructureName::as_str);
+    let place = if names_structure { format!("{place:<10}  ") } else { String::new() };
+    let who = if who.is_empty() { NOTHING } else { who };
+    let text = format!("{}  {place}{who:<20}  {what:<14}  {why}", utc(*time_unix_ns));
+    let text = text.trim_end();
+    tone_colour(*tone).map_or_else(|| text.to_owned(), |colour| paint.in_colour(colour, text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_is_a_line_and_an_object_with_its_time() {
+        let (structure, module) = ("tower".parse().unwrap(), "m1".parse().unwrap());
+        let (from, to, reason) = (3, 4, "refused".to_owned());
+        let news = News::Missed { structure, module, from, to, reason };
+        let event = Event { number: 1, time_unix_ns: 7, news };
+        let text = |names| line(&EventLine::of(&event), names, Paint::NONE);
+        let expected = "m1                    MISSED          transitions 3 to 4 could not be fetched: refused";
+        assert_eq!(text(false), format!("1970-01-01T00:00:00.000Z  {expected}"));
+        assert_eq!(text(true), format!("1970-01-01T00:00:00.000Z  tower       {expected}"));
+        let document = Document { news: &event.news, time_unix_ns: Some(7) };
+        let expected = "{\"v\":1,\"news\":\"missed\",\"structure\":\"tower\",\"module\":\"m1\",\"from\":3,\
+                        \"to\":4,\"reason\":\"refused\",\"time_unix_ns\":7}\n";
+        assert_eq!(versioned::line(&document).unwrap(), expected);
+    }
+}

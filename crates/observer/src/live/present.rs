@@ -1,0 +1,94 @@
+//! A look at the present: until every module has answered.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use names::{ModuleName, StructureName};
+use tokio::time::{Instant, timeout_at};
+use zenoh::Session;
+
+use super::Live;
+use crate::presence::AttendanceError;
+use crate::view::{ModuleView, Scene};
+
+/// A status comes once a second; how long after the first message one may take.
+const STATUS_WITHIN: Duration = Duration::from_millis(1300);
+/// How long after the first message modules are waited for that no other names.
+const OTHERS_WITHIN: Duration = Duration::from_millis(200);
+
+/// Looks at a structure, or at all of them. `expected` are modules that should be there; so are those that another
+/// module names as its peer. A missing module is in the scene all the same: silence is never taken for health.
+///
+/// Returns as soon as every known module has sent its status and the states of its components; of modules of which nothing
+/// is heard, soon after a second from the first message; in no case later than after `timeout`.
+///
+/// # Errors
+/// The network refuses.
+pub async fn present(
+    session: &Session,
+    structure: Option<&StructureName>,
+    expected: &[ModuleName],
+    timeout: Duration,
+) -> Result<Arc<Scene>, AttendanceError> {
+    let live = Live::over(session, structure.cloned(), expected.to_vec()).await?;
+    let mut scenes = live.scenes();
+    let end = Instant::now() + timeout;
+    let mut first_message = None;
+    loop {
+        let scene = scenes.borrow_and_update().clone();
+        live.network().await?;
+        if scene.has_heard_a_module() {
+            first_message.get_or_insert_with(Instant::now);
+        }
+        let until = first_message.map_or(end, |first| end.min(first + hold(&scene, timeout)));
+        if Instant::now() >= until {
+            return Ok(scene);
+        }
+        // It shows in the scene and the time whether it changed.
+        let _ = timeout_at(until, scenes.changed()).await;
+    }
+}
+
+/// How long after the first message more is waited for.
+fn hold(scene: &Scene, timeout: Duration) -> Duration {
+    let has_answered = |module: &ModuleView| !module.components.is_empty();
+    let is_complete = |module: &ModuleView| has_answered(module) && module.status.is_some();
+    let is_mute = |module: &ModuleView| module.present && !has_answered(module);
+    if scene.is_asking || scene.modules.iter().any(is_mute) {
+        timeout
+    } else if scene.modules.iter().all(is_complete) {
+        OTHERS_WITHIN
+    } else {
+        STATUS_WITHIN
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use wire::FaultTransition;
+
+    #[test]
+    fn it_looks_until_every_module_that_is_there_or_named_has_answered() {
+        let (mut scene, timeout) = (Scene::default(), Duration::from_secs(9));
+        let mut first = ModuleView::new(None, "m1".parse().unwrap());
+        first.present = true;
+        scene.modules.push(first);
+        assert_eq!(hold(&scene, timeout), timeout, "it is there");
+        let state = FaultTransition::untouched(
+            "tower".parse().unwrap(),
+            "m1/sensor/g1".parse().unwrap(),
+            0,
+        );
+        scene.modules[0].components.push(state);
+        assert_eq!(hold(&scene, timeout), STATUS_WITHIN, "its status may come");
+        scene.modules[0].status = Some(testing::status("m1", &["m2"]));
+        assert_eq!(hold(&scene, timeout), OTHERS_WITHIN);
+        scene.is_asking = true;
+        assert_eq!(hold(&scene, timeout), timeout, "another process may answer, too");
+        scene.is_asking = false;
+        scene.modules.push(ModuleView::new(None, "m2".parse().unwrap()));
+        assert_eq!(hold(&scene, timeout), STATUS_WITHIN, "a peer was named");
+    }
+}

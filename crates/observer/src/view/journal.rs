@@ -1,0 +1,491 @@
+//! What modules' journals hold, merged, and what is missing from them.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
+use std::time::Duration;
+
+use names::{ComponentPath, ModuleName, RunId, Step, StructureName};
+use wire::{FaultState, FaultTransition, HistoryPage, Identification};
+use wording::printable;
+
+use super::component::found_at;
+use super::line::EventLine;
+use super::outcome::QueryError;
+
+/// What was read of a module's journal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModuleHistory {
+    /// The structure.
+    pub structure: StructureName,
+    /// The module.
+    pub module: ModuleName,
+    /// The first sequence number that was asked for.
+    pub since: u64,
+    /// Transitions in the order of their sequence numbers.
+    pub transitions: Vec<FaultTransition>,
+    /// What was published of the kinds of the faults, those of each fault in their order.
+    pub identifications: Vec<Identification>,
+    /// The lowest sequence number that the journal still held; `None` if it held none.
+    pub first_sequence: Option<u64>,
+    /// The sequence number that the module's next transition will have; `None` if no page came.
+    pub next_sequence: Option<u64>,
+    /// Why reading ended before the journal did.
+    pub broken_off: Option<QueryError>,
+}
+
+/// Sequence numbers that a journal should hold and does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gap {
+    /// The first that is missing.
+    pub from: u64,
+    /// The last that is missing.
+    pub to: u64,
+}
+
+impl ModuleHistory {
+    /// Of which nothing was read yet.
+    #[must_use]
+    pub fn new(structure: &StructureName, module: &ModuleName, since: u64) -> Self {
+        Self {
+            structure: structure.clone(),
+            module: module.clone(),
+            since,
+            transitions: Vec::new(),
+            identifications: Vec::new(),
+            first_sequence: None,
+            next_sequence: None,
+            broken_off: None,
+        }
+    }
+
+    /// Whether the module answered at all.
+    #[must_use]
+    pub fn answered(&self) -> bool {
+        self.next_sequence.is_some()
+    }
+
+    /// Sequence numbers that are missing. Those before the journal's first are no gap but were cut off; those after the
+    /// point where reading broke off are not known.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<Gap> {
+        let Some(first) = self.first_sequence else { return Vec::new() };
+        let mut expected = first.max(self.since).max(1);
+        let mut gaps = Vec::new();
+        let end = self.next_sequence.filter(|_| self.broken_off.is_none());
+        for sequence in self.transitions.iter().map(|t| t.sequence).chain(end) {
+            if sequence > expected {
+                gaps.push(Gap { from: expected, to: sequence - 1 });
+            }
+            expected = expected.max(sequence.saturating_add(1));
+        }
+        gaps
+    }
+
+    /// Takes a page that was asked for from a sequence number on; returns where the next one begins, if there is one.
+    ///
+    /// # Errors
+    /// The page is another module's, or not what was asked for.
+    pub fn take(&mut self, asked: u64, page: HistoryPage) -> Result<Option<u64>, QueryError> {
+        let senseless = |what| Err(QueryError::Senseless(what));
+        if page.structure != self.structure || page.module != self.module {
+            let (structure, module) = (&page.structure, &page.module);
+            return senseless(format!("the page is of `{module}` of `{structure}`"));
+        }
+        let mut next = asked;
+        for transition in &page.transitions {
+            if transition.sequence < next {
+                let sequence = transition.sequence;
+                return senseless(format!("sequence {sequence} comes where {next} is due"));
+            }
+            next = transition.sequence.saturating_add(1);
+        }
+        if page.more && page.transitions.is_empty() {
+            return senseless(format!("there is more from {asked} on, but the page is empty"));
+        }
+        self.first_sequence = self.first_sequence.or(page.first_sequence);
+        self.next_sequence = Some(page.next_sequence);
+        self.transitions.extend(page.transitions);
+        self.identifications.extend(page.identifications);
+        Ok(page.more.then_some(next))
+    }
+
+    /// Everything that is missing, in words.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let Self { module, broken_off, first_sequence, next_sequence, .. } = self;
+        let error = broken_off.as_ref().map(|error| printable(&error.to_string()));
+        if !self.answered() {
+            let why = error.unwrap_or_else(|| "no answer".to_owned());
+            return vec![format!("{module}: {why}; nothing is known of its history")];
+        }
+        let since = self.since.max(1);
+        let mut notes = Vec::new();
+        match (first_sequence, next_sequence) {
+            (Some(first), _) if *first > since => {
+                notes
+                    .push(format!("{module}: the journal reaches back to transition {first} only"));
+            }
+            (None, Some(next)) if *next > since => {
+                let count = next - 1;
+                notes.push(format!(
+                    "{module}: the journal holds none of the {count} transitions up to now"
+                ));
+            }
+            _ => {}
+        }
+        notes.extend(error.map(|error| {
+            let after = self.transitions.last().map_or(0, |transition| transition.sequence);
+            format!("{module}: nothing was read after transition {after}: {error}")
+        }));
+        notes.extend(self.gaps().iter().map(|Gap { from, to }| match from == to {
+            true => format!("{module}: transition {from} is missing from the journal"),
+            false => format!("{module}: transitions {from} to {to} are missing from the journal"),
+        }));
+        notes
+    }
+}
+
+/// An entry of a journal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Entry<'a> {
+    /// A verdict changed.
+    Transition(&'a FaultTransition),
+    /// The kind of a fault became known.
+    Identification(&'a Identification),
+}
+
+impl<'a> Entry<'a> {
+    /// The component that it is about.
+    #[must_use]
+    pub fn component(&self) -> &'a ComponentPath {
+        match self {
+            Entry::Transition(transition) => &transition.component,
+            Entry::Identification(found) => &found.component,
+        }
+    }
+
+    /// Its number, or that of the transition that it belongs to.
+    #[must_use]
+    pub fn sequence(&self) -> u64 {
+        match self {
+            Entry::Transition(transition) => transition.sequence,
+            Entry::Identification(found) => found.sequence,
+        }
+    }
+
+    /// When it was published \[ns since 1970\].
+    #[must_use]
+    pub fn time_unix_ns(&self) -> u64 {
+        match self {
+            Entry::Transition(transition) => transition.time_unix_ns,
+            Entry::Identification(found) => found.time_unix_ns,
+        }
+    }
+
+    /// The new state.
+    #[must_use]
+    pub fn state(&self) -> Option<FaultState> {
+        match self {
+            Entry::Transition(transition) => Some(transition.state),
+            Entry::Identification(_) => None,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn line(&self) -> EventLine {
+        match self {
+            Entry::Transition(transition) => EventLine::of_transition(transition),
+            Entry::Identification(found) => EventLine::of_identification(found),
+        }
+    }
+
+    fn found_at(&self) -> Option<(RunId, Step)> {
+        match self {
+            Entry::Transition(transition) => found_at(transition),
+            Entry::Identification(found) => Some((found.run, found.as_of_step)),
+        }
+    }
+}
+
+/// The journals of several modules as one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Journals<'a> {
+    /// Every entry, the earliest first. Those of a module stay in the order of their sequence numbers, even if its clock
+    /// was set back, and what kind of fault it is comes after the fault.
+    pub entries: Vec<Entry<'a>>,
+    /// Modules whose times contradict the order of their steps. If there are any, entries of one run are in the order of
+    /// their steps; otherwise all are in the order of their times.
+    pub contradictions: Vec<Contradiction<'a>>,
+}
+
+impl<'a> Journals<'a> {
+    /// Merges them.
+    pub fn merge(histories: impl IntoIterator<Item = &'a ModuleHistory>) -> Self {
+        let histories: Vec<&ModuleHistory> = histories.into_iter().collect();
+        let contradictions = contradictions(&histories);
+        let by_steps = !contradictions.is_empty();
+        let mut rest: Vec<VecDeque<Dated<'_>>> = histories.into_iter().map(dated).collect();
+        let mut entries = Vec::new();
+        while let Some(place) = next(&rest, by_steps) {
+            entries.extend(rest[place].pop_front().map(|(_, entry)| entry));
+        }
+        Self { entries, contradictions }
+    }
+}
+
+/// An entry and its time, which is never before that of the one before it.
+type Dated<'a> = (u64, Entry<'a>);
+
+fn dated(history: &ModuleHistory) -> VecDeque<Dated<'_>> {
+    let mut latest = 0;
+    let mut declared = BTreeMap::new();
+    let mut dated = Vec::new();
+    for transition in &history.transitions {
+        latest = latest.max(transition.time_unix_ns);
+        declared.insert(transition.sequence, latest);
+        dated.push((latest, Entry::Transition(transition)));
+    }
+    for found in &history.identifications {
+        let declared = declared.get(&found.sequence).copied().unwrap_or_default();
+        dated.push((found.time_unix_ns.max(declared), Entry::Identification(found)));
+    }
+    // Stable: what has the same time stays in order.
+    dated.sort_by_key(|(time, _)| *time);
+    dated.into()
+}
+
+/// Which module's next entry comes first: the earliest one, or that with the earliest step of the same run.
+fn next(rest: &[VecDeque<Dated<'_>>], by_steps: bool) -> Option<usize> {
+    let heads = || rest.iter().enumerate().filter_map(|(place, left)| Some((place, left.front()?)));
+    let (place, (_, earliest)) = heads().min_by_key(|(_, (time, _))| *time)?;
+    let run = earliest.found_at().filter(|_| by_steps).map(|(run, _)| run);
+    let of_run = |(place, (time, entry)): (usize, &Dated<'_>)| {
+        let (_, step) = entry.found_at().filter(|(entry_run, _)| Some(*entry_run) == run)?;
+        Some((step, *time, place))
+    };
+    Some(heads().filter_map(of_run).min().map_or(place, |(_, _, place)| place))
+}
+
+/// Less than this may have other reasons, such as a decision that waited for a peer.
+const AGREE_WITHIN: Duration = Duration::from_secs(2);
+
+/// A module whose times are later than those of another one, by the order of their steps. Displayed as a sentence.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Contradiction<'a> {
+    /// The structure.
+    pub structure: &'a StructureName,
+    /// The module whose clock is ahead.
+    pub ahead: &'a ModuleName,
+    /// The other one.
+    pub behind: &'a ModuleName,
+    /// At least by this.
+    pub by: Duration,
+}
+
+impl fmt::Display for Contradiction<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { ahead, behind, by, .. } = self;
+        write!(
+            f,
+            "by the order of steps, which is that of this table, the clock of {ahead} is at least {} s \
+             ahead of that of {behind}; check time synchronisation",
+            by.as_secs()
+        )
+    }
+}
+
+/// Modules count the same steps, so what was decided at an earlier step should have the earlier time.
+fn contradictions<'a>(histories: &[&'a ModuleHistory]) -> Vec<Contradiction<'a>> {
+    let pairs = histories.iter().flat_map(|a| histories.iter().map(move |b| (*a, *b)));
+    let pairs = pairs.filter(|(a, b)| a.structure == b.structure && a.module != b.module);
+    let found = |(ahead, behind): (&'a ModuleHistory, &'a ModuleHistory)| {
+        let by = lead(&points(ahead), &points(behind)).filter(|by| *by > AGREE_WITHIN)?;
+        let (structure, ahead, behind) = (&ahead.structure, &ahead.module, &behind.module);
+        Some(Contradiction { structure, ahead, behind, by })
+    };
+    pairs.filter_map(found).collect()
+}
+
+/// Run and step, and the time given for it \[ns since 1970\].
+type Point = (RunId, Step, u64);
+
+fn points(history: &ModuleHistory) -> Vec<Point> {
+    let point = |transition: &FaultTransition| {
+        let (run, step) = found_at(transition)?;
+        Some((run, step, transition.time_unix_ns))
+    };
+    let mut points: Vec<Point> = history.transitions.iter().filter_map(point).collect();
+    points.sort_unstable();
+    points
+}
+
+/// By how much the first is later than the second at the most where its step is the earlier one.
+fn lead(first: &[Point], second: &[Point]) -> Option<Duration> {
+    let mut later = second.iter().rev().peekable();
+    // Of the second, at later steps of the run at hand.
+    let mut earliest: Option<(RunId, u64)> = None;
+    let mut longest = None;
+    for (run, step, time) in first.iter().rev() {
+        while let Some((other_run, _, other)) =
+            later.next_if(|point| (point.0, point.1) > (*run, *step))
+        {
+            let before = earliest.filter(|(known, _)| known == other_run).map(|(_, time)| time);
+            earliest = Some((*other_run, before.unwrap_or(u64::MAX).min(*other)));
+        }
+        if let Some((_, other)) = earliest.filter(|(known, other)| known == run && other < time) {
+            longest = longest.max(Some(Duration::from_nanos(time - other)));
+        }
+    }
+    longest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{acknowledged, history, identification, journaled};
+
+    fn at(module: &str, sequence: u64, run: u64, step: u64, second: u64) -> FaultTransition {
+        FaultTransition {
+            run: Some(RunId(run)),
+            decided_step: Some(Step(step)),
+            ..journaled(module, sequence, second * 1_000_000_000)
+        }
+    }
+
+    fn page(sequences: &[u64], more: bool) -> HistoryPage {
+        HistoryPage {
+            structure: "tower".parse().unwrap(),
+            module: "m".parse().unwrap(),
+            transitions: sequences.iter().map(|sequence| journaled("m", *sequence, 0)).collect(),
+            identifications: Vec::new(),
+            first_sequence: Some(3),
+            next_sequence: 12,
+            more,
+        }
+    }
+
+    fn empty(since: u64) -> ModuleHistory {
+        ModuleHistory::new(&"tower".parse().unwrap(), &"m".parse().unwrap(), since)
+    }
+
+    fn names(journals: &Journals<'_>) -> Vec<String> {
+        let name = |entry: &Entry<'_>| match entry {
+            Entry::Transition(t) => format!("{}.{}", t.module, t.sequence),
+            Entry::Identification(found) => format!("{}.{} is known", found.module, found.sequence),
+        };
+        journals.entries.iter().map(name).collect()
+    }
+
+    #[test]
+    fn pages_follow_each_other_and_what_is_missing_is_reported() {
+        let mut read = empty(1);
+        assert!(!read.answered());
+        assert_eq!(read.take(1, page(&[3, 4, 6], true)), Ok(Some(7)));
+        assert_eq!(read.take(7, page(&[7, 8], false)), Ok(None));
+        let gap = |from, to| Gap { from, to };
+        assert_eq!(read.gaps(), [gap(5, 5), gap(9, 11)]);
+        assert_eq!(ModuleHistory { since: 6, ..read.clone() }.gaps(), [gap(9, 11)]);
+        read.broken_off = Some(QueryError::Unanswered(Duration::ZERO));
+        assert_eq!(read.gaps(), [gap(5, 5)], "after a break nothing is known of the end");
+    }
+
+    #[test]
+    fn pages_that_would_never_end_or_are_anothers_are_refused() {
+        for (asked, page) in [
+            (7, page(&[6], true)),
+            (1, page(&[3, 3], false)),
+            (1, page(&[], true)),
+            (1, HistoryPage { module: "n".parse().unwrap(), ..page(&[3], false) }),
+        ] {
+            assert!(matches!(empty(1).take(asked, page), Err(QueryError::Senseless(_))));
+        }
+    }
+
+    #[test]
+    fn everything_that_is_missing_is_noted() {
+        let mut cut = history("m1", vec![journaled("m1", 5, 1), journaled("m1", 7, 2)]);
+        (cut.first_sequence, cut.next_sequence) = (Some(5), Some(10));
+        let mut broken = history("m2", vec![journaled("m2", 1, 1)]);
+        broken.next_sequence = Some(4);
+        broken.broken_off = Some(QueryError::Unanswered(Duration::from_secs(3)));
+        let mut none = history("m3", Vec::new());
+        (none.first_sequence, none.next_sequence) = (None, Some(3));
+        let mut silent = history("m4", Vec::new());
+        silent.next_sequence = None;
+        silent.broken_off = Some(QueryError::Unanswered(Duration::from_secs(3)));
+        let whole = history("m5", vec![journaled("m5", 1, 1), journaled("m5", 2, 2)]);
+        let untouched = history("m6", Vec::new());
+        let notes = [cut, broken, none, silent, whole, untouched].map(|history| history.notes());
+        assert_eq!(
+            notes.concat(),
+            [
+                "m1: the journal reaches back to transition 5 only",
+                "m1: transition 6 is missing from the journal",
+                "m1: transitions 8 to 9 are missing from the journal",
+                "m2: nothing was read after transition 1: no answer within 3s",
+                "m3: the journal holds none of the 2 transitions up to now",
+                "m4: no answer within 3s; nothing is known of its history",
+            ]
+        );
+    }
+
+    #[test]
+    fn modules_are_merged_by_time_and_each_keeps_its_order() {
+        let found = |sequence, time_unix_ns| Identification {
+            sequence,
+            time_unix_ns,
+            ..identification(true, &["bias"])
+        };
+        let first = ModuleHistory {
+            identifications: vec![found(1, 7), found(2, 35)],
+            ..history("m1", vec![journaled("m1", 1, 10), journaled("m1", 2, 30)])
+        };
+        let second = vec![journaled("m2", 4, 20), journaled("m2", 5, 5), journaled("m2", 6, 40)];
+        let histories = [first, history("m2", second)];
+        let expected = ["m1.1", "m1.1 is known", "m2.4", "m2.5", "m1.2", "m1.2 is known", "m2.6"];
+        assert_eq!(names(&Journals::merge(&histories)), expected);
+    }
+
+    #[test]
+    fn clocks_that_contradict_the_order_of_steps_are_noted_and_do_not_change_it() {
+        // Its clock is ahead.
+        let first = history("m1", vec![at("m1", 1, 1, 100, 5100), at("m1", 2, 1, 300, 5300)]);
+        let second =
+            vec![at("m2", 1, 1, 50, 50), at("m2", 2, 1, 200, 200), at("m2", 3, 1, 400, 400)];
+        let histories = [first, history("m2", second)];
+        let journals = Journals::merge(&histories);
+        assert_eq!(names(&journals), ["m2.1", "m1.1", "m2.2", "m1.2", "m2.3"]);
+        let expected = "by the order of steps, which is that of this table, the clock of m1 is at least \
+                        4900 s ahead of that of m2; check time synchronisation";
+        assert_eq!(
+            journals.contradictions.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            [expected]
+        );
+    }
+
+    #[test]
+    fn a_clock_that_is_ahead_is_found_by_the_steps() {
+        let ahead =
+            history("m1", vec![at("m1", 1001, 1, 1000, 3610), at("m1", 3001, 1, 3000, 3630)]);
+        let right = history("m2", vec![at("m2", 501, 1, 500, 5), at("m2", 2001, 1, 2000, 20)]);
+        let third = history("m3", vec![at("m3", 2501, 1, 2500, 25)]);
+        let histories = [ahead, right, third];
+        let contradictions = Journals::merge(&histories).contradictions;
+        let found =
+            contradictions.iter().map(|c| (c.ahead.as_str(), c.behind.as_str(), c.by.as_secs()));
+        assert_eq!(found.collect::<Vec<_>>(), [("m1", "m2", 3590), ("m1", "m3", 3585)]);
+    }
+
+    #[test]
+    fn clocks_that_agree_steps_of_different_runs_and_late_orders_are_not_noted() {
+        let first = history("m1", vec![at("m1", 1001, 1, 1000, 11), at("m1", 1002, 2, 10, 100)]);
+        let second = history("m2", vec![at("m2", 1002, 1, 1001, 10), at("m2", 1003, 3, 20, 50)]);
+        let order = acknowledged("m1", 2).order;
+        let late = history("m1", vec![FaultTransition { order, ..at("m1", 1001, 1, 1000, 3600) }]);
+        let other = history("m2", vec![at("m2", 2001, 1, 2000, 20)]);
+        for histories in [[first, second], [late, other]] {
+            assert_eq!(Journals::merge(&histories).contradictions, []);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! An event as a line: when, where, what, why.
+
+use names::{ComponentPath, ModuleName, Step, StructureName};
+use wire::Identification;
+use wording::{Tone, identified, phase_in_words, phase_tone, printable};
+
+use super::news::{Event, News};
+
+/// An event, or an entry of a journal, in words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventLine {
+    /// When it was published; of what has no time of its own, when it came \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// Where.
+    pub structure: Option<StructureName>,
+    /// The module, if it is about one.
+    pub module: Option<ModuleName>,
+    /// The component, if it is about one.
+    pub component: Option<ComponentPath>,
+    /// The component, the module or the plant; empty if it is about none of them.
+    pub who: String,
+    /// What happened, in a word or two.
+    pub what: String,
+    /// Why; may be empty.
+    pub why: String,
+    /// How it is coloured.
+    pub tone: Tone,
+    /// The name of its sign.
+    pub sign: &'static str,
+    /// As of which step it was found.
+    pub step: Option<Step>,
+}
+
+impl EventLine {
+    /// An event.
+    #[must_use]
+    pub fn of(event: &Event) -> Self {
+        let line = match &event.news {
+            News::Fault(transition) => return Self::of_transition(transition),
+            News::Identification(found) => return Self::of_identification(found),
+            News::Phase(change) => Self {
+                time_unix_ns: change.time_unix_ns,
+                ..Self::new(&change.module, phase_in_words(change.phase), phase_tone(change.phase))
+                    .because(printable(&change.reason))
+                    .of_module(&change.structure, &change.module)
+            },
+            News::Presence { structure, who, there } => {
+                let (what, tone) =
+                    if *there { ("there", Tone::Calm) } else { ("GONE", Tone::Alarm) };
+                let line = Self::new(printable(who), what, tone);
+                match who.parse::<ModuleName>() {
+                    Ok(module) if who != wire::keys::PLANT => line.of_module(structure, &module),
+                    _ => Self { structure: Some(structure.clone()), ..line },
+                }
+            }
+            News::SeveralProcesses { structure, module } => {
+                Self::new(module, "SEVERAL", Tone::Doubt)
+                    .because("several processes run as this module: end all but one")
+                    .of_module(structure, module)
+            }
+            News::Missed { structure, module, from, to, reason } => {
+                let reason = printable(reason);
+                Self::new(module, "MISSED", Tone::Alarm)
+                    .because(format!("transitions {from} to {to} could not be fetched: {reason}"))
+                    .of_module(structure, module)
+            }
+            News::Unreadable { key, problem } => Self::new("", "not understood", Tone::Doubt)
+                .because(printable(&format!("{key}: {problem}"))),
+            News::Lost { count } => {
+                let why = format!("{count} events lost: they came faster than they were taken");
+                Self::new("", "LOST", Tone::Alarm).because(why)
+            }
+        };
+        let time_unix_ns =
+            if line.time_unix_ns == 0 { event.time_unix_ns } else { line.time_unix_ns };
+        Self { time_unix_ns, ..line }
+    }
+
+    /// What kind of fault a component has.
+    #[must_use]
+    pub fn of_identification(found: &Identification) -> Self {
+        let what = if found.decided { "identified" } else { "not identified" };
+        Self {
+            time_unix_ns: found.time_unix_ns,
+            component: Some(found.component.clone()),
+            step: Some(found.as_of_step),
+            ..Self::new(&found.component, what, Tone::Calm)
+                .because(identified(found))
+                .of_module(&found.structure, &found.module)
+        }
+    }
+
+    fn new(who: impl ToString, what: &str, tone: Tone) -> Self {
+        Self {
+            time_unix_ns: 0,
+            structure: None,
+            module: None,
+            component: None,
+            who: who.to_string(),
+            what: what.to_owned(),
+            why: String::new(),
+            tone,
+            sign: sign(tone),
+            step: None,
+        }
+    }
+
+    fn because(self, why: impl Into<String>) -> Self {
+        Self { why: why.into(), ..self }
+    }
+
+    fn of_module(self, structure: &StructureName, module: &ModuleName) -> Self {
+        Self { structure: Some(structure.clone()), module: Some(module.clone()), ..self }
+    }
+}
+
+/// The name of the sign for a module or a remark.
+#[must_use]
+pub fn sign(tone: Tone) -> &'static str {
+    match tone {
+        Tone::Alarm => "latched",
+        Tone::Doubt => "unknown",
+        Tone::Explained => "explained",
+        Tone::Calm => "normal",
+    }
+}

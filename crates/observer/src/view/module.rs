@@ -1,0 +1,330 @@
+//! A module as every view shows it.
+
+use std::collections::BTreeSet;
+
+use names::{ModuleName, StructureName};
+use wire::{
+    FaultTransition, JournalStatus, ModulePhase, ModuleStatus, PhaseChange, Shelving, Unknown,
+};
+use wording::{Tone, phase_in_words, phase_tone, printable, span, until, utc};
+
+use super::component::{self, Counts};
+use super::line::sign;
+use super::row::{Measured, StateRow, Urgency};
+
+/// What is known of a module. Nothing in it is called normal that is not known to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModuleView {
+    /// The structure; `None` if the module is only expected and it is not clear where.
+    pub structure: Option<StructureName>,
+    /// The module.
+    pub module: ModuleName,
+    /// Whether its liveliness token is there.
+    pub present: bool,
+    /// Whether the caller expects it.
+    pub expected: bool,
+    /// Modules that name it as their peer.
+    pub peer_of: BTreeSet<ModuleName>,
+    /// Its latest status.
+    pub status: Option<ModuleStatus>,
+    /// Its latest change of phase.
+    pub phase_change: Option<PhaseChange>,
+    /// The latest transition of each of its components, by name.
+    pub components: Vec<FaultTransition>,
+    /// The processes that answered the latest question: one, unless several run as this module.
+    pub processes: BTreeSet<String>,
+    /// When its latest message came, by the clock here \[ns since 1970\]; 0 if none has.
+    pub heard_unix_ns: u64,
+    /// Whether no message has come for longer than a module is ever quiet.
+    pub is_silent: bool,
+}
+
+impl ModuleView {
+    /// A module of which nothing is known.
+    #[must_use]
+    pub fn new(structure: Option<StructureName>, module: ModuleName) -> Self {
+        Self {
+            structure,
+            module,
+            present: false,
+            expected: false,
+            peer_of: BTreeSet::new(),
+            status: None,
+            phase_change: None,
+            components: Vec::new(),
+            processes: BTreeSet::new(),
+            heard_unix_ns: 0,
+            is_silent: false,
+        }
+    }
+
+    /// Whether it reports the states of its components. If not, nothing is known of them.
+    #[must_use]
+    pub fn answers(&self) -> bool {
+        !self.is_silent && !self.components.is_empty()
+    }
+
+    /// Its phase, by whichever message is the later one.
+    #[must_use]
+    pub fn phase(&self) -> Option<ModulePhase> {
+        let reported = self.status.as_ref().map(|status| (status.time_unix_ns, status.phase));
+        let changed = self.phase_change.as_ref().map(|change| (change.time_unix_ns, change.phase));
+        reported.into_iter().chain(changed).max_by_key(|(time, _)| *time).map(|(_, phase)| phase)
+    }
+
+    /// The change that led to its phase, if that is known.
+    #[must_use]
+    pub fn latest_phase_change(&self) -> Option<&PhaseChange> {
+        self.phase_change.as_ref().filter(|change| Some(change.phase) == self.phase())
+    }
+
+    /// Whether what it reports of its components holds now.
+    #[must_use]
+    pub fn is_in_service(&self) -> bool {
+        self.answers() && self.phase() == Some(ModulePhase::InService)
+    }
+
+    /// Whether several processes run as this module: several answered, or one of them knows of another.
+    #[must_use]
+    pub fn has_several_processes(&self) -> bool {
+        self.processes.len() > 1
+            || self.status.as_ref().is_some_and(|status| status.another_process)
+    }
+
+    /// Its components by state.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        Counts::of(&self.components)
+    }
+
+    /// If the alarms of all its components are suppressed, since it is maintained: the suppression that ends first.
+    #[must_use]
+    pub fn suppression(&self) -> Option<&Shelving> {
+        component::suppression(&self.components)
+    }
+
+    /// Its phase in words, or that it does not answer.
+    #[must_use]
+    pub fn condition(&self) -> &'static str {
+        match self.phase() {
+            _ if !self.answers() => "NOT ANSWERING",
+            Some(phase) => phase_in_words(phase),
+            None => "unknown phase",
+        }
+    }
+
+    /// How its condition is coloured.
+    #[must_use]
+    pub fn tone(&self) -> Tone {
+        let is_written = self.journal().is_none_or(|journal| !journal.is_failing);
+        if !self.answers() || self.has_several_processes() || !is_written {
+            return Tone::Alarm;
+        }
+        self.phase().map_or(Tone::Doubt, phase_tone)
+    }
+
+    /// Its latest status, unless that is of the past.
+    #[must_use]
+    pub fn present_status(&self) -> Option<&ModuleStatus> {
+        self.status.as_ref().filter(|_| !self.is_silent)
+    }
+
+    /// From the publishing of a sample to its diagnosis. Between clocks that differ, no time is measured.
+    #[must_use]
+    pub fn lag(&self) -> Option<String> {
+        self.timed().and_then(|status| status.lag_ms).map(span)
+    }
+
+    /// The age of its latest sample, under the same condition.
+    #[must_use]
+    pub fn sample_age(&self) -> Option<String> {
+        self.timed().and_then(|status| status.sample_age_ms).map(span)
+    }
+
+    fn timed(&self) -> Option<&ModuleStatus> {
+        self.present_status().filter(|status| status.clock_difference().is_none())
+    }
+
+    /// Its journal, as far as it reports.
+    #[must_use]
+    pub fn journal(&self) -> Option<JournalHealth> {
+        self.present_status().map(|status| JournalHealth::of(&status.journal))
+    }
+
+    /// What there is to say about it beside its condition, the journal apart.
+    #[must_use]
+    pub fn remarks(&self) -> String {
+        let mut remarks = Vec::new();
+        if self.answers() {
+            let change = self.latest_phase_change().filter(|_| !self.is_in_service());
+            remarks.extend(change.map(|change| printable(&change.reason)));
+            remarks.retain(|reason| !reason.is_empty());
+        } else {
+            remarks.extend(self.why_missed());
+        }
+        if self.has_several_processes() {
+            let what = "several processes run as this module, and a command may reach only one: end the others";
+            remarks.push(what.to_owned());
+        }
+        if self.answers() {
+            if self.status.is_none() {
+                remarks.push("publishes no status".to_owned());
+            }
+            if !self.present {
+                remarks.push("no liveliness token".to_owned());
+            }
+            let shelved = self.counts().set_aside;
+            match self.suppression() {
+                Some(shelving) => remarks.push(format!("suppressed {}", until(shelving))),
+                None if shelved > 0 => remarks.push(format!("{shelved} shelved")),
+                None => {}
+            }
+            let difference = self.present_status().and_then(ModuleStatus::clock_difference);
+            remarks.extend(difference.map(|difference| difference.to_string()));
+        }
+        remarks.join("; ")
+    }
+
+    /// Since when it does not answer, or how it is known that it should.
+    fn why_missed(&self) -> Option<String> {
+        let namers: Vec<&str> = self.peer_of.iter().map(ModuleName::as_str).collect();
+        if self.is_silent && self.heard_unix_ns > 0 {
+            Some(format!("nothing heard since {}", utc(self.heard_unix_ns)))
+        } else if self.present {
+            Some("is present, but does not report its components".to_owned())
+        } else if self.expected {
+            Some("expected".to_owned())
+        } else if !namers.is_empty() {
+            Some(format!("peer of {}", namers.join(", ")))
+        } else {
+            None
+        }
+    }
+
+    /// The row of a module whose verdicts are missing or cannot be relied on.
+    #[must_use]
+    pub fn row(&self) -> Option<StateRow> {
+        let is_failing = |journal: &JournalHealth| journal.is_failing;
+        let journal = self.journal().filter(is_failing).map(|journal| journal.to_string());
+        if self.is_in_service() && !self.has_several_processes() && journal.is_none() {
+            return None;
+        }
+        let is_maintained = self.suppression().is_some()
+            && self.answers()
+            && !self.has_several_processes()
+            && journal.is_none();
+        let tone = self.tone();
+        let urgency = match tone {
+            _ if is_maintained => Urgency::SetAside,
+            Tone::Alarm => Urgency::Unreliable,
+            _ => Urgency::Unknown,
+        };
+        let change = self.latest_phase_change().map(|change| change.time_unix_ns);
+        let since = match (self.is_silent, self.is_in_service()) {
+            (true, _) => Some(self.heard_unix_ns).filter(|heard| *heard > 0),
+            (false, true) => None,
+            (false, false) => change,
+        };
+        let unknown = self.components.iter().filter(|state| self.covers(state));
+        let unknown: Vec<_> = unknown.map(|state| state.component.clone()).collect();
+        let kind = match (self.components.len(), unknown.len()) {
+            (0, _) => "nothing is known of its components".to_owned(),
+            (_, 0) => String::new(),
+            (_, 1) => "1 component unknown".to_owned(),
+            (_, unknown) => format!("{unknown} components unknown"),
+        };
+        let words =
+            [self.remarks(), journal.map_or_else(String::new, |words| format!("journal: {words}"))];
+        let words: Vec<String> = words.into_iter().filter(|words| !words.is_empty()).collect();
+        Some(StateRow {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            component: None,
+            urgency,
+            tone,
+            sign: sign(tone),
+            state: self.condition().to_owned(),
+            is_set_aside: is_maintained,
+            is_covered: false,
+            since_unix_ns: since,
+            kind,
+            why: words.join("; "),
+            unknown,
+            measured: Measured::default(),
+        })
+    }
+
+    /// Whether nothing is known of this component because the module is not in service.
+    pub(super) fn covers(&self, state: &FaultTransition) -> bool {
+        !self.is_in_service() && component::is_unmonitored(state)
+    }
+
+    /// Nothing is called normal that is not known to be.
+    pub(super) fn doubt(&mut self) {
+        if self.is_silent {
+            let reason = "its diagnoser is not heard".to_owned();
+            let unknown = Unknown { since_unix_ns: self.heard_unix_ns, reason };
+            self.components.iter_mut().for_each(|state| component::silence(state, &unknown));
+            return;
+        }
+        let lack = self.lack();
+        self.components.iter_mut().for_each(|state| component::doubt(state, lack.as_ref()));
+    }
+
+    /// Since when and why it does not monitor its components, by what it reports of itself.
+    fn lack(&self) -> Option<Unknown> {
+        let phase = self.phase().filter(|phase| *phase != ModulePhase::InService)?;
+        let change = self.latest_phase_change();
+        let status = self.status.as_ref().map_or(0, |status| status.time_unix_ns);
+        Some(Unknown {
+            since_unix_ns: change.map_or(status, |change| change.time_unix_ns),
+            reason: change
+                .map_or_else(|| phase.as_str().to_owned(), |change| change.reason.clone()),
+        })
+    }
+}
+
+/// Whether a module's journal can be relied on. Displayed as `ok`, `none` or what is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JournalHealth {
+    /// Whether there is one.
+    pub is_kept: bool,
+    /// Whether nothing can be written at present.
+    pub is_failing: bool,
+    /// Everything that is wrong, in words.
+    pub problems: Vec<String>,
+}
+
+impl JournalHealth {
+    /// As a module reports it.
+    #[must_use]
+    pub fn of(journal: &JournalStatus) -> Self {
+        let counts =
+            [(journal.unsaved, "not saved"), (journal.lost, "lost"), (journal.damaged, "damaged")];
+        let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+        let problem = journal.problem.as_ref().map(|problem| printable(problem));
+        let problems =
+            problem.into_iter().chain(counts.map(|(count, what)| format!("{count} {what}")));
+        Self {
+            is_kept: journal.directory.is_some(),
+            is_failing: journal.problem.is_some(),
+            problems: problems.collect(),
+        }
+    }
+
+    /// Whether nothing is wrong with it.
+    #[must_use]
+    pub fn is_ok(&self) -> bool {
+        self.problems.is_empty()
+    }
+}
+
+impl std::fmt::Display for JournalHealth {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (&self.problems[..], self.is_kept) {
+            ([], true) => f.write_str("ok"),
+            ([], false) => f.write_str("none"),
+            (problems, _) => f.write_str(&problems.join(", ")),
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! What is known at one moment.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use names::{ComponentPath, ModuleName, StructureName};
+use wire::FaultTransition;
+
+use super::component::Counts;
+use super::module::ModuleView;
+use super::news::Event;
+
+/// Whether there is a network.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum NetworkState {
+    /// A session is being opened.
+    #[default]
+    Opening,
+    /// There is a session. Whether any module answers over it, the modules show.
+    Open,
+    /// No session could be opened, for this reason; it is retried.
+    Failed(String),
+    /// The session has ended.
+    Closed,
+}
+
+/// What is known at one moment. Nothing in it is called normal that is not known to be.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scene {
+    /// Grows with every change.
+    pub number: u64,
+    /// When it was made, by the clock here \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// Whether there is a network.
+    pub network: NetworkState,
+    /// Whether modules were asked for the states of their components and may still answer.
+    pub is_asking: bool,
+    /// The modules, by structure and name.
+    pub modules: Vec<ModuleView>,
+    /// The latest events, oldest first.
+    pub events: VecDeque<Arc<Event>>,
+    /// Refusals, and messages that could not be read, the latest last.
+    pub problems: VecDeque<String>,
+}
+
+impl Scene {
+    /// The components of all modules.
+    pub fn components(&self) -> impl Iterator<Item = &FaultTransition> {
+        self.modules.iter().flat_map(|module| &module.components)
+    }
+
+    /// A component of a structure; of any structure if none is named.
+    #[must_use]
+    pub fn component(
+        &self,
+        structure: Option<&StructureName>,
+        path: &ComponentPath,
+    ) -> Option<&FaultTransition> {
+        self.components().find(|known| {
+            known.component == *path && structure.is_none_or(|name| known.structure == *name)
+        })
+    }
+
+    /// A module of a structure; of any structure if none is named.
+    #[must_use]
+    pub fn module(
+        &self,
+        structure: Option<&StructureName>,
+        module: &ModuleName,
+    ) -> Option<&ModuleView> {
+        let is_meant = |known: &&ModuleView| {
+            known.module == *module
+                && structure.is_none_or(|name| known.structure.as_ref() == Some(name))
+        };
+        self.modules.iter().find(is_meant)
+    }
+
+    /// The modules of each structure. Modules that are only expected belong to none yet.
+    pub fn structures(&self) -> impl Iterator<Item = &[ModuleView]> {
+        self.modules.chunk_by(|a, b| a.structure == b.structure)
+    }
+
+    /// Whether any module sent anything.
+    #[must_use]
+    pub fn has_heard_a_module(&self) -> bool {
+        let is_heard = |module: &ModuleView| module.present || module.heard_unix_ns > 0;
+        self.modules.iter().any(is_heard)
+    }
+
+    /// All of it in a sentence, which never says that all is well.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        if self.modules.is_empty() {
+            let is_open = self.network == NetworkState::Open;
+            let words = if is_open { "no module answers" } else { "no network: nothing is known" };
+            return words.to_owned();
+        }
+        let missing = self.modules.iter().filter(|module| !module.is_in_service()).count();
+        let mut parts = Vec::new();
+        if missing > 0 {
+            parts.push(format!("{missing} of {} modules not in service", self.modules.len()));
+        }
+        parts.push(Counts::of(self.components()).words());
+        if self.network != NetworkState::Open {
+            parts.push("as it was when there was a network".to_owned());
+        }
+        parts.join("; ")
+    }
+}

@@ -1,0 +1,350 @@
+//! What is known of all structures, by what was heard and when: events and the time go in, a [`Scene`] comes out.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
+use std::time::Duration;
+
+use names::{ComponentPath, ModuleName, StructureName};
+use wire::keys::PLANT;
+use wire::{FaultTransition, Key, ModuleStatus, Topic, Unknown};
+
+use super::component;
+use super::module::ModuleView;
+use super::news::{Event, News};
+use super::scene::{NetworkState, Scene};
+
+/// A status comes once a second; after this time without any message a module is silent.
+const SILENT_AFTER: Duration = Duration::from_secs(3);
+/// Events and problems that are kept.
+const EVENTS: usize = 500;
+const PROBLEMS: usize = 20;
+
+/// A module with the processes that have answered the present question so far.
+#[derive(Debug)]
+struct Known {
+    view: ModuleView,
+    answering: BTreeSet<String>,
+}
+
+/// Everything that is known.
+#[derive(Debug, Default)]
+pub struct Structures {
+    modules: BTreeMap<(Option<StructureName>, ModuleName), Known>,
+    events: VecDeque<Arc<Event>>,
+    problems: VecDeque<String>,
+    last_event: u64,
+    network: NetworkState,
+    is_asking: bool,
+}
+
+impl Structures {
+    /// Modules that are expected stay in the scene, heard or not.
+    #[must_use]
+    pub fn new(structure: Option<&StructureName>, expected: Vec<ModuleName>) -> Self {
+        let mut structures = Self::default();
+        for module in expected {
+            let view = ModuleView::new(structure.cloned(), module.clone());
+            let view = ModuleView { expected: true, ..view };
+            let known = Known { view, answering: BTreeSet::new() };
+            structures.modules.insert((structure.cloned(), module), known);
+        }
+        structures
+    }
+
+    /// The network is like this now.
+    pub fn network(&mut self, state: NetworkState) {
+        self.network = state;
+    }
+
+    /// Takes something that happened; returns it with its number and time.
+    pub fn news(&mut self, news: News, now_unix_ns: u64) -> Arc<Event> {
+        match &news {
+            News::Fault(transition) => self.state((**transition).clone(), None, now_unix_ns),
+            News::Identification(found) => {
+                let module = self.module(&found.structure, &found.module);
+                component::identify(&mut module.view.components, found);
+            }
+            News::Phase(change) => {
+                let view = &mut self.module(&change.structure, &change.module).view;
+                (view.phase_change, view.heard_unix_ns) = (Some(change.clone()), now_unix_ns);
+            }
+            News::Presence { structure, who, there } => {
+                // The plant has a token too, and is no module.
+                if let Ok(module) = who.parse::<ModuleName>()
+                    && who != PLANT
+                {
+                    self.module(structure, &module).view.present = *there;
+                }
+            }
+            News::Unreadable { key, problem } => {
+                self.problem(format!("{key}: {problem}"));
+                self.unreadable(key, problem, now_unix_ns);
+            }
+            News::SeveralProcesses { .. } | News::Missed { .. } | News::Lost { .. } => {}
+        }
+        self.last_event += 1;
+        let event = Event { number: self.last_event, time_unix_ns: now_unix_ns, news };
+        let event = Arc::new(event);
+        keep(&mut self.events, event.clone(), EVENTS);
+        event
+    }
+
+    /// Takes a status.
+    pub fn status(&mut self, status: ModuleStatus, now_unix_ns: u64) {
+        for peer in &status.peers {
+            let named = self.module(&status.structure, &peer.module);
+            named.view.peer_of.insert(status.module.clone());
+        }
+        let view = &mut self.module(&status.structure, &status.module).view;
+        (view.heard_unix_ns, view.status) = (now_unix_ns, Some(status));
+    }
+
+    /// Takes the state of a component: as it was published, or as a process answered. What is older than what is known is
+    /// passed over.
+    pub fn state(&mut self, state: FaultTransition, process: Option<String>, now_unix_ns: u64) {
+        let module = self.module(&state.structure, &state.module);
+        module.view.heard_unix_ns = now_unix_ns;
+        module.answering.extend(process);
+        component::enter(&mut module.view.components, state);
+    }
+
+    /// Takes a message or an answer that cannot be read. If it is about the state of a component, whether that is normal is
+    /// unknown until one that can be read follows.
+    pub fn unreadable(&mut self, key: &str, problem: &str, now_unix_ns: u64) {
+        if let Ok(Key::Module { structure, module, topic: Topic::Fault(component) }) = key.parse() {
+            let reason = format!("its state cannot be read: {problem}");
+            let unknown = Unknown { since_unix_ns: now_unix_ns, reason };
+            let components = &mut self.module(&structure, &module).view.components;
+            component::unreadable(
+                components,
+                structure,
+                ComponentPath { module, component },
+                unknown,
+            );
+        }
+    }
+
+    /// A question was refused, or a message could not be read.
+    pub fn problem(&mut self, problem: String) {
+        if !self.problems.contains(&problem) {
+            keep(&mut self.problems, problem, PROBLEMS);
+        }
+    }
+
+    /// All modules are asked for the states of their components.
+    pub fn asked(&mut self) {
+        self.is_asking = true;
+    }
+
+    /// No more answers come to that question.
+    pub fn answered(&mut self) {
+        self.is_asking = false;
+        for known in self.modules.values_mut() {
+            known.view.processes = std::mem::take(&mut known.answering);
+        }
+    }
+
+    fn module(&mut self, structure: &StructureName, module: &ModuleName) -> &mut Known {
+        // An expected module of no certain structure is this one.
+        if let Some(mut known) = self.modules.remove(&(None, module.clone())) {
+            known.view.structure = Some(structure.clone());
+            self.modules.insert((Some(structure.clone()), module.clone()), known);
+        }
+        let key = (Some(structure.clone()), module.clone());
+        self.modules.entry(key).or_insert_with_key(|(structure, module)| Known {
+            view: ModuleView::new(structure.clone(), module.clone()),
+            answering: BTreeSet::new(),
+        })
+    }
+
+    /// What is known now.
+    #[must_use]
+    pub fn scene(&self, number: u64, now_unix_ns: u64) -> Scene {
+        let structures: BTreeSet<_> =
+            self.modules.keys().filter_map(|(structure, _)| structure.as_ref()).collect();
+        let view = |known: &Known| {
+            let mut view = known.view.clone();
+            let quiet_ns = u128::from(now_unix_ns.saturating_sub(view.heard_unix_ns));
+            view.is_silent = quiet_ns >= SILENT_AFTER.as_nanos();
+            view.doubt();
+            // A module that was not seen is one of the only structure.
+            if view.structure.is_none() && structures.len() == 1 {
+                view.structure = structures.first().copied().cloned();
+            }
+            view
+        };
+        let mut modules: Vec<ModuleView> = self.modules.values().map(view).collect();
+        modules.sort_by(|a, b| (&a.structure, &a.module).cmp(&(&b.structure, &b.module)));
+        Scene {
+            number,
+            time_unix_ns: now_unix_ns,
+            network: self.network.clone(),
+            is_asking: self.is_asking,
+            modules,
+            events: self.events.clone(),
+            problems: self.problems.clone(),
+        }
+    }
+}
+
+fn keep<T>(kept: &mut VecDeque<T>, item: T, most: usize) {
+    if kept.len() == most {
+        kept.pop_front();
+    }
+    kept.push_back(item);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use wire::{Agreement, Condition, FaultState, ModulePhase, PhaseChange};
+
+    const SECOND: u64 = 1_000_000_000;
+
+    fn transition(incarnation: u64, sequence: u64, state: FaultState) -> FaultTransition {
+        let component = "m1/sensor/g1".parse().unwrap();
+        let untouched = FaultTransition::untouched("tower".parse().unwrap(), component, 5);
+        let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
+        FaultTransition { incarnation, sequence, state, condition: Some(condition), ..untouched }
+    }
+
+    fn token(module: &str, there: bool) -> News {
+        News::Presence { structure: "tower".parse().unwrap(), who: module.to_owned(), there }
+    }
+
+    fn phase(phase: ModulePhase, time_unix_ns: u64) -> News {
+        News::Phase(PhaseChange {
+            structure: "tower".parse().unwrap(),
+            module: "m1".parse().unwrap(),
+            phase,
+            before: None,
+            run: None,
+            step: None,
+            reason: String::new(),
+            time_unix_ns,
+        })
+    }
+
+    fn state(scene: &Scene) -> FaultState {
+        scene.modules[0].components[0].state
+    }
+
+    fn silent(scene: &Scene) -> Vec<(&str, bool)> {
+        scene.modules.iter().map(|module| (module.module.as_str(), module.is_silent)).collect()
+    }
+
+    #[test]
+    fn what_is_not_heard_any_more_is_not_called_normal_and_a_fault_stays_one() {
+        for (known, later) in
+            [(FaultState::Normal, FaultState::Unknown), (FaultState::Latched, FaultState::Latched)]
+        {
+            let mut structures = Structures::default();
+            structures.status(testing::status("m1", &[]), 7 * SECOND);
+            structures.state(transition(7, 1, known), None, 7 * SECOND);
+            let scene = structures.scene(1, 8 * SECOND);
+            assert_eq!((state(&scene), scene.modules[0].is_silent), (known, false));
+            let scene = structures.scene(2, 10 * SECOND);
+            assert_eq!((state(&scene), scene.modules[0].is_silent), (later, true));
+            assert_eq!(scene.modules[0].heard_unix_ns, 7 * SECOND);
+            structures.status(testing::status("m1", &[]), 11 * SECOND);
+            assert_eq!(state(&structures.scene(3, 11 * SECOND)), known);
+        }
+    }
+
+    #[test]
+    fn a_component_whose_state_cannot_be_read_is_not_called_normal() {
+        let mut structures = Structures::default();
+        structures.status(testing::status("m1", &[]), SECOND);
+        let unreadable = |structures: &mut Structures| {
+            let key = "trusswatch/tower/m1/fault/sensor/g1".to_owned();
+            structures.news(News::Unreadable { key, problem: "unknown word".to_owned() }, SECOND);
+        };
+        unreadable(&mut structures);
+        assert_eq!(state(&structures.scene(1, SECOND)), FaultState::Unknown);
+        structures.state(transition(7, 1, FaultState::Normal), None, SECOND);
+        assert_eq!(state(&structures.scene(2, SECOND)), FaultState::Normal);
+        unreadable(&mut structures);
+        assert_eq!(state(&structures.scene(3, SECOND)), FaultState::Unknown);
+        structures.state(transition(7, 2, FaultState::Latched), None, SECOND);
+        unreadable(&mut structures);
+        assert_eq!(state(&structures.scene(4, SECOND)), FaultState::Latched);
+    }
+
+    #[test]
+    fn the_plant_is_no_module_of_the_scene() {
+        let mut structures = Structures::default();
+        for who in ["plant", "m1"] {
+            structures.news(token(who, true), SECOND);
+        }
+        let scene = structures.scene(1, SECOND);
+        let modules = scene.modules.iter().map(|module| module.module.as_str());
+        assert_eq!((modules.collect::<Vec<_>>(), scene.events.len()), (vec!["m1"], 2));
+    }
+
+    #[test]
+    fn an_answer_that_was_overtaken_changes_nothing() {
+        let mut structures = Structures::default();
+        structures.status(testing::status("m1", &[]), SECOND);
+        let latched = News::Fault(Box::new(transition(7, 2, FaultState::Latched)));
+        structures.news(latched, SECOND);
+        structures.state(transition(7, 1, FaultState::Normal), None, SECOND);
+        let scene = structures.scene(1, SECOND);
+        assert_eq!(state(&scene), FaultState::Latched);
+        assert_eq!(scene.events.iter().map(|event| event.number).collect::<Vec<_>>(), [1]);
+    }
+
+    #[test]
+    fn the_later_of_two_transitions_counts_and_a_wiped_state_is_later_than_any_before() {
+        let mut structures = Structures::default();
+        let mut present = |incarnation, sequence| {
+            structures.state(transition(incarnation, sequence, FaultState::Normal), None, SECOND);
+            structures.scene(1, SECOND).modules[0].components[0].place()
+        };
+        assert_eq!(present(7, 7), (7, 7));
+        assert_eq!(present(7, 6), (7, 7));
+        assert_eq!(present(100, 2), (100, 2));
+        assert_eq!(present(7, 8), (100, 2));
+        assert_eq!(present(200, 0), (200, 0));
+    }
+
+    #[test]
+    fn expected_modules_and_named_peers_stand_in_the_scene_though_they_are_never_heard() {
+        let expected = vec!["m1".parse().unwrap(), "m9".parse().unwrap()];
+        let mut structures = Structures::new(None, expected);
+        assert_eq!(silent(&structures.scene(1, 9 * SECOND)), [("m1", true), ("m9", true)]);
+        structures.status(testing::status("m1", &["m2"]), 9 * SECOND);
+        let scene = structures.scene(2, 9 * SECOND);
+        assert_eq!(silent(&scene), [("m1", false), ("m2", true), ("m9", true)]);
+        assert!(scene.modules[1].peer_of.contains(&"m1".parse().unwrap()));
+        assert!(scene.modules[2].expected && scene.modules[2].structure.is_some());
+    }
+
+    #[test]
+    fn the_later_message_on_the_phase_counts_and_a_token_can_go() {
+        let mut structures = Structures::default();
+        structures.news(token("m1", true), SECOND);
+        structures.news(phase(ModulePhase::Waiting, 3), SECOND);
+        structures.status(testing::status("m1", &[]), SECOND);
+        structures.news(token("m1", false), SECOND);
+        let module = structures.scene(1, SECOND).modules.remove(0);
+        assert_eq!((module.phase(), module.present), (Some(ModulePhase::InService), false));
+        structures.news(phase(ModulePhase::Stale, 7), SECOND);
+        assert_eq!(structures.scene(1, SECOND).modules[0].phase(), Some(ModulePhase::Stale));
+    }
+
+    #[test]
+    fn the_processes_that_answered_one_question_are_counted() {
+        let mut structures = Structures::default();
+        let mut answered = |processes: &[&str]| {
+            structures.asked();
+            for process in processes {
+                let state = transition(7, 1, FaultState::Normal);
+                structures.state(state, Some((*process).to_owned()), SECOND);
+            }
+            structures.answered();
+            structures.scene(1, SECOND).modules[0].processes.len()
+        };
+        assert_eq!([answered(&["a", "b"]), answered(&["a"])], [2, 1]);
+    }
+}

@@ -1,0 +1,328 @@
+//! What is urgent, what is well, and how it is worded, whichever view shows it.
+
+use std::time::Duration;
+
+use names::StructureName;
+use wire::{
+    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, PhaseChange, Unknown,
+};
+use wording::Tone;
+
+use super::*;
+use crate::testing::{
+    acknowledged, agreeing, at, identification, journaled, module, mute, scene, shelved, state,
+    suppressed,
+};
+
+const SECOND: u64 = 1_000_000_000;
+
+fn normal() -> FaultTransition {
+    state("m1/sensor/g1", FaultState::Normal)
+}
+
+fn in_service(components: Vec<FaultTransition>) -> ModuleView {
+    module("m1", ModulePhase::InService, components)
+}
+
+fn is_well(modules: Vec<ModuleView>) -> bool {
+    all_is_well(&scene(modules))
+}
+
+fn listed(modules: &[ModuleView]) -> Vec<String> {
+    alarms(modules).iter().map(StateRow::name).collect()
+}
+
+/// Of a module whose samples have stopped.
+fn unmonitored(component: &str) -> FaultTransition {
+    let reason = "no sample for 500 ms".to_owned();
+    let unknown = Unknown { since_unix_ns: 2 * SECOND, reason };
+    state(component, FaultState::Normal).while_unknown(unknown)
+}
+
+#[test]
+fn faults_doubts_and_silences_are_not_well() {
+    let with = |of_component| is_well(vec![in_service(vec![state("m1/sensor/g1", of_component)])]);
+    for harmless in [FaultState::Normal, FaultState::Tentative, FaultState::Explained] {
+        assert!(with(harmless), "{harmless}");
+    }
+    let troubles = [
+        FaultState::Latched,
+        FaultState::Acknowledged,
+        FaultState::Unconfirmed,
+        FaultState::Unknown,
+    ];
+    for trouble in troubles {
+        assert!(!with(trouble), "{trouble}");
+    }
+    for phase in [ModulePhase::Stale, ModulePhase::Waiting, ModulePhase::Initialising] {
+        assert!(!is_well(vec![module("m1", phase, vec![normal()])]), "{phase:?}");
+    }
+    assert!(!is_well(vec![in_service(vec![normal()]), mute("m2", Some("m1"))]));
+    let silent = ModuleView { is_silent: true, ..in_service(vec![normal()]) };
+    assert!(!is_well(vec![silent]));
+    assert!(!is_well(vec![in_service(Vec::new())]), "it does not answer");
+    assert!(!is_well(Vec::new()));
+}
+
+#[test]
+fn what_is_shelved_or_suppressed_does_not_count_and_the_rest_does() {
+    let gage = |of_component| state("m1/sensor/g1", of_component);
+    let other = |of_component| state("m1/sensor/g2", of_component);
+    let of = |phase, components| is_well(vec![module("m1", phase, components)]);
+    let stale = ModulePhase::Stale;
+    for trouble in [FaultState::Latched, FaultState::Unconfirmed, FaultState::Unknown] {
+        let beside = |second| vec![shelved(gage(trouble)), other(second)];
+        assert!(of(ModulePhase::InService, beside(FaultState::Normal)), "{trouble}");
+        assert!(!of(ModulePhase::InService, beside(FaultState::Latched)), "another, {trouble}");
+        assert!(!of(stale, beside(FaultState::Normal)), "the module is not suppressed");
+    }
+    let unknown = || suppressed(gage(FaultState::Unknown));
+    for phase in [stale, ModulePhase::Waiting, ModulePhase::Initialising] {
+        assert!(of(phase, vec![unknown(), suppressed(other(FaultState::Latched))]));
+        assert!(!of(phase, vec![unknown(), other(FaultState::Normal)]), "not all of it");
+    }
+}
+
+#[test]
+fn without_a_status_only_a_structure_whose_modules_are_expected_is_well() {
+    let without_status = |expected| {
+        let mut one = in_service(vec![normal()]);
+        let status = one.status.take().unwrap();
+        one.phase_change = Some(PhaseChange {
+            structure: status.structure,
+            module: status.module,
+            phase: ModulePhase::InService,
+            before: None,
+            run: None,
+            step: None,
+            reason: String::new(),
+            time_unix_ns: 1,
+        });
+        ModuleView { expected, ..one }
+    };
+    assert!(!is_well(vec![without_status(false)]));
+    assert!(is_well(vec![without_status(true)]));
+    assert!(!is_well(vec![at("mast", without_status(true)), without_status(true)]));
+}
+
+#[test]
+fn two_processes_of_one_module_are_not_well() {
+    let mut seen = in_service(vec![normal()]);
+    seen.processes.insert("a1".to_owned());
+    assert!(is_well(vec![seen.clone()]));
+    seen.processes.insert("b2".to_owned());
+    assert!(seen.remarks().contains("end the others") && !is_well(vec![seen]));
+    let mut reported = in_service(vec![normal()]);
+    reported.status.as_mut().unwrap().another_process = true;
+    assert!(!is_well(vec![reported]));
+}
+
+/// A module in service that reports this of its journal.
+fn journaling(journal: JournalStatus) -> ModuleView {
+    let mut module = in_service(vec![normal()]);
+    module.status.as_mut().unwrap().journal = journal;
+    module
+}
+
+#[test]
+fn a_journal_is_ok_only_if_nothing_is_wrong_with_it() {
+    let kept = JournalStatus { directory: Some("/var".to_owned()), ..JournalStatus::default() };
+    let words = |journal: &JournalStatus| {
+        let health = JournalHealth::of(journal);
+        (health.to_string(), health.is_ok())
+    };
+    assert_eq!(words(&kept), ("ok".to_owned(), true));
+    assert_eq!(words(&JournalStatus::default()), ("none".to_owned(), true));
+    let lost = JournalStatus { lost: 1, ..kept.clone() };
+    assert_eq!(words(&lost), ("1 lost".to_owned(), false));
+    let damaged = JournalStatus { damaged: 2, ..kept.clone() };
+    assert_eq!(words(&damaged), ("2 damaged".to_owned(), false));
+    let problem = Some("disk full\u{1b}".to_owned());
+    let full = JournalStatus { problem, unsaved: 3, ..kept.clone() };
+    assert_eq!(words(&full), (r"disk full\u{1b}, 3 not saved".to_owned(), false));
+    // What was lost is history; what cannot be written needs an operator now.
+    for past in [kept, lost, damaged] {
+        assert!(is_well(vec![journaling(past)]));
+    }
+    let failing = journaling(full);
+    assert_eq!(
+        alarms(std::slice::from_ref(&failing))[0].why,
+        r"journal: disk full\u{1b}, 3 not saved"
+    );
+    assert!(!is_well(vec![failing]));
+}
+
+#[test]
+fn between_clocks_that_differ_no_time_is_measured() {
+    let mut module = in_service(vec![normal()]);
+    let status = module.status.as_mut().unwrap();
+    (status.lag_ms, status.sample_age_ms) = (Some(1.2), Some(3.0));
+    assert_eq!(module.lag().zip(module.sample_age()).unwrap(), ("1.2 ms".into(), "3.0 ms".into()));
+    let status = module.status.as_mut().unwrap();
+    (status.lag_ms, status.sample_age_ms) = (Some(-3_600_000.0), Some(-3_599_000.0));
+    assert_eq!((module.lag(), module.sample_age()), (None, None));
+    let remark = "its clock is 3600 s behind the publisher's; check time synchronisation";
+    assert_eq!(module.remarks(), remark);
+}
+
+#[test]
+fn an_unreliable_module_stands_between_faults_and_doubts_and_for_its_unknown_components() {
+    let mut faulty = in_service(vec![
+        state("m1/sensor/g1", FaultState::Unconfirmed),
+        FaultTransition { sequence: 1, ..state("m1/sensor/g2", FaultState::Latched) },
+        FaultTransition {
+            sequence: 2,
+            time_unix_ns: 9,
+            ..state("m1/sensor/g3", FaultState::Latched)
+        },
+        state("m1/sensor/g4", FaultState::Normal),
+    ]);
+    let silent = ModuleView {
+        is_silent: true,
+        components: vec![unmonitored("m2/sensor/g1"), state("m2/sensor/g2", FaultState::Latched)],
+        ..module("m2", ModulePhase::InService, Vec::new())
+    };
+    let warming_up = module("m3", ModulePhase::Initialising, vec![unmonitored("m3/sensor/g1")]);
+    let modules = [faulty.clone(), silent, warming_up];
+    let expected = ["m1/sensor/g2", "m1/sensor/g3", "m2/sensor/g2", "m2", "m1/sensor/g1", "m3"];
+    assert_eq!(listed(&modules), expected);
+    let row = &alarms(&modules)[3];
+    assert_eq!((row.state.as_str(), row.kind.as_str()), ("NOT ANSWERING", "1 component unknown"));
+    assert_eq!(row.unknown, ["m2/sensor/g1".parse().unwrap()]);
+    assert_eq!(rows(&modules).len(), 9, "all of them");
+    faulty.components = vec![state("m1/sensor/g1", FaultState::Unknown)];
+    assert_eq!(listed(&[faulty]), ["m1/sensor/g1"], "its module is not the reason");
+}
+
+#[test]
+fn what_is_shelved_comes_after_what_needs_attention_and_is_never_hidden() {
+    let quiet = shelved(state("m1/sensor/g1", FaultState::Normal));
+    let known = shelved(state("m1/actuator/a1", FaultState::Latched));
+    let fault = state("m1/sensor/g2", FaultState::Acknowledged);
+    let explained = state("m1/sensor/g3", FaultState::Explained);
+    let maintained = module(
+        "m2",
+        ModulePhase::Stale,
+        vec![suppressed(state("m2/sensor/g1", FaultState::Unknown))],
+    );
+    let modules = [in_service(vec![known, quiet, fault, explained]), maintained];
+    let expected =
+        ["m1/sensor/g2", "m2", "m1/actuator/a1", "m2/sensor/g1", "m1/sensor/g3", "m1/sensor/g1"];
+    assert_eq!(listed(&modules), expected);
+    let rows = alarms(&modules);
+    let shelved = "shelved until 1970-01-01T02:00:00.000Z by ada: the gage is being rewired";
+    assert_eq!((rows[2].state.as_str(), rows[2].why.as_str()), ("latched, shelved", shelved));
+    let suppressed = "suppressed until 1970-01-01T02:00:00.000Z by ada: painting";
+    assert_eq!((rows[1].state.as_str(), rows[1].why.as_str()), ("STALE", suppressed));
+    assert_eq!(rows[5].state, "normal, not verified, shelved");
+    assert!(rows[1..4].iter().all(|row| row.urgency == Urgency::SetAside));
+}
+
+#[test]
+fn a_module_that_does_not_answer_says_how_it_is_known_of() {
+    let expected = ModuleView { expected: true, ..mute("m9", None) };
+    let present = ModuleView { present: true, ..mute("m8", None) };
+    let silent =
+        ModuleView { is_silent: true, heard_unix_ns: SECOND, ..in_service(vec![normal()]) };
+    let remarks = [mute("m3", Some("m1")), expected, present, silent].map(|module| {
+        assert_eq!((module.condition(), module.tone()), ("NOT ANSWERING", Tone::Alarm));
+        module.remarks()
+    });
+    let words = [
+        "peer of m1",
+        "expected",
+        "is present, but does not report its components",
+        "nothing heard since 1970-01-01T00:00:01.000Z",
+    ];
+    assert_eq!(remarks, words);
+}
+
+#[test]
+fn the_most_urgent_structure_comes_first_and_one_that_does_not_answer_is_not_well() {
+    let well = |structure| at(structure, in_service(vec![agreeing(normal())]));
+    let scene = scene(vec![
+        well("a"),
+        at("b", mute("m1", None)),
+        at("c", in_service(vec![state("m1/sensor/g1", FaultState::Latched)])),
+        well("c"),
+        at("d", module("m1", ModulePhase::Waiting, vec![normal()])),
+    ]);
+    let structures = structures(&scene);
+    let shown = structures.iter().map(|one| {
+        let name = one.structure.map_or("", StructureName::as_str);
+        (name, one.all_is_well, one.counts.latched, one.modules_in_service)
+    });
+    let expected = [("c", false, 1, 2), ("b", false, 0, 0), ("d", false, 0, 0), ("a", true, 0, 1)];
+    assert_eq!(shown.collect::<Vec<_>>(), expected);
+    assert_eq!((structures[3].counts.verified, structures[1].module_count), (1, 1));
+}
+
+#[test]
+fn the_whole_is_in_a_sentence_that_says_what_is_not_known() {
+    let verified = || in_service(vec![agreeing(normal())]);
+    assert_eq!(scene(vec![verified()]).summary(), "1 of 1 components are normal");
+    let some = vec![agreeing(normal()), state("m2/sensor/g1", FaultState::Normal)];
+    let words = "1 of 2 components are normal, 1 normal but not verified";
+    assert_eq!(scene(vec![in_service(some)]).summary(), words);
+    let stale =
+        vec![unmonitored("m2/sensor/g1"), shelved(state("m2/sensor/g2", FaultState::Latched))];
+    let others = scene(vec![verified(), module("m2", ModulePhase::Stale, stale)]);
+    let words = "1 of 2 modules not in service; 1 of 3 components are normal, 1 latched, 1 unknown, \
+                 1 shelved or suppressed";
+    assert_eq!(others.summary(), words);
+    let nothing = "1 of 1 modules not in service; nothing is known of any component";
+    assert_eq!(scene(vec![mute("m1", None)]).summary(), nothing);
+    let cut = Scene { network: NetworkState::Closed, ..scene(vec![verified()]) };
+    assert!(cut.summary().ends_with("; as it was when there was a network"));
+    assert_eq!(scene(Vec::new()).summary(), "no module answers");
+    assert_eq!(Scene::default().summary(), "no network: nothing is known");
+}
+
+fn line(news: News) -> (String, String, String) {
+    let line = EventLine::of(&Event { number: 1, time_unix_ns: 7, news });
+    (line.who, line.what, line.why)
+}
+
+#[test]
+fn each_kind_of_event_has_its_line() {
+    let of = |who: &str, what: &str, why: &str| (who.to_owned(), what.to_owned(), why.to_owned());
+    let structure: StructureName = "tower".parse().unwrap();
+    let latched = FaultTransition { detection_step: Some(names::Step(5)), ..journaled("m1", 1, 0) };
+    let fault = line(News::Fault(Box::new(latched)));
+    assert_eq!(fault, of("m1/sensor/g1", "latched", "changed at step 5"));
+    let fault = line(News::Fault(Box::new(acknowledged("m1", 2))));
+    let why = "acknowledged by ada@station: looks loose";
+    assert_eq!(fault, of("m1/sensor/g1", "acknowledged", why));
+    let found = line(News::Identification(Box::new(identification(false, &["bias", "drift"]))));
+    assert_eq!(found, of("m1/sensor/g2", "not identified", "bias or drift: not yet decided"));
+    let gone = News::Presence { structure: structure.clone(), who: "m2".to_owned(), there: false };
+    assert_eq!(line(gone), of("m2", "GONE", ""));
+    let module = "m1".parse().unwrap();
+    let several = line(News::SeveralProcesses { structure: structure.clone(), module });
+    let why = "several processes run as this module: end all but one";
+    assert_eq!(several, of("m1", "SEVERAL", why));
+    let (module, reason) = ("m1".parse().unwrap(), "refused".to_owned());
+    let missed = line(News::Missed { structure, module, from: 3, to: 4, reason });
+    assert_eq!(missed, of("m1", "MISSED", "transitions 3 to 4 could not be fetched: refused"));
+    let lost = line(News::Lost { count: 3 });
+    assert_eq!(lost, of("", "LOST", "3 events lost: they came faster than they were taken"));
+    let hostile =
+        line(News::Unreadable { key: "k".to_owned(), problem: "\x1b[2J\u{202e}".to_owned() });
+    assert_eq!(hostile, of("", "not understood", r"k: \u{1b}[2J\u{202e}"));
+}
+
+#[test]
+fn the_outcome_of_a_command_says_whether_anything_was_changed() {
+    let words = |outcome: OrderOutcome| outcome.words(OrderKind::Reset, "m1/sensor/g1");
+    let obeyed = |durable| OrderOutcome::Obeyed { state: FaultState::Normal, sequence: 7, durable };
+    assert_eq!(words(obeyed(true)), "m1/sensor/g1: reset: now normal, transition 7");
+    assert!(words(obeyed(false)).contains("carried out, but not saved: the disk of `m1`"));
+    let refused = OrderOutcome::from(Err(OrderError::Refused("busy\u{1b}".to_owned())));
+    assert_eq!(words(refused), r"m1/sensor/g1: refused: busy\u{1b}");
+    let unanswered = OrderOutcome::from(Err(OrderError::Unanswered(Duration::from_secs(3))));
+    let expected =
+        "m1/sensor/g1: no answer within 3s; the command may or may not have been carried out";
+    assert_eq!(words(unanswered), expected);
+    let not_sent = OrderOutcome::not_sent("there is no network");
+    assert_eq!(words(not_sent), "m1/sensor/g1: there is no network; no command was sent");
+}

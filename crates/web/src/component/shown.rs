@@ -1,0 +1,46 @@
+//! What is shown of a component.
+
+use maud::{Markup, PreEscaped, html};
+use wire::FaultTransition;
+
+use super::evidence::Evidence;
+use super::{facts, plot, trail};
+use crate::history;
+use crate::observed::Traces;
+use crate::part::{Part, part};
+use crate::view::View;
+
+/// What is shown of a component.
+pub(super) struct Shown<'a> {
+    pub(super) view: &'a View<'a>,
+    pub(super) transition: &'a FaultTransition,
+    pub(super) evidence: &'a Evidence,
+    pub(super) traces: &'a Traces,
+}
+
+impl Shown<'_> {
+    pub(super) fn parts(&self) -> Vec<Part> {
+        vec![
+            part("facts", facts::facts(self.view, self.transition)),
+            part("trail", trail::trail(self.view, self.transition, self.evidence)),
+            part("frame", self.frame()),
+            part("plot", plot::plot(self.transition, self.traces)),
+            part("journal", self.journal()),
+        ]
+    }
+
+    fn frame(&self) -> Markup {
+        match &self.evidence.frame {
+            None => html! { p.nothing { "It has no fault, so nothing is kept." } },
+            Some(Err(why)) => html! { p.nothing { "No freeze frame: " (why) "." } },
+            Some(Ok(drawing)) => html! { div.plot { (PreEscaped(drawing)) } },
+        }
+    }
+
+    fn journal(&self) -> Markup {
+        let Some(journal) = self.evidence.journal(&self.transition.module) else {
+            return html! { p.nothing { "Not read yet." } };
+        };
+        history::of_component(self.view, journal, &self.transition.component)
+    }
+}

@@ -1,0 +1,23 @@
+//! The freeze frame of a component's fault, drawn once for all pages.
+
+use std::sync::Arc;
+
+use wire::FaultTransition;
+
+use super::Observed;
+
+/// A drawing, or why there is none.
+pub(crate) type Frame = Result<Arc<str>, Arc<str>>;
+
+impl Observed {
+    /// What was seen around the latching of the fault that a component has, as SVG text.
+    pub(crate) async fn frame(&self, fault: &FaultTransition) -> Frame {
+        let Some(session) = self.session() else { return Err("there is no network".into()) };
+        let key = format!("{}/{}/{}", fault.structure, fault.component, fault.sequence);
+        let fetch = || async {
+            let frame = observer::freeze_frame_of(&session, fault, self.timeout).await;
+            frame.map(|frame| figure::freeze_frame::svg(&frame).into()).map_err(Into::into)
+        };
+        self.frames.get(key, fetch).await
+    }
+}

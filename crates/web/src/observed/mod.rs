@@ -1,0 +1,60 @@
+//! The structure as it is observed: the scene, and what is shown beside it, fetched once for all pages. A hundred open pages
+//! cost a module no more than one.
+//!
+//! | file | what |
+//! |---|---|
+//! | `answers` | answers of modules, kept for a moment |
+//! | `journals` | what a module's journal holds |
+//! | `frames` | the freeze frame of a component's fault |
+//! | `traces` | a module's divergences of the last minute |
+
+mod answers;
+mod frames;
+mod journals;
+mod traces;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use names::{ModuleName, StructureName};
+use observer::{Live, ModuleHistory, Scene};
+use zenoh::Session;
+
+use crate::hub::{Hub, LINGER};
+use answers::Answers;
+
+pub(crate) use frames::Frame;
+pub(crate) use traces::Traces;
+
+/// A journal grows, and a frame may not be there yet.
+const KEEP_JOURNAL: Duration = Duration::from_secs(2);
+const KEEP_FRAME: Duration = Duration::from_secs(3);
+
+/// The structure as it is observed.
+#[derive(Debug)]
+pub(crate) struct Observed {
+    pub(crate) live: Live,
+    /// How long an answer of a module is waited for.
+    pub(crate) timeout: Duration,
+    /// The divergences of each module that somebody looks at.
+    traces: Hub<(StructureName, ModuleName), Arc<Traces>>,
+    journals: Answers<(StructureName, ModuleName), Arc<ModuleHistory>>,
+    frames: Answers<String, Frame>,
+}
+
+impl Observed {
+    pub(crate) fn new(live: Live, timeout: Duration) -> Self {
+        let (journals, frames) = (Answers::new(KEEP_JOURNAL), Answers::new(KEEP_FRAME));
+        Self { live, timeout, traces: Hub::new(LINGER), journals, frames }
+    }
+
+    /// What is known now.
+    pub(crate) fn scene(&self) -> Arc<Scene> {
+        self.live.scene()
+    }
+
+    /// The session, once there is one.
+    pub(crate) fn session(&self) -> Option<Session> {
+        self.live.session()
+    }
+}
