@@ -1,6 +1,6 @@
 //! Runs the cases of any campaign: several at a time, those that are not done yet, until stopped.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
@@ -108,20 +108,22 @@ impl Engine<'_> {
         cases: &[u64],
     ) -> Result<Plants, StudyError> {
         let ids = cases.iter().map(|case| campaign.plant_of(*case));
-        let mut plants: BTreeMap<(usize, u64), Option<CommissionedPlant>> =
-            ids.filter_map(|(system, plant)| Some(((system, plant?), None))).collect();
-        let snippets = plants.keys().map(|id| campaign.systems()[id.0].snippets_per_plant()).sum();
-        if plants.is_empty() {
-            return Ok(Plants::new());
+        let ids: BTreeSet<(usize, u64)> =
+            ids.filter_map(|(system, plant)| Some((system, plant?))).collect();
+        let mut plants = Plants::new();
+        if ids.is_empty() {
+            return Ok(plants);
         }
+        let snippets = ids.iter().map(|id| campaign.systems()[id.0].snippets_per_plant()).sum();
         let advance = (self.begin)(Work::Commissioning, snippets);
-        for (id, plant) in &mut plants {
+        for id in ids {
             if self.stop.load(Ordering::Relaxed) {
                 break;
             }
-            *plant = Some(campaign.systems()[id.0].commission(id.1, self.jobs, &*advance)?);
+            let plant = campaign.systems()[id.0].commission(id.1, self.jobs, &*advance)?;
+            plants.insert(id, plant);
         }
-        Ok(plants.into_iter().filter_map(|(id, plant)| Some((id, plant?))).collect())
+        Ok(plants)
     }
 }
 
@@ -132,7 +134,8 @@ pub(crate) fn run_case<C: Campaign>(
     watch: Watch,
 ) -> Result<C::Row, StudyError> {
     let (system, plant) = campaign.plant_of(number);
-    let plant = plant.and_then(|plant| plants.get(&(system, plant)));
+    let plant = plant.map(|plant| plants.get(&(system, plant)).ok_or(StudyError::Interrupted));
+    let plant = plant.transpose()?;
     let case = campaign.draw(number, plant)?;
     let rig = match plant {
         Some(plant) => plant.rig(case.seed, case.faults.clone()),
@@ -144,7 +147,7 @@ pub(crate) fn run_case<C: Campaign>(
 /// One of several parts of a campaign that run apart from each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Which, from 0.
     pub number: u64,
     /// Of how many.
     pub of: u64,
@@ -155,7 +158,7 @@ impl Shard {
     #[must_use]
     pub fn cases(self, all: u64) -> Range<u64> {
         let end = |number: u64| (u128::from(all) * u128::from(number) / u128::from(self.of)) as u64;
-        end(self.number - 1)..end(self.number)
+        end(self.number)..end(self.number + 1)
     }
 }
 
@@ -174,8 +177,8 @@ impl FromStr for Shard {
             Some(Self { number: number.parse().ok()?, of: of.parse().ok()? })
         });
         parts
-            .filter(|shard| (1..=shard.of).contains(&shard.number))
-            .ok_or_else(|| "use K/N with K from 1 to N, e.g. 2/8".to_owned())
+            .filter(|shard| shard.number < shard.of)
+            .ok_or_else(|| "use K/N with K from 0 to N-1, e.g. 0/8".to_owned())
     }
 }
 
@@ -187,7 +190,7 @@ mod tests {
     fn shards_share_all_cases_among_themselves() {
         for all in [0, 1, 7, 100] {
             for of in [1, 3, 8] {
-                let shards = (1..=of).map(|number| Shard { number, of });
+                let shards = (0..of).map(|number| Shard { number, of });
                 let cases: Vec<u64> = shards.flat_map(|shard| shard.cases(all)).collect();
                 assert_eq!(cases, (0..all).collect::<Vec<_>>());
             }
@@ -197,7 +200,7 @@ mod tests {
     #[test]
     fn shards_are_read_as_they_are_written() {
         assert_eq!("2/8".parse::<Shard>().unwrap().to_string(), "2/8");
-        for wrong in ["0/8", "9/8", "2", "2/", "a/b", "1/0"] {
+        for wrong in ["8/8", "-1/8", "2", "2/", "a/b", "0/0"] {
             assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
         }
     }

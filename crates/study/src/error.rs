@@ -30,6 +30,9 @@ pub enum StudyError {
     /// A recording could not be written.
     #[error("cannot write the recording: {0}")]
     Write(#[from] std::io::Error),
+    /// It was stopped before the plant of a case was commissioned.
+    #[error("interrupted")]
+    Interrupted,
     /// A journal could not be written.
     #[error("cannot write `{}`: {error}", path.display())]
     File {

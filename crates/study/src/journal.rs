@@ -67,9 +67,9 @@ impl Header {
     /// No journal, or one that cannot be read.
     pub fn of(directory: &Path) -> Result<Self, StudyError> {
         let path = directory.join(FILE);
-        let text = fs::read_to_string(&path).map_err(|error| wrong(&path, &error))?;
+        let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
         let first = text.lines().next().unwrap_or_default();
-        serde_json::from_str(first).map_err(|error| wrong(&path, &error))
+        serde_json::from_str(first).map_err(|error| unreadable(&path, &error))
     }
 
     /// In what another request differs, if it does.
@@ -183,7 +183,7 @@ pub fn read_all<R: DeserializeOwned>(
     let mut all = Done::default();
     for directory in directories {
         let path = directory.join(FILE);
-        let text = fs::read_to_string(&path).map_err(|error| wrong(&path, &error))?;
+        let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let shard = Header::of(directory)?.shard;
         let done = parse(&path, &text[..whole], &Header { shard, ..header.clone() })?;
@@ -204,7 +204,8 @@ fn parse<R: DeserializeOwned>(
 ) -> Result<Done<R>, StudyError> {
     let mut done = Done::default();
     for (number, line) in text.lines().enumerate() {
-        let at = |error: serde_json::Error| wrong(path, &format!("line {}: {error}", number + 1));
+        let at =
+            |error: serde_json::Error| unreadable(path, &format!("line {}: {error}", number + 1));
         if number == 0 {
             let header: Header = serde_json::from_str(line).map_err(at)?;
             if let Some(difference) = header.difference(expected) {
@@ -223,6 +224,10 @@ fn parse<R: DeserializeOwned>(
         }
     }
     Ok(done)
+}
+
+fn unreadable(path: &Path, problem: &dyn Display) -> StudyError {
+    wrong(path, &format!("cannot be read: {problem}"))
 }
 
 fn wrong(path: &Path, problem: &dyn Display) -> StudyError {

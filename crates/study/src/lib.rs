@@ -24,7 +24,6 @@ mod statistics;
 mod system;
 pub mod tail;
 pub mod trace;
-mod truth;
 
 pub use calibration::{
     Calibration, ChannelPeaks, ModulePeaks, NominalRuns, Recording, StepOrder, plant,
@@ -38,4 +37,3 @@ pub use export::{RecordedChange, export};
 pub use rig::{Occurrence, Rig, RigError};
 pub use statistics::{Delays, Interval95, share_interval};
 pub use system::{CommissionedPlant, Controller, PlantRow, ReferenceRow, System};
-pub use truth::TruthIndex;

@@ -53,7 +53,8 @@ fn run<C: Campaign>(campaign: &C, directory: &Path, shard: Option<Shard>, stop_a
         Journal::open::<C::Row>(directory, &header(campaign, shard)).unwrap();
     let (before, all) = (done.rows.len() as u64, campaign.cases());
     let cases = shard.map_or(0..all, |shard| shard.cases(all));
-    let cases = cases.start..cases.end.min(cases.start + before + stop_after);
+    let stop_at = cases.start.saturating_add(before).saturating_add(stop_after);
+    let cases = cases.start..cases.end.min(stop_at);
     tower::engine(2).run(campaign, cases, &mut done, Some(&mut journal)).unwrap();
     done.rows.len() as u64 - before
 }
@@ -72,7 +73,7 @@ fn is_the_same_however_it_is_run<C: Campaign>(campaign: &C) {
     let at = |name: &str| directory.path().join(name);
     assert_eq!(run(campaign, &at("one"), None, u64::MAX), campaign.cases());
     let one = outcome(campaign, &[at("one")]);
-    let shards = (1..=3).map(|number| {
+    let shards = (0..3).map(|number| {
         let place = at(&number.to_string());
         run(campaign, &place, Some(Shard { number, of: 3 }), u64::MAX);
         place

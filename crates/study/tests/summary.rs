@@ -2,7 +2,7 @@
 
 use names::Step;
 use names::fault::{Fault, FaultKind};
-use study::scenarios::{Closest, Confusion, Conversation, Diagnosed, Found, Record, Summary};
+use study::scenarios::{Closest, Conversation, Diagnosed, Found, Record, Summary};
 use study::{Injection, Interval95, Rows};
 
 fn diagnosed(component: &str, detection: u64) -> Diagnosed {
@@ -45,16 +45,15 @@ fn exact_means_the_right_component_and_nothing_else_and_nothing_before() {
 
 #[test]
 fn samples_count_as_flagged_from_the_verdict_on() {
-    let confusion = |detections: &[u64]| {
+    let samples = |detections: &[u64]| {
         let diagnosed = detections.iter().map(|&at| diagnosed("m/sensor/g2", at)).collect();
-        let Confusion { true_positive, false_negative, false_positive, true_negative } =
-            record(bias(), diagnosed).confusion();
-        [true_positive, false_negative, false_positive, true_negative]
+        let of = record(bias(), diagnosed).samples();
+        [of.true_positive, of.false_negative, of.false_positive, of.true_negative]
     };
-    assert_eq!(confusion(&[]), [0, 400, 0, 600]);
-    assert_eq!(confusion(&[604, 610]), [390, 10, 0, 600]);
-    assert_eq!(confusion(&[494]), [400, 0, 100, 500]);
-    assert_eq!(confusion(&[2000]), [0, 400, 0, 600]);
+    assert_eq!(samples(&[]), [0, 400, 0, 600]);
+    assert_eq!(samples(&[604, 610]), [390, 10, 0, 600]);
+    assert_eq!(samples(&[494]), [400, 0, 100, 500]);
+    assert_eq!(samples(&[2000]), [0, 400, 0, 600]);
 }
 
 #[test]

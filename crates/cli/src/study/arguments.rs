@@ -9,7 +9,6 @@ use clap::{Args, Subcommand};
 use names::fault::FaultKind;
 use serde::{Deserialize, Serialize};
 use study::conditions::Situation;
-use study::identification::IdentificationSituation;
 use study::{Controller, Shard};
 
 use crate::table::WidthArguments;
@@ -130,7 +129,7 @@ pub(super) struct EngineArguments {
     /// Run one case only, and explain what happens in it
     #[arg(long, value_name = "K", conflicts_with_all = ["json", "out"])]
     pub(super) show: Option<u64>,
-    /// Run the K-th of N parts of the cases only; `trusswatch study merge` puts the parts together
+    /// Run part K of N of the cases only, K from 0 to N-1; `trusswatch study merge` puts the parts together
     #[arg(long, value_name = "K/N", requires = "out", conflicts_with_all = ["json", "show"])]
     pub(super) shard: Option<Shard>,
     #[command(flatten)]
@@ -264,8 +263,8 @@ pub(super) struct IdentifyArguments {
     #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
     pub(super) kind: Option<FaultKind>,
     /// Only faults in this situation
-    #[arg(long, value_name = "NAME", value_parser = named(IdentificationSituation::ALL, IdentificationSituation::as_str))]
-    pub(super) situation: Option<IdentificationSituation>,
+    #[arg(long, value_name = "NAME", value_parser = named(Situation::IDENTIFIED, Situation::as_str))]
+    pub(super) situation: Option<Situation>,
     /// Size of every fault that has one, in limits of its kind: the smallest that is found within about two seconds
     #[arg(long, value_name = "X", value_parser = |x: &str| within(x, 0.01..=1000.0))]
     pub(super) in_limits: Option<f64>,

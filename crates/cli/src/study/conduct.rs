@@ -82,7 +82,13 @@ fn run_campaign<C: Campaign>(
     let header = Header::new(request, campaign, asked.shard.map(|shard| shard.to_string()));
     let (mut journal, mut done) = match &asked.output.out {
         Some(directory) => {
-            let (journal, done) = Journal::open(directory, &header)?;
+            let (journal, done) =
+                Journal::open(directory, &header).map_err(|error| match error {
+                    StudyError::Journal { .. } => {
+                        Failure::input(format!("{error}; give another directory with `--out`"))
+                    }
+                    error => error.into(),
+                })?;
             (Some(journal), done)
         }
         None => (None, Done::default()),
@@ -262,9 +268,7 @@ impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::File { .. } | StudyError::Write(_) => Failure::runtime(error.to_string()),
-            StudyError::Journal { .. } => {
-                Failure::input(format!("{error}; give another directory with `--out`"))
-            }
+            StudyError::Interrupted => Failure::interrupted("interrupted"),
             _ => Failure::input(error.to_string()),
         }
     }

@@ -7,9 +7,10 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use names::ComponentPath;
+use names::fault::{Fault, FaultKind};
 use serde::Serialize;
 use study::scenarios::{Record, Scenarios};
-use study::{Campaign, RecordedChange, StudyError, TruthIndex, export, parallel};
+use study::{Campaign, RecordedChange, StudyError, export, parallel};
 
 use super::arguments::ExportArguments;
 use super::files::{self, cannot_write};
@@ -20,6 +21,20 @@ use crate::versioned;
 
 /// What came of the runs, by their number.
 type Recorded = BTreeMap<u64, (Record, Vec<RecordedChange>)>;
+
+/// A line of `truth.csv`. A nominal run has nothing in the last four columns.
+#[derive(Serialize)]
+struct TruthRow {
+    file: String,
+    number: u64,
+    seed: u64,
+    component: Option<ComponentPath>,
+    kind: Option<FaultKind>,
+    /// As `name=value`, separated by blanks.
+    parameters: Option<String>,
+    /// First step with the fault.
+    onset: Option<u64>,
+}
 
 /// A line of `changes.csv`.
 #[derive(Serialize)]
@@ -104,16 +119,24 @@ fn record(
 }
 
 fn write_truth(campaign: &Scenarios, directory: &Path, recorded: &Recorded) -> Result<(), Failure> {
-    let path = directory.join("truth.csv");
-    let text = || {
-        let mut index = TruthIndex::begin(Vec::new())?;
-        for (case, (record, _)) in recorded {
-            let number = case.checked_sub(campaign.scenarios).unwrap_or(*case);
-            index.add(&file_name(campaign, *case), number, record)?;
+    let rows = recorded.iter().map(|(case, (record, _))| {
+        let injection = record.injection.as_ref();
+        TruthRow {
+            file: file_name(campaign, *case),
+            number: case.checked_sub(campaign.scenarios).unwrap_or(*case),
+            seed: record.seed,
+            component: injection.map(|of| of.component.clone()),
+            kind: record.kind(),
+            parameters: injection.map(|of| parameters(&of.fault)),
+            onset: injection.map(|of| of.at.0),
         }
-        index.end()
-    };
-    files::write(&path, text().map_err(|error| cannot_write(&path, &error))?)
+    });
+    files::write_table(&directory.join("truth.csv"), rows)
+}
+
+fn parameters(fault: &Fault) -> String {
+    let named = |(name, value): (&str, f64)| format!("{name}={value:e}");
+    fault.parameters().into_iter().map(named).collect::<Vec<_>>().join(" ")
 }
 
 fn write_changes(

@@ -22,6 +22,10 @@ pub enum Situation {
     Second,
     /// A gage fails while a cylinder is hard over.
     DuringHardOver,
+    /// To be identified: nothing else happens.
+    Alone,
+    /// To be identified: a cylinder has leaked or been hard over for a second or less, and gages show its effects.
+    AfterEffects,
     /// A history: one fault that is repaired soon.
     Repaired,
     /// A history: one fault that comes and goes.
@@ -44,6 +48,10 @@ impl Situation {
         Self::DuringHardOver,
     ];
 
+    /// What else happens before a fault that is to be identified.
+    pub const IDENTIFIED: [Self; 4] =
+        [Self::Alone, Self::AfterEffects, Self::DuringHardOver, Self::Second];
+
     /// Random histories.
     pub const HISTORIES: [Self; 4] =
         [Self::Repaired, Self::Intermittent, Self::Overlapping, Self::Several];
@@ -59,6 +67,8 @@ impl Situation {
             Self::Drift => "drift",
             Self::Second => "second",
             Self::DuringHardOver => "during_hard_over",
+            Self::Alone => "alone",
+            Self::AfterEffects => "after_effects",
             Self::Repaired => "repaired",
             Self::Intermittent => "intermittent",
             Self::Overlapping => "overlapping",

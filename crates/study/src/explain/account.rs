@@ -118,7 +118,8 @@ impl<'a> Account<'a> {
         let (place, plant) = campaign.plant_of(number);
         let system = &campaign.systems()[place];
         let plants = engine.commission(campaign, &[number])?;
-        let plant = plant.and_then(|plant| plants.get(&(place, plant)));
+        let plant = plant.map(|plant| plants.get(&(place, plant)).ok_or(StudyError::Interrupted));
+        let plant = plant.transpose()?;
         let case = campaign.draw(number, plant)?;
         let mut observer = Observer::new(system, &case.faults);
         let mut watch = |rig: &Rig, occurrences: &[Occurrence]| {

@@ -51,7 +51,7 @@ impl Lines<'_> {
                 since(named.decided),
             ),
             Some(named) => format!(
-                "not exact: {component} was named {} after the fault began, but not all else is right",
+                "not exact: {component} was named {} after the fault began",
                 since(named.decided)
             ),
         };

@@ -6,9 +6,9 @@ use std::fmt;
 use names::fault::{Fault, FaultKind};
 use names::{ComponentPath, Step};
 use rand::{Rng, RngExt};
-use serde::{Deserialize, Serialize};
 
 use crate::case::{Case, Injection};
+use crate::conditions::Situation;
 use crate::draw::{Draw, gage_length_m};
 use crate::system::System;
 
@@ -21,44 +21,13 @@ const BEFORE_S: [f64; 2] = [6.0, 8.0];
 /// After the fault \[s\].
 const AFTER_S: f64 = 12.0;
 
-/// What else happens before the fault that is to be identified.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum IdentificationSituation {
-    /// Nothing.
-    Alone,
-    /// A cylinder leaks or is hard over, and gages show its effects, since a second or less.
-    AfterEffects,
-    /// A cylinder is hard over, for one to five seconds.
-    DuringHardOver,
-    /// Any other component is faulty, for one to ten seconds.
-    Second,
-}
-
-impl IdentificationSituation {
-    /// All of them.
-    pub const ALL: [Self; 4] =
-        [Self::Alone, Self::AfterEffects, Self::DuringHardOver, Self::Second];
-
-    /// Its name in files.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Alone => "alone",
-            Self::AfterEffects => "after_effects",
-            Self::DuringHardOver => "during_hard_over",
-            Self::Second => "second",
-        }
-    }
-
-    /// When the other fault begins before the one to be identified \[s\].
-    fn earlier_s(self) -> Option<[f64; 2]> {
-        match self {
-            Self::Alone => None,
-            Self::AfterEffects => Some([0.2, 1.0]),
-            Self::DuringHardOver => Some([1.0, 5.0]),
-            Self::Second => Some([1.0, 10.0]),
-        }
+/// When the other fault begins before the one to be identified \[s\].
+fn earlier_s(situation: Situation) -> Option<[f64; 2]> {
+    match situation {
+        Situation::AfterEffects => Some([0.2, 1.0]),
+        Situation::DuringHardOver => Some([1.0, 5.0]),
+        Situation::Second => Some([1.0, 10.0]),
+        _ => None,
     }
 }
 
@@ -67,17 +36,16 @@ impl IdentificationSituation {
 pub struct IdentificationCases {
     /// Only this kind of fault; otherwise all take turns.
     pub kind: Option<FaultKind>,
-    /// Only in this situation; otherwise they take turns, nothing else happening in two of five.
-    pub situation: Option<IdentificationSituation>,
+    /// Only in this situation, one of [`Situation::IDENTIFIED`]; otherwise they take turns, nothing else happening in two of five.
+    pub situation: Option<Situation>,
     /// Every fault that has a size is so many times the limit of its kind.
     pub in_limits: Option<f64>,
 }
 
 impl IdentificationCases {
-    fn turn(self, number: u64) -> (FaultKind, IdentificationSituation) {
-        use IdentificationSituation::{AfterEffects, Alone, DuringHardOver, Second};
-        const TURNS: [IdentificationSituation; 5] =
-            [Alone, AfterEffects, Alone, DuringHardOver, Second];
+    fn turn(self, number: u64) -> (FaultKind, Situation) {
+        use Situation::{AfterEffects, Alone, DuringHardOver, Second};
+        const TURNS: [Situation; 5] = [Alone, AfterEffects, Alone, DuringHardOver, Second];
         let kinds = FaultKind::ALL.len() as u64;
         let kind = self.kind.unwrap_or(FaultKind::ALL[(number % kinds) as usize]);
         let round = if self.kind.is_some() { number } else { number / kinds };
@@ -112,7 +80,7 @@ fn limit(kind: FaultKind) -> Option<f64> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Subject {
     /// What else happens.
-    pub situation: IdentificationSituation,
+    pub situation: Situation,
     /// How many times the limit of its kind the fault is; `None` if it has no size.
     pub in_limits: Option<f64>,
 }
@@ -132,7 +100,7 @@ impl IdentificationCases {
         let seed = draw.generator.next_u64();
         let (kind, situation) = self.turn(number);
         let begin_s = draw.uniform(BEFORE_S);
-        let later_s = situation.earlier_s().map_or(0.0, |range| draw.uniform(range));
+        let later_s = earlier_s(situation).map_or(0.0, |range| draw.uniform(range));
         let begin = draw.steps(begin_s);
         let component = draw.component(kind, &[])?;
         let in_limits = limit(kind).map(|_| {
@@ -142,7 +110,7 @@ impl IdentificationCases {
         let fault = draw.fault(kind, &component, in_limits.unwrap_or(1.0));
         let at = Step(begin + draw.steps(later_s));
         let other = match situation {
-            IdentificationSituation::Alone => None,
+            Situation::Alone => None,
             _ => Some(draw.other(situation, Step(begin), &component)?),
         };
         let subject = Injection { at, until: None, component, fault };
@@ -195,7 +163,7 @@ impl Draw<'_> {
     /// What is wrong before, in another component, well above its limit.
     fn other(
         &mut self,
-        situation: IdentificationSituation,
+        situation: Situation,
         at: Step,
         taken: &ComponentPath,
     ) -> Option<Injection> {
@@ -206,11 +174,9 @@ impl Draw<'_> {
             FaultKind::HardOver,
         ];
         let kinds = match situation {
-            IdentificationSituation::DuringHardOver => &[FaultKind::HardOver],
-            IdentificationSituation::AfterEffects => OF_CYLINDERS,
-            IdentificationSituation::Alone | IdentificationSituation::Second => {
-                FaultKind::OF_RESIDUALS
-            }
+            Situation::DuringHardOver => &[FaultKind::HardOver],
+            Situation::AfterEffects => OF_CYLINDERS,
+            _ => FaultKind::OF_RESIDUALS,
         };
         let kind = self.one_of(kinds);
         let component = self.component(kind, std::slice::from_ref(taken))?;

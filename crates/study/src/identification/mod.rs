@@ -5,7 +5,7 @@ mod row;
 mod tables;
 mod tally;
 
-pub use draw::{IdentificationCases, IdentificationSituation, Subject};
+pub use draw::{IdentificationCases, Subject};
 pub use row::{IdentificationRow, Word};
 pub use tally::{
     IdentificationTally, KindRow, Right, SIZES_IN_LIMITS, SituationRow, Sizing, UNDECIDED_AFTER_S,

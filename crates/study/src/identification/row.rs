@@ -6,8 +6,9 @@ use names::fault::{Fault, FaultKind};
 use names::{ComponentPath, Step};
 use serde::{Deserialize, Serialize};
 
-use super::draw::{IdentificationSituation, Subject};
+use super::draw::Subject;
 use crate::case::{Case, Run};
+use crate::conditions::Situation;
 use crate::error::StudyError;
 use crate::rig::Occurrence;
 
@@ -43,7 +44,7 @@ impl Word {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IdentificationRow {
     /// What else happened.
-    pub situation: IdentificationSituation,
+    pub situation: Situation,
     /// The faulty component.
     pub component: ComponentPath,
     /// The fault in words.

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use names::fault::FaultKind;
 use serde::Serialize;
 
-use super::draw::IdentificationSituation;
 use super::row::{IdentificationRow, Word};
 use crate::campaign::Rows;
+use crate::conditions::Situation;
 use crate::statistics::{Interval95, nearest_rank, share_interval};
 
 /// Faults count for what is claimed from so many times the limit of their kind on.
@@ -147,7 +147,7 @@ pub struct IdentificationTally {
     /// The same at the end.
     pub sizes_in_the_end: BTreeMap<FaultKind, Sizing>,
     /// By situation; from twice the limit on.
-    pub situations: BTreeMap<IdentificationSituation, SituationRow>,
+    pub situations: BTreeMap<Situation, SituationRow>,
     /// By kind and size.
     pub undecided: BTreeMap<FaultKind, Vec<UndecidedBySize>>,
 }
@@ -274,7 +274,7 @@ mod tests {
 
     fn record(kind: FaultKind, in_limits: f64, words: Vec<Word>) -> IdentificationRow {
         IdentificationRow {
-            situation: IdentificationSituation::Alone,
+            situation: Situation::Alone,
             component: "m/sensor/g".parse().unwrap(),
             fault: String::new(),
             kind,

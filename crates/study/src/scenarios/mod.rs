@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use truss::Structure;
 
 pub use paper_table::{PAPER_TABLE, PaperTable};
-pub use record::{Closest, Confusion, Conversation, Diagnosed, Record};
+pub use record::{Closest, Conversation, Diagnosed, Record};
 pub(crate) use record::{Reading, diagnosed};
 pub use summary::{Found, Isolation, Nominal, READABLE, Summary};
 

@@ -1,17 +1,19 @@
 //! The paper's measure: shares of samples with and without a fault, flagged and not (Table 1).
 
+use std::ops::Add;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::record::{Confusion, Record};
+use super::record::Record;
 use crate::statistics::{Interval95, on_the_way};
 
 /// How often the scenarios are resampled for the intervals.
 const RESAMPLES: usize = 2000;
 
-/// Of samples by what is the case and what is said: shares, which sum to 1, or their intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+/// Of samples by what is the case and what is said: counts, shares, which sum to 1, or their intervals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct PaperTable<T> {
     /// Faulty and flagged.
     #[serde(rename = "tp")]
@@ -38,36 +40,38 @@ pub const PAPER_TABLE: PaperTable<f64> = PaperTable {
     accuracy: 0.2518 + 0.7360,
 };
 
-impl PaperTable<f64> {
-    fn of(confusions: impl Iterator<Item = Confusion>) -> Self {
-        let mut sums = [0.0; 4];
-        for confusion in confusions {
-            let Confusion { true_positive, false_negative, false_positive, true_negative } =
-                confusion;
-            let counts = [true_positive, false_negative, false_positive, true_negative];
-            sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count as f64);
-        }
-        let all: f64 = sums.iter().sum();
-        let all = if all > 0.0 { all } else { 1.0 };
-        let [true_positive, false_negative, false_positive, true_negative] =
-            sums.map(|sum| sum / all);
+impl<T: Copy + Add<Output = T>> PaperTable<T> {
+    /// Of true positives, false negatives, false positives and true negatives.
+    pub(super) fn of(cells: [T; 4]) -> Self {
+        let [true_positive, false_negative, false_positive, true_negative] = cells;
         let accuracy = true_positive + true_negative;
         Self { true_positive, false_negative, false_positive, true_negative, accuracy }
     }
 }
 
+fn shares(counts: impl Iterator<Item = PaperTable<u64>>) -> PaperTable<f64> {
+    let mut sums = [0.0; 4];
+    for of in counts {
+        let counts = [of.true_positive, of.false_negative, of.false_positive, of.true_negative];
+        sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count as f64);
+    }
+    let all: f64 = sums.iter().sum();
+    let all = if all > 0.0 { all } else { 1.0 };
+    PaperTable::of(sums.map(|sum| sum / all))
+}
+
 /// The shares of these scenarios, and their intervals: percentiles over scenarios resampled with
 /// replacement (Efron's bootstrap; the samples of one scenario are no independent observations).
 pub(super) fn of(scenarios: &[&Record]) -> (PaperTable<f64>, PaperTable<Interval95>) {
-    let confusions: Vec<Confusion> = scenarios.iter().map(|record| record.confusion()).collect();
-    let table = PaperTable::of(confusions.iter().copied());
+    let counts: Vec<PaperTable<u64>> = scenarios.iter().map(|record| record.samples()).collect();
+    let table = shares(counts.iter().copied());
     // Seeded by nothing: the same records give the same intervals.
     let mut generator = ChaCha8Rng::seed_from_u64(0);
     let mut resampled = || {
-        let draw = |_| confusions[generator.random_range(0..confusions.len())];
-        PaperTable::of((0..confusions.len()).map(draw))
+        let draw = |_| counts[generator.random_range(0..counts.len())];
+        shares((0..counts.len()).map(draw))
     };
-    let resamples: Vec<PaperTable<f64>> = match confusions.len() {
+    let resamples: Vec<PaperTable<f64>> = match counts.len() {
         0 => vec![table],
         _ => (0..RESAMPLES).map(|_| resampled()).collect(),
     };

@@ -5,6 +5,7 @@ use names::fault::FaultKind;
 use names::{Component, ComponentPath, Step};
 use serde::{Deserialize, Serialize};
 
+use super::paper_table::PaperTable;
 use crate::case::{Case, Injection, Run};
 use crate::draw::gage_length_m;
 use crate::error::StudyError;
@@ -160,30 +161,17 @@ impl Record {
     /// Samples with and without a fault, flagged and not: the paper's measure, in which any flag
     /// counts from its verdict on (Table 1).
     #[must_use]
-    pub fn confusion(&self) -> Confusion {
+    pub fn samples(&self) -> PaperTable<u64> {
         let first = self.diagnosed.iter().map(|diagnosed| diagnosed.decided.0).min();
         let flagged_from = first.unwrap_or(self.steps).min(self.steps);
         let onset = self.onset().0.min(self.steps);
-        Confusion {
-            true_positive: self.steps - onset.max(flagged_from),
-            false_negative: onset.max(flagged_from) - onset,
-            false_positive: onset.saturating_sub(flagged_from),
-            true_negative: onset.min(flagged_from),
-        }
+        PaperTable::of([
+            self.steps - onset.max(flagged_from),
+            onset.max(flagged_from) - onset,
+            onset.saturating_sub(flagged_from),
+            onset.min(flagged_from),
+        ])
     }
-}
-
-/// Samples by what is the case and what is said.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Confusion {
-    /// Faulty and flagged.
-    pub true_positive: u64,
-    /// Faulty and not flagged.
-    pub false_negative: u64,
-    /// Healthy and flagged.
-    pub false_positive: u64,
-    /// Healthy and not flagged.
-    pub true_negative: u64,
 }
 
 /// What a gage reads right before its fault.
