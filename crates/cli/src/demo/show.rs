@@ -193,7 +193,9 @@ impl Show {
     }
 
     fn transition(&mut self, transition: FaultTransition, entries: &mut Vec<Entry>) {
-        if let Some(order) = transition.order.as_ref().filter(|o| o.order.is_about_shelving()) {
+        if let Some(order) =
+            transition.order.as_ref().filter(|order| !order.kind.is_about_verdict())
+        {
             let (step, component, what) = (self.now, transition.component, ordered(order));
             entries.push(Entry::SetAside { step, component, what });
             return;
