@@ -7,10 +7,11 @@ use crate::comparing::Comparing;
 use crate::event::Action;
 use crate::judging::Judging;
 use crate::ledger::Blank;
-use crate::order::{GivenOrder, Order, OrderKind, OrderRefusal};
+use crate::order::{Order, OrderRefusal};
 use crate::state::Condition;
 use crate::verdict::Verdict;
 use wire::Symptom;
+use wire::{GivenOrder, GivenOrderKind};
 
 /// A residual displaced by less than this share of what was found is back.
 const STILL_DISPLACED: f64 = 0.5;
@@ -41,14 +42,14 @@ impl Commands<'_> {
         let channel = self.channels.position(&component);
         let channel = channel.ok_or_else(|| OrderRefusal::Unknown(component.clone()))?;
         let verdict = match given.kind {
-            OrderKind::Acknowledge => self.acknowledge(channel, component)?,
-            OrderKind::Reset { force } => self.reset(channel, component, force)?,
-            OrderKind::ReTare => self.re_tare(channel, component)?,
-            OrderKind::Shelve(_)
-            | OrderKind::Unshelve
-            | OrderKind::Suppress(_)
-            | OrderKind::Unsuppress
-            | OrderKind::Lapse { .. } => return self.set_aside(channel, given, actions),
+            GivenOrderKind::Acknowledge => self.acknowledge(channel, component)?,
+            GivenOrderKind::Reset { force } => self.reset(channel, component, force)?,
+            GivenOrderKind::ReTare => self.re_tare(channel, component)?,
+            GivenOrderKind::Shelve(_)
+            | GivenOrderKind::Unshelve
+            | GivenOrderKind::Suppress(_)
+            | GivenOrderKind::Unsuppress
+            | GivenOrderKind::Lapse { .. } => return self.set_aside(channel, given, actions),
         };
         Ok(self.enter_order(channel, verdict, given, actions))
     }

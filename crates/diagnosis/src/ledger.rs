@@ -3,11 +3,12 @@
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::isolation::Case;
-use crate::order::{GivenOrder, OrderRefusal};
+use crate::order::OrderRefusal;
 use crate::shelving::aside_after;
 use crate::verdict::{Doubt, Transition, Verdict};
 use wire::Alarm;
 use wire::Evidence;
+use wire::GivenOrder;
 use wire::Symptom;
 
 /// The verdict on one component.

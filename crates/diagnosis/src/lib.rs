@@ -44,13 +44,15 @@ pub use freeze::{FreezeFrame, Trace};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
-pub use order::{GivenOrder, Order, OrderKind, OrderRefusal, OrderToken};
+pub use order::{Order, OrderRefusal, OrderToken};
 pub use phase::Phase;
 pub use question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
 pub use sample::{Sample, SampleRejection, Signal};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };
-pub use shelving::{Shelving, Span};
 pub use verdict::{Doubt, Transition, Verdict};
-pub use wire::{ActuatorFault, Alarm, Change, Counters, Evidence, Symptom};
+pub use wire::{
+    ActuatorFault, Alarm, Change, Counters, Evidence, GivenOrder, GivenOrderKind, Shelving, Span,
+    Symptom,
+};

@@ -4,62 +4,11 @@
 //! reset is refused while the evidence persists, unless forced.
 
 use names::Component;
-use serde::{Deserialize, Serialize};
-
-use crate::shelving::Span;
+use wire::GivenOrder;
 
 /// The shell's token of a command it passed in, returned with the outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct OrderToken(pub u64);
-
-/// What is commanded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum OrderKind {
-    /// An operator has seen the fault.
-    Acknowledge,
-    /// The component was replaced, and what it measures now is right: back to normal, and its reference is shifted.
-    ReTare,
-    /// The component is repaired: back to normal.
-    Reset {
-        /// Even if it is not acknowledged, or the evidence is still there.
-        force: bool,
-    },
-    /// Its alarm is set aside for a time. No verdict depends on it.
-    Shelve(Span),
-    /// Its alarm counts again.
-    Unshelve,
-    /// Its alarm is set aside while the module is maintained.
-    Suppress(Span),
-    /// Its alarm counts again.
-    Unsuppress,
-    /// What sets its alarm aside is over by this time, and ends.
-    Lapse {
-        /// The time by the shell's clock \[ns since 1970\].
-        now_unix_ns: u64,
-    },
-}
-
-impl OrderKind {
-    /// Whether the verdict is what it is about.
-    #[must_use]
-    pub fn is_about_verdict(self) -> bool {
-        matches!(self, OrderKind::Acknowledge | OrderKind::ReTare | OrderKind::Reset { .. })
-    }
-}
-
-/// A command, who issued it and why; recorded in the transition that it led to.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct GivenOrder {
-    /// What.
-    pub kind: OrderKind,
-    /// Who issued it.
-    pub by: String,
-    /// In whose name, if that is a program that a person uses.
-    pub on_behalf_of: Option<String>,
-    /// Why.
-    pub note: Option<String>,
-}
 
 /// A command concerning one component.
 #[derive(Debug, Clone, PartialEq, Eq)]

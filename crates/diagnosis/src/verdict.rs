@@ -6,9 +6,9 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use serde::{Deserialize, Serialize};
 use wire::Symptom;
 
-use crate::order::GivenOrder;
-use crate::shelving::Shelving;
 use wire::Evidence;
+use wire::GivenOrder;
+use wire::Shelving;
 
 /// The verdict of a module on one of its components.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

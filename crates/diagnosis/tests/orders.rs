@@ -2,14 +2,14 @@
 
 use crate::fixture::{Bench, HOLD, INTERVAL, WARM_UP};
 use diagnosis::{
-    Action, Event, GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Phase, Question,
+    Action, Event, GivenOrder, GivenOrderKind, Order, OrderRefusal, OrderToken, Phase, Question,
     QuestionToken, Rule, Verdict,
 };
 use names::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
-const RESET: OrderKind = OrderKind::Reset { force: false };
-const FORCED: OrderKind = OrderKind::Reset { force: true };
+const RESET: GivenOrderKind = GivenOrderKind::Reset { force: false };
+const FORCED: GivenOrderKind = GivenOrderKind::Reset { force: true };
 
 /// A bias in gage g1, latched.
 fn faulty() -> Bench {
@@ -20,11 +20,11 @@ fn faulty() -> Bench {
     bench
 }
 
-fn give(bench: &mut Bench, kind: OrderKind) -> Result<u64, OrderRefusal> {
+fn give(bench: &mut Bench, kind: GivenOrderKind) -> Result<u64, OrderRefusal> {
     give_to(bench, "sensor/g1", kind)
 }
 
-fn give_to(bench: &mut Bench, component: &str, kind: OrderKind) -> Result<u64, OrderRefusal> {
+fn give_to(bench: &mut Bench, component: &str, kind: GivenOrderKind) -> Result<u64, OrderRefusal> {
     let given = GivenOrder {
         kind,
         by: "ada".into(),
@@ -52,11 +52,11 @@ fn repaired() -> Bench {
 #[test]
 fn a_fault_is_acknowledged_by_somebody_and_once() {
     let mut bench = faulty();
-    let sequence = give(&mut bench, OrderKind::Acknowledge).unwrap();
+    let sequence = give(&mut bench, GivenOrderKind::Acknowledge).unwrap();
     let transition = bench.transitions().pop().unwrap().clone();
     assert_eq!((transition.sequence, transition.verdict), (sequence, Verdict::Acknowledged));
     assert_eq!(transition.order.unwrap().by, "ada");
-    let again = give(&mut bench, OrderKind::Acknowledge);
+    let again = give(&mut bench, GivenOrderKind::Acknowledge);
     assert!(matches!(again, Err(OrderRefusal::NothingToAcknowledge { state: "acknowledged", .. })));
     bench.run(1000);
     assert_eq!(bench.story("sensor/g1").last(), Some(&"acknowledged"), "it stays");
@@ -65,7 +65,7 @@ fn a_fault_is_acknowledged_by_somebody_and_once() {
 #[test]
 fn what_is_not_faulty_can_neither_be_acknowledged_nor_reset() {
     let mut bench = Bench::alone(Rule::FirstChange);
-    let refusals = [give(&mut bench, OrderKind::Acknowledge), give(&mut bench, FORCED)];
+    let refusals = [give(&mut bench, GivenOrderKind::Acknowledge), give(&mut bench, FORCED)];
     assert!(matches!(
         refusals,
         [
@@ -81,7 +81,7 @@ fn what_is_not_faulty_can_neither_be_acknowledged_nor_reset() {
 fn a_reset_wants_the_fault_acknowledged_and_its_evidence_gone() {
     let mut bench = faulty();
     assert!(matches!(give(&mut bench, RESET), Err(OrderRefusal::NotAcknowledged(_))));
-    give(&mut bench, OrderKind::Acknowledge).unwrap();
+    give(&mut bench, GivenOrderKind::Acknowledge).unwrap();
     assert!(matches!(give(&mut bench, RESET), Err(OrderRefusal::StillChanging { .. })));
     bench.run(60);
     assert!(matches!(give(&mut bench, RESET), Err(OrderRefusal::StillInInterval { .. })));
@@ -96,7 +96,7 @@ fn a_reset_wants_the_fault_acknowledged_and_its_evidence_gone() {
 #[test]
 fn after_a_repair_a_reset_is_accepted_and_a_new_fault_is_found_again() {
     let mut bench = repaired();
-    give(&mut bench, OrderKind::Acknowledge).unwrap();
+    give(&mut bench, GivenOrderKind::Acknowledge).unwrap();
     give(&mut bench, RESET).unwrap();
     assert_eq!(bench.story("sensor/g1").last(), Some(&"normal"));
     assert!(matches!(bench.diagnoser.phase(), Phase::InService { .. }), "never out of service");
@@ -122,7 +122,7 @@ fn a_forced_reset_restarts_the_channel() {
 #[test]
 fn nothing_can_be_reset_unseen_after_a_restart() {
     let mut bench = faulty();
-    give(&mut bench, OrderKind::Acknowledge).unwrap();
+    give(&mut bench, GivenOrderKind::Acknowledge).unwrap();
     let mut restarted = bench.restarted();
     assert_eq!(restarted.acknowledged(), ["sensor/g1"]);
     assert!(matches!(give(&mut restarted, RESET), Err(OrderRefusal::NotWatched(_))));
@@ -142,7 +142,7 @@ fn a_command_on_a_fault_of_another_run_leaves_the_transition_the_steps_of_that_r
             bench.signals.step = Step(0);
             bench.run(10);
         }
-        give(&mut bench, OrderKind::Acknowledge).unwrap();
+        give(&mut bench, GivenOrderKind::Acknowledge).unwrap();
         let acknowledged = bench.transitions().pop().unwrap().clone();
         assert_eq!((acknowledged.run, acknowledged.decided), (found.run, found.decided));
     }
@@ -172,7 +172,7 @@ fn an_acknowledgement_changes_nothing_in_what_peers_receive() {
     let before = reported(&mut bench, found);
     assert_eq!(before.len(), 1);
     bench.run(500);
-    give_to(&mut bench, "actuator/a1", OrderKind::Acknowledge).unwrap();
+    give_to(&mut bench, "actuator/a1", GivenOrderKind::Acknowledge).unwrap();
     assert_eq!(reported(&mut bench, found), before);
 }
 
@@ -181,7 +181,7 @@ fn a_fault_of_an_earlier_run_is_there_from_the_first_step_of_the_next_one() {
     for acknowledge in [false, true] {
         let (mut bench, _) = faulty_actuator();
         if acknowledge {
-            give_to(&mut bench, "actuator/a1", OrderKind::Acknowledge).unwrap();
+            give_to(&mut bench, "actuator/a1", GivenOrderKind::Acknowledge).unwrap();
         }
         bench.signals.run = RunId(9);
         bench.signals.step = Step(0);

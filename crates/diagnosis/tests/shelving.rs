@@ -2,8 +2,8 @@
 
 use crate::fixture::{Bench, HOLD};
 use diagnosis::{
-    Action, Event, GivenOrder, Order, OrderKind, OrderRefusal, OrderToken, Rule, Span, Transition,
-    Verdict,
+    Action, Event, GivenOrder, GivenOrderKind, Order, OrderRefusal, OrderToken, Rule, Span,
+    Transition, Verdict,
 };
 use names::{RunId, Step};
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ const BIAS_M: f64 = 50e-6;
 const SPAN: Span = Span { since_unix_ns: 1_000, until_unix_ns: 5_000 };
 const LATER: Span = Span { since_unix_ns: 2_000, until_unix_ns: 9_000 };
 
-fn give(bench: &mut Bench, kind: OrderKind) -> Result<Transition, OrderRefusal> {
+fn give(bench: &mut Bench, kind: GivenOrderKind) -> Result<Transition, OrderRefusal> {
     let given = GivenOrder {
         kind,
         by: "web".into(),
@@ -33,7 +33,7 @@ fn give(bench: &mut Bench, kind: OrderKind) -> Result<Transition, OrderRefusal> 
 
 /// Until when it is shelved, until when suppressed.
 fn ends(transition: &Transition) -> (Option<u64>, Option<u64>) {
-    let end = |aside: &Option<Box<diagnosis::Shelving>>| Some(aside.as_ref()?.span.until_unix_ns);
+    let end = |aside: &Option<Box<diagnosis::Shelving>>| Some(aside.as_ref()?.until_unix_ns);
     (end(&transition.shelved), end(&transition.suppressed))
 }
 
@@ -49,10 +49,10 @@ fn a_shelved_fault_stays_latched_and_says_by_whom_why_and_until_when() {
     let mut bench = latched();
     let before = bench.transitions().pop().unwrap().clone();
     bench.run(30);
-    let shelved = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    let shelved = give(&mut bench, GivenOrderKind::Shelve(SPAN)).unwrap();
     let (order, by_whom) = (shelved.order.clone(), shelved.shelved.clone().unwrap());
     assert_eq!(
-        (by_whom.span, by_whom.by.as_str(), by_whom.reason.as_str()),
+        (by_whom.span(), by_whom.by.as_str(), by_whom.reason.as_str()),
         (SPAN, "web", "painting")
     );
     assert_eq!(by_whom.on_behalf_of.as_deref(), Some("ada"));
@@ -65,15 +65,15 @@ fn a_shelved_fault_stays_latched_and_says_by_whom_why_and_until_when() {
 fn what_is_not_set_aside_cannot_be_brought_back() {
     let mut bench = latched();
     let component = || "sensor/g1".parse().unwrap();
-    let refusal = give(&mut bench, OrderKind::Unshelve).unwrap_err();
+    let refusal = give(&mut bench, GivenOrderKind::Unshelve).unwrap_err();
     assert_eq!(refusal, OrderRefusal::NotShelved(component()));
     assert_eq!(refusal.to_string(), "`sensor/g1` is not shelved");
-    let refused = give(&mut bench, OrderKind::Unsuppress);
+    let refused = give(&mut bench, GivenOrderKind::Unsuppress);
     assert_eq!(refused, Err(OrderRefusal::NotSuppressed(component())));
-    let lapse = OrderKind::Lapse { now_unix_ns: 6_000 };
+    let lapse = GivenOrderKind::Lapse { now_unix_ns: 6_000 };
     assert_eq!(give(&mut bench, lapse), Err(OrderRefusal::NothingIsOver(component())));
-    give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
-    let refused = give(&mut bench, OrderKind::Unsuppress);
+    give(&mut bench, GivenOrderKind::Shelve(SPAN)).unwrap();
+    let refused = give(&mut bench, GivenOrderKind::Unsuppress);
     assert_eq!(refused, Err(OrderRefusal::NotSuppressed(component())), "shelved is not suppressed");
 }
 
@@ -81,24 +81,24 @@ fn what_is_not_set_aside_cannot_be_brought_back() {
 fn shelving_and_suppression_are_independent_and_the_later_order_replaces_the_earlier() {
     let mut bench = latched();
     let mut step = |kind| ends(&give(&mut bench, kind).unwrap());
-    assert_eq!(step(OrderKind::Shelve(LATER)), (Some(9_000), None));
-    assert_eq!(step(OrderKind::Shelve(SPAN)), (Some(5_000), None));
-    assert_eq!(step(OrderKind::Suppress(LATER)), (Some(5_000), Some(9_000)));
-    assert_eq!(step(OrderKind::Unshelve), (None, Some(9_000)));
-    assert_eq!(step(OrderKind::Shelve(SPAN)), (Some(5_000), Some(9_000)));
-    assert_eq!(step(OrderKind::Lapse { now_unix_ns: 5_000 }), (None, Some(9_000)));
-    assert_eq!(step(OrderKind::Lapse { now_unix_ns: 9_000 }), (None, None));
+    assert_eq!(step(GivenOrderKind::Shelve(LATER)), (Some(9_000), None));
+    assert_eq!(step(GivenOrderKind::Shelve(SPAN)), (Some(5_000), None));
+    assert_eq!(step(GivenOrderKind::Suppress(LATER)), (Some(5_000), Some(9_000)));
+    assert_eq!(step(GivenOrderKind::Unshelve), (None, Some(9_000)));
+    assert_eq!(step(GivenOrderKind::Shelve(SPAN)), (Some(5_000), Some(9_000)));
+    assert_eq!(step(GivenOrderKind::Lapse { now_unix_ns: 5_000 }), (None, Some(9_000)));
+    assert_eq!(step(GivenOrderKind::Lapse { now_unix_ns: 9_000 }), (None, None));
 }
 
 #[test]
 fn acknowledging_and_resetting_keep_what_is_set_aside_and_are_not_kept_by_it() {
     let mut bench = latched();
-    give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
-    let acknowledged = give(&mut bench, OrderKind::Acknowledge).unwrap();
+    give(&mut bench, GivenOrderKind::Shelve(SPAN)).unwrap();
+    let acknowledged = give(&mut bench, GivenOrderKind::Acknowledge).unwrap();
     assert_eq!(acknowledged.verdict, Verdict::Acknowledged);
-    let again = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    let again = give(&mut bench, GivenOrderKind::Shelve(SPAN)).unwrap();
     assert_eq!(again.command(), acknowledged.order.as_ref(), "who acknowledged it stands there");
-    let reset = give(&mut bench, OrderKind::Reset { force: true }).unwrap();
+    let reset = give(&mut bench, GivenOrderKind::Reset { force: true }).unwrap();
     assert_eq!((reset.verdict.clone(), ends(&reset)), (Verdict::Normal, (Some(5_000), None)));
 }
 
@@ -106,10 +106,10 @@ fn acknowledging_and_resetting_keep_what_is_set_aside_and_are_not_kept_by_it() {
 fn a_component_that_never_changed_is_shelved_even_before_the_first_sample_and_found_faulty_all_the_same()
  {
     let mut bench = Bench::new("lower", Rule::FirstChange);
-    let early = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    let early = give(&mut bench, GivenOrderKind::Shelve(SPAN)).unwrap();
     assert_eq!((early.run, early.decided, early.verdict), (RunId(0), Step(0), Verdict::Normal));
     let mut bench = Bench::alone(Rule::FirstChange);
-    let shelved = give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
+    let shelved = give(&mut bench, GivenOrderKind::Shelve(SPAN)).unwrap();
     assert_eq!((shelved.run, shelved.decided), (bench.signals.run, bench.now()));
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(HOLD + 1);
@@ -121,10 +121,10 @@ fn a_component_that_never_changed_is_shelved_even_before_the_first_sample_and_fo
 #[test]
 fn it_survives_a_restart() {
     let mut bench = latched();
-    give(&mut bench, OrderKind::Shelve(SPAN)).unwrap();
-    give(&mut bench, OrderKind::Suppress(LATER)).unwrap();
+    give(&mut bench, GivenOrderKind::Shelve(SPAN)).unwrap();
+    give(&mut bench, GivenOrderKind::Suppress(LATER)).unwrap();
     let mut again = bench.restarted();
-    let lapse = OrderKind::Lapse { now_unix_ns: 5_000 };
+    let lapse = GivenOrderKind::Lapse { now_unix_ns: 5_000 };
     let lapsed = give(&mut again, lapse).unwrap();
     assert_eq!((ends(&lapsed), lapsed.verdict), ((None, Some(9_000)), Verdict::Latched));
 }

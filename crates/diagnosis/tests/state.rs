@@ -9,7 +9,7 @@ use diagnosis::state::{
     WindowLength, WindowMeans, commission,
 };
 use diagnosis::{
-    Action, Answer, Diagnoser, Doubt, Event, GivenOrder, ModuleSetup, Order, OrderKind,
+    Action, Answer, Diagnoser, Doubt, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order,
     OrderRefusal, OrderToken, PeerFailure, Question, Rule, SetupError, Symptom, Verdict,
 };
 use names::Step;
@@ -64,7 +64,7 @@ fn condition(bench: &Bench, component: &str) -> Condition {
     bench.diagnoser.conditions().nth(place.unwrap()).unwrap().clone()
 }
 
-fn order(bench: &mut Bench, kind: OrderKind) -> Result<u64, OrderRefusal> {
+fn order(bench: &mut Bench, kind: GivenOrderKind) -> Result<u64, OrderRefusal> {
     let given = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
     let order = Order { component: "sensor/g1".parse().unwrap(), given };
     bench.give(Event::Ordered { token: OrderToken(7), order });
@@ -181,10 +181,10 @@ fn a_reset_goes_by_the_reference_and_a_new_gage_is_re_tared() {
     let mut bench = commissioned();
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(SETTLED + 2000);
-    order(&mut bench, OrderKind::Acknowledge).unwrap();
-    let refused = order(&mut bench, OrderKind::Reset { force: false });
+    order(&mut bench, GivenOrderKind::Acknowledge).unwrap();
+    let refused = order(&mut bench, GivenOrderKind::Reset { force: false });
     assert!(matches!(refused, Err(OrderRefusal::StillDeparted(_))), "{refused:?}");
-    order(&mut bench, OrderKind::ReTare).unwrap();
+    order(&mut bench, GivenOrderKind::ReTare).unwrap();
     let tare = bench.transitions().last().unwrap().tare.unwrap();
     assert!((tare - BIAS_M).abs() < 0.1 * BIAS_M, "{tare}");
     bench.run(SETTLED);
@@ -210,8 +210,8 @@ fn a_repaired_fault_stays_latched_and_is_seen_to_have_returned() {
     bench.run(3000);
     assert_eq!(bench.latched(), ["sensor/g1"]);
     assert!(matches!(condition(&bench, "sensor/g1"), Condition::Agrees { .. }));
-    order(&mut bench, OrderKind::Acknowledge).unwrap();
-    order(&mut bench, OrderKind::Reset { force: false }).unwrap();
+    order(&mut bench, GivenOrderKind::Acknowledge).unwrap();
+    order(&mut bench, GivenOrderKind::Reset { force: false }).unwrap();
 }
 
 #[test]
@@ -495,7 +495,7 @@ fn what_departs_again_after_a_forced_reset_was_not_so_before_service() {
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(4000);
     assert_eq!(bench.latched(), ["sensor/g1"]);
-    order(&mut bench, OrderKind::Reset { force: true }).unwrap();
+    order(&mut bench, GivenOrderKind::Reset { force: true }).unwrap();
     bench.run(4000);
     assert_eq!(bench.latched(), ["sensor/g1"]);
     let again = bench.transitions().pop().unwrap();

@@ -141,14 +141,10 @@ pub(crate) fn journaled(module: &str, sequence: u64, time_unix_ns: u64) -> Fault
 /// The same a second later, acknowledged.
 pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
     let order = GivenOrder {
-        order: GivenOrderKind::Acknowledge,
+        kind: GivenOrderKind::Acknowledge,
         on_behalf_of: None,
-        since_unix_ns: None,
-        until_unix_ns: None,
         by: "ada@station".to_owned(),
         note: Some("looks loose".to_owned()),
-        force: false,
-        re_tare: false,
     };
     let latched = journaled(module, sequence, 1_000_000_000);
     FaultTransition { state: FaultState::Acknowledged, order: Some(order), ..latched }

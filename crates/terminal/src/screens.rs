@@ -92,14 +92,10 @@ fn shelving() -> Shelving {
 
 fn acknowledged() -> FaultTransition {
     let order = GivenOrder {
-        order: GivenOrderKind::Acknowledge,
+        kind: GivenOrderKind::Acknowledge,
         by: "ada".to_owned(),
         on_behalf_of: None,
-        since_unix_ns: None,
         note: Some("seen on site".to_owned()),
-        force: false,
-        re_tare: false,
-        until_unix_ns: None,
     };
     FaultTransition {
         state: FaultState::Acknowledged,

@@ -4,7 +4,7 @@ use diagnosis::{Event, Memory, Order, PastWatch, PeerFailure, Question};
 use names::{Component, StructureName};
 use wire::{Remembered, RememberedWatch, Taken, WindowLength};
 
-use crate::{Speaker, from_answer, from_given_order, from_transition, to_wire_order};
+use crate::{Speaker, from_answer, from_transition};
 
 /// An event as the input that it is recorded as; none for samples, and for peers' questions, which no verdict
 /// depends on.
@@ -32,7 +32,7 @@ pub fn to_taken(event: &Event, structure: &StructureName) -> Option<Taken> {
         Event::Returned { peer } => Some(Taken::Returned { peer: peer.clone() }),
         Event::Ordered { order, .. } => {
             let Order { component, given } = order.clone();
-            Some(Taken::Ordered { component, order: to_wire_order(given) })
+            Some(Taken::Ordered { component, order: given })
         }
     }
 }
@@ -62,7 +62,7 @@ pub fn from_taken(taken: Taken) -> Option<Event> {
 }
 
 fn ordered(component: Component, order: wire::GivenOrder) -> Event {
-    let order = Order { component, given: from_given_order(order) };
+    let order = Order { component, given: order };
     Event::Ordered { token: diagnosis::OrderToken(0), order }
 }
 

@@ -5,21 +5,14 @@ mod configuration;
 mod freeze_frame;
 mod identification;
 mod input;
-mod order;
-mod shelving;
 
 pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
-pub use order::from_wire_order;
-pub use shelving::to_wire_shelving;
 
 use diagnosis::state::{self, WindowLength, WindowMeans};
 use diagnosis::{Answer, Doubt, Phase, Question, Transition, Verdict};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
 use wire::{Agreement, FaultState, FaultTransition, ModulePhase};
-
-use order::{from_given_order, to_wire_order};
-use shelving::from_wire_shelving;
 
 /// The publishing module.
 #[derive(Debug, Clone)]
@@ -92,10 +85,10 @@ impl Speaker {
         message.detection_step = Some(detection);
         message.decided_step = Some(decided);
         message.evidence = Some(evidence);
-        message.order = order.map(to_wire_order);
-        message.state_order = verdict_order.map(|order| Box::new(to_wire_order(*order)));
-        message.shelved = shelved.map(|shelving| to_wire_shelving(*shelving));
-        message.suppressed = suppressed.map(|shelving| to_wire_shelving(*shelving));
+        message.order = order;
+        message.state_order = verdict_order;
+        message.shelved = shelved.map(|shelving| *shelving);
+        message.suppressed = suppressed.map(|shelving| *shelving);
         message.state = to_state(&verdict);
         message.disputed = disputed;
         message.before_service = before_service;
@@ -234,10 +227,10 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
         before_service: message.before_service,
         disputed: message.disputed,
         tare: message.tare,
-        verdict_order: message.state_order.map(|order| Box::new(from_given_order(*order))),
-        order: message.order.map(from_given_order),
-        shelved: message.shelved.map(from_wire_shelving).map(Box::new),
-        suppressed: message.suppressed.map(from_wire_shelving).map(Box::new),
+        verdict_order: message.state_order,
+        order: message.order,
+        shelved: message.shelved.map(Box::new),
+        suppressed: message.suppressed.map(Box::new),
     })
 }
 

@@ -3,8 +3,9 @@
 
 use diagnosis::state::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use diagnosis::{
-    ActuatorFault, Alarm, Answer, Change, Event, Evidence, GivenOrder, Memory, Order, OrderKind,
-    OrderToken, PastWatch, PeerFailure, Question, Shelving, Span, Symptom, Transition, Verdict,
+    ActuatorFault, Alarm, Answer, Change, Event, Evidence, GivenOrder, GivenOrderKind, Memory,
+    Order, OrderToken, PastWatch, PeerFailure, Question, Shelving, Span, Symptom, Transition,
+    Verdict,
 };
 use names::{Component, ModuleName, RunId, Step};
 use proptest::collection::vec;
@@ -109,16 +110,16 @@ fn span() -> impl Strategy<Value = Span> {
         .prop_map(|(since_unix_ns, until_unix_ns)| Span { since_unix_ns, until_unix_ns })
 }
 
-fn order_kind() -> impl Strategy<Value = OrderKind> {
+fn order_kind() -> impl Strategy<Value = GivenOrderKind> {
     prop_oneof![
-        Just(OrderKind::Acknowledge),
-        Just(OrderKind::ReTare),
-        any::<bool>().prop_map(|force| OrderKind::Reset { force }),
-        span().prop_map(OrderKind::Shelve),
-        Just(OrderKind::Unshelve),
-        span().prop_map(OrderKind::Suppress),
-        Just(OrderKind::Unsuppress),
-        any::<u64>().prop_map(|now_unix_ns| OrderKind::Lapse { now_unix_ns }),
+        Just(GivenOrderKind::Acknowledge),
+        Just(GivenOrderKind::ReTare),
+        any::<bool>().prop_map(|force| GivenOrderKind::Reset { force }),
+        span().prop_map(GivenOrderKind::Shelve),
+        Just(GivenOrderKind::Unshelve),
+        span().prop_map(GivenOrderKind::Suppress),
+        Just(GivenOrderKind::Unsuppress),
+        any::<u64>().prop_map(|now_unix_ns| GivenOrderKind::Lapse { now_unix_ns }),
     ]
 }
 
@@ -131,7 +132,13 @@ fn given() -> impl Strategy<Value = GivenOrder> {
 fn shelving() -> impl Strategy<Value = Option<Box<Shelving>>> {
     let shelving = (span(), any::<String>(), option::of(any::<String>()), any::<String>());
     option::of(shelving.prop_map(|(span, by, on_behalf_of, reason)| {
-        Box::new(Shelving { span, by, on_behalf_of, reason })
+        Box::new(Shelving {
+            since_unix_ns: span.since_unix_ns,
+            until_unix_ns: span.until_unix_ns,
+            by,
+            on_behalf_of,
+            reason,
+        })
     }))
 }
 

@@ -34,14 +34,10 @@ pub(crate) fn latched(path: &str) -> FaultTransition {
 /// The same, acknowledged with a note.
 pub(crate) fn acknowledged(path: &str, note: &str) -> FaultTransition {
     let order = GivenOrder {
-        order: GivenOrderKind::Acknowledge,
+        kind: GivenOrderKind::Acknowledge,
         by: "web".to_owned(),
         on_behalf_of: Some("ada".to_owned()),
         note: Some(note.to_owned()),
-        force: false,
-        re_tare: false,
-        since_unix_ns: None,
-        until_unix_ns: None,
     };
     FaultTransition { state: FaultState::Acknowledged, order: Some(order), ..latched(path) }
 }

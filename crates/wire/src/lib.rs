@@ -88,7 +88,7 @@ pub use recording::SampleQuestion;
 pub use refusal::Refused;
 pub use sample::Sample;
 pub use schema::schema;
-pub use shelving::{Aside, SHELVING_SECONDS, Shelving};
+pub use shelving::{Aside, SHELVING_SECONDS, Shelving, Span};
 pub use state::{ActuatorFault, Alarm, StateAnswer, StateQuestion};
 pub use status::{
     Counters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
 use crate::fault_state::FaultState;
-use crate::shelving::SHELVING_SECONDS;
+use crate::given_order::{GivenOrder, GivenOrderKind};
+use crate::shelving::{SHELVING_SECONDS, Span};
 
 /// Longest name and longest note that are accepted, in bytes.
 pub const MAX_ORDER_TEXT: usize = 500;
@@ -117,6 +118,27 @@ impl Order {
             }
         }
         Ok(())
+    }
+
+    /// What is ordered at this time \[ns since 1970\], by whom and why.
+    #[must_use]
+    pub fn given(self, kind: OrderKind, now_unix_ns: u64) -> GivenOrder {
+        let seconds = self.for_s.unwrap_or(0);
+        let span = Span {
+            since_unix_ns: now_unix_ns,
+            until_unix_ns: now_unix_ns.saturating_add(seconds.saturating_mul(1_000_000_000)),
+        };
+        let kind = match kind {
+            OrderKind::Acknowledge => GivenOrderKind::Acknowledge,
+            OrderKind::Reset if self.re_tare => GivenOrderKind::ReTare,
+            OrderKind::Reset => GivenOrderKind::Reset { force: self.force },
+            OrderKind::Shelve => GivenOrderKind::Shelve(span),
+            OrderKind::Unshelve => GivenOrderKind::Unshelve,
+            OrderKind::Suppress => GivenOrderKind::Suppress(span),
+            OrderKind::Unsuppress => GivenOrderKind::Unsuppress,
+        };
+        let Self { by, on_behalf_of, note, .. } = self;
+        GivenOrder { kind, by, on_behalf_of, note }
     }
 
     fn check_subject(&self, kind: OrderKind) -> Result<(), String> {

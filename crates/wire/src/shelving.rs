@@ -7,6 +7,28 @@ use serde::{Deserialize, Serialize};
 /// Shortest and longest time for which an alarm may be set aside \[s\]; it always comes back by itself.
 pub const SHELVING_SECONDS: std::ops::RangeInclusive<u64> = 1..=31 * 24 * 3600;
 
+/// By this a clock may stand before the beginning of a span and count as right \[ns\].
+const SET_BACK_NS: u64 = 60_000_000_000;
+
+/// From when to when an alarm is set aside, by the clock of its module.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Span {
+    /// When it began \[ns since 1970\].
+    pub since_unix_ns: u64,
+    /// When it is over \[ns since 1970\].
+    pub until_unix_ns: u64,
+}
+
+impl Span {
+    /// Whether it is over. It is as well if the clock stands long before its beginning: a clock that was set back must
+    /// not keep an alarm away.
+    #[must_use]
+    pub fn is_over(&self, now_unix_ns: u64) -> bool {
+        now_unix_ns >= self.until_unix_ns
+            || now_unix_ns.saturating_add(SET_BACK_NS) < self.since_unix_ns
+    }
+}
+
 /// By whom, why and until when an alarm is set aside.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Shelving {
@@ -20,6 +42,14 @@ pub struct Shelving {
     pub on_behalf_of: Option<String>,
     /// Why.
     pub reason: String,
+}
+
+impl Shelving {
+    /// From when to when.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        Span { since_unix_ns: self.since_unix_ns, until_unix_ns: self.until_unix_ns }
+    }
 }
 
 /// That an alarm is set aside, and which way.

@@ -49,10 +49,10 @@ pub fn reason(transition: &FaultTransition) -> String {
 
 /// The order, unless what it began is said already.
 fn beside(transition: &FaultTransition, given: &GivenOrder) -> Option<String> {
-    match given.order {
-        GivenOrderKind::Shelve if transition.shelved.is_some() => None,
-        GivenOrderKind::Suppress if transition.suppressed.is_some() => None,
-        GivenOrderKind::Lapse if transition.aside().is_some() => {
+    match given.kind {
+        GivenOrderKind::Shelve(_) if transition.shelved.is_some() => None,
+        GivenOrderKind::Suppress(_) if transition.suppressed.is_some() => None,
+        GivenOrderKind::Lapse { .. } if transition.aside().is_some() => {
             Some("one of two ways in which it was set aside is over".to_owned())
         }
         _ => Some(ordered(given)),
@@ -84,21 +84,18 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
 /// What was ordered, by whom and why.
 #[must_use]
 pub fn ordered(given: &GivenOrder) -> String {
-    let end = given.until_unix_ns.map_or_else(String::new, |end| format!(" until {}", utc(end)));
-    let what = match (given.order, given.force) {
-        (GivenOrderKind::Lapse, _) => {
+    let what = match given.kind {
+        GivenOrderKind::Lapse { .. } => {
             return "counts again: the time for which it was set aside is over".to_owned();
         }
-        (GivenOrderKind::Reset, _) if given.re_tare => {
-            "replaced, and its reference re-tared,".to_owned()
-        }
-        (GivenOrderKind::Acknowledge, _) => "acknowledged".to_owned(),
-        (GivenOrderKind::Reset, false) => "reset".to_owned(),
-        (GivenOrderKind::Reset, true) => "reset by force".to_owned(),
-        (GivenOrderKind::Shelve, _) => format!("shelved{end}"),
-        (GivenOrderKind::Unshelve, _) => "unshelved".to_owned(),
-        (GivenOrderKind::Suppress, _) => format!("suppressed{end}"),
-        (GivenOrderKind::Unsuppress, _) => "no longer suppressed, ordered".to_owned(),
+        GivenOrderKind::ReTare => "replaced, and its reference re-tared,".to_owned(),
+        GivenOrderKind::Acknowledge => "acknowledged".to_owned(),
+        GivenOrderKind::Reset { force: false } => "reset".to_owned(),
+        GivenOrderKind::Reset { force: true } => "reset by force".to_owned(),
+        GivenOrderKind::Shelve(span) => format!("shelved until {}", utc(span.until_unix_ns)),
+        GivenOrderKind::Unshelve => "unshelved".to_owned(),
+        GivenOrderKind::Suppress(span) => format!("suppressed until {}", utc(span.until_unix_ns)),
+        GivenOrderKind::Unsuppress => "no longer suppressed, ordered".to_owned(),
     };
     let note =
         given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));
@@ -108,7 +105,9 @@ pub fn ordered(given: &GivenOrder) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wire::Shelving;
+    use wire::{Shelving, Span};
+
+    const SPAN: Span = Span { since_unix_ns: 1, until_unix_ns: 2_000_000_000 };
 
     fn shelving(until_unix_ns: u64) -> Shelving {
         Shelving {
@@ -120,16 +119,12 @@ mod tests {
         }
     }
 
-    fn given(order: GivenOrderKind) -> GivenOrder {
+    fn given(kind: GivenOrderKind) -> GivenOrder {
         GivenOrder {
-            order,
+            kind,
             by: "web".to_owned(),
             on_behalf_of: Some("ada".to_owned()),
             note: Some("painting".to_owned()),
-            force: false,
-            re_tare: false,
-            since_unix_ns: None,
-            until_unix_ns: None,
         }
     }
 
@@ -151,23 +146,23 @@ mod tests {
         let suppressed =
             r"suppressed until 1970-01-01T00:00:03.000Z by ada (through web): painting\u{1b}[2J";
         let of = |transition: FaultTransition| reason(&transition);
-        assert_eq!(of(transition(true, false, GivenOrderKind::Shelve)), shelved);
+        assert_eq!(of(transition(true, false, GivenOrderKind::Shelve(SPAN))), shelved);
         let both = format!("{shelved}; {suppressed}");
-        assert_eq!(of(transition(true, true, GivenOrderKind::Suppress)), both);
+        assert_eq!(of(transition(true, true, GivenOrderKind::Suppress(SPAN))), both);
         let acknowledged = format!("{shelved}; acknowledged by ada (through web): painting");
         assert_eq!(of(transition(true, false, GivenOrderKind::Acknowledge)), acknowledged);
-        let mut later = transition(true, false, GivenOrderKind::Shelve);
+        let mut later = transition(true, false, GivenOrderKind::Shelve(SPAN));
         later.state_order = Some(Box::new(given(GivenOrderKind::Acknowledge)));
         assert_eq!(of(later), acknowledged, "who acknowledged it is still known");
         let over = format!("{shelved}; one of two ways in which it was set aside is over");
-        assert_eq!(of(transition(true, false, GivenOrderKind::Lapse)), over);
+        assert_eq!(of(transition(true, false, GivenOrderKind::Lapse { now_unix_ns: 5 })), over);
     }
 
     #[test]
     fn what_counts_again_says_why() {
         let of = |order| reason(&transition(false, false, order));
         let lapsed = "counts again: the time for which it was set aside is over";
-        assert_eq!(of(GivenOrderKind::Lapse), lapsed);
+        assert_eq!(of(GivenOrderKind::Lapse { now_unix_ns: 5 }), lapsed);
         let unshelved = "unshelved by ada (through web): painting";
         assert_eq!(of(GivenOrderKind::Unshelve), unshelved);
         let unsuppressed = "no longer suppressed, ordered by ada (through web): painting";

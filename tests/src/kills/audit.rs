@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use ::observer::{ModuleHistory, QueryError, history};
 use names::{ComponentPath, ModuleName};
-use wire::{FaultTransition, GivenOrder};
+use wire::FaultTransition;
 
 use super::collection::{Collected, same};
 use super::operator::{Books, Done};
@@ -89,16 +89,7 @@ fn check_numbers(history: &ModuleHistory, problems: &mut Vec<String>) {
 /// Is this the transition that a command caused?
 fn tells_of(transition: &FaultTransition, done: &Done) -> bool {
     let Done { kind, order, obeyed, .. } = done;
-    let given = GivenOrder {
-        order: (*kind).into(),
-        by: order.by.clone(),
-        on_behalf_of: order.on_behalf_of.clone(),
-        note: order.note.clone(),
-        force: order.force,
-        re_tare: order.re_tare,
-        since_unix_ns: None,
-        until_unix_ns: None,
-    };
+    let given = order.clone().given(*kind, 0);
     Some(&transition.component.component) == obeyed.component.as_ref()
         && transition.state == obeyed.state
         && transition.order == Some(given)

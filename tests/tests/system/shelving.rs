@@ -103,7 +103,7 @@ async fn a_shelved_fault_is_found_explains_others_survives_a_kill_and_counts_aga
 
     shelve(&deployment, "3s").await;
     let is_lapse = |one: &FaultTransition| {
-        one.order.as_ref().is_some_and(|order| order.order == GivenOrderKind::Lapse)
+        one.order.as_ref().is_some_and(|order| matches!(order.kind, GivenOrderKind::Lapse { .. }))
     };
     let lapse = find(&mut faults, "its end by itself", is_lapse).await;
     assert!(is_cylinder(&lapse) && lapse.shelved.is_none() && lapse.durable, "{lapse:?}");

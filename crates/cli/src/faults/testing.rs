@@ -150,14 +150,10 @@ pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> Faul
 /// An acknowledged fault, a second later.
 pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
     let order = GivenOrder {
-        order: GivenOrderKind::Acknowledge,
+        kind: GivenOrderKind::Acknowledge,
         on_behalf_of: None,
-        since_unix_ns: None,
-        until_unix_ns: None,
         by: "ada@station".to_owned(),
         note: Some("looks loose".to_owned()),
-        force: false,
-        re_tare: false,
     };
     FaultTransition {
         state: FaultState::Acknowledged,

@@ -30,14 +30,10 @@ async fn troubled() -> StandIn {
     let state = |component: &str, state, sequence| tower.transition(component, state, sequence);
     let acknowledged = FaultTransition {
         order: Some(GivenOrder {
-            order: GivenOrderKind::Acknowledge,
+            kind: GivenOrderKind::Acknowledge,
             on_behalf_of: None,
-            since_unix_ns: None,
-            until_unix_ns: None,
             by: "ada@station".to_owned(),
             note: Some("looks loose".to_owned()),
-            force: false,
-            re_tare: false,
         }),
         ..state("module1/sensor/g2", FaultState::Acknowledged, 2)
     };

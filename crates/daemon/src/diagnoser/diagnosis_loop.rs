@@ -39,7 +39,7 @@ use super::status::{self, Surroundings};
 use crate::config::{DiagnoserConfig, PublishSettings};
 use crate::metrics::ModuleReport;
 use crate::status_line;
-use translation::{Speaker, from_wire_order, to_phase};
+use translation::{Speaker, to_phase};
 
 /// How often held queries, staleness and the last step's progress are checked.
 const TICK: Duration = Duration::from_millis(50);
@@ -291,7 +291,7 @@ impl DiagnosisLoop {
             left -= 1;
             // The reply comes after the last.
             let token = if left == 0 { awaited } else { UNAWAITED };
-            let order = from_wire_order(kind, component, order.clone(), now);
+            let order = diagnosis::Order { component, given: order.clone().given(kind, now) };
             self.handle(Event::Ordered { token, order });
         }
         self.performer.status_is_due = true;

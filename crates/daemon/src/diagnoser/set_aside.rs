@@ -1,6 +1,6 @@
 //! Alarms that are set aside: whom an order about the module concerns, which have had their time, and how many there are.
 
-use diagnosis::{Diagnoser, GivenOrder, Order, OrderKind, Shelving, Transition};
+use diagnosis::{Diagnoser, GivenOrder, GivenOrderKind, Order, Shelving, Transition};
 use names::Component;
 
 /// Who ends what has had its time.
@@ -28,12 +28,12 @@ pub(crate) fn concerned(
 /// The orders that end what has had its time \[ns since 1970\].
 pub(crate) fn lapses(diagnoser: &Diagnoser, now_unix_ns: u64) -> Vec<Order> {
     let is_over = |latest: &&Transition| {
-        spans(latest).any(|(_, shelving)| shelving.span.is_over(now_unix_ns))
+        spans(latest).any(|(_, shelving)| shelving.span().is_over(now_unix_ns))
     };
     let order = |latest: &Transition| Order {
         component: latest.component.clone(),
         given: GivenOrder {
-            kind: OrderKind::Lapse { now_unix_ns },
+            kind: GivenOrderKind::Lapse { now_unix_ns },
             by: ITSELF.to_owned(),
             on_behalf_of: None,
             note: None,
@@ -52,7 +52,7 @@ pub(crate) fn suppression(diagnoser: &Diagnoser) -> Option<Shelving> {
     let suppressed: Vec<&Shelving> =
         diagnoser.last_transitions().filter_map(|latest| latest.suppressed.as_deref()).collect();
     let is_of_all = suppressed.len() == diagnoser.components().len();
-    let first = suppressed.into_iter().min_by_key(|shelving| shelving.span.until_unix_ns);
+    let first = suppressed.into_iter().min_by_key(|shelving| shelving.until_unix_ns);
     first.filter(|_| is_of_all).cloned()
 }
 
@@ -83,7 +83,7 @@ mod tests {
         actions.pop().unwrap()
     }
 
-    fn order(component: &Component, kind: OrderKind) -> Order {
+    fn order(component: &Component, kind: GivenOrderKind) -> Order {
         let (by, note) = ("ada".to_owned(), Some("painting".to_owned()));
         let given = GivenOrder { kind, by, on_behalf_of: None, note };
         Order { component: component.clone(), given }
@@ -103,8 +103,8 @@ mod tests {
     fn what_has_had_its_time_lapses_once_before_the_first_sample_too() {
         let mut diagnoser = diagnoser();
         let components = diagnoser.components().to_vec();
-        give(&mut diagnoser, order(&components[0], OrderKind::Shelve(span(10))));
-        give(&mut diagnoser, order(&components[1], OrderKind::Suppress(span(20))));
+        give(&mut diagnoser, order(&components[0], GivenOrderKind::Shelve(span(10))));
+        give(&mut diagnoser, order(&components[1], GivenOrderKind::Suppress(span(20))));
         assert_eq!((count(&diagnoser), lapsing(&diagnoser, NOW + 9 * SECOND)), (2, Vec::new()));
         let due = lapses(&diagnoser, NOW + 10 * SECOND);
         assert_eq!(lapsing(&diagnoser, NOW + 10 * SECOND), [components[0].to_string()]);
@@ -119,7 +119,7 @@ mod tests {
     fn a_clock_that_was_set_back_ends_what_has_not_begun_yet() {
         let mut diagnoser = diagnoser();
         let component = diagnoser.components()[0].clone();
-        give(&mut diagnoser, order(&component, OrderKind::Shelve(span(7200))));
+        give(&mut diagnoser, order(&component, GivenOrderKind::Shelve(span(7200))));
         assert_eq!(lapsing(&diagnoser, NOW - 59 * SECOND), [""; 0], "clocks are adjusted");
         assert_eq!(lapsing(&diagnoser, NOW - 61 * SECOND), [component.to_string()]);
     }
@@ -134,11 +134,11 @@ mod tests {
         for (place, component) in components.iter().enumerate() {
             assert_eq!(suppression(&diagnoser), None);
             let span = span(100 - place as u64);
-            give(&mut diagnoser, order(component, OrderKind::Suppress(span)));
+            give(&mut diagnoser, order(component, GivenOrderKind::Suppress(span)));
         }
-        let ends = suppression(&diagnoser).unwrap().span.until_unix_ns;
+        let ends = suppression(&diagnoser).unwrap().until_unix_ns;
         assert_eq!(ends, NOW + (101 - components.len() as u64) * SECOND);
-        give(&mut diagnoser, order(&components[0], OrderKind::Unsuppress));
+        give(&mut diagnoser, order(&components[0], GivenOrderKind::Unsuppress));
         assert_eq!(suppression(&diagnoser), None);
         let left = concerned(wire::OrderKind::Unsuppress, &diagnoser).unwrap();
         assert_eq!(left, components[1..]);

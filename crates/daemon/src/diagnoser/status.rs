@@ -11,7 +11,7 @@ use wire::{
 
 use super::set_aside;
 use crate::metrics::{AsideReport, ComponentReport};
-use translation::{Speaker, to_condition, to_phase, to_state, to_wire_shelving};
+use translation::{Speaker, to_condition, to_phase, to_state};
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]
@@ -59,7 +59,7 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
         unknown,
         verified: diagnoser.conditions().filter(agrees).count() as u64,
         shelved: set_aside::count(diagnoser),
-        suppressed: set_aside::suppression(diagnoser).map(to_wire_shelving),
+        suppressed: set_aside::suppression(diagnoser),
         waiting_questions: diagnoser.waiting_questions() as u64,
         next_sequence: diagnoser.next_sequence(),
         journal: around.journal,
@@ -96,6 +96,6 @@ pub(crate) fn of_components(diagnoser: &Diagnoser, phase: ModulePhase) -> Vec<Co
 fn aside(latest: &Transition) -> Vec<AsideReport> {
     let spans = set_aside::spans(latest);
     spans
-        .map(|(how, shelving)| AsideReport { how, until_unix_ns: shelving.span.until_unix_ns })
+        .map(|(how, shelving)| AsideReport { how, until_unix_ns: shelving.until_unix_ns })
         .collect()
 }

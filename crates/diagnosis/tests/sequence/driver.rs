@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use diagnosis::{
-    Action, Event, GivenOrder, ModuleSetup, Order, OrderKind, OrderToken, PeerFailure, Question,
-    Rule, Sample, Transition, Verdict,
+    Action, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order, OrderToken, PeerFailure,
+    Question, Rule, Sample, Transition, Verdict,
 };
 use names::{Component, RunId, Step};
 
@@ -153,7 +153,7 @@ impl Driver {
         self.carry(event, |driver| driver.peers[place].failed());
     }
 
-    fn order(&mut self, component: &str, kind: OrderKind) {
+    fn order(&mut self, component: &str, kind: GivenOrderKind) {
         self.orders += 1;
         let token = OrderToken(self.orders);
         let given = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };

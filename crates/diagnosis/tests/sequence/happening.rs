@@ -1,6 +1,6 @@
 //! Something that may happen to a diagnoser.
 
-use diagnosis::{OrderKind, Span};
+use diagnosis::{GivenOrderKind, Span};
 use proptest::prelude::*;
 
 /// What a peer answers; steps are shares of the stretch that it was asked about.
@@ -50,7 +50,7 @@ pub enum Happening {
     },
     Ordered {
         component: usize,
-        kind: OrderKind,
+        kind: GivenOrderKind,
     },
     /// The process restarts; `missed` samples are lost meanwhile, then the latest `again` of them are
     /// replayed.
@@ -79,12 +79,12 @@ fn said() -> impl Strategy<Value = Said> {
     )
 }
 
-fn order() -> impl Strategy<Value = OrderKind> {
+fn order() -> impl Strategy<Value = GivenOrderKind> {
     prop_oneof![
-        3 => Just(OrderKind::Acknowledge),
-        3 => Just(OrderKind::Reset { force: false }),
-        2 => Just(OrderKind::Reset { force: true }),
-        1 => Just(OrderKind::ReTare),
+        3 => Just(GivenOrderKind::Acknowledge),
+        3 => Just(GivenOrderKind::Reset { force: false }),
+        2 => Just(GivenOrderKind::Reset { force: true }),
+        1 => Just(GivenOrderKind::ReTare),
     ]
 }
 
@@ -99,11 +99,11 @@ fn span() -> impl Strategy<Value = Span> {
 /// An order that no verdict depends on.
 pub fn shelving() -> impl Strategy<Value = Happening> {
     let kind = prop_oneof![
-        3 => span().prop_map(OrderKind::Shelve),
-        2 => span().prop_map(OrderKind::Suppress),
-        1 => Just(OrderKind::Unshelve),
-        1 => Just(OrderKind::Unsuppress),
-        1 => (0..2000_u64).prop_map(|now_unix_ns| OrderKind::Lapse { now_unix_ns }),
+        3 => span().prop_map(GivenOrderKind::Shelve),
+        2 => span().prop_map(GivenOrderKind::Suppress),
+        1 => Just(GivenOrderKind::Unshelve),
+        1 => Just(GivenOrderKind::Unsuppress),
+        1 => (0..2000_u64).prop_map(|now_unix_ns| GivenOrderKind::Lapse { now_unix_ns }),
     ];
     (0..6_usize, kind).prop_map(|(component, kind)| Happening::Ordered { component, kind })
 }

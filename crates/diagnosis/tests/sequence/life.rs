@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnosis::{OrderKind, Transition, Verdict};
+use diagnosis::{GivenOrderKind, Transition, Verdict};
 use names::{Component, ComponentPath};
 
 use crate::fixture::name;
@@ -80,16 +80,16 @@ fn check_explanation(transition: &Transition) {
 fn check_order(transition: &Transition) {
     let kind = transition.order.as_ref().map(|order| order.kind);
     match kind {
-        Some(OrderKind::Acknowledge) => assert_eq!(transition.verdict, Verdict::Acknowledged),
-        Some(OrderKind::Reset { .. } | OrderKind::ReTare) => {
+        Some(GivenOrderKind::Acknowledge) => assert_eq!(transition.verdict, Verdict::Acknowledged),
+        Some(GivenOrderKind::Reset { .. } | GivenOrderKind::ReTare) => {
             assert_eq!(transition.verdict, Verdict::Normal);
         }
         Some(
-            OrderKind::Shelve(_)
-            | OrderKind::Unshelve
-            | OrderKind::Suppress(_)
-            | OrderKind::Unsuppress
-            | OrderKind::Lapse { .. },
+            GivenOrderKind::Shelve(_)
+            | GivenOrderKind::Unshelve
+            | GivenOrderKind::Suppress(_)
+            | GivenOrderKind::Unsuppress
+            | GivenOrderKind::Lapse { .. },
         ) => {}
         None => assert_ne!(transition.verdict, Verdict::Acknowledged),
     }
@@ -99,13 +99,17 @@ fn check_step(before: &Verdict, transition: &Transition) {
     let kind = transition.order.as_ref().map(|order| order.kind);
     let allowed = match before {
         Verdict::Latched => {
-            matches!(kind, Some(OrderKind::Acknowledge | OrderKind::Reset { force: true }))
+            matches!(
+                kind,
+                Some(GivenOrderKind::Acknowledge | GivenOrderKind::Reset { force: true })
+            )
         }
         Verdict::Acknowledged => {
-            matches!(kind, Some(OrderKind::Reset { .. } | OrderKind::ReTare))
+            matches!(kind, Some(GivenOrderKind::Reset { .. } | GivenOrderKind::ReTare))
         }
         _ if before.is_undecidable() => {
-            matches!(kind, Some(OrderKind::Reset { .. })) || transition.verdict == Verdict::Latched
+            matches!(kind, Some(GivenOrderKind::Reset { .. }))
+                || transition.verdict == Verdict::Latched
         }
         _ => true,
     };

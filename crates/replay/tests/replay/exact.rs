@@ -1,6 +1,6 @@
 //! What was recorded comes out again, and what differs or is missing is said.
 
-use diagnosis::OrderKind;
+use diagnosis::GivenOrderKind;
 use names::RunId;
 use names::fault::Fault;
 use replay::{Replayed, Shortfall};
@@ -63,7 +63,7 @@ fn messages_in_any_order_and_twice() {
 #[test]
 fn gaps_commands_and_runs_that_begin_again() {
     let mut live = with_fault();
-    live.order("module1/sensor/g5", OrderKind::Acknowledge);
+    live.order("module1/sensor/g5", GivenOrderKind::Acknowledge);
     live.run_without(500, |place, step| place == 0 && step % 7 == 3);
     live.run_without(300, |place, _| place == 1);
     live.begin_again(RunId(7));

@@ -194,7 +194,7 @@ impl Live {
         }
     }
 
-    pub fn order(&mut self, component: &str, kind: diagnosis::OrderKind) {
+    pub fn order(&mut self, component: &str, kind: diagnosis::GivenOrderKind) {
         let path: names::ComponentPath = component.parse().unwrap();
         let place = self.nodes.iter().position(|n| n.speaker.module == path.module).unwrap();
         let given = diagnosis::GivenOrder {

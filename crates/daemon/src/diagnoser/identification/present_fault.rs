@@ -80,7 +80,7 @@ impl PresentFault {
 
 /// Whether this transition is about its alarm, and the fault was there before.
 fn is_of_earlier_fault(transition: &FaultTransition) -> bool {
-    transition.order.as_ref().is_some_and(|order| order.order.is_about_shelving())
+    transition.order.as_ref().is_some_and(|order| !order.kind.is_about_verdict())
 }
 
 #[cfg(test)]
@@ -167,14 +167,10 @@ mod tests {
     #[test]
     fn a_fault_of_which_only_the_shelving_is_left_is_recalled() {
         let order = wire::GivenOrder {
-            order: wire::GivenOrderKind::Shelve,
+            kind: wire::GivenOrderKind::Shelve(wire::Span { since_unix_ns: 1, until_unix_ns: 2 }),
             by: "ada".to_owned(),
             on_behalf_of: None,
             note: None,
-            force: false,
-            re_tare: false,
-            since_unix_ns: Some(1),
-            until_unix_ns: Some(2),
         };
         let shelved = FaultTransition { order: Some(order), ..transition(9, FaultState::Latched) };
         let mut fault = PresentFault::default();

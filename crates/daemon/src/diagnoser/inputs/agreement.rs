@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnosis::divergence::Interval;
 use diagnosis::{
-    Action, Answer, Diagnoser, Event, GivenOrder, ModuleSetup, Order, OrderKind, OrderToken,
+    Action, Answer, Diagnoser, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order, OrderToken,
     PeerFailure, Question, Sample, Span, Verdict,
 };
 use names::{RunId, Step};
@@ -154,7 +154,7 @@ impl Live {
         }
     }
 
-    fn order(&mut self, kind: OrderKind) {
+    fn order(&mut self, kind: GivenOrderKind) {
         let component = "sensor/g1".parse().unwrap();
         let given = GivenOrder {
             kind,
@@ -226,7 +226,7 @@ fn kinds(inputs: &[Input]) -> Vec<&'static str> {
 #[test]
 fn from_samples_and_inputs_a_second_diagnoser_does_the_same() {
     let mut live = Live::start();
-    live.order(OrderKind::Acknowledge);
+    live.order(GivenOrderKind::Acknowledge);
     live.run(1, 0..WARM_UP + 200);
     // Samples are missing, and some come twice or late.
     live.run(1, 520..600);
@@ -235,19 +235,19 @@ fn from_samples_and_inputs_a_second_diagnoser_does_the_same() {
     live.run(1, 600..700);
     live.signals.bias_m = BIAS_M;
     live.run(1, 700..900);
-    live.order(OrderKind::Acknowledge);
+    live.order(GivenOrderKind::Acknowledge);
     let span = Span { since_unix_ns: 5, until_unix_ns: 9 };
-    live.order(OrderKind::Shelve(span));
-    live.order(OrderKind::Suppress(span));
-    live.order(OrderKind::Unsuppress);
+    live.order(GivenOrderKind::Shelve(span));
+    live.order(GivenOrderKind::Suppress(span));
+    live.order(GivenOrderKind::Unsuppress);
     let questions = live.give(Event::Returned { peer: "upper".parse().unwrap() });
     live.reply(questions);
     // A single jump of more than ten seconds is not believed; of two in a row, the second is.
     live.run(1, 50_000..50_001);
     live.run(1, 900..950);
     live.run(1, 20_000..20_600);
-    live.order(OrderKind::Lapse { now_unix_ns: 9 });
-    live.order(OrderKind::Reset { force: true });
+    live.order(GivenOrderKind::Lapse { now_unix_ns: 9 });
+    live.order(GivenOrderKind::Reset { force: true });
     live.run(1, 20_600..21_000);
     // Another run, and then the same once more from its beginning.
     live.run(2, 7..900);
