@@ -105,10 +105,10 @@ async fn what_a_fault_is_stands_after_it() {
         .map(|line| line.split_whitespace().skip(2).collect::<Vec<_>>().join(" "))
         .collect();
     let expected = [
-        "10 sensor/g2 latched 3118 -",
+        "10 sensor/g2 latched 3118 changed at step 3112",
         "10 sensor/g2 not identified 4108 bias: not yet decided",
-        "20 sensor/g2 latched 3118 -",
-        "30 sensor/g2 latched 3118 -",
+        "20 sensor/g2 latched 3118 changed at step 3112",
+        "30 sensor/g2 latched 3118 changed at step 3112",
         "30 sensor/g2 identified 4108 bias of +45.1 µm (44.8 to 45.4)",
     ];
     assert_eq!(lines, expected);
