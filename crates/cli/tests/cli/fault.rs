@@ -171,7 +171,7 @@ async fn the_freeze_frame_of_the_fault_is_drawn_and_written_to_files() {
         "  freeze frame of transition 1\n",
         "  reading [µm]\n",
         "  residual [µm]\n",
-        "  divergence over threshold, power of ten   ╌ threshold\n",
+        "  divergence over threshold (╌), power of ten\n",
         &detection,
     ] {
         assert!(shown.stdout.contains(part), "`{part}` is not in\n{}", shown.stdout);

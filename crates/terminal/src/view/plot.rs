@@ -115,7 +115,8 @@ pub(super) fn draw(plot: &Plot, area: Rect, cells: &mut Cells) {
     };
     let points: Vec<_> =
         plot.points.iter().copied().filter(|(_, value)| value.is_finite()).collect();
-    let steps = Range::of(points.iter().map(|(step, _)| *step));
+    // Plots of the same steps are above each other, whatever is undefined in them.
+    let steps = Range::of(plot.points.iter().map(|(step, _)| *step));
     let values = points.iter().chain(&plot.fitted).map(|(_, value)| *value);
     let values = Range::of(values.chain(plot.level));
     let (Some(steps), Some(values), false) = (steps, values, points.is_empty()) else {
@@ -191,9 +192,10 @@ fn level(plot: &Plot, values: Range, inner: Rect, cells: &mut Cells) {
     }
 }
 
+/// Down to the line of the steps, where no curve hides them.
 fn marks(plot: &Plot, steps: Range, inner: Rect, cells: &mut Cells) {
     for place in plot.marks.iter().filter_map(|mark| steps.place(*mark, inner.width)) {
-        for line in inner.y..inner.y + inner.height {
+        for line in inner.y..=inner.y + inner.height {
             fill(inner.x + place, line, "┊", cells);
         }
     }
@@ -253,14 +255,38 @@ mod tests {
 
     #[test]
     fn a_curve_with_level_and_mark_is_this() {
-        let expected = "";
+        let expected = "divergence
+     9.0┤            ⢸⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉
+        │            ⢸
+        │            ⢸
+        │╌╌╌╌╌╌╌╌╌╌╌╌⢸╌╌╌╌╌╌╌╌╌╌╌╌
+        │            ⡇
+        │            ⡇
+        │            ⡇
+     1.0┤⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⡇
+         step 1000   ┊        1039
+";
         let text = jump().text(34, 10, false);
         assert_eq!(text, expected, "\n{text}");
     }
 
     #[test]
     fn a_fit_over_what_was_measured_is_this() {
-        let expected = "";
+        let expected = "µm
+      49┤                 ⠁ ⠁ ⠁ ⠁ ⠁ ⠈ ⠈ ⠈
+        │                 •●•●•●•●•●•●•●•●
+        │                 •
+        │                 •
+        │                •
+        │                •
+        │                •
+        │                •
+        │               •
+        │               •
+        │●•●•●•●•●•●•●•●•
+      -4┤ ⡀ ⡀ ⡀ ⢀ ⢀ ⢀ ⢀ ⢀
+         step 36000                  36031
+";
         let text = bias(32).text(42, 14, false);
         assert_eq!(text, expected, "\n{text}");
     }

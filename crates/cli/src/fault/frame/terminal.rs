@@ -55,7 +55,7 @@ fn of_trace(frame: &FreezeFrame, trace: &Trace) -> Plot {
 /// By powers of ten: it grows with the fourth power of what the residual is off.
 fn of_divergence(frame: &FreezeFrame) -> Plot {
     let powers = ratios(frame).into_iter().map(f64::log10);
-    let title = "divergence over threshold, power of ten   ╌ threshold".to_owned();
+    let title = "divergence over threshold (╌), power of ten".to_owned();
     Plot { level: Some(0.0), ..plot(frame, title, powers) }
 }
 
@@ -69,44 +69,41 @@ mod tests {
         let expected = "  freeze frame of transition 7
 
   reading [µm]
-  46 ┤                      ⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉
-     │
-     │
-     │
-  24 ┤
-     │
-     │
-   1 ┤⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀
-     └──────────────────────┴──────────┴──────────
-      step 1000                               1199
+      46┤                    ⢸⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉
+        │                    ⢸┊        ┊
+        │                    ⢸┊        ┊
+        │                    ⢸┊        ┊
+        │                    ⡇┊        ┊
+        │                    ⡇┊        ┊
+        │                    ⡇┊        ┊
+       1┤⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⡇┊        ┊
+         step 1000           ┊┊        ┊      1199
 
   residual [µm]
-  45 ┤                      ⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉
-     │
-     │
-     │
-  22 ┤
-     │
-     │
-   0 ┤⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀
-     └──────────────────────┴──────────┴──────────
-      step 1000                               1199
+      45┤                    ⢸⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉
+        │                    ⢸┊        ┊
+        │                    ⢸┊        ┊
+        │                    ⢸┊        ┊
+        │                    ⡇┊        ┊
+        │                    ⡇┊        ┊
+        │                    ⡇┊        ┊
+       0┤⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⣀⡇┊        ┊
+         step 1000           ┊┊        ┊      1199
 
-  divergence over threshold, power of ten
-  2.0 ┤                     ⠈⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉
-      │
-      │
-      │
-  1.0 ┤
-      │
-      │
-  0.0 ┤───────────────────────────────────────────
-      └─────────────────────┴┴─────────┴──────────
-       step 1000                              1199
+  divergence over threshold (╌), power of ten
+     2.0┤                    ⠈⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉
+        │                    ┊┊        ┊
+        │                    ┊┊        ┊
+        │                    ┊┊        ┊
+        │                    ┊┊        ┊
+        │                    ┊┊        ┊
+        │                    ┊┊        ┊
+     0.0┤╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌╌
+         step 1000           ┊┊        ┊      1199
 
-  ┴ onset step 1100
-  ┴ detection step 1102
-  ┴ latched as of step 1150
+  ┊ onset step 1100
+  ┊ detection step 1102
+  ┊ latched as of step 1150
 ";
         let text = text(&frame(), 50, Paint::NONE);
         assert_eq!(text, expected, "\n{text}");
