@@ -49,14 +49,14 @@ impl ModulePicture {
     /// How many of its components are in this state.
     #[must_use]
     pub fn count(&self, state: FaultState) -> usize {
-        self.components.iter().filter(|component| component.state == state).count()
+        self.components.iter().filter(|component| component.state() == state).count()
     }
 
     /// How many of its normal components agree with their reference.
     #[must_use]
     pub fn verified(&self) -> usize {
         let verified = |component: &&FaultTransition| {
-            component.state == FaultState::Normal && component.is_verified()
+            component.state() == FaultState::Normal && component.is_verified()
         };
         self.components.iter().filter(verified).count()
     }
@@ -70,8 +70,9 @@ impl ModulePicture {
     /// How many of its components are in this state, and their alarm counts.
     #[must_use]
     pub fn alarms(&self, state: FaultState) -> usize {
-        let counts =
-            |component: &&FaultTransition| component.state == state && component.aside().is_none();
+        let counts = |component: &&FaultTransition| {
+            component.state() == state && component.aside().is_none()
+        };
         self.components.iter().filter(counts).count()
     }
 
@@ -115,7 +116,7 @@ impl ModulePicture {
     pub(super) fn doubt(&mut self) {
         let lack = self.lack();
         for component in &mut self.components {
-            if component.state == FaultState::Normal
+            if component.state() == FaultState::Normal
                 && let Some(unknown) = lack.clone()
             {
                 *component = component.clone().while_unknown(unknown);

@@ -27,7 +27,7 @@ impl Urgency {
     /// Of a component in its present state.
     #[must_use]
     pub fn of(component: &FaultTransition) -> Self {
-        let urgency = match component.state {
+        let urgency = match component.state() {
             FaultState::Latched => Urgency::Latched,
             FaultState::Unconfirmed => Urgency::Unconfirmed,
             FaultState::Unknown => Urgency::Unknown,
@@ -67,7 +67,11 @@ mod tests {
                 on_behalf_of: None,
                 reason: "painting".to_owned(),
             });
-            Urgency::of(&FaultTransition { state, shelved, ..untouched })
+            Urgency::of(&FaultTransition {
+                verdict: wire::Verdict::example(state),
+                shelved,
+                ..untouched
+            })
         };
         assert_eq!(of(FaultState::Latched, false), Urgency::Latched);
         assert_eq!(of(FaultState::Latched, true), Urgency::SetAside);

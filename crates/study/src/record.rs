@@ -259,7 +259,8 @@ fn heard(occurrences: &[Occurrence]) -> (Vec<Diagnosed>, Conversation) {
                 Verdict::Normal
                 | Verdict::Tentative
                 | Verdict::Unconfirmed { .. }
-                | Verdict::Acknowledged => {}
+                | Verdict::Acknowledged
+                | Verdict::Unknown => {}
             },
         }
     }

@@ -73,7 +73,7 @@ fn badge(transition: &FaultTransition) -> String {
 
 /// A component and its state in a line.
 pub(crate) fn title(transition: &FaultTransition) -> String {
-    let kind = transition.identification.as_ref().filter(|_| transition.state.is_fault());
+    let kind = transition.identification.as_ref().filter(|_| transition.state().is_fault());
     let parts =
         [Some(state_in_words(transition)), kind.map(|found| identified(found)), aside(transition)];
     let parts: Vec<String> = parts.into_iter().flatten().collect();

@@ -110,5 +110,5 @@ pub(crate) fn verdict(view: &View<'_>, transition: &FaultTransition) -> Markup {
 /// A transition does not say how the component stands to its reference: its `normal` is the end of a change.
 pub(crate) fn verdict_state(transition: &FaultTransition) -> Markup {
     let class = look::class(transition);
-    html! { span.state.(class) { (look::sign(class)) (transition.state) } }
+    html! { span.state.(class) { (look::sign(class)) (transition.state()) } }
 }

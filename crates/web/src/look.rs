@@ -55,7 +55,7 @@ pub(crate) fn sign(class: &str) -> Markup {
 
 /// The class of a component's state, which is also the name of its sign.
 pub(crate) fn class(transition: &FaultTransition) -> &'static str {
-    match transition.state {
+    match transition.state() {
         FaultState::Normal if !transition.is_verified() => "unverified",
         state => state.as_str(),
     }

@@ -179,7 +179,7 @@ async fn following(feed: &mut Feed, table: &mut Table) {
     let latched = async {
         loop {
             match feed.next().await.unwrap() {
-                News::Fault(fault) if fault.state == FaultState::Latched => return,
+                News::Fault(fault) if fault.state() == FaultState::Latched => return,
                 _ => {}
             }
         }

@@ -78,24 +78,14 @@ impl Entry {
 pub(super) struct Verdict {
     pub(super) step: Step,
     pub(super) component: ComponentPath,
-    pub(super) state: FaultState,
+    #[serde(flatten)]
+    pub(super) verdict: wire::Verdict,
     pub(super) detection_step: Option<Step>,
     /// What it rests on.
     pub(super) symptom: Symptom,
     /// If it departs from its reference, what was measured and what was expected, in the unit of the symptom.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) departure: Option<Departure>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) explained_by: Option<ComponentPath>,
-    /// If unconfirmed, why.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) doubt: Option<Doubt>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) silent: Vec<ModuleName>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) unknowing: Vec<ModuleName>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) one_of: Vec<ComponentPath>,
 }
 
 /// How a component departs from its reference.

@@ -1,23 +1,22 @@
 //! What a module found about a component, in words.
 
-use wire::{FaultState, Symptom};
+use wire::Symptom;
 
 use super::entry::{Departure, Verdict};
 use wording::{residual, why_unconfirmed};
 
 /// One line, or two if there is a reference to compare with.
 pub(super) fn of(found: &Verdict) -> String {
-    let Verdict { component, state, .. } = found;
-    match (state, &found.explained_by) {
-        (FaultState::Latched, _) => format!("FAULT      {component}, {}", why_faulty(found)),
-        (FaultState::Explained, Some(root)) => {
-            format!("explained  {component}, explained by {root}")
+    let Verdict { component, verdict, .. } = found;
+    match verdict {
+        wire::Verdict::Latched => format!("FAULT      {component}, {}", why_faulty(found)),
+        wire::Verdict::Explained { by, .. } => {
+            format!("explained  {component}, explained by {by}")
         }
-        (FaultState::Unconfirmed, _) => {
-            let why = why_unconfirmed(found.doubt, &found.silent, &found.unknowing, &found.one_of);
-            format!("open       {component}, unconfirmed: {why}")
+        wire::Verdict::Unconfirmed { doubt } => {
+            format!("open       {component}, unconfirmed: {}", why_unconfirmed(doubt))
         }
-        (state, _) => format!("{:<10} {component}", state.as_str()),
+        other => format!("{:<10} {component}", other.as_str()),
     }
 }
 
@@ -58,40 +57,25 @@ fn departs(found: &Verdict, Departure { measured, expected, changed }: Departure
 mod tests {
     use super::*;
     use names::Step;
-    use wire::Doubt;
+    use wire::{Doubt, Verdict as Finding};
 
-    fn verdict(state: FaultState, component: &str) -> Verdict {
+    fn verdict(verdict: Finding, component: &str) -> Verdict {
         Verdict {
             step: Step(9),
             component: component.parse().unwrap(),
-            state,
+            verdict,
             detection_step: Some(Step(3)),
             symptom: Symptom::Change,
             departure: None,
-            explained_by: None,
-            doubt: None,
-            silent: Vec::new(),
-            unknowing: Vec::new(),
-            one_of: Vec::new(),
         }
     }
 
     #[test]
     fn an_open_verdict_states_why_it_is_open() {
-        let open = |doubt, silent: &[&str], unknowing: &[&str]| {
-            let names = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect();
-            of(&Verdict {
-                doubt: Some(doubt),
-                silent: names(silent),
-                unknowing: names(unknowing),
-                ..verdict(FaultState::Unconfirmed, "m1/sensor/g1")
-            })
-        };
-        let lines = [
-            open(Doubt::Silent, &["m2"], &[]),
-            open(Doubt::Unknowing, &[], &["m2"]),
-            open(Doubt::RunEnded, &[], &[]),
-        ];
+        let open = |doubt| of(&verdict(Finding::Unconfirmed { doubt }, "m1/sensor/g1"));
+        let m2 = || vec!["m2".parse().unwrap()];
+        let lines =
+            [open(Doubt::Silent(m2())), open(Doubt::Unknowing(m2())), open(Doubt::RunEnded)];
         let why = lines.map(|text| text.replace("open       m1/sensor/g1, unconfirmed: ", ""));
         let expected = [
             "no answer from m2",
@@ -106,7 +90,7 @@ mod tests {
         let fault = |component, symptom, departure: Option<[f64; 2]>, changed| {
             let departure =
                 departure.map(|[measured, expected]| Departure { measured, expected, changed });
-            of(&Verdict { symptom, departure, ..verdict(FaultState::Latched, component) })
+            of(&Verdict { symptom, departure, ..verdict(Finding::Latched, component) })
         };
         let gage = |symptom, departure| fault("m1/sensor/g1", symptom, departure, false);
         assert_eq!(

@@ -18,7 +18,7 @@ pub(super) struct Ledger {
 impl Ledger {
     /// Takes a transition into account.
     pub(super) fn take(&mut self, transition: &FaultTransition) {
-        if transition.state == FaultState::Latched {
+        if transition.state() == FaultState::Latched {
             self.named.entry(transition.component.clone()).or_insert_with(|| transition.clone());
         }
     }

@@ -66,9 +66,11 @@ impl Printer {
     fn is_new(&mut self, entry: &Entry) -> bool {
         match entry {
             Entry::Change { component, .. } => self.read.insert(component.to_string()),
-            Entry::Verdict(Verdict { component, explained_by: Some(root), .. }) => {
-                self.read.insert(format!("{component} {root}"))
-            }
+            Entry::Verdict(Verdict {
+                component,
+                verdict: wire::Verdict::Explained { by, .. },
+                ..
+            }) => self.read.insert(format!("{component} {by}")),
             Entry::Injected { .. } => {
                 self.read.clear();
                 true
@@ -104,7 +106,7 @@ impl Printer {
                 paint.in_colour(Colour::Cyan, &unanswered(module, *questions))
             }
             Entry::Verdict(found) => {
-                paint.in_colour(state_colour(found.state), &finding::of(found))
+                paint.in_colour(state_colour(found.verdict.state()), &finding::of(found))
             }
             Entry::SetAside { component, what, .. } => format!("aside      {component}, {what}"),
             Entry::Identified { component, found, .. } => {

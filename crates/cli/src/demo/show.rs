@@ -204,7 +204,7 @@ impl Show {
         self.time_is(step, entries);
         self.ledger.take(&transition);
         // The change was reported already, and that it is over is no finding.
-        if matches!(transition.state, FaultState::Tentative | FaultState::Normal) {
+        if matches!(transition.state(), FaultState::Tentative | FaultState::Normal) {
             return;
         }
         let departure = self.departure(&transition);
@@ -213,13 +213,8 @@ impl Show {
             departure,
             symptom: transition.symptom,
             component: transition.component,
-            state: transition.state,
+            verdict: transition.verdict,
             detection_step: transition.detection_step,
-            explained_by: transition.explained_by,
-            doubt: transition.doubt,
-            silent: transition.silent,
-            unknowing: transition.unknowing,
-            one_of: transition.one_of,
         }));
     }
 
@@ -291,7 +286,7 @@ mod tests {
             News::Transition(transition("m1/sensor/g1", FaultState::Latched, 104)),
         );
         assert!(matches!(entries[0], Entry::Injected { step: Step(100), .. }), "{entries:?}");
-        let latched = |verdict: &Verdict| verdict.state == FaultState::Latched;
+        let latched = |found: &Verdict| found.verdict == wire::Verdict::Latched;
         assert!(matches!(&entries[1], Entry::Verdict(verdict) if latched(verdict)));
         assert_eq!(entries.len(), 2);
     }

@@ -23,7 +23,7 @@ pub(super) fn acts() -> Vec<Act> {
 
 pub(super) fn transition(component: &str, state: FaultState, detected: u64) -> FaultTransition {
     FaultTransition {
-        state,
+        verdict: wire::Verdict::example(state),
         sequence: 1,
         detection_step: Some(Step(detected)),
         decided_step: Some(Step(detected)),

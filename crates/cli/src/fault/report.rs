@@ -14,8 +14,8 @@ pub(super) const USUAL_WIDTH: u16 = 80;
 
 /// The text: in what state the component is, what kind of fault it has, and what was measured of it.
 pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) -> String {
-    let FaultTransition { component, structure, state, .. } = found;
-    if !state.is_fault() {
+    let FaultTransition { component, structure, .. } = found;
+    if !found.state().is_fault() {
         let why = Some(reason(found)).filter(|why| !why.is_empty());
         let why = why.map_or_else(String::new, |why| format!("; {why}"));
         let state = state_in_words(found);
@@ -30,7 +30,7 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
         None => rows.add_row(["kind", "not identified"]),
     }
     // The first row is the state.
-    let text = rows.painted(width, &[Some(state_colour(*state))], paint);
+    let text = rows.painted(width, &[Some(state_colour(found.state()))], paint);
     let signature = identification.and_then(|identification| identification.signature.as_ref());
     let drawing = match signature {
         Some(signature) => drawing(signature, width.unwrap_or(USUAL_WIDTH), paint),
@@ -205,11 +205,13 @@ nothing measured is kept any more";
         let normal = text(&state("m1/sensor/g1", FaultState::Normal), None);
         assert_eq!(normal, "m1/sensor/g1 of tower, no fault declared: normal, not verified");
         let explained = FaultTransition {
-            explained_by: Some("m2/actuator/a3".parse().unwrap()),
+            verdict: wire::Verdict::Explained {
+                by: "m2/actuator/a3".parse().unwrap(),
+                since: Step(3100),
+            },
             ..state("m1/sensor/g1", FaultState::Explained)
         };
-        let expected =
-            "m1/sensor/g1 of tower, no fault declared: explained; explained by m2/actuator/a3";
+        let expected = "m1/sensor/g1 of tower, no fault declared: explained; explained by m2/actuator/a3, which changed at step 3100";
         assert_eq!(text(&explained, None), expected);
     }
 }

@@ -28,7 +28,7 @@ pub(super) fn components(components: &[&FaultTransition]) -> (TextTable, Vec<Opt
     table.align_right([3, 4, 6, 7]);
     table.break_times(5);
     table.stack(&[&[0], &[1, 5], &[3, 4], &[6, 7], &[2, 8]]);
-    (table, components.iter().map(|component| Some(state_colour(component.state))).collect())
+    (table, components.iter().map(|component| Some(state_colour(component.state()))).collect())
 }
 
 fn row(transition: &FaultTransition) -> [String; 9] {

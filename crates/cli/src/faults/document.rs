@@ -72,7 +72,7 @@ struct ComponentEntry<'a> {
 pub(super) fn document(picture: &Picture, all: bool) -> Document<'_> {
     let components = picture.modules.iter().flat_map(|module| &module.components);
     let is_shown = |component: &&FaultTransition| {
-        all || component.state != FaultState::Normal || component.aside().is_some()
+        all || component.state() != FaultState::Normal || component.aside().is_some()
     };
     let shown = components.filter(is_shown);
     Document {

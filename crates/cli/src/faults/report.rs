@@ -41,7 +41,7 @@ pub(super) fn report(picture: &Picture, all: bool, width: Option<u16>, paint: Pa
 fn states(modules: &[ModulePicture], all: bool, width: Option<u16>, paint: Paint) -> String {
     let every = modules.iter().flat_map(|module| &module.components);
     let listed = |component: &FaultTransition| {
-        !matches!(component.state, FaultState::Normal | FaultState::Unknown)
+        !matches!(component.state(), FaultState::Normal | FaultState::Unknown)
             || component.aside().is_some()
     };
     let mut shown: Vec<&FaultTransition> =
@@ -102,7 +102,7 @@ fn counts(modules: &[ModulePicture]) -> String {
 fn unknown(module: &ModulePicture) -> Option<String> {
     let count = module.count(FaultState::Unknown);
     let first =
-        module.components.iter().find(|component| component.state == FaultState::Unknown)?;
+        module.components.iter().find(|component| component.state() == FaultState::Unknown)?;
     let module = &module.member.module;
     let unknown = first.unknown.as_ref()?;
     let (since, reason) = (utc(unknown.since_unix_ns), printable(&unknown.reason));

@@ -46,7 +46,10 @@ pub(super) fn at(structure: &str, mut module: ModulePicture) -> ModulePicture {
 
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
-    FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+    FaultTransition {
+        verdict: wire::Verdict::example(state),
+        ..FaultTransition::untouched(structure, component, 1_000_000_000)
+    }
 }
 
 /// Its alarm is set aside by an operator.

@@ -131,9 +131,9 @@ fn fault(transition: &FaultTransition) -> Parts {
     (
         transition.time_unix_ns,
         transition.component.to_string(),
-        transition.state.to_string(),
+        transition.state().to_string(),
         why.join("; "),
-        Some(state_colour(transition.state)),
+        Some(state_colour(transition.state())),
     )
 }
 

@@ -105,7 +105,7 @@ impl Report {
     fn is_over(&self, found: &Identification) -> bool {
         let after = |transition: &&FaultTransition| transition.sequence > found.sequence;
         let later = self.transition.as_ref().filter(after);
-        later.is_some_and(|transition| !transition.state.is_fault())
+        later.is_some_and(|transition| !transition.state().is_fault())
     }
 }
 

@@ -56,7 +56,7 @@ fn row(transition: &FaultTransition) -> [String; 7] {
         transition.module.to_string(),
         transition.sequence.to_string(),
         transition.component.component.to_string(),
-        transition.state.to_string(),
+        transition.state().to_string(),
         or_nothing(transition.decided_step),
         if why.is_empty() { NOTHING.to_owned() } else { why },
     ]
@@ -76,7 +76,7 @@ fn row_of_identification(found: &Identification) -> [String; 7] {
 
 fn colour(entry: &Entry<'_>) -> Option<Colour> {
     match entry {
-        Entry::Transition(transition) => Some(state_colour(transition.state)),
+        Entry::Transition(transition) => Some(state_colour(transition.state())),
         Entry::Identification(_) => None,
     }
 }

@@ -20,7 +20,7 @@ pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> Module
 pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
     let component = format!("{module}/sensor/g1").parse().unwrap();
     FaultTransition {
-        state: FaultState::Latched,
+        verdict: wire::Verdict::example(FaultState::Latched),
         sequence,
         decided_step: Some(Step(7)),
         ..FaultTransition::untouched("tower".parse().unwrap(), component, time_unix_ns)
@@ -36,7 +36,7 @@ pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
         note: Some("looks loose".to_owned()),
     };
     FaultTransition {
-        state: FaultState::Acknowledged,
+        verdict: wire::Verdict::example(FaultState::Acknowledged),
         order: Some(order),
         ..transition(module, sequence, 1_000_000_000)
     }

@@ -202,11 +202,16 @@ mod tests {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("tower".parse().unwrap(), component, 5);
         let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
-        FaultTransition { sequence, state, condition: Some(condition), ..untouched }
+        FaultTransition {
+            sequence,
+            verdict: wire::Verdict::example(state),
+            condition: Some(condition),
+            ..untouched
+        }
     }
 
     fn state(scene: &Scene) -> FaultState {
-        scene.modules[0].picture.components[0].state
+        scene.modules[0].picture.components[0].state()
     }
 
     #[test]

@@ -69,7 +69,7 @@ fn outcome(rig: &Rig, path: &ComponentPath, detector: Detector) -> (Outcome, boo
 fn by_change(verdict: &Verdict, symptom: Option<Symptom>) -> Outcome {
     match (verdict, symptom) {
         (_, Some(Symptom::Departure | Symptom::OilContent | Symptom::Scatter) | None)
-        | (Verdict::Normal | Verdict::Explained { .. }, _) => Outcome::Nothing,
+        | (Verdict::Normal | Verdict::Unknown | Verdict::Explained { .. }, _) => Outcome::Nothing,
         (Verdict::Tentative | Verdict::Unconfirmed { .. }, _) => Outcome::Found,
         (Verdict::Latched | Verdict::Acknowledged, _) => Outcome::Right,
     }

@@ -51,7 +51,7 @@ pub(crate) fn rows(scene: &Scene, filter: &Filter, scope: Option<&Whose>) -> Vec
 
 /// The row of its module stands for what is unknown because of it.
 fn counts(component: &FaultTransition, standing: Standing) -> bool {
-    match component.state {
+    match component.state() {
         FaultState::Normal => false,
         FaultState::Unknown => standing.is_reliable() || component.unknown.is_none(),
         _ => true,

@@ -47,7 +47,7 @@ fn title(present: &FaultTransition, now_unix_ns: u64, area: Rect, cells: &mut Ce
         state_in_words(present),
         age(present.time_unix_ns, now_unix_ns)
     );
-    let style = cells.palette.tone(state_tone(present.state));
+    let style = cells.palette.tone(state_tone(present.state()));
     cells.text(area, 0, &title, style.add_modifier(ratatui::style::Modifier::REVERSED));
 }
 
@@ -77,7 +77,7 @@ fn facts(present: &FaultTransition, seen: &CloseUp) -> Vec<(&'static str, String
 
 /// The latest word on its kind, with the other contenders.
 fn what_it_is(present: &FaultTransition, seen: &CloseUp) -> Option<String> {
-    if !present.state.is_fault() {
+    if !present.state().is_fault() {
         return None;
     }
     let found = match &seen.identification {

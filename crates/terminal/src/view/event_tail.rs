@@ -43,9 +43,9 @@ fn line_of(event: &Event) -> Line {
     match &event.news {
         News::Fault(change) => line(
             change.component.to_string(),
-            change.state.as_str(),
+            change.state().as_str(),
             reason(change),
-            state_tone(change.state),
+            state_tone(change.state()),
         ),
         News::Identification(found) => {
             let what = if found.decided { "identified" } else { "not identified" };

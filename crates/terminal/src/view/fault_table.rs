@@ -145,7 +145,7 @@ fn of_module(module: &LiveModule, whose: &Whose, now_unix_ns: u64) -> Line {
 fn of_component(component: &FaultTransition, now_unix_ns: u64) -> Line {
     let urgency = Urgency::of(component);
     let is_aside = urgency == Urgency::SetAside;
-    let tone = if is_aside { Tone::Explained } else { state_tone(component.state) };
+    let tone = if is_aside { Tone::Explained } else { state_tone(component.state()) };
     let why: Vec<String> =
         [aside(component), Some(reason(component))].into_iter().flatten().collect();
     let why: Vec<&str> = why.iter().map(String::as_str).filter(|text| !text.is_empty()).collect();

@@ -86,7 +86,7 @@ fn counts(scene: &Scene) -> String {
 
 fn states(scene: &Scene) -> [(usize, &'static str); 9] {
     let of = |wanted| scene.components().filter(|one| Urgency::of(one) == wanted).count();
-    let normal = || scene.components().filter(|one| one.state == FaultState::Normal);
+    let normal = || scene.components().filter(|one| one.state() == FaultState::Normal);
     let verified = normal().filter(|one| one.is_verified()).count();
     [
         (of(Urgency::Latched), "latched"),

@@ -34,7 +34,7 @@ pub(super) fn draw(journal: &Journal, area: Rect, cells: &mut Cells) {
     for (line, change) in (0..).zip(shown) {
         let (number, time) = (format!("{:>5}", change.sequence), utc(change.time_unix_ns));
         let why = reason(change);
-        let columns = [(number.as_str(), 5), (&time, 24), (change.state.as_str(), 12), (&why, 0)];
-        cells.row(body, line, &columns, cells.palette.tone(state_tone(change.state)));
+        let columns = [(number.as_str(), 5), (&time, 24), (change.state().as_str(), 12), (&why, 0)];
+        cells.row(body, line, &columns, cells.palette.tone(state_tone(change.state())));
     }
 }

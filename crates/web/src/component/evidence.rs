@@ -50,7 +50,8 @@ impl Evidence {
 
 async fn frame(app: &App, scene: &Scene, transition: &FaultTransition) -> Option<Frame> {
     let module = find_module(scene, Some(&transition.structure), &transition.module);
-    match (transition.state.is_fault(), module.is_some_and(|m| m.silent_since_unix_ns.is_none())) {
+    match (transition.state().is_fault(), module.is_some_and(|m| m.silent_since_unix_ns.is_none()))
+    {
         (false, _) => None,
         (true, false) => Some(Err("its module is not heard".into())),
         (true, true) => Some(app.desk.frames.of(app, transition).await),

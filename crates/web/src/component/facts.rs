@@ -10,12 +10,12 @@ use crate::view::View;
 /// What is known of its present state.
 pub(super) fn facts(view: &View<'_>, transition: &FaultTransition) -> Markup {
     let why = reason(transition);
-    let found = transition.identification.as_ref().filter(|_| transition.state.is_fault());
+    let found = transition.identification.as_ref().filter(|_| transition.state().is_fault());
     html! {
         div.verdict.(look::classes(transition)) {
             p.headline { (look::state(transition)) @if let Some(found) = found { span.kind { (identified(found)) } } }
             @if !why.is_empty() { p.why { (why) } }
-            @if let Some(root) = &transition.explained_by {
+            @if let Some(root) = transition.verdict.explained_by() {
                 p { "Explained by " a href=(view.component(Some(&transition.structure), root)) { (root) } "." }
             }
         }

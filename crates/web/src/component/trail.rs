@@ -61,7 +61,7 @@ fn edges(view: &View<'_>, transition: &FaultTransition, evidence: &Evidence) -> 
     let dated =
         evidence.transitions().map(|one| (one, false)).chain(present.map(|one| (one, true)));
     for (one, present) in dated {
-        if let Some(root) = &one.explained_by {
+        if let Some(root) = one.verdict.explained_by() {
             edges.insert(one.component.clone(), Edge { root: root.clone(), present });
         }
     }

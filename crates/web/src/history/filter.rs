@@ -96,7 +96,7 @@ impl Filter {
     pub(super) fn wants(&self, entry: &Entry<'_>) -> bool {
         let time = entry.time_unix_ns();
         let state = match entry {
-            Entry::Transition(transition) => Some(transition.state),
+            Entry::Transition(transition) => Some(transition.state()),
             Entry::Identification(_) => None,
         };
         self.from_unix_ns.is_none_or(|from| time >= from)

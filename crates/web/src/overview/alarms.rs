@@ -125,7 +125,7 @@ fn module_line(view: &View<'_>, module: &LiveModule, trouble: &Trouble) -> Marku
 
 /// A component with everything that is known of its state.
 pub(crate) fn component_line(view: &View<'_>, component: &FaultTransition) -> Markup {
-    let kind = component.identification.as_ref().filter(|_| component.state.is_fault());
+    let kind = component.identification.as_ref().filter(|_| component.state().is_fault());
     let why = reason(component);
     html! {
         li.alarm.(look::classes(component)) {
@@ -142,7 +142,7 @@ pub(crate) fn component_line(view: &View<'_>, component: &FaultTransition) -> Ma
 
 /// Of a component that never had a transition, the time is that of the answer.
 fn since(component: &FaultTransition) -> Markup {
-    let onset = component.onset_step.filter(|_| component.state != FaultState::Normal);
+    let onset = component.onset_step.filter(|_| component.state() != FaultState::Normal);
     html! {
         p.meta {
             "since " (look::when(component.time_unix_ns))

@@ -16,7 +16,7 @@ pub(super) fn sentence(view: &View<'_>) -> String {
         };
     }
     let components: Vec<&FaultTransition> = view.scene.components().collect();
-    let count = |state| components.iter().filter(|component| component.state == state).count();
+    let count = |state| components.iter().filter(|component| component.state() == state).count();
     let verified = modules.iter().map(|module| module.picture.verified()).sum::<usize>();
     let unverified = count(FaultState::Normal) - verified;
     let mut parts = match components.len() {
@@ -47,8 +47,9 @@ pub(super) fn sentence(view: &View<'_>) -> String {
 }
 
 fn faults(components: &[&FaultTransition]) -> String {
-    let faults: Vec<_> = components.iter().filter(|component| component.state.is_fault()).collect();
-    let acknowledged = faults.iter().filter(|c| c.state == FaultState::Acknowledged).count();
+    let faults: Vec<_> =
+        components.iter().filter(|component| component.state().is_fault()).collect();
+    let acknowledged = faults.iter().filter(|c| c.state() == FaultState::Acknowledged).count();
     let aside = components.iter().filter(|component| component.aside().is_some()).count();
     let mut words = match faults.len() {
         0 => "No fault known".to_owned(),

@@ -97,7 +97,7 @@ pub(crate) fn components(view: &View<'_>, module: &LiveModule) -> Markup {
                         title=(title(component)) {
                         (look::sign(look::class(component)))
                         span { (component.component.component.name()) }
-                        span.hidden { " " (component.state) }
+                        span.hidden { " " (component.state()) }
                     }
                 }
             }
