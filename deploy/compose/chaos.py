@@ -58,7 +58,7 @@ class Stage:
 def unconfirmed_meanwhile(stage, component, silent, since):
     """While the peer is away, no component is reported faulty: the change is unconfirmed."""
     doubt = stage.watcher.fault(component, "unconfirmed", 20, since)
-    require(doubt["silent"] == [silent], f"{component} is unconfirmed for {doubt['silent']}, not for {silent}")
+    require(doubt["doubt"] == "silent" and doubt["of"] == [silent], f"{component} is unconfirmed, {doubt}, not for {silent}")
     named = [n for n in stage.watcher.events[since:] if n["news"] == "fault" and n["state"] == "latched"]
     require(not named, f"called faulty meanwhile: {[n['component'] for n in named]}")
     return f"{doubt['state']}: no answer from {silent}"

@@ -26,7 +26,7 @@ impl Held {
     #[must_use]
     pub fn of_verdict(verdict: &Verdict) -> Self {
         match verdict {
-            Verdict::Normal => Held::Normal,
+            Verdict::Normal | Verdict::Unknown => Held::Normal,
             Verdict::Tentative => Held::Tentative,
             Verdict::Unconfirmed { .. } => Held::Unconfirmed,
             Verdict::Explained { by, .. } => Held::Explained(Some(by.clone())),
@@ -37,11 +37,11 @@ impl Held {
     /// From a message.
     #[must_use]
     pub fn of_message(message: &FaultTransition) -> Self {
-        match message.state {
+        match message.state() {
             FaultState::Normal | FaultState::Unknown => Held::Normal,
             FaultState::Tentative => Held::Tentative,
             FaultState::Unconfirmed => Held::Unconfirmed,
-            FaultState::Explained => Held::Explained(message.explained_by.clone()),
+            FaultState::Explained => Held::Explained(message.verdict.explained_by().cloned()),
             FaultState::Latched | FaultState::Acknowledged => Held::Latched,
         }
     }

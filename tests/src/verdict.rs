@@ -43,13 +43,9 @@ impl Reached {
     /// From a message; `None` if it is not a final verdict.
     #[must_use]
     pub fn of_message(message: &FaultTransition) -> Option<Self> {
-        let outcome = match message.state {
-            FaultState::Latched => "latched".to_string(),
-            FaultState::Explained => format!(
-                "explained by {} since {}",
-                message.explained_by.as_ref()?,
-                message.explained_since_step?
-            ),
+        let outcome = match &message.verdict {
+            wire::Verdict::Latched => "latched".to_string(),
+            wire::Verdict::Explained { by, since } => format!("explained by {by} since {since}"),
             _ => return None,
         };
         Some(Self {

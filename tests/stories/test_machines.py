@@ -284,7 +284,7 @@ def loss_of_power(first, second, subscriber):
     second.lose_power()
     # Small: a jump is no effect of anything, and is latched without module2.
     subscriber.inject(G3, kind="bias", offset_m=1.2e-5)
-    assert subscriber.fault(G3, "unconfirmed")["silent"] == ["module2"]
+    assert subscriber.fault(G3, "unconfirmed")["of"] == ["module2"]
     second.boot()
     subscriber.fault(G3, "latched")
     in_service(second, UNIT2)

@@ -9,8 +9,8 @@ use crate::judging::Judging;
 use crate::ledger::Blank;
 use crate::order::{Order, OrderRefusal};
 use crate::state::Condition;
-use crate::verdict::Verdict;
 use wire::Symptom;
+use wire::Verdict;
 use wire::{GivenOrder, GivenOrderKind};
 
 /// A residual displaced by less than this share of what was found is back.

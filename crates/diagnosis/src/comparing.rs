@@ -16,10 +16,10 @@ use crate::ledger::Departure;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::ModuleSetup;
 use crate::state::{Conclusion, Condition, Departed, Detectors, Finding, Reaction, WindowLength};
-use crate::verdict::{Doubt, Verdict};
 use wire::Counters;
 use wire::Evidence;
 use wire::Symptom;
+use wire::{Doubt, Verdict};
 
 /// Windows in which one of several suspects has to agree before it is no longer one.
 const CLEARED: u32 = 10;

@@ -23,9 +23,10 @@ use crate::question::{Answer, Question};
 use crate::sample::Sample;
 use crate::settings::{ModuleSetup, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
-use crate::verdict::{Transition, Verdict};
+use crate::verdict::Transition;
 use wire::Counters;
 use wire::Evidence;
+use wire::Verdict;
 
 /// The diagnoser of one module.
 #[derive(Debug, Clone)]

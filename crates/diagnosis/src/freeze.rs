@@ -6,7 +6,8 @@ use crate::channels::Channels;
 use crate::event::Action;
 use crate::recent::Row;
 use crate::settings::{ModuleSetup, Sampling};
-use crate::verdict::{Transition, Verdict};
+use crate::verdict::Transition;
+use wire::Verdict;
 
 /// How much is shown before onset and detection, and how much after the step as of which the fault was latched \[s\].
 const AROUND_S: f64 = 2.0;

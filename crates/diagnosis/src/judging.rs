@@ -12,9 +12,10 @@ use crate::ledger::{Departure, Ledger};
 use crate::memory::PastWatch;
 use crate::question::{Answer, Question};
 use crate::settings::ModuleSetup;
-use crate::verdict::{Doubt, Transition, Verdict};
+use crate::verdict::Transition;
 use wire::Change;
 use wire::Counters;
+use wire::{Doubt, Verdict};
 
 /// The open cases of a module and the verdicts on its components.
 #[derive(Debug, Clone)]

@@ -5,11 +5,12 @@ use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use crate::isolation::Case;
 use crate::order::OrderRefusal;
 use crate::shelving::aside_after;
-use crate::verdict::{Doubt, Transition, Verdict};
+use crate::verdict::Transition;
 use wire::Alarm;
 use wire::Evidence;
 use wire::GivenOrder;
 use wire::Symptom;
+use wire::{Doubt, Verdict};
 
 /// The verdict on one component.
 #[derive(Debug, Clone)]

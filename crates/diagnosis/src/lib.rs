@@ -51,8 +51,8 @@ pub use sample::{Sample, SampleRejection, Signal};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };
-pub use verdict::{Doubt, Transition, Verdict};
+pub use verdict::Transition;
 pub use wire::{
-    ActuatorFault, Alarm, Change, Counters, Evidence, GivenOrder, GivenOrderKind, Shelving, Span,
-    Symptom,
+    ActuatorFault, Alarm, Change, Counters, Doubt, Evidence, GivenOrder, GivenOrderKind, Shelving,
+    Span, Symptom, Verdict,
 };

@@ -2,7 +2,7 @@
 
 use crate::fixture::{Bench, EFFECTS, HOLD, INTERVAL, WARM_UP, name, setup, unchanged_since};
 use diagnosis::{
-    Action, ActuatorFault, Answer, Change, Doubt, Event, PeerFailure, Phase, Question,
+    Action, ActuatorFault, Alarm, Answer, Change, Doubt, Event, PeerFailure, Phase, Question,
     QuestionToken, Refusal, Rule, SampleRejection, Verdict,
 };
 use names::{RunId, Step};
@@ -13,7 +13,14 @@ const SMALL_BIAS_M: f64 = 14e-6;
 const ROOT_M: f64 = 500e-6;
 
 fn answer(question: Question, changes: Vec<Change>) -> Event {
-    let answer = Answer { changes, ..unchanged_since(Step(WARM_UP), question) };
+    // It raises the alarm for what has changed.
+    let alarm = |change: &Change| Alarm {
+        component: change.component.clone(),
+        step: change.step.min(question.as_of),
+        faulty: false,
+    };
+    let alarms = changes.iter().map(alarm).collect();
+    let answer = Answer { changes, alarms, ..unchanged_since(Step(WARM_UP), question) };
     Event::Answered { peer: name("upper"), answer }
 }
 

@@ -36,7 +36,8 @@ pub(crate) fn status(module: &str, peers: &[&str]) -> ModuleStatus {
 /// A component of the tower in a state since 1970-01-01T00:00:01Z.
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
-    FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+    let verdict = wire::Verdict::example(state);
+    FaultTransition { verdict, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
 }
 
 /// A module of the tower in this phase that answers.
@@ -147,5 +148,5 @@ pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
         note: Some("looks loose".to_owned()),
     };
     let latched = journaled(module, sequence, 1_000_000_000);
-    FaultTransition { state: FaultState::Acknowledged, order: Some(order), ..latched }
+    FaultTransition { verdict: wire::Verdict::Acknowledged, order: Some(order), ..latched }
 }

@@ -54,7 +54,7 @@ impl Comparison {
         let is_own = |time: u64| time >= course.process && time < course.until;
         // A state that is unknown for now, as a reply says, is no verdict.
         let judged = |message: &&FaultTransition| {
-            let known = message.state != FaultState::Unknown && message.run.is_some();
+            let known = message.state() != FaultState::Unknown && message.run.is_some();
             is_own(message.time_unix_ns) && message.sequence > 0 && known
         };
         let own = record.transitions.iter().filter(judged);
@@ -113,7 +113,7 @@ impl Comparison {
         let speaker = Speaker::of(self.structure.clone(), self.module.clone());
         let (run, step) = (recorded.run?, recorded.decided_step?);
         let component = recorded.component.component.clone();
-        let said = recorded.state;
+        let said = recorded.state();
         let value = |transition| serde_json::to_value(speaker.transition(transition, 0));
         let recorded = from_transition(recorded).and_then(|known| value(known).ok());
         let replayed = value(replayed.clone()).ok();
@@ -194,7 +194,7 @@ impl Comparison {
             step,
             component: message.component.component.clone(),
             field: "verdict".to_owned(),
-            recorded: message.state.to_string(),
+            recorded: message.state().to_string(),
             replayed: "none".to_owned(),
         };
         self.differs(u64::MAX - 1, difference);

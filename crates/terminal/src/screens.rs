@@ -98,7 +98,7 @@ fn acknowledged() -> FaultTransition {
         note: Some("seen on site".to_owned()),
     };
     FaultTransition {
-        state: FaultState::Acknowledged,
+        verdict: wire::Verdict::example(FaultState::Acknowledged),
         order: Some(order),
         ..latched("module1/actuator/a3", 400)
     }
@@ -119,8 +119,10 @@ fn first() -> ModuleView {
 
 fn second() -> ModuleView {
     let explained = FaultTransition {
-        explained_by: Some("module1/sensor/g2".parse().unwrap()),
-        explained_since_step: Some(Step(3108)),
+        verdict: wire::Verdict::Explained {
+            by: "module1/sensor/g2".parse().unwrap(),
+            since: Step(3108),
+        },
         ..state("module2/sensor/g5", FaultState::Explained, 12)
     };
     heard("module2", vec![agreeing("module2/actuator/a1"), explained])

@@ -28,7 +28,7 @@ pub(crate) fn state(component: &str, state: FaultState, ago_s: u64) -> FaultTran
     let component = component.parse().unwrap();
     let time = NOW - ago_s * SECOND;
     FaultTransition {
-        state,
+        verdict: wire::Verdict::example(state),
         sequence: 7,
         ..FaultTransition::untouched("tower".parse().unwrap(), component, time)
     }
@@ -66,17 +66,20 @@ pub(crate) fn scene(modules: Vec<ModuleView>) -> Scene {
 }
 
 fn status(module: &str) -> ModuleStatus {
-    let text = format!(
-        r#"{{"v":1,"structure":"tower","module":"{module}","software":"0","thresholds":"",
-        "phase":"in_service","in_service_since_step":1,"run":3,"step":4711,"lag_ms":0.8,
-        "sample_age_ms":1.1,"queued_samples":0,"latched":0,"unconfirmed":0,"waiting_questions":0,
-        "next_sequence":1,"journal":{{"directory":"/var/lib","bytes":1,"problem":null,
-        "unsaved":0,"lost":0,"damaged":0}},"peers":[],"intake":{{"received":0,"dropped":0,
-        "malformed":0,"unknown_version":0,"wrong_message":0,"other_module":0}},
-        "diagnosis":{{"samples":0,"samples_missing":0,"samples_repeated":0,
-        "samples_wrong_length":0,"samples_non_finite":0,"runs":0,"restarts":0,"changes":0,
-        "questions_asked":0,"questions_unanswered":0,"answers_malformed":0,"answers_given":0,
-        "questions_refused":0}},"publisher":{{"events":0,"events_lost":0}},"time_unix_ns":{NOW}}}"#
-    );
-    wire::decode(text.as_bytes()).unwrap()
+    let waiting = ModuleStatus::waiting("tower".parse().unwrap(), module.parse().unwrap());
+    ModuleStatus {
+        phase: wire::ModulePhase::InService,
+        in_service_since_step: Some(Step(1)),
+        run: Some(names::RunId(3)),
+        step: Some(Step(4711)),
+        lag_ms: Some(0.8),
+        sample_age_ms: Some(1.1),
+        journal: wire::JournalStatus {
+            directory: Some("/var/lib".to_owned()),
+            bytes: 1,
+            ..wire::JournalStatus::default()
+        },
+        time_unix_ns: NOW,
+        ..waiting
+    }
 }

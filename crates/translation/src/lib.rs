@@ -10,9 +10,9 @@ pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
 use diagnosis::state::{self, WindowLength, WindowMeans};
-use diagnosis::{Answer, Doubt, Phase, Question, Transition, Verdict};
+use diagnosis::{Answer, Phase, Question, Transition};
 use names::{Component, ComponentPath, ModuleName, RunId, Step, StructureName};
-use wire::{Agreement, FaultState, FaultTransition, ModulePhase};
+use wire::{Agreement, FaultTransition, ModulePhase, Verdict};
 
 /// The publishing module.
 #[derive(Debug, Clone)]
@@ -89,19 +89,11 @@ impl Speaker {
         message.state_order = verdict_order;
         message.shelved = shelved.map(|shelving| *shelving);
         message.suppressed = suppressed.map(|shelving| *shelving);
-        message.state = to_state(&verdict);
+        message.verdict = verdict;
         message.disputed = disputed;
         message.before_service = before_service;
         message.tare = tare;
         message.symptom = symptom;
-        match verdict {
-            Verdict::Unconfirmed { doubt } => enter_doubt(&mut message, doubt),
-            Verdict::Explained { by, since } => {
-                message.explained_by = Some(by);
-                message.explained_since_step = Some(since);
-            }
-            Verdict::Normal | Verdict::Tentative | Verdict::Latched | Verdict::Acknowledged => {}
-        }
         message
     }
 
@@ -169,50 +161,10 @@ impl Speaker {
     }
 }
 
-fn enter_doubt(message: &mut FaultTransition, doubt: Doubt) {
-    message.doubt = Some(match doubt {
-        Doubt::Silent(modules) => {
-            message.silent = modules;
-            wire::Doubt::Silent
-        }
-        Doubt::Unknowing(modules) => {
-            message.unknowing = modules;
-            wire::Doubt::Unknowing
-        }
-        Doubt::Assumed(actuator) => {
-            message.assumed = Some(actuator);
-            wire::Doubt::Assumed
-        }
-        Doubt::OneOf(components) => {
-            message.one_of = components;
-            wire::Doubt::OneOf
-        }
-        Doubt::RunEnded => wire::Doubt::RunEnded,
-    });
-}
-
 /// A transition as it was before it was sent; `None` for a component that never had one.
 #[must_use]
 pub fn from_transition(message: FaultTransition) -> Option<Transition> {
-    let verdict = match message.state {
-        FaultState::Unknown => return None,
-        FaultState::Normal => Verdict::Normal,
-        FaultState::Tentative => Verdict::Tentative,
-        FaultState::Unconfirmed => Verdict::Unconfirmed {
-            doubt: match message.doubt? {
-                wire::Doubt::Silent => Doubt::Silent(message.silent),
-                wire::Doubt::Unknowing => Doubt::Unknowing(message.unknowing),
-                wire::Doubt::Assumed => Doubt::Assumed(message.assumed?),
-                wire::Doubt::OneOf => Doubt::OneOf(message.one_of),
-                wire::Doubt::RunEnded => Doubt::RunEnded,
-            },
-        },
-        FaultState::Explained => {
-            Verdict::Explained { by: message.explained_by?, since: message.explained_since_step? }
-        }
-        FaultState::Latched => Verdict::Latched,
-        FaultState::Acknowledged => Verdict::Acknowledged,
-    };
+    let verdict = Some(message.verdict).filter(|verdict| *verdict != Verdict::Unknown)?;
     Some(Transition {
         sequence: message.sequence,
         run: message.run?,
@@ -290,19 +242,6 @@ pub fn to_condition(condition: &state::Condition) -> wire::Condition {
         }
     };
     wire::Condition { agreement, as_of_step, reason }
-}
-
-/// The word for a verdict.
-#[must_use]
-pub fn to_state(verdict: &Verdict) -> FaultState {
-    match verdict {
-        Verdict::Normal => FaultState::Normal,
-        Verdict::Tentative => FaultState::Tentative,
-        Verdict::Unconfirmed { .. } => FaultState::Unconfirmed,
-        Verdict::Explained { .. } => FaultState::Explained,
-        Verdict::Latched => FaultState::Latched,
-        Verdict::Acknowledged => FaultState::Acknowledged,
-    }
 }
 
 /// The word for a phase, and since which step it is in service.

@@ -17,7 +17,7 @@ pub(crate) fn component(path: &str, state: FaultState) -> FaultTransition {
     let agreement =
         if state == FaultState::Normal { Agreement::Agrees } else { Agreement::CannotTell };
     let condition = Some(Condition { agreement, as_of_step: None, reason: None });
-    FaultTransition { state, condition, ..untouched }
+    FaultTransition { verdict: wire::Verdict::example(state), condition, ..untouched }
 }
 
 /// A latched fault with an onset.
@@ -39,7 +39,11 @@ pub(crate) fn acknowledged(path: &str, note: &str) -> FaultTransition {
         on_behalf_of: Some("ada".to_owned()),
         note: Some(note.to_owned()),
     };
-    FaultTransition { state: FaultState::Acknowledged, order: Some(order), ..latched(path) }
+    FaultTransition {
+        verdict: wire::Verdict::example(FaultState::Acknowledged),
+        order: Some(order),
+        ..latched(path)
+    }
 }
 
 /// An alarm that is set aside.
@@ -55,19 +59,16 @@ pub(crate) fn shelving(reason: &str) -> Shelving {
 
 /// A status of a module of the tower, in service.
 pub(crate) fn status(module: &str) -> ModuleStatus {
-    let counters = r#"{"samples":0,"samples_missing":0,"samples_repeated":0,
-        "samples_wrong_length":0,"samples_non_finite":0,"runs":0,"restarts":0,"changes":0,
-        "questions_asked":0,"questions_unanswered":0,"answers_malformed":0,"answers_given":0,
-        "questions_refused":0}"#;
-    let text = format!(
-        r#"{{"v":1,"structure":"tower","module":"{module}","software":"0","thresholds":"",
-        "phase":"in_service","in_service_since_step":1,"run":1,"step":9,"lag_ms":1.0,
-        "queued_samples":0,"latched":0,"unconfirmed":0,"waiting_questions":0,"next_sequence":1,
-        "peers":[],"intake":{{"received":0,"dropped":0,"malformed":0,"unknown_version":0,
-        "wrong_message":0,"other_module":0}},"diagnosis":{counters},
-        "publisher":{{"events":0,"events_lost":0}},"time_unix_ns":{NOW_NS}}}"#
-    );
-    wire::decode(text.as_bytes()).unwrap()
+    let waiting = ModuleStatus::waiting("tower".parse().unwrap(), module.parse().unwrap());
+    ModuleStatus {
+        phase: wire::ModulePhase::InService,
+        in_service_since_step: Some(names::Step(1)),
+        run: Some(names::RunId(1)),
+        step: Some(names::Step(9)),
+        lag_ms: Some(1.0),
+        time_unix_ns: NOW_NS,
+        ..waiting
+    }
 }
 
 /// A module that is heard and in service.

@@ -1,6 +1,6 @@
 //! One transition of the verdict on a component.
 
-use names::{ComponentKind, ComponentPath, ModuleName, RunId, Step, StructureName};
+use names::{ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,22 +11,7 @@ use crate::fault_state::FaultState;
 use crate::given_order::GivenOrder;
 use crate::identification::Identification;
 use crate::shelving::{Aside, Shelving};
-
-/// Why a verdict is unconfirmed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Doubt {
-    /// Peers do not answer. They are asked again; the verdict follows.
-    Silent,
-    /// Modules were not watching when it happened, so no verdict will follow.
-    Unknowing,
-    /// The residual rests on the force that is assumed of an actuator without a signal.
-    Assumed,
-    /// It or another component has departed from its reference; what was measured does not tell which.
-    OneOf,
-    /// The run ended before there was a verdict.
-    RunEnded,
-}
+use crate::verdict::Verdict;
 
 /// What a verdict rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize, JsonSchema)]
@@ -68,10 +53,9 @@ pub struct FaultTransition {
     pub module: ModuleName,
     /// The component.
     pub component: ComponentPath,
-    /// Actuator or sensor.
-    pub kind: ComponentKind,
-    /// The new state.
-    pub state: FaultState,
+    /// The new verdict.
+    #[serde(flatten)]
+    pub verdict: Verdict,
     /// What the state rests on.
     pub symptom: Symptom,
     /// Counts the module's transitions from 1, without a gap.
@@ -92,27 +76,12 @@ pub struct FaultTransition {
     pub decided_step: Option<Step>,
     /// The channel at the detection.
     pub evidence: Option<Evidence>,
-    /// If explained, the component that changed first.
-    pub explained_by: Option<ComponentPath>,
-    /// If explained, when that component changed.
-    pub explained_since_step: Option<Step>,
     /// It was so when it was first compared with its reference, and may have been before the module was in service.
     pub before_service: bool,
     /// If latched, what was said to explain the change, though its module does not raise the alarm for it.
     pub disputed: Option<ComponentPath>,
-    /// If unconfirmed, why.
-    pub doubt: Option<Doubt>,
-    /// If unconfirmed, the modules that do not answer.
-    pub silent: Vec<ModuleName>,
-    /// In the order of `silent`, why each of them has not answered so far.
+    /// If peers do not answer, why each of them has not so far, in their order.
     pub silent_because: Vec<String>,
-    /// If unconfirmed, the modules that were not watching when it happened.
-    pub unknowing: Vec<ModuleName>,
-    /// If unconfirmed because its force is assumed, the actuator without a signal.
-    pub assumed: Option<ComponentPath>,
-    /// If unconfirmed because one of several has departed from its reference, these, itself included,
-    /// the likeliest first.
-    pub one_of: Vec<ComponentPath>,
     /// If the module does not watch its components at present, since when and why. A fault that was latched
     /// before stays one.
     pub unknown: Option<Unknown>,
@@ -148,9 +117,8 @@ impl FaultTransition {
         FaultTransition {
             structure,
             module: component.module.clone(),
-            kind: component.component.kind(),
             component,
-            state: FaultState::Normal,
+            verdict: Verdict::Normal,
             symptom: Symptom::Change,
             sequence: 0,
             incarnation: 0,
@@ -160,16 +128,9 @@ impl FaultTransition {
             detection_step: None,
             decided_step: None,
             evidence: None,
-            explained_by: None,
-            explained_since_step: None,
             before_service: false,
             disputed: None,
-            doubt: None,
-            silent: Vec::new(),
             silent_because: Vec::new(),
-            unknowing: Vec::new(),
-            assumed: None,
-            one_of: Vec::new(),
             unknown: None,
             tare: None,
             condition: None,
@@ -181,6 +142,12 @@ impl FaultTransition {
             durable: true,
             time_unix_ns,
         }
+    }
+
+    /// The word of its verdict.
+    #[must_use]
+    pub fn state(&self) -> FaultState {
+        self.verdict.state()
     }
 
     /// Its place among the transitions of its module: the higher one is the later one.
@@ -213,11 +180,11 @@ impl FaultTransition {
     /// The same as long as the module does not watch.
     #[must_use]
     pub fn while_unknown(self, unknown: Unknown) -> FaultTransition {
-        let state = match self.state {
-            FaultState::Normal => FaultState::Unknown,
+        let verdict = match self.verdict {
+            Verdict::Normal => Verdict::Unknown,
             other => other,
         };
-        FaultTransition { state, unknown: Some(unknown), ..self }
+        FaultTransition { verdict, unknown: Some(unknown), ..self }
     }
 }
 

@@ -59,6 +59,7 @@ mod shelving;
 mod state;
 mod status;
 mod stroke;
+mod verdict;
 mod window;
 
 pub use change::{Change, ChangeReport};
@@ -68,7 +69,7 @@ pub use configuration::ModuleConfiguration;
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;
-pub use fault::{Doubt, FaultTransition, Symptom, Unknown};
+pub use fault::{FaultTransition, Symptom, Unknown};
 pub use fault_state::FaultState;
 pub use freeze_frame::{FreezeFrame, FreezeFrameQuestion, Trace};
 pub use given_order::{GivenOrder, GivenOrderKind};
@@ -95,4 +96,5 @@ pub use status::{
     PeerStatus, PublisherCounters,
 };
 pub use stroke::{Stroke, StrokeBegun};
+pub use verdict::{Doubt, Verdict};
 pub use window::{CylinderMeans, GageMeans, WindowLength, WindowMeans};

@@ -83,7 +83,7 @@ mod tests {
         let schema = schema::<FaultTransition>();
         let required = schema["required"].as_array().unwrap();
         assert!(required.contains(&json!("sequence")), "{required:?}");
-        for optional in ["evidence", "doubt", "silent", "durable"] {
+        for optional in ["evidence", "identification", "order", "tare"] {
             assert!(!required.contains(&json!(optional)), "{required:?}");
         }
     }

@@ -70,6 +70,43 @@ pub struct ModuleStatus {
     pub time_unix_ns: u64,
 }
 
+impl ModuleStatus {
+    /// Of a module that waits for its first sample, and of which there is nothing else to say.
+    #[must_use]
+    pub fn waiting(structure: StructureName, module: ModuleName) -> Self {
+        Self {
+            structure,
+            module,
+            software: String::new(),
+            thresholds: String::new(),
+            reference: None,
+            phase: ModulePhase::Waiting,
+            in_service_since_step: None,
+            run: None,
+            step: None,
+            lag_ms: None,
+            sample_age_ms: None,
+            queued_samples: 0,
+            latched: 0,
+            unconfirmed: 0,
+            unknown: 0,
+            verified: 0,
+            shelved: 0,
+            suppressed: None,
+            waiting_questions: 0,
+            next_sequence: 1,
+            journal: JournalStatus::default(),
+            peers: Vec::new(),
+            another_process: false,
+            intake: IntakeCounters::default(),
+            inquiries: InquiryCounters::default(),
+            diagnosis: Counters::default(),
+            publisher: PublisherCounters::default(),
+            time_unix_ns: 0,
+        }
+    }
+}
+
 /// Samples from the network, before they reach the diagnosis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct IntakeCounters {

@@ -4,7 +4,7 @@
 mod support;
 
 use names::fault::{Fault, FaultKind};
-use names::{Component, ComponentKind, ModuleName, RunId, Step, StructureName};
+use names::{Component, ModuleName, RunId, Step, StructureName};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use serde_json::Value;
@@ -17,7 +17,7 @@ use wire::{
     Injection, JournalStatus, Key, Message, ModulePhase, ModuleStatus, Obeyed, Order, PeerOutcome,
     PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress, Refused, Sample,
     Shelving, Signature, SignaturePoint, StateAnswer, Stroke, StrokeBegun, Symptom, Topic, Unknown,
-    VERSION, WindowLength, WindowMeans, decode, encode,
+    VERSION, Verdict, WindowLength, WindowMeans, decode, encode,
 };
 
 fn back<M: Message>(message: &M) -> M {
@@ -280,8 +280,7 @@ fn events_are_read_back() {
         structure: structure(),
         module: module(),
         component: "module1/sensor/g1".parse().unwrap(),
-        kind: ComponentKind::Sensor,
-        state: FaultState::Explained,
+        verdict: Verdict::Explained { by: "module2/actuator/a1".parse().unwrap(), since: Step(39) },
         symptom: Symptom::NoSignal,
         sequence: 3,
         incarnation: 1_795_290_000_000,
@@ -291,16 +290,9 @@ fn events_are_read_back() {
         detection_step: Some(Step(41)),
         decided_step: Some(Step(47)),
         evidence: Some(EVIDENCE),
-        explained_by: Some("module2/actuator/a1".parse().unwrap()),
-        explained_since_step: Some(Step(39)),
-        doubt: Some(Doubt::Silent),
-        silent: vec!["module2".parse().unwrap()],
         silent_because: vec!["not there".into()],
-        unknowing: vec!["module3".parse().unwrap()],
         before_service: true,
         disputed: Some("module2/sensor/g1".parse().unwrap()),
-        assumed: Some("module1/actuator/a1".parse().unwrap()),
-        one_of: vec!["module1/sensor/g1".parse().unwrap()],
         unknown: Some(Unknown { since_unix_ns: 8, reason: "no sample for 500 ms".into() }),
         tare: Some(1.5e-6),
         condition: Some(Condition {
@@ -327,6 +319,18 @@ fn events_are_read_back() {
         time_unix_ns: 9,
     };
     assert_eq!(back(&transition), transition);
+    let component = || "module1/actuator/a1".parse().unwrap();
+    for doubt in [
+        Doubt::Silent(vec!["module2".parse().unwrap()]),
+        Doubt::Unknowing(Vec::new()),
+        Doubt::Assumed(component()),
+        Doubt::OneOf(vec![component()]),
+        Doubt::RunEnded,
+    ] {
+        let transition =
+            FaultTransition { verdict: Verdict::Unconfirmed { doubt }, ..transition.clone() };
+        assert_eq!(back(&transition), transition);
+    }
     let divergences = Divergences {
         structure: structure(),
         module: module(),

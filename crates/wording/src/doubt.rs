@@ -3,21 +3,16 @@
 use names::{ComponentPath, ModuleName};
 use wire::Doubt;
 
-/// In words. Without a reason given, silent modules are one.
-pub(crate) fn why_unconfirmed(
-    doubt: Option<Doubt>,
-    silent: &[ModuleName],
-    unknowing: &[ModuleName],
-    suspects: &[ComponentPath],
-) -> String {
+/// In words.
+pub(crate) fn why_unconfirmed(doubt: &Doubt) -> String {
     match doubt {
-        Some(Doubt::RunEnded) => "the run ended before there was a verdict".to_owned(),
-        Some(Doubt::Assumed) => "it rests on the force of an actuator without a signal".to_owned(),
-        Some(Doubt::Unknowing) => unknown_to(unknowing),
-        Some(Doubt::Silent) => no_answer_from(silent),
-        Some(Doubt::OneOf) => one_of(suspects),
-        None if silent.is_empty() => "for an unknown reason".to_owned(),
-        None => no_answer_from(silent),
+        Doubt::RunEnded => "the run ended before there was a verdict".to_owned(),
+        Doubt::Assumed(actuator) => {
+            format!("it rests on the force of an actuator without a signal, {actuator}")
+        }
+        Doubt::Unknowing(modules) => unknown_to(modules),
+        Doubt::Silent(modules) => no_answer_from(modules),
+        Doubt::OneOf(components) => one_of(components),
     }
 }
 
@@ -53,20 +48,17 @@ mod tests {
     #[test]
     fn each_reason_has_its_words() {
         let [m1, m2] = ["m1", "m2"].map(|name| name.parse::<ModuleName>().unwrap());
-        let both = [m1.clone(), m2];
-        let why = |doubt, silent: &[ModuleName], unknowing: &[ModuleName]| {
-            why_unconfirmed(doubt, silent, unknowing, &[])
-        };
-        assert_eq!(why(Some(Doubt::Silent), &both, &[]), "no answer from m1, m2");
-        assert_eq!(why(None, &both[..1], &[]), "no answer from m1");
-        let unknowing = why(Some(Doubt::Unknowing), &[], &both[..1]);
+        let both = vec![m1.clone(), m2];
+        let one = vec![m1];
+        assert_eq!(why_unconfirmed(&Doubt::Silent(both.clone())), "no answer from m1, m2");
+        let unknowing = why_unconfirmed(&Doubt::Unknowing(one));
         assert_eq!(unknowing, "m1 was not watching when it happened");
-        let unknowing = why(Some(Doubt::Unknowing), &[], &both);
+        let unknowing = why_unconfirmed(&Doubt::Unknowing(both));
         assert_eq!(unknowing, "m1, m2 were not watching when it happened");
         let suspects = ["m1/sensor/g1", "m2/sensor/g3"].map(|path| path.parse().unwrap());
-        let one_of = why_unconfirmed(Some(Doubt::OneOf), &[], &[], &suspects);
+        let one_of = why_unconfirmed(&Doubt::OneOf(suspects.to_vec()));
         assert_eq!(one_of, "one of these departs from its reference: m1/sensor/g1, m2/sensor/g3");
-        let ended = why(Some(Doubt::RunEnded), &[m1], &[]);
+        let ended = why_unconfirmed(&Doubt::RunEnded);
         assert_eq!(ended, "the run ended before there was a verdict");
     }
 }

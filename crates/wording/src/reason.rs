@@ -1,7 +1,7 @@
 //! Why a component is in the state that it is in.
 
 use names::printable;
-use wire::{FaultState, FaultTransition, GivenOrder, GivenOrderKind, Symptom};
+use wire::{Doubt, FaultTransition, GivenOrder, GivenOrderKind, Symptom, Verdict};
 
 use crate::aside::{asides, by_whom};
 use crate::doubt::why_unconfirmed;
@@ -11,28 +11,25 @@ use crate::time::utc;
 /// In words; empty if there is nothing to say beside the state.
 pub fn reason(transition: &FaultTransition) -> String {
     let mut reasons = Vec::new();
-    if transition.state.is_fault() {
+    if transition.state().is_fault() {
         reasons.extend(symptom(transition));
         if transition.is_verified() {
             reasons.push("it agrees with its reference again".to_owned());
         }
     }
-    if let Some(root) = &transition.explained_by {
-        let since = transition.explained_since_step;
-        let since =
-            since.map_or_else(String::new, |step| format!(", which changed at step {step}"));
-        reasons.push(format!("explained by {root}{since}"));
+    if let Verdict::Explained { by, since } = &transition.verdict {
+        reasons.push(format!("explained by {by}, which changed at step {since}"));
     }
-    if let Some(root) = transition.disputed.as_ref().filter(|_| transition.state.is_fault()) {
+    if let Some(root) = transition.disputed.as_ref().filter(|_| transition.state().is_fault()) {
         let module = &root.module;
         reasons.push(format!("disputed: {root} explained it, but {module} raises no alarm for it"));
     }
-    if transition.state == FaultState::Unconfirmed {
-        let FaultTransition { doubt, silent, unknowing, one_of, .. } = transition;
-        reasons.push(why_unconfirmed(*doubt, silent, unknowing, one_of));
-        reasons.extend(transition.assumed.as_ref().map(ToString::to_string));
-        let because = silent.iter().zip(&transition.silent_because);
-        reasons.extend(because.map(|(module, why)| format!("{module}: {}", printable(why))));
+    if let Verdict::Unconfirmed { doubt } = &transition.verdict {
+        reasons.push(why_unconfirmed(doubt));
+        if let Doubt::Silent(modules) = doubt {
+            let because = modules.iter().zip(&transition.silent_because);
+            reasons.extend(because.map(|(module, why)| format!("{module}: {}", printable(why))));
+        }
     }
     if let Some(unknown) = &transition.unknown {
         let since = utc(unknown.since_unix_ns);

@@ -23,12 +23,10 @@ impl Seen {
         Self {
             component: message.component.clone(),
             held: Held::of_message(message),
-            reasoned: match message.doubt {
-                Some(Doubt::Silent) => !message.silent.is_empty(),
-                Some(Doubt::Unknowing) => !message.unknowing.is_empty(),
-                Some(Doubt::Assumed) => message.assumed.is_some(),
-                Some(Doubt::OneOf) => !message.one_of.is_empty(),
-                Some(Doubt::RunEnded) => true,
+            reasoned: match message.verdict.doubt() {
+                Some(Doubt::Silent(modules) | Doubt::Unknowing(modules)) => !modules.is_empty(),
+                Some(Doubt::OneOf(components)) => !components.is_empty(),
+                Some(Doubt::Assumed(_) | Doubt::RunEnded) => true,
                 None => false,
             },
         }

@@ -91,6 +91,6 @@ fn tells_of(transition: &FaultTransition, done: &Done) -> bool {
     let Done { kind, order, obeyed, .. } = done;
     let given = order.clone().given(*kind, 0);
     Some(&transition.component.component) == obeyed.component.as_ref()
-        && transition.state == obeyed.state
+        && transition.state() == obeyed.state
         && transition.order == Some(given)
 }

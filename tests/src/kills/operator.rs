@@ -10,7 +10,7 @@ use daemon::config::Schedule;
 use names::{ModuleName, RunId, Step, StructureName};
 use parking_lot::Mutex;
 use tokio::task::JoinSet;
-use wire::{Doubt, FaultState, FaultTransition, Obeyed, Order, OrderKind};
+use wire::{FaultState, FaultTransition, Obeyed, Order, OrderKind};
 use zenoh::Session;
 
 use crate::observer::{Observer, states};
@@ -122,9 +122,8 @@ impl Worker {
 
     /// The command due for a component.
     fn wants(&self, state: &FaultTransition, now: Step) -> Option<OrderKind> {
-        let never =
-            matches!(state.doubt, Some(Doubt::Unknowing | Doubt::Assumed | Doubt::RunEnded));
-        match state.state {
+        let never = state.verdict.is_undecidable();
+        match state.state() {
             FaultState::Latched => Some(OrderKind::Acknowledge),
             FaultState::Acknowledged => self.is_settled(state, now).then_some(OrderKind::Reset),
             FaultState::Unconfirmed if never => {

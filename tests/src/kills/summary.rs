@@ -53,7 +53,7 @@ impl Summary {
     ) -> Self {
         let transitions: Vec<&FaultTransition> =
             audits.iter().flat_map(|audit| &audit.history.transitions).collect();
-        let count = |state| transitions.iter().filter(|one| one.state == state).count();
+        let count = |state| transitions.iter().filter(|one| one.state() == state).count();
         Self {
             kills,
             took,

@@ -160,7 +160,7 @@ async fn verdicts(faults: &mut Faults, plan: &Plan) -> Vec<(u64, FaultTransition
         plan.faults.iter().map(|(component, _)| component).collect();
     while !open.is_empty() {
         let (arrival, message) = faults.next().await;
-        if message.state == FaultState::Latched {
+        if message.state() == FaultState::Latched {
             open.retain(|component| **component != message.component);
         }
         messages.push((arrival, message));
@@ -183,7 +183,7 @@ type Arrivals<'a> = BTreeMap<ComponentPath, &'a (u64, FaultTransition)>;
 
 fn first_latched(all: &[(u64, FaultTransition)]) -> Arrivals<'_> {
     let mut first = Arrivals::new();
-    for arrival in all.iter().filter(|(_, message)| message.state == FaultState::Latched) {
+    for arrival in all.iter().filter(|(_, message)| message.state() == FaultState::Latched) {
         first.entry(arrival.1.component.clone()).or_insert(arrival);
     }
     first

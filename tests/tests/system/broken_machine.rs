@@ -52,7 +52,7 @@ impl Works {
     /// The next transition of a component to this state.
     async fn transition(&mut self, component: &str, state: FaultState) -> FaultTransition {
         let wanted = |_: u64, found: FaultTransition| {
-            (found.component.to_string() == component && found.state == state).then_some(found)
+            (found.component.to_string() == component && found.state() == state).then_some(found)
         };
         self.faults.find(&format!("{component} {state}"), wanted).await
     }
@@ -101,7 +101,7 @@ impl Works {
         let history = ::observer::history(session, &structure, &module, 1, LIMIT).await;
         let transitions = history.transitions.into_iter();
         let own = transitions.filter(|transition| transition.component.to_string() == component);
-        own.map(|transition| transition.state).collect()
+        own.map(|transition| transition.state()).collect()
     }
 
     async fn order(&self, words: &[&str]) -> Ended {
@@ -133,14 +133,14 @@ async fn a_fault_while_the_disk_hangs(what: &str) {
     // The disk owes nothing more to the next one.
     works.inject(OTHER_GAGE).await;
     works.transition(OTHER_GAGE, FaultState::Latched).await;
-    assert_eq!(works.state(GAGE).await.state, FaultState::Latched);
+    assert_eq!(works.state(GAGE).await.state(), FaultState::Latched);
     works.interposer.call_off(what);
     works.recovers().await;
     let state = works.state(GAGE).await;
-    assert!(state.durable && state.state == FaultState::Latched, "{state:?}");
+    assert!(state.durable && state.state() == FaultState::Latched, "{state:?}");
     works.crash().await;
     for component in [GAGE, OTHER_GAGE] {
-        assert_eq!(works.state(component).await.state, FaultState::Latched);
+        assert_eq!(works.state(component).await.state(), FaultState::Latched);
         assert!(works.journalled(component).await.contains(&FaultState::Latched));
     }
     works.stop().await;
@@ -201,7 +201,7 @@ async fn an_order_that_a_full_disk_does_not_keep_says_so() {
     works.interposer.call_off("full");
     works.recovers().await;
     works.crash().await;
-    assert_eq!(works.state(GAGE).await.state, FaultState::Acknowledged);
+    assert_eq!(works.state(GAGE).await.state(), FaultState::Acknowledged);
     works.stop().await;
 }
 
@@ -246,7 +246,7 @@ async fn panics_of(threads: &[&str]) {
         assert!(log.lines().any(|line| line.starts_with(&named)), "{log}");
         works.interposer.call_off(&order);
         works.start_again().await;
-        assert_eq!(works.state(GAGE).await.state, FaultState::Latched);
+        assert_eq!(works.state(GAGE).await.state(), FaultState::Latched);
     }
     works.stop().await;
 }

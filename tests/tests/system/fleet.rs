@@ -179,7 +179,7 @@ async fn following(feed: &mut Live, table: &mut Table) {
     let latched = async {
         loop {
             match &feed.next_event().await.unwrap().news {
-                News::Fault(fault) if fault.state == FaultState::Latched => return,
+                News::Fault(fault) if fault.state() == FaultState::Latched => return,
                 _ => {}
             }
         }

@@ -208,7 +208,7 @@ async fn flood(scene: &Scene, sample: &Value, count: u64, time: Duration) {
 async fn next_of(faults: &mut Faults, state: FaultState) -> FaultTransition {
     loop {
         let (_, message) = faults.next().await;
-        if message.state == state {
+        if message.state() == state {
             return message;
         }
     }

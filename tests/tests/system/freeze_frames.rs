@@ -55,7 +55,8 @@ async fn latched(observer: &Observer) -> Vec<FaultTransition> {
         let (session, structure) = (&observer.session, &observer.structure);
         let history = observer::history(session, structure, &module, 1, LIMIT).await;
         assert_eq!(history.broken_off, None);
-        latched.extend(history.transitions.into_iter().filter(|t| t.state == FaultState::Latched));
+        latched
+            .extend(history.transitions.into_iter().filter(|t| t.state() == FaultState::Latched));
     }
     latched
 }

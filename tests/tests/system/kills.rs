@@ -139,8 +139,8 @@ impl Scene {
 /// What a state was when it was judged last, whatever has become unknown since, for the plant has ended by then, and
 /// whatever else has been found of the fault.
 fn last_judged(mut state: FaultTransition) -> FaultTransition {
-    if state.unknown.take().is_some() && state.state == FaultState::Unknown {
-        state.state = FaultState::Normal;
+    if state.unknown.take().is_some() && state.state() == FaultState::Unknown {
+        state.verdict = wire::Verdict::Normal;
     }
     state.identification = None;
     state

@@ -84,7 +84,7 @@ async fn delays(faults: &mut Faults, publications: &Publications) -> (Vec<f64>, 
     let mut arrivals = Vec::new();
     while arrivals.len() < GAGES.len() {
         let (arrival, message) = faults.next().await;
-        if message.state == FaultState::Latched {
+        if message.state() == FaultState::Latched {
             arrivals.push((arrival, message));
         }
     }

@@ -53,7 +53,7 @@ impl Works {
     async fn transition(&mut self, component: &str, state: FaultState) -> FaultTransition {
         let path: ComponentPath = component.parse().unwrap();
         let wanted = |_: u64, transition: FaultTransition| {
-            let is_wanted = transition.component == path && transition.state == state;
+            let is_wanted = transition.component == path && transition.state() == state;
             is_wanted.then_some(transition)
         };
         self.faults.find(&format!("{component} {state}"), wanted).await

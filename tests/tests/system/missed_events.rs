@@ -29,7 +29,7 @@ async fn until_latched(faults: &mut Faults, component: &str) -> Vec<u64> {
             numbers.push(transition.sequence);
         }
         let is_it = transition.component.to_string() == component;
-        (is_it && transition.state == FaultState::Latched).then_some(())
+        (is_it && transition.state() == FaultState::Latched).then_some(())
     };
     faults.find(&format!("{component} latched"), latched).await;
     numbers

@@ -63,7 +63,7 @@ fn is_cylinder(transition: &FaultTransition) -> bool {
 
 /// What the cylinder explains in the other module.
 fn is_effect(transition: &FaultTransition) -> bool {
-    let root = transition.explained_by.as_ref().map(ToString::to_string);
+    let root = transition.verdict.explained_by().map(ToString::to_string);
     transition.module.as_str() == "module2" && root.as_deref() == Some(CYLINDER)
 }
 
@@ -81,7 +81,7 @@ async fn a_shelved_fault_is_found_explains_others_survives_a_kill_and_counts_aga
     let (mut found, mut explains) = (None, false);
     let both = |_: u64, one: FaultTransition| {
         explains |= is_effect(&one);
-        if is_cylinder(&one) && one.state == FaultState::Latched {
+        if is_cylinder(&one) && one.state() == FaultState::Latched {
             found = Some(one);
         }
         found.clone().filter(|_| explains)
@@ -107,7 +107,7 @@ async fn a_shelved_fault_is_found_explains_others_survives_a_kill_and_counts_aga
     };
     let lapse = find(&mut faults, "its end by itself", is_lapse).await;
     assert!(is_cylinder(&lapse) && lapse.shelved.is_none() && lapse.durable, "{lapse:?}");
-    assert_eq!(lapse.state, FaultState::Latched);
+    assert_eq!(lapse.state(), FaultState::Latched);
     check_until(&deployment, 1).await;
     let history = trusswatch(&deployment, &["history", "--json"]).await.json();
     assert_eq!(history["gaps"], Value::Array(vec![]), "{history:#}");

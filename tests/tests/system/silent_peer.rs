@@ -84,7 +84,7 @@ async fn find(
     let faulty: ComponentPath = FAULTY.parse().unwrap();
     let wanted = |at: u64, message: FaultTransition| {
         reached.extend(Reached::of_message(&message));
-        let is_wanted = message.component == faulty && message.state == state;
+        let is_wanted = message.component == faulty && message.state() == state;
         is_wanted.then_some((at, message))
     };
     faults.find(&format!("{FAULTY} {state}"), wanted).await
@@ -148,8 +148,8 @@ async fn silence(how: Silence, onset: Onset) -> Measured {
     let (at, message) = find(&mut faults, &mut reached, FaultState::Unconfirmed).await;
     let deciding = message.detection_step.unwrap().plus(hold);
     let unconfirmed = ms(publications.time_of(&message.module, deciding).await, at);
-    assert_eq!(message.doubt, Some(Doubt::Silent));
-    assert_eq!(message.silent, [SILENT.parse().unwrap()]);
+    let silent = Doubt::Silent(vec![SILENT.parse().unwrap()]);
+    assert_eq!(message.verdict.doubt(), Some(&silent));
 
     clock.reach(RUN, schedule.faults[0].at_step.0 + SILENCE).await;
     let standstill = longest_standstill(signs.arrived());

@@ -58,7 +58,7 @@ async fn latched(faults: &mut Faults) -> Vec<(u64, FaultTransition)> {
     let mut messages = Vec::new();
     while found != expected {
         let (arrival, message) = faults.next().await;
-        if message.state == FaultState::Latched {
+        if message.state() == FaultState::Latched {
             let component = message.component.to_string();
             assert!(expected.contains(&component), "{component} is healthy");
             found.insert(component);
@@ -172,7 +172,7 @@ async fn sixteen_dead_links_do_not_deafen_the_others() {
         .is_none_or(|(_, message): &(u64, FaultTransition)| message.decided_step < Some(end))
     {
         let (arrival, message) = works.faults.next().await;
-        if message.state == FaultState::Latched && message.decided_step > Some(begin) {
+        if message.state() == FaultState::Latched && message.decided_step > Some(begin) {
             messages.push((arrival, message));
         }
     }

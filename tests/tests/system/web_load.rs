@@ -66,7 +66,7 @@ async fn run(pages: usize) -> Found {
     let mut latched = Vec::new();
     while latched.len() < wanted {
         let (arrival, message) = faults.next().await;
-        if message.state == FaultState::Latched {
+        if message.state() == FaultState::Latched {
             latched.push((arrival, message));
         }
     }

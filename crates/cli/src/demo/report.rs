@@ -138,7 +138,7 @@ impl Printer {
     fn is_new(&mut self, entry: &Entry) -> bool {
         match entry {
             Entry::Verdict { transition, .. }
-                if matches!(transition.state, FaultState::Tentative | FaultState::Explained) =>
+                if matches!(transition.state(), FaultState::Tentative | FaultState::Explained) =>
             {
                 let (component, root) = (&transition.component, explained_by(transition));
                 self.read.insert(format!("{component} {}", or_nothing(root)))

@@ -146,11 +146,11 @@ impl Show {
         let measured = StateRow::of_component(transition).measured;
         let step = measured.decided_step.unwrap_or(self.now);
         self.time_is(step, entries);
-        if transition.state == FaultState::Latched {
+        if transition.state() == FaultState::Latched {
             self.named.entry(transition.component.clone()).or_insert(measured);
         }
         // That a change is over is no finding.
-        if transition.state != FaultState::Normal {
+        if transition.state() != FaultState::Normal {
             entries.push(Entry::Verdict { step, transition: Box::new(transition.clone()) });
         }
     }
@@ -269,7 +269,7 @@ mod tests {
     fn verdict(component: &str, state: FaultState, detected: u64) -> News {
         let component: ComponentPath = component.parse().unwrap();
         News::Fault(Box::new(FaultTransition {
-            state,
+            verdict: wire::Verdict::example(state),
             sequence: 1,
             detection_step: Some(Step(detected)),
             decided_step: Some(Step(detected)),

@@ -45,13 +45,13 @@ pub(super) fn write(file: &Path, records: &[ModuleRecord]) -> io::Result<usize> 
                 message.sequence.to_string(),
                 message.run.map_or_else(String::new, |run| run.to_string()),
                 message.component.component.to_string(),
-                message.state.to_string(),
+                message.state().to_string(),
                 step(message.onset_step),
                 step(message.detection_step),
                 step(message.decided_step),
                 seconds.map_or_else(String::new, |(step, s)| format!("{:?}", step.0 as f64 * s)),
                 format!("{}.{:09}", time / 1_000_000_000, time % 1_000_000_000),
-                message.explained_by.as_ref().map_or_else(String::new, ToString::to_string),
+                message.verdict.explained_by().map_or_else(String::new, ToString::to_string),
                 reason(message),
             ])?;
         }

@@ -19,8 +19,8 @@ const LINES: u16 = 14;
 /// The text: in what state the component is, what kind of fault it has, and what was measured of it.
 pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) -> String {
     let row = StateRow::of_component(found);
-    let FaultTransition { component, structure, state, .. } = found;
-    if !state.is_fault() {
+    let FaultTransition { component, structure, .. } = found;
+    if !found.state().is_fault() {
         let why = if row.why.is_empty() { String::new() } else { format!("; {}", row.why) };
         // That none is declared does not say that it is healthy: the state does, as far as it is known.
         return format!("{component} of {structure}, no fault declared: {}{why}\n", row.state);
@@ -209,7 +209,10 @@ nothing measured is kept any more";
         let normal = text(&state("m1/sensor/g1", FaultState::Normal), None);
         assert_eq!(normal, "m1/sensor/g1 of tower, no fault declared: normal, not verified");
         let explained = FaultTransition {
-            explained_by: Some("m2/actuator/a3".parse().unwrap()),
+            verdict: wire::Verdict::Explained {
+                by: "m2/actuator/a3".parse().unwrap(),
+                since: Step(3100),
+            },
             ..state("m1/sensor/g1", FaultState::Explained)
         };
         let expected =

@@ -120,7 +120,7 @@ async fn look(session: &Session, target: &Target, component: &Mention) -> Result
     }
     let mut state = find(&scene, component)?;
     let mut frame = None;
-    if state.state.is_fault() {
+    if state.state().is_fault() {
         let (structure, component) = (&state.structure, &state.component);
         let latest = observer::identification(session, structure, component, target.timeout).await;
         let latest = latest.map_err(|error| {

@@ -65,7 +65,7 @@ struct ComponentEntry<'a> {
 /// there.
 pub(super) fn document(scene: &Scene, all: bool) -> Document<'_> {
     let is_shown = |component: &&FaultTransition| {
-        all || component.state != FaultState::Normal || component.aside().is_some()
+        all || component.state() != FaultState::Normal || component.aside().is_some()
     };
     let entry = |transition| ComponentEntry { transition, time: time(transition) };
     Document {

@@ -36,7 +36,10 @@ pub(super) fn at(structure: &str, mut module: ModuleView) -> ModuleView {
 
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
-    FaultTransition { state, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
+    FaultTransition {
+        verdict: wire::Verdict::example(state),
+        ..FaultTransition::untouched(structure, component, 1_000_000_000)
+    }
 }
 
 /// It agrees with its reference.
@@ -140,7 +143,7 @@ pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> Module
 pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
     let component = format!("{module}/sensor/g1").parse().unwrap();
     FaultTransition {
-        state: FaultState::Latched,
+        verdict: wire::Verdict::Latched,
         sequence,
         decided_step: Some(Step(7)),
         ..FaultTransition::untouched("tower".parse().unwrap(), component, time_unix_ns)
@@ -156,7 +159,7 @@ pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
         note: Some("looks loose".to_owned()),
     };
     FaultTransition {
-        state: FaultState::Acknowledged,
+        verdict: wire::Verdict::Acknowledged,
         order: Some(order),
         ..transition(module, sequence, 1_000_000_000)
     }

@@ -124,7 +124,7 @@ fn take(fate: &mut Option<Fate>, message: &FaultTransition) {
         return;
     }
     *fate = Some(Fate {
-        state: message.state,
+        state: message.state(),
         onset_step: message.onset_step.map(|step| step.0),
         detection_step: message.detection_step.map(|step| step.0),
         decided_step: message.decided_step.map(|step| step.0),

@@ -97,7 +97,7 @@ fn row(message: &FaultTransition, step_s: f64) -> [String; 8] {
         utc(message.time_unix_ns),
         message.module.to_string(),
         message.component.component.to_string(),
-        message.state.to_string(),
+        message.state().to_string(),
         seconds(message.onset_step),
         seconds(message.detection_step),
         seconds(message.decided_step),

@@ -4,6 +4,7 @@ use names::Step;
 use serde_json::Value;
 use wire::{
     Doubt, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModulePhase, Shelving, Topic,
+    Verdict,
 };
 
 use crate::binary::{Outcome, outcome, run, trusswatch};
@@ -43,13 +44,14 @@ async fn troubled() -> StandIn {
     let latched = FaultTransition { identification, ..latched };
     let normal = state("module1/sensor/g1", FaultState::Normal, 0);
     let explained = FaultTransition {
-        explained_by: Some("module1/actuator/a3".parse().unwrap()),
-        explained_since_step: Some(Step(3100)),
+        verdict: Verdict::Explained {
+            by: "module1/actuator/a3".parse().unwrap(),
+            since: Step(3100),
+        },
         ..state("module2/sensor/g5", FaultState::Explained, 1)
     };
     let unconfirmed = FaultTransition {
-        doubt: Some(Doubt::Unknowing),
-        unknowing: vec!["module3".parse().unwrap()],
+        verdict: Verdict::Unconfirmed { doubt: Doubt::Unknowing(vec!["module3".parse().unwrap()]) },
         ..state("module2/sensor/g6", FaultState::Unconfirmed, 2)
     };
     let (first, second) = (vec![acknowledged, latched, normal], vec![explained, unconfirmed]);

@@ -388,7 +388,7 @@ fn transition(
         threshold: 10.0,
     };
     FaultTransition {
-        state,
+        verdict: wire::Verdict::example(state),
         sequence,
         onset_step: Some(Step(3108)),
         detection_step: Some(Step(3112)),

@@ -45,7 +45,7 @@ impl Conditions {
         let condition = known.condition.clone();
         let reason = condition.reason.clone().unwrap_or_default();
         let state = match known.hidden_since_ns {
-            Some(since_unix_ns) if state.state == wire::FaultState::Normal => {
+            Some(since_unix_ns) if state.state() == wire::FaultState::Normal => {
                 state.while_unknown(Unknown { since_unix_ns, reason })
             }
             _ => state,

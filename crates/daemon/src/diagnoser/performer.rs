@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use diagnosis::{Action, Diagnoser, Event, SampleRejection, Transition};
+use diagnosis::{Action, Diagnoser, Doubt, Event, SampleRejection, Transition};
 use names::Step;
 use shell::clock;
 use shell::occurrences::Occurrences;
@@ -18,7 +18,7 @@ use super::outgoing::{Outbox, Outgoing, Routine};
 use super::peers::{PeerQueries, QueryPause};
 use super::pending_replies::{PendingOrder, PendingReplies};
 use super::state::Record;
-use translation::{Speaker, to_state};
+use translation::Speaker;
 
 /// Everything that actions reach.
 #[derive(Debug)]
@@ -157,13 +157,15 @@ impl Performer {
 
     fn publish(&self, transition: Transition) {
         let mut message = self.speaker.transition(transition, clock::unix_ns());
-        let why = message.silent.iter().map(|peer| self.peers.why_silent(peer));
-        message.silent_because = why.collect();
+        if let Some(Doubt::Silent(peers)) = message.verdict.doubt() {
+            let why = peers.iter().map(|peer| self.peers.why_silent(peer));
+            message.silent_because = why.collect();
+        }
         tracing::info!(
             component = %message.component,
-            state = %message.state,
+            state = %message.state(),
             detection = ?message.detection_step.map(|step| step.0),
-            explained_by = ?message.explained_by.as_ref().map(ToString::to_string),
+            explained_by = ?message.verdict.explained_by().map(ToString::to_string),
             disputed = ?message.disputed.as_ref().map(ToString::to_string),
             silent = %message.silent_because.join("; "),
             by = ?message.order.as_ref().map(|order| &order.by),
@@ -180,7 +182,7 @@ impl Performer {
         self.inquiries.order_obeyed();
         let mut latest = diagnoser.last_transitions();
         let Some(transition) = latest.find(|latest| latest.sequence == sequence) else { return };
-        let state = to_state(&transition.verdict);
+        let state = transition.verdict.state();
         let component = (!is_of_module).then(|| transition.component.clone());
         let obeyed = Obeyed { component, state, sequence, durable: false };
         self.outbox.event(Outgoing::Obeyed { query, obeyed });

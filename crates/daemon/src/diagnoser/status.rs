@@ -11,7 +11,7 @@ use wire::{
 
 use super::set_aside;
 use crate::metrics::{AsideReport, ComponentReport};
-use translation::{Speaker, to_condition, to_phase, to_state};
+use translation::{Speaker, to_condition, to_phase};
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]
@@ -83,7 +83,7 @@ pub(crate) fn of_components(diagnoser: &Diagnoser, phase: ModulePhase) -> Vec<Co
         let is_hidden =
             phase != ModulePhase::InService || !to_condition(condition).agreement.allows_normal();
         let ratio = evidence.divergence.map(|_| evidence.ratio());
-        let state = match to_state(verdict) {
+        let state = match verdict.state() {
             FaultState::Normal if is_hidden => FaultState::Unknown,
             state => state,
         };

@@ -118,8 +118,9 @@ mod tests {
     #[test]
     fn every_number_of_a_status_is_a_metric() {
         let status = module_report(ModulePhase::InService).status;
-        // Names of runs and steps count nothing; faults are counted by state, from the components.
-        let others = ["run", "in_service_since_step", "latched", "unconfirmed", "unknown"];
+        // Names of runs, journals and steps count nothing; faults are counted by state, from the components.
+        let others =
+            ["run", "incarnation", "in_service_since_step", "latched", "unconfirmed", "unknown"];
         holds_every_number_but(&module_text(), &status, &others);
         holds_every_number_but(&plant_text(), &plant_status(PlantPhase::Running), &["run"]);
     }

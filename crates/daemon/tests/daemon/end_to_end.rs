@@ -150,7 +150,7 @@ async fn at_full_speed_with_the_plant_last_the_verdicts_are_those_of_one_process
     for transition in expected.values() {
         let latest =
             expected.values().rfind(|other| other.component == transition.component).unwrap();
-        assert_eq!(states[&transition.component].state.to_string(), latest.state);
+        assert_eq!(states[&transition.component].state().to_string(), latest.state);
     }
     stop(diagnosers, observer).await;
 }

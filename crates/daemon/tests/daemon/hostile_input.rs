@@ -221,7 +221,7 @@ async fn state_at(observer: &Session, key: &str) -> wire::FaultTransition {
 /// The state of a gage that never changed, and why it is not known.
 async fn state_of_a_gage(observer: &Session) -> (wire::FaultState, Option<String>) {
     let state = state_at(observer, "trusswatch/small/lower/fault/sensor/g1").await;
-    (state.state, state.unknown.map(|unknown| unknown.reason))
+    (state.state(), state.unknown.map(|unknown| unknown.reason))
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -291,7 +291,10 @@ async fn a_broken_wire_is_a_fault_of_its_component_and_no_reason_to_refuse_sampl
     assert_eq!((diagnosis.samples, diagnosis.samples_non_finite), (60, 60));
     in_time("a fault", faults.recv_async()).await.unwrap();
     let state = state_at(&observer, key).await;
-    assert_eq!((state.state, state.symptom), (wire::FaultState::Latched, wire::Symptom::NoSignal));
+    assert_eq!(
+        (state.state(), state.symptom),
+        (wire::FaultState::Latched, wire::Symptom::NoSignal)
+    );
     assert_eq!((state.onset_step, state.detection_step), (Some(Step(0)), Some(Step(49))));
     diagnoser.stop().await;
     session::close(&observer).await;
@@ -370,11 +373,12 @@ async fn without_its_peer_a_small_change_is_unconfirmed_and_a_jump_is_latched() 
                 if published.component != component {
                     continue;
                 }
-                if published.state == wire::FaultState::Unconfirmed {
-                    assert_eq!(published.silent, ["upper".parse().unwrap()]);
+                if published.state() == wire::FaultState::Unconfirmed {
+                    let silent = wire::Doubt::Silent(vec!["upper".parse().unwrap()]);
+                    assert_eq!(published.verdict.doubt(), Some(&silent));
                     assert_eq!(published.silent_because, ["it is not there"]);
                 }
-                states.push(published.state.to_string());
+                states.push(published.state().to_string());
             }
         })
         .await;
@@ -444,8 +448,8 @@ async fn what_only_a_liar_explains_is_latched() {
             let received = faults.recv_async().await.unwrap();
             let published: wire::FaultTransition =
                 wire::decode(&received.payload().to_bytes()).unwrap();
-            states.push(published.state);
-            if published.state == wire::FaultState::Latched {
+            states.push(published.state());
+            if published.state() == wire::FaultState::Latched {
                 return published;
             }
         }

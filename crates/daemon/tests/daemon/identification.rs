@@ -114,7 +114,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     is_the_bias(&next_decided(&mut received, &component).await);
     plant.end().await;
     let latest = present_state(&observer, &component).await;
-    assert_eq!(latest.state, FaultState::Latched);
+    assert_eq!(latest.state(), FaultState::Latched);
     let known = latest.identification.unwrap();
     assert_eq!((known.sequence, &known.signature), (latest.sequence, &None));
     is_the_bias(&known);
@@ -135,7 +135,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
         .unwrap();
     let history = observer::history(&observer, &structure, &module, 1, LIMIT).await;
     let carried = history.transitions.last().unwrap();
-    assert_eq!(carried.state, FaultState::Acknowledged);
+    assert_eq!(carried.state(), FaultState::Acknowledged);
     is_the_bias(carried.identification.as_deref().unwrap());
     let published = history.identifications.last().unwrap().clone();
     is_the_bias(&published);

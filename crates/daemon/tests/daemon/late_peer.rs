@@ -80,7 +80,7 @@ async fn what_a_peer_answers_late_settles_the_verdict() {
         while states.last() != Some(&FaultState::Latched) {
             let received = faults.recv_async().await.unwrap();
             let published: FaultTransition = wire::decode(&received.payload().to_bytes()).unwrap();
-            states.push(published.state);
+            states.push(published.state());
         }
     })
     .await;

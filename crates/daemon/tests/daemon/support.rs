@@ -298,11 +298,11 @@ pub fn note(story: &mut Story, transition: &wire::FaultTransition) {
     let step = |step: Option<names::Step>| step.unwrap().0;
     let outcome = Outcome {
         component: transition.component.to_string(),
-        state: transition.state.to_string(),
+        state: transition.state().to_string(),
         onset: step(transition.onset_step),
         detection: step(transition.detection_step),
         decided: step(transition.decided_step),
-        explained_by: transition.explained_by.as_ref().map(ToString::to_string),
+        explained_by: transition.verdict.explained_by().map(ToString::to_string),
     };
     story.insert((transition.module.to_string(), transition.sequence), outcome);
 }

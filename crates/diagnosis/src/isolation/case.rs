@@ -3,8 +3,9 @@
 use names::{ModuleName, Step};
 
 use super::judgement::Judgement;
-use crate::verdict::{Doubt, Transition, Verdict};
+use crate::verdict::Transition;
 use wire::Evidence;
+use wire::{Doubt, Verdict};
 
 /// A change that awaits its judgement.
 #[derive(Debug, Clone, PartialEq)]

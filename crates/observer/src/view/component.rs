@@ -22,7 +22,7 @@ impl StateRow {
             module: state.module.clone(),
             component: Some(state.component.clone()),
             urgency: urgency(state),
-            tone: state_tone(state.state),
+            tone: state_tone(state.state()),
             sign: sign(state),
             state: state_and_aside(state),
             is_set_aside: state.aside().is_some(),
@@ -40,17 +40,17 @@ impl StateRow {
 /// What kind of fault a component has, if it has one that was identified.
 #[must_use]
 pub fn identification(state: &FaultTransition) -> Option<&Identification> {
-    state.identification.as_deref().filter(|_| state.state.is_fault())
+    state.identification.as_deref().filter(|_| state.state().is_fault())
 }
 
 /// What explains its change, if that is so.
 #[must_use]
 pub fn explained_by(state: &FaultTransition) -> Option<&ComponentPath> {
-    state.explained_by.as_ref()
+    state.verdict.explained_by()
 }
 
 fn urgency(state: &FaultTransition) -> Urgency {
-    let urgency = match state.state {
+    let urgency = match state.state() {
         FaultState::Latched => Urgency::Latched,
         FaultState::Unconfirmed => Urgency::Unconfirmed,
         FaultState::Unknown => Urgency::Unknown,
@@ -64,7 +64,7 @@ fn urgency(state: &FaultTransition) -> Urgency {
 }
 
 fn sign(state: &FaultTransition) -> &'static str {
-    match state.state {
+    match state.state() {
         FaultState::Normal if !state.is_verified() => "unverified",
         known => known.as_str(),
     }
@@ -76,7 +76,7 @@ fn measured(state: &FaultTransition) -> Measured {
     let kind = state.component.component.kind();
     Measured {
         run: state.run,
-        onset_step: state.onset_step.filter(|_| state.state != FaultState::Normal),
+        onset_step: state.onset_step.filter(|_| state.state() != FaultState::Normal),
         detection_step: state.detection_step,
         decided_step: state.decided_step,
         residual: evidence.map(|evidence| residual(kind, evidence.residual)),
@@ -121,7 +121,7 @@ impl EventLine {
             // Their reason says since when.
             Symptom::Departure | Symptom::OilContent | Symptom::Scatter => None,
         };
-        let began = began.filter(|_| transition.state != FaultState::Normal);
+        let began = began.filter(|_| transition.state() != FaultState::Normal);
         let why = Some(reason(transition)).filter(|reason| !reason.is_empty());
         Self {
             time_unix_ns: transition.time_unix_ns,
@@ -129,14 +129,14 @@ impl EventLine {
             module: Some(transition.module.clone()),
             component: Some(transition.component.clone()),
             who: transition.component.to_string(),
-            what: transition.state.to_string(),
+            what: transition.state().to_string(),
             why: began.into_iter().chain(why).collect::<Vec<_>>().join("; "),
-            tone: state_tone(transition.state),
+            tone: state_tone(transition.state()),
             // A transition does not say how the component compares with its reference.
-            sign: if transition.state == FaultState::Normal {
+            sign: if transition.state() == FaultState::Normal {
                 "unverified"
             } else {
-                transition.state.as_str()
+                transition.state().as_str()
             },
             step: transition.decided_step,
         }
@@ -171,7 +171,7 @@ impl Counts {
     pub fn of<'a>(components: impl IntoIterator<Item = &'a FaultTransition>) -> Self {
         let mut counts = Self::default();
         for component in components {
-            let of_state = match component.state {
+            let of_state = match component.state() {
                 FaultState::Latched => &mut counts.latched,
                 FaultState::Acknowledged => &mut counts.acknowledged,
                 FaultState::Unconfirmed => &mut counts.unconfirmed,
@@ -181,7 +181,7 @@ impl Counts {
                 FaultState::Normal => &mut counts.normal,
             };
             *of_state += 1;
-            let is_verified = component.state == FaultState::Normal && component.is_verified();
+            let is_verified = component.state() == FaultState::Normal && component.is_verified();
             counts.verified += usize::from(is_verified);
             counts.set_aside += usize::from(component.aside().is_some());
         }
@@ -261,7 +261,7 @@ pub(super) fn identify(components: &mut [FaultTransition], found: &Identificatio
 
 /// Nothing is known of a component while its module does not monitor it.
 pub(super) fn doubt(state: &mut FaultTransition, lack: Option<&Unknown>) {
-    if let Some(unknown) = lack.filter(|_| state.state == FaultState::Normal) {
+    if let Some(unknown) = lack.filter(|_| state.state() == FaultState::Normal) {
         silence(state, unknown);
     }
 }
@@ -289,7 +289,7 @@ pub(super) fn found_at(transition: &FaultTransition) -> Option<(RunId, Step)> {
 
 /// Whether nothing is known of it because its module does not monitor it.
 pub(super) fn is_unmonitored(state: &FaultTransition) -> bool {
-    state.state == FaultState::Unknown && state.unknown.is_some()
+    state.state() == FaultState::Unknown && state.unknown.is_some()
 }
 
 /// The alarms of all these components are suppressed: the suppression that ends first.

@@ -186,7 +186,7 @@ impl<'a> Entry<'a> {
     #[must_use]
     pub fn state(&self) -> Option<FaultState> {
         match self {
-            Entry::Transition(transition) => Some(transition.state),
+            Entry::Transition(transition) => Some(transition.state()),
             Entry::Identification(_) => None,
         }
     }

@@ -206,7 +206,8 @@ mod tests {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("tower".parse().unwrap(), component, 5);
         let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
-        FaultTransition { incarnation, sequence, state, condition: Some(condition), ..untouched }
+        let verdict = wire::Verdict::example(state);
+        FaultTransition { incarnation, sequence, verdict, condition: Some(condition), ..untouched }
     }
 
     fn token(module: &str, there: bool) -> News {
@@ -227,7 +228,7 @@ mod tests {
     }
 
     fn state(scene: &Scene) -> FaultState {
-        scene.modules[0].components[0].state
+        scene.modules[0].components[0].state()
     }
 
     fn silent(scene: &Scene) -> Vec<(&str, bool)> {

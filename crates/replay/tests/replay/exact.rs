@@ -122,7 +122,7 @@ fn a_state_that_is_unknown_for_now_is_no_verdict() {
     let mut live = with_fault();
     let mut fault = live.published.iter().rfind(|m| m.topic.contains("/fault/")).unwrap().clone();
     let mut message: wire::FaultTransition = wire::decode(&fault.payload).unwrap();
-    message.state = wire::FaultState::Unknown;
+    message.verdict = wire::Verdict::Unknown;
     fault.payload = wire::encode(&message).unwrap();
     live.published.push(fault);
     for one in replay_all(&collect(&live)) {

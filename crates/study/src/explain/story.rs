@@ -294,7 +294,7 @@ impl<'a> Story<'a> {
             Verdict::Unconfirmed { doubt } => {
                 self.add(step, LineKind::Unconfirmed, format!("{component}: {doubt}"));
             }
-            Verdict::Normal | Verdict::Tentative | Verdict::Acknowledged => {}
+            Verdict::Normal | Verdict::Tentative | Verdict::Unknown | Verdict::Acknowledged => {}
         }
     }
 

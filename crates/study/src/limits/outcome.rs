@@ -59,7 +59,7 @@ pub(super) fn outcome(rig: &Rig, path: &ComponentPath, detector: Detector) -> (O
 fn by_change(verdict: &Verdict, symptom: Option<Symptom>) -> Outcome {
     match (verdict, symptom) {
         (_, Some(Symptom::Departure | Symptom::OilContent | Symptom::Scatter) | None)
-        | (Verdict::Normal | Verdict::Explained { .. }, _) => Outcome::Nothing,
+        | (Verdict::Normal | Verdict::Unknown | Verdict::Explained { .. }, _) => Outcome::Nothing,
         (Verdict::Tentative | Verdict::Unconfirmed { .. }, _) => Outcome::Found,
         (Verdict::Latched | Verdict::Acknowledged, _) => Outcome::Right,
     }

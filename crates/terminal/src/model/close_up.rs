@@ -61,7 +61,7 @@ impl CloseUp {
 
     /// What is to be had by a question now, of the component in its present state.
     pub(crate) fn questions(&mut self, present: &FaultTransition, now_unix_ns: u64) -> Vec<Effect> {
-        if !present.state.is_fault() {
+        if !present.state().is_fault() {
             self.asked_for = None;
             self.identification = Had::Here(None);
             self.frame = Had::Missing("it has no fault".to_owned());

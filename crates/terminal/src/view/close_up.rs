@@ -68,7 +68,7 @@ fn facts(row: &StateRow, present: &FaultTransition, seen: &CloseUp) -> Vec<(&'st
 
 /// The latest word on its kind, with the other contenders.
 fn what_it_is(present: &FaultTransition, seen: &CloseUp) -> Option<String> {
-    if !present.state.is_fault() {
+    if !present.state().is_fault() {
         return None;
     }
     let found = match &seen.identification {

@@ -51,7 +51,7 @@ impl Evidence {
 
 async fn frame(observed: &Observed, scene: &Scene, transition: &FaultTransition) -> Option<Frame> {
     let module = scene.module(Some(&transition.structure), &transition.module);
-    match (transition.state.is_fault(), module.is_some_and(|m| !m.is_silent)) {
+    match (transition.state().is_fault(), module.is_some_and(|m| !m.is_silent)) {
         (false, _) => None,
         (true, false) => Some(Err("its module is not heard".into())),
         (true, true) => Some(observed.frame(transition).await),

@@ -83,7 +83,7 @@ impl Watch {
     }
 
     fn ask_if_due(&mut self, transition: &FaultTransition) {
-        let version = (transition.place(), transition.state);
+        let version = (transition.place(), transition.state());
         let due = match self.asked {
             None => true,
             Some((asked, at)) => {

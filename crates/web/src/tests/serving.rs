@@ -114,7 +114,7 @@ async fn publish_until_known(server: &Server, session: &Session, fault: &FaultTr
             publish(session, Topic::Status, &status("m1")).await;
             publish(session, Topic::Fault(fault.component.component.clone()), fault).await;
             let has = |scene: &std::sync::Arc<observer::Scene>| {
-                scene.component(None, &fault.component).is_some_and(|c| c.state == fault.state)
+                scene.component(None, &fault.component).is_some_and(|c| c.state() == fault.state())
             };
             if timeout(Duration::from_millis(300), scenes.wait_for(has)).await.is_ok() {
                 return;

@@ -121,12 +121,11 @@ impl Lie {
             Lie::Malformed => return b"{\"v\":1,\"structure\":".to_vec(),
             Lie::ChangeOutside => {
                 let late = question.step.0 + 1;
-                answer["changes"] = json!([{"component": "sensor/g1", "step": late, "ratio": 9.0}]);
+                answer["changes"] = json!([change(late, 9.0)]);
             }
             Lie::Cause => {
                 let first = question.from.0;
-                answer["changes"] =
-                    json!([{"component": "sensor/g1", "step": first, "ratio": 1e300}]);
+                answer["changes"] = json!([change(first, 1e300)]);
                 let alarm = json!({"component": "sensor/g1", "step": first, "faulty": true});
                 answer["alarms"] = json!([alarm]);
             }
@@ -134,6 +133,10 @@ impl Lie {
         }
         serde_json::to_vec(&answer).unwrap()
     }
+}
+
+fn change(step: u64, ratio: f64) -> Value {
+    json!({"component": "sensor/g1", "onset_step": step, "step": step, "ratio": ratio, "until_step": step})
 }
 
 fn refusal() -> Vec<u8> {
@@ -151,6 +154,7 @@ fn nothing_changed(question: StateQuestion) -> Value {
         "watching_since_step": 0,
         "changes": [],
         "actuator_faults": [],
+        "alarms": [],
     })
 }
 

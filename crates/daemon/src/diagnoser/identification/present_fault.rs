@@ -22,13 +22,13 @@ impl PresentFault {
         if transition.sequence < self.sequence {
             return;
         }
-        if !transition.state.is_fault() {
+        if !transition.state().is_fault() {
             *self = Self { sequence: transition.sequence, ..Self::default() };
             return;
         }
         self.sequence = transition.sequence;
         // What is acknowledged, or shelved, was declared before, perhaps in a part of the journal that is gone.
-        let declared = match transition.state {
+        let declared = match transition.state() {
             FaultState::Latched if !is_of_earlier_fault(transition) => transition.sequence,
             _ => 0,
         };
@@ -92,7 +92,7 @@ mod tests {
     fn transition(sequence: u64, state: FaultState) -> FaultTransition {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 0);
-        FaultTransition { sequence, state, ..untouched }
+        FaultTransition { sequence, verdict: wire::Verdict::example(state), ..untouched }
     }
 
     fn identification(sequence: u64, as_of: u64) -> Identification {

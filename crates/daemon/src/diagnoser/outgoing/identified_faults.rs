@@ -73,7 +73,7 @@ impl IdentifiedFaults {
     pub(super) fn completed(&self, state: FaultTransition) -> FaultTransition {
         let component = &state.component.component;
         let page = self.pages.iter().find(|page| page.component == *component);
-        let latest = page.filter(|_| state.state.is_fault()).and_then(|page| page.fault.latest());
+        let latest = page.filter(|_| state.state().is_fault()).and_then(|page| page.fault.latest());
         FaultTransition { identification: latest.map(carried), ..state }
     }
 
@@ -131,7 +131,11 @@ mod tests {
 
     fn transition(sequence: u64, state: FaultState) -> Outgoing {
         let untouched = speaker().untouched(&"sensor/g2".parse().unwrap(), 0);
-        Outgoing::Fault(Box::new(FaultTransition { sequence, state, ..untouched }))
+        Outgoing::Fault(Box::new(FaultTransition {
+            sequence,
+            verdict: wire::Verdict::example(state),
+            ..untouched
+        }))
     }
 
     fn stuck(sequence: u64, as_of: u64) -> Outgoing {

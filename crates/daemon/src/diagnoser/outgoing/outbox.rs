@@ -223,8 +223,8 @@ mod tests {
 
     fn latched(sequence: u64) -> Outgoing {
         let untouched = speaker().untouched(&"sensor/g1".parse().unwrap(), 0);
-        let state = FaultState::Latched;
-        Outgoing::Fault(Box::new(FaultTransition { sequence, state, ..untouched }))
+        let verdict = wire::Verdict::Latched;
+        Outgoing::Fault(Box::new(FaultTransition { sequence, verdict, ..untouched }))
     }
 
     fn identification() -> Outgoing {

@@ -97,7 +97,7 @@ mod tests {
         let conditions = Conditions::new(conditions.iter());
         let mut book = States::new(&speaker, &components, service, conditions);
         let mut latched = speaker.untouched(&components[2], 9);
-        latched.state = FaultState::Latched;
+        latched.verdict = wire::Verdict::Latched;
         latched.sequence = 3;
         book.enter(&latched);
         book
@@ -129,7 +129,7 @@ mod tests {
         let book = book_of(service.clone());
         let states = || -> Vec<FaultState> {
             let expression = KeyExpr::try_from("trusswatch/*/*/fault/**").unwrap();
-            book.covered_by(&expression).into_iter().map(|(_, state)| state.state).collect()
+            book.covered_by(&expression).into_iter().map(|(_, state)| state.state()).collect()
         };
         assert_eq!(states(), [FaultState::Unknown, FaultState::Unknown, FaultState::Latched]);
         service.enter(ModulePhase::InService, String::new());

@@ -159,7 +159,7 @@ mod tests {
         let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let mut message = speaker.untouched(&component.parse().unwrap(), 5);
         message.sequence = sequence;
-        message.state = state;
+        message.verdict = wire::Verdict::example(state);
         message.run = Some(RunId(1));
         let step = Some(Step(sequence));
         (message.onset_step, message.detection_step, message.decided_step) = (step, step, step);

@@ -79,9 +79,9 @@ impl Snapshot {
 
     /// The number decides which transition is the latest, as it does in the recollection.
     fn note_state(&mut self, transition: FaultTransition, text: String) {
-        let FaultTransition { module, component, sequence, state, .. } = transition;
+        let FaultTransition { module, component, sequence, verdict, .. } = transition;
         let before = |known: &Latest| known.is_of(&module, &component) && known.sequence < sequence;
-        if !state.is_fault() {
+        if !verdict.is_latched() {
             // What it says of a fault before this is over.
             self.identified.retain(|known| !before(known));
         }

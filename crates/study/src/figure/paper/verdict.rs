@@ -36,7 +36,8 @@ fn verdict(occurrence: &Occurrence) -> Option<Finding> {
         Verdict::Normal
         | Verdict::Tentative
         | Verdict::Unconfirmed { .. }
-        | Verdict::Acknowledged => return None,
+        | Verdict::Acknowledged
+        | Verdict::Unknown => return None,
     };
     let Transition { component, detection, decided, evidence, .. } = transition.as_ref();
     Some(Finding {
