@@ -1,7 +1,9 @@
-//! What everything is called: structures, modules and components, steps and runs, and the vocabulary of faults.
+//! What everything is called: structures, modules and components, steps and runs, and the vocabulary of faults. And how
+//! what is numbered is delivered.
 //! The lowest crate: it knows no mechanics, no network and no file.
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [m] is no link")]
 
+pub mod delivery;
 pub mod fault;
 
 mod component;

@@ -28,7 +28,7 @@ use super::inquiry::{InquiryQueues, OrderInquiry, StateInquiry};
 use super::intake::{Arrival, Fetched, Flow, IntakeTally, Receiver, Sequencer, Store};
 use super::namesakes::Namesakes;
 use super::outgoing::{Outgoing, Routine};
-use super::peers::{Backoff, PeerBook};
+use super::peers::{PeerBook, PeerRetries};
 use super::pending_replies::{PendingOrder, UNAWAITED};
 use super::performer::Performer;
 use super::service::Service;
@@ -93,7 +93,7 @@ pub(crate) struct DiagnosisLoop {
     boards: Boards,
     supervisor: Supervisor,
     staleness: Staleness,
-    backoff: Backoff,
+    retries: PeerRetries,
     publish: PublishSettings,
     thresholds: String,
     reference: Option<String>,
@@ -126,7 +126,7 @@ impl DiagnosisLoop {
             boards,
             supervisor,
             staleness: Staleness::new(config.input.stale_after(), refusals),
-            backoff: Backoff::default(),
+            retries: PeerRetries::default(),
             publish: config.publish,
             thresholds: config.thresholds.clone(),
             reference: config.reference(),
@@ -336,13 +336,13 @@ impl DiagnosisLoop {
         self.handle(event);
         if let Some((peer, answered)) = ended {
             self.boards.conditions.update(self.diagnoser.conditions());
-            self.backoff.note(&peer, answered, std::time::Instant::now());
+            self.retries.note(&peer, answered, std::time::Instant::now());
         }
     }
 
     /// Peers that did not answer are queried again, whether samples come or not.
     fn ask_again(&mut self, now: Instant) {
-        for peer in self.backoff.over(now.into_std()) {
+        for peer in self.retries.over(now.into_std()) {
             self.handle(Event::Returned { peer });
         }
     }

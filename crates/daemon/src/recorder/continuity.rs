@@ -5,8 +5,10 @@
 //! the sample has [`GRACE`] to arrive.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
+use names::delivery::Gaps;
 use names::{ModuleName, StructureName};
 use recording::Stamp;
 use wire::{Key, Topic};
@@ -67,9 +69,7 @@ struct Line {
     epoch: u64,
     /// The first that was published while it was recorded: what is missing before it is no loss.
     first: u64,
-    next: u64,
-    /// From and to, both included.
-    missing: Vec<(u64, u64)>,
+    gaps: Gaps,
     /// The latest step that a diagnoser has taken though its sample had not arrived, and when it first said so.
     taken: Option<(u64, Instant)>,
 }
@@ -105,16 +105,8 @@ impl Continuity {
     pub(super) fn published(&mut self, topic: &str, stamp: &Stamp) -> Finding {
         let Some((counting, epoch, at)) = placed(topic, stamp) else { return Finding::PLAIN };
         let (line, begins) = self.line(topic, epoch, counting, at);
-        let gap = |from: u64, is_past: bool| {
-            let (topic, to) = (topic.to_owned(), at.checked_sub(1)?);
-            (from <= to).then_some(Gap { topic, counting, epoch, from, to, is_past })
-        };
-        let gap = match begins {
-            true => gap(counting.first(), true),
-            false if at > line.next => gap(line.next, false),
-            false => None,
-        };
         line.take(at);
+        let gap = line.gap(topic, counting);
         Finding { is_new: true, begins, gap }
     }
 
@@ -122,10 +114,9 @@ impl Continuity {
     pub(super) fn fetched(&mut self, topic: &str, stamp: &Stamp) -> Finding {
         let Some((counting, epoch, at)) = placed(topic, stamp) else { return Finding::PLAIN };
         let (line, begins) = self.line(topic, epoch, counting, at);
-        if begins || line.take(at) {
-            return Finding { begins, ..Finding::PLAIN };
-        }
-        Finding::KNOWN
+        let is_new = begins || line.take(at);
+        while line.gap(topic, counting).is_some() {}
+        if is_new { Finding { begins, ..Finding::PLAIN } } else { Finding::KNOWN }
     }
 
     /// A diagnoser says on another topic of its module which step it has taken.
@@ -144,13 +135,7 @@ impl Continuity {
     pub(super) fn overdue(&mut self, now: Instant) -> Vec<Gap> {
         let mut gaps = Vec::new();
         for (topic, lines) in &mut self.0 {
-            for line in lines {
-                if let Some((from, to)) = line.overdue(now) {
-                    let (topic, epoch) = (topic.clone(), line.epoch);
-                    let counting = Counting::Steps;
-                    gaps.push(Gap { topic, counting, epoch, from, to, is_past: false });
-                }
-            }
+            gaps.extend(lines.iter_mut().filter_map(|line| line.overdue(topic, now)));
         }
         gaps
     }
@@ -174,7 +159,7 @@ impl Continuity {
     pub(super) fn settle(&mut self, gap: &Gap) -> u64 {
         let lines = self.0.get_mut(&gap.topic);
         let line = lines.and_then(|lines| lines.iter_mut().find(|line| line.epoch == gap.epoch));
-        line.map_or(0, |line| line.forget(gap.from, gap.to))
+        line.map_or(0, |line| count(line.gaps.give_up(gap.from..gap.to.saturating_add(1))))
     }
 
     fn line(&mut self, topic: &str, epoch: u64, counting: Counting, at: u64) -> (&mut Line, bool) {
@@ -185,8 +170,8 @@ impl Continuity {
         if lines.len() >= EPOCHS {
             lines.remove(0);
         }
-        let next = counting.first();
-        let mut line = Line { epoch, first: at, next, missing: Vec::new(), taken: None };
+        let gaps = Gaps::starting_at(counting.first());
+        let mut line = Line { epoch, first: at, gaps, taken: None };
         line.take(at);
         lines.push(line);
         let last = lines.len() - 1;
@@ -200,65 +185,45 @@ fn placed(topic: &str, stamp: &Stamp) -> Option<(Counting, u64, u64)> {
     Some((counting, epoch, at))
 }
 
+fn count(numbers: impl IntoIterator<Item = Range<u64>>) -> u64 {
+    numbers.into_iter().map(|numbers| numbers.end - numbers.start).sum()
+}
+
 impl Line {
     /// Notes that a message came. False if it came before.
     fn take(&mut self, at: u64) -> bool {
-        if at >= self.next {
-            if at > self.next {
-                let from = self.next.max(at.saturating_sub(REMEMBERED));
-                self.missing.push((from, at - 1));
-            }
-            self.next = at.saturating_add(1);
-            return true;
-        }
-        self.forget(at, at) > 0
+        self.gaps.skip_to(at.saturating_sub(REMEMBERED));
+        self.gaps.take(at)
+    }
+
+    /// What is missing and has not been asked for.
+    fn gap(&mut self, topic: &str, counting: Counting) -> Option<Gap> {
+        let numbers = self.gaps.ask()?;
+        let (topic, epoch, from, to) =
+            (topic.to_owned(), self.epoch, numbers.start, numbers.end - 1);
+        Some(Gap { topic, counting, epoch, from, to, is_past: to < self.first })
     }
 
     fn taken_by_diagnoser(&mut self, step: u64, now: Instant) {
+        let next = self.gaps.end();
         // What is beyond that no publisher keeps, and nobody has taken.
-        if step < self.next || step - self.next > REMEMBERED {
+        if step < next || step - next > REMEMBERED {
             return;
         }
         // The first that has not arrived keeps its time.
-        let first_said = self.taken.filter(|(taken, _)| *taken >= self.next).map(|(_, at)| at);
+        let first_said = self.taken.filter(|(taken, _)| *taken >= next).map(|(_, at)| at);
         self.taken = Some((step, first_said.unwrap_or(now)));
     }
 
-    fn overdue(&mut self, now: Instant) -> Option<(u64, u64)> {
+    fn overdue(&mut self, topic: &str, now: Instant) -> Option<Gap> {
         let (step, _) = self.taken.filter(|(_, said)| now.duration_since(*said) >= GRACE)?;
         self.taken = None;
-        let from = self.next;
-        (from <= step).then(|| {
-            self.missing.push((from, step));
-            self.next = step + 1;
-            (from, step)
-        })
+        self.gaps.know_of(step + 1);
+        self.gap(topic, Counting::Steps)
     }
 
     fn lost(&self) -> u64 {
-        let after = self.missing.iter().filter(|(from, _)| *from > self.first);
-        after.map(|(from, to)| to - from + 1).sum()
-    }
-
-    /// These are not missing any more. Returns how many were.
-    fn forget(&mut self, from: u64, to: u64) -> u64 {
-        let mut count = 0;
-        let mut left = Vec::with_capacity(self.missing.len());
-        for (first, last) in self.missing.drain(..) {
-            if last < from || first > to {
-                left.push((first, last));
-                continue;
-            }
-            count += last.min(to) - first.max(from) + 1;
-            if first < from {
-                left.push((first, from - 1));
-            }
-            if last > to {
-                left.push((to + 1, last));
-            }
-        }
-        self.missing = left;
-        count
+        count(self.gaps.missing().filter(|numbers| numbers.start > self.first))
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use names::delivery::Backoff;
 use names::{ModuleName, RunId, Step, StructureName};
 use recording::Stamp;
 use tokio::sync::{Semaphore, mpsc, watch};
@@ -30,12 +31,10 @@ const REPLIES: usize = 65_536;
 /// How long the network waits for replies.
 const WITHIN: Duration = Duration::from_secs(1);
 /// Pauses before the same is asked again: a link that broke is made again within a second or two.
-const AGAIN_AFTER: [Duration; 4] = [
-    Duration::from_millis(300),
-    Duration::from_millis(600),
-    Duration::from_millis(1200),
-    Duration::from_millis(2400),
-];
+const PAUSES: Backoff<Duration> =
+    Backoff::new(Duration::from_millis(300), Duration::from_millis(2400));
+/// How often the same is asked in vain after the first time.
+const ATTEMPTS: u32 = 4;
 
 /// What is to be asked for.
 #[derive(Debug)]
@@ -156,29 +155,27 @@ impl Errand {
     /// Asks until the last of them has come, which come in order, or nothing more does. Returns the last that came.
     async fn piece(&self, gap: &Gap, mut from: u64, to: u64) -> Option<u64> {
         let mut had = None;
-        let mut pauses = AGAIN_AFTER.iter();
+        let mut pauses = PAUSES;
         loop {
             match self.fetch(&selector(gap, from, to)).await.last {
                 Some(last) if last >= to => return Some(last),
                 Some(last) if last >= from => {
                     (had, from) = (Some(last), last + 1);
-                    pauses = AGAIN_AFTER.iter();
+                    pauses.succeed();
                 }
-                _ => match pauses.next() {
-                    Some(pause) => tokio::time::sleep(*pause).await,
-                    None => return had,
-                },
+                _ if pauses.failures() < ATTEMPTS => tokio::time::sleep(pauses.fail()).await,
+                _ => return had,
             }
         }
     }
 
     async fn module(&self, structure: &StructureName, module: &ModuleName) {
         let key = |topic| Key::of_module(structure, module, topic).to_string();
-        for pause in AGAIN_AFTER {
-            if self.fetch(&key(Topic::Configuration)).await.count > 0 {
-                break;
-            }
-            tokio::time::sleep(pause).await;
+        let mut pauses = PAUSES;
+        while pauses.failures() < ATTEMPTS
+            && self.fetch(&key(Topic::Configuration)).await.count == 0
+        {
+            tokio::time::sleep(pauses.fail()).await;
         }
         self.fetch(&key(Topic::Input)).await;
         let watched = Watched { structure: Some(structure), module: Some(module) };

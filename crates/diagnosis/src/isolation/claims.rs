@@ -1,10 +1,10 @@
 //! Verdicts that rest on a peer's word. Whoever changed first is faulty, so a peer whose component explains a change
 //! here has to raise the alarm itself: it is asked once more, and its word counts for nothing if it does not.
 
+use names::delivery::Backoff;
 use names::{ComponentPath, ModuleName, Step};
 
 use super::case::Case;
-use super::pace::Pace;
 use crate::question::Answer;
 
 /// How often the peer is asked. It has judged its own change by the first time, unless it waits for others; so after
@@ -20,7 +20,7 @@ struct Claim {
     case: Case,
     by: ComponentPath,
     since: Step,
-    asked: u32,
+    pauses: Backoff<u64>,
     ask_at: Step,
 }
 
@@ -39,12 +39,13 @@ pub(crate) enum Word {
 #[derive(Debug, Clone)]
 pub(super) struct Claims {
     open: Vec<Claim>,
-    pace: Pace,
+    pauses: Backoff<u64>,
 }
 
 impl Claims {
-    pub(super) fn new(pace: Pace) -> Self {
-        Self { open: Vec::new(), pace }
+    /// The peer is asked for the first time after so many steps.
+    pub(super) fn new(first: u64) -> Self {
+        Self { open: Vec::new(), pauses: Backoff::new(first, first << ASKED_TIMES) }
     }
 
     pub(super) fn clear(&mut self) {
@@ -63,8 +64,9 @@ impl Claims {
         let (count, known) = of_channel
             .fold((0, false), |(count, known), claim| (count + 1, known || claim.by == by));
         if !known && count < MAX_CLAIMS {
-            let ask_at = case.decide_at.plus(self.pace.first);
-            self.open.push(Claim { case, by, since, asked: 0, ask_at });
+            let mut pauses = self.pauses;
+            let ask_at = case.decide_at.plus(pauses.fail());
+            self.open.push(Claim { case, by, since, pauses, ask_at });
         }
     }
 
@@ -86,10 +88,10 @@ impl Claims {
 
     /// What a peer's answer makes of the claims that rest on its word.
     pub(super) fn check(&mut self, peer: &ModuleName, answer: &Answer) -> Vec<(Case, Word)> {
-        let (mut words, pace) = (Vec::new(), self.pace);
+        let mut words = Vec::new();
         self.open.retain_mut(|claim| {
             let is_asked = claim.by.module == *peer && claim.ask_at <= answer.question.as_of;
-            let word = if is_asked { claim.check(answer, pace) } else { None };
+            let word = if is_asked { claim.check(answer) } else { None };
             let is_open = word.is_none();
             words.extend(word.map(|word| (claim.case.clone(), word)));
             is_open
@@ -100,15 +102,14 @@ impl Claims {
 
 impl Claim {
     /// `None` as long as the peer may have its reasons.
-    fn check(&mut self, answer: &Answer, pace: Pace) -> Option<Word> {
+    fn check(&mut self, answer: &Answer) -> Option<Word> {
         if answer.alarms.iter().any(|alarm| alarm.component == self.by.component) {
             return Some(Word::Kept);
         }
         if answer.watching_since.is_none_or(|since| since > self.since) {
             return Some(Word::Forgotten(self.by.module.clone()));
         }
-        self.asked += 1;
-        self.ask_at = answer.question.as_of.plus(pace.first << self.asked);
-        (self.asked == ASKED_TIMES).then(|| Word::Broken(self.by.clone()))
+        self.ask_at = answer.question.as_of.plus(self.pauses.fail());
+        (self.pauses.failures() > ASKED_TIMES).then(|| Word::Broken(self.by.clone()))
     }
 }

@@ -1,5 +1,6 @@
 //! From changes to judgements: what is pending, which peers to ask, when enough is known.
 
+use names::delivery::Backoff;
 use names::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use super::case::{Case, Finding};
@@ -9,7 +10,6 @@ use super::first_change::FirstChange;
 use super::judgement::Judgement;
 use super::knowledge::{KnownChange, PeerKnowledge};
 use super::open_cases::OpenCases;
-use super::pace::Pace;
 use super::paper::judge as judge_by_the_paper;
 use crate::change::LoggedChange;
 use crate::change_log::ChangeLog;
@@ -21,13 +21,18 @@ use crate::verdict::Transition;
 use wire::Change;
 use wire::Evidence;
 
+/// The first and the longest pause before an unanswered question is put again \[s\]. After the first, a peer is asked
+/// whether it stands by its word.
+const PAUSES_S: [f64; 2] = [0.25, 1.0];
+
 /// The part of a diagnoser that judges its changes.
 #[derive(Debug, Clone)]
 pub(crate) struct Isolator {
     module: ModuleName,
     components: Vec<Component>,
     settings: IsolationSettings,
-    pace: Pace,
+    /// Before an unanswered question is put again \[steps\].
+    pauses: Backoff<u64>,
     /// Steps without divergences after which the models are as good as before, for a change that began meanwhile: a
     /// gap that the force loops are stepped through, the window after it and a tie.
     short_gap: u64,
@@ -46,13 +51,13 @@ impl Isolator {
         let of_loops = longest_gap_of_loops(&setup.hydraulics, setup.step_s);
         let divergence = &setup.detection.divergence;
         let window = (divergence.window + divergence.lag) as u64;
-        let pace = Pace::new(setup.sampling());
+        let [first, longest] = PAUSES_S.map(|pause| setup.sampling().steps(pause));
         Self {
             module: setup.module.clone(),
             components,
             settings: setup.isolation,
-            claims: Claims::new(pace),
-            pace,
+            claims: Claims::new(first),
+            pauses: Backoff::new(first, longest),
             short_gap: of_loops + window + setup.isolation.tie_steps,
             rule: FirstChange::new(&setup.isolation, &setup.detection.divergence),
             log: ChangeLog::default(),
@@ -328,7 +333,7 @@ impl Isolator {
             return Err(PeerFailure::Malformed("nothing was asked".into()));
         }
         let quiet = self.settings.quiet_steps;
-        peer.take(answer.clone(), quiet).inspect_err(|_| peer.fail(now, self.pace))?;
+        peer.take(answer.clone(), quiet).inspect_err(|_| peer.fail(now, self.pauses))?;
         Ok(self.claims.check(&peer.name, &answer))
     }
 
@@ -337,7 +342,7 @@ impl Isolator {
         let asked = |p: &&mut PeerKnowledge| p.name == *peer && p.outstanding == Some(question);
         match self.peers.iter_mut().find(asked) {
             Some(peer) => {
-                peer.fail(now, self.pace);
+                peer.fail(now, self.pauses);
                 true
             }
             None => false,
@@ -388,7 +393,7 @@ impl Isolator {
     /// A peer is back: what it failed to answer may be asked at once.
     pub(crate) fn returned(&mut self, peer: &ModuleName, now: Step) {
         if let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) {
-            peer.retry_now(now, self.pace);
+            peer.retry_now(now, self.pauses);
         }
     }
 

@@ -1,8 +1,8 @@
 //! What a module knows of its peers, and as of which step.
 
+use names::delivery::Backoff;
 use names::{Component, ComponentPath, ModuleName, Step};
 
-use super::pace::Pace;
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
 use wire::Change;
 
@@ -77,7 +77,7 @@ pub(crate) struct PeerKnowledge {
 #[derive(Debug, Clone, Copy)]
 struct Retry {
     at: Step,
-    after: u64,
+    pauses: Backoff<u64>,
 }
 
 impl PeerKnowledge {
@@ -131,17 +131,18 @@ impl PeerKnowledge {
         self.answered_until.map_or(Step(0), |until| until.minus(tie))
     }
 
-    /// Notes that the question failed; it may be put again some steps after `now`.
-    pub(crate) fn fail(&mut self, now: Step, pace: Pace) {
-        let after = self.retry.map_or(pace.first, |r| (2 * r.after).min(pace.longest));
-        self.retry = Some(Retry { at: now.plus(after), after });
+    /// Notes that the question failed; it may be put again after a pause, of which these are the first ones \[steps\].
+    pub(crate) fn fail(&mut self, now: Step, pauses: Backoff<u64>) {
+        let mut pauses = self.retry.map_or(pauses, |retry| retry.pauses);
+        self.retry = Some(Retry { at: now.plus(pauses.fail()), pauses });
         self.outstanding = None;
     }
 
     /// The peer is back after a failure: it may be asked at once, and the backoff restarts.
-    pub(crate) fn retry_now(&mut self, now: Step, pace: Pace) {
+    pub(crate) fn retry_now(&mut self, now: Step, mut pauses: Backoff<u64>) {
         if let Some(retry) = &mut self.retry {
-            *retry = Retry { at: now, after: pace.first };
+            pauses.fail();
+            *retry = Retry { at: now, pauses };
         }
     }
 

@@ -8,7 +8,6 @@ mod isolator;
 mod judgement;
 mod knowledge;
 mod open_cases;
-mod pace;
 mod paper;
 mod windows;
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
+use names::delivery::{Due, GapFiller};
 use wire::{FaultTransition, HistoryPage, ModuleStatus};
 
 use super::place::{Mark, Place, place};
@@ -42,16 +43,16 @@ pub(super) enum Wish {
 }
 
 /// Where a module stands.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Line {
-    /// The number due next; `None` until the first answer or, failing that, the first transition.
-    next: Option<u64>,
+    /// Transitions as they were published, in the order of their numbers.
+    filler: GapFiller<FaultTransition>,
+    /// The number due next is known: not until the first answer or, failing that, the first transition.
+    is_begun: bool,
     /// The latest that was handed out.
     latest: Mark,
     /// After a new beginning, the time of the latest transition before it: what the journal has from then was handed out.
     old_until_unix_ns: u64,
-    /// Transitions as they were published, whose predecessors are missing.
-    held: BTreeMap<u64, FaultTransition>,
     /// Transitions as they are at present, for the case that the journal does not give them.
     present: BTreeMap<u64, FaultTransition>,
     /// The number after the last that the module is known to have given.
@@ -71,7 +72,33 @@ pub(super) struct Line {
     shared: bool,
 }
 
+impl Default for Line {
+    /// The module has appeared.
+    fn default() -> Self {
+        Self {
+            filler: GapFiller::starting_at(0),
+            is_begun: false,
+            latest: Mark::default(),
+            old_until_unix_ns: 0,
+            present: BTreeMap::new(),
+            end: 0,
+            behind_since: None,
+            fallen_since: None,
+            reported: 0,
+            look: true,
+            retries: Retries::default(),
+            heard: None,
+            shared: false,
+        }
+    }
+}
+
 impl Line {
+    /// The number due next, once it is known.
+    fn next(&self) -> Option<u64> {
+        self.is_begun.then(|| self.filler.next())
+    }
+
     /// The module has appeared, perhaps again.
     pub(super) fn appear(&mut self) {
         self.look = true;
@@ -88,20 +115,25 @@ impl Line {
         if self.shared {
             return self.pass(transition);
         }
-        match self.next {
-            None if !self.look => self.begin_with(&transition),
-            None => {}
-            Some(_) => match place(self.latest, &transition) {
+        if self.is_begun {
+            match place(self.latest, &transition) {
                 Place::Before => return Vec::new(),
                 Place::After => {}
                 Place::NewBeginning => self.begin_again(transition.incarnation),
-            },
+            }
+        } else if !self.look {
+            self.begin_with(transition.incarnation, transition.sequence);
         }
-        self.held.insert(transition.sequence, transition);
-        if self.held.len() > HELD {
+        self.hold(transition);
+        if self.filler.held().len() > HELD {
             return self.give_up("too many have come since");
         }
         self.release()
+    }
+
+    /// One that came before is the same.
+    fn hold(&mut self, transition: FaultTransition) {
+        let _ = self.filler.take(transition.sequence, transition);
     }
 
     /// Of several processes each transition is handed out as it comes.
@@ -110,7 +142,7 @@ impl Line {
             return Vec::new();
         }
         self.latest = Mark::of(&transition);
-        self.next = Some(self.latest.sequence.saturating_add(1));
+        (self.filler, self.is_begun) = (after(self.latest), true);
         vec![Outcome::Handed(Box::new(transition))]
     }
 
@@ -123,7 +155,7 @@ impl Line {
         if std::mem::take(&mut self.shared) {
             self.begin_again(status.journal.incarnation);
         }
-        let Some(next) = self.next else { return Vec::new() };
+        let Some(next) = self.next() else { return Vec::new() };
         let is_fallen =
             status.next_sequence < next && status.time_unix_ns > self.latest.time_unix_ns;
         self.fallen_since = is_fallen.then(|| self.fallen_since.unwrap_or(now));
@@ -145,7 +177,7 @@ impl Line {
     /// The module has given all numbers below `end`.
     fn know_of(&mut self, end: u64, now: Instant) {
         self.end = end;
-        let is_behind = self.next.is_some_and(|next| end > next);
+        let is_behind = self.next().is_some_and(|next| end > next);
         self.behind_since = is_behind.then(|| self.behind_since.unwrap_or(now));
     }
 
@@ -158,7 +190,7 @@ impl Line {
         self.retries.succeed();
         let numbered = |state: &FaultTransition| state.sequence > 0;
         self.present = states.into_iter().filter(numbered).map(|t| (t.sequence, t)).collect();
-        if self.next.is_none() {
+        if !self.is_begun {
             return self.begin();
         }
         let latest = self.latest;
@@ -167,7 +199,7 @@ impl Line {
         if let Some(incarnation) = new.map(|state| state.incarnation) {
             self.begin_again(incarnation);
         }
-        let next = self.next.unwrap_or(1);
+        let next = self.filler.next();
         self.present.retain(|sequence, _| *sequence >= next);
         if let Some(last) = self.present.keys().next_back() {
             self.end = self.end.max(last.saturating_add(1));
@@ -181,9 +213,7 @@ impl Line {
             return Vec::new();
         }
         (self.look, self.heard) = (false, Some(now));
-        if let (None, Some(first)) = (self.next, self.held.values().next().cloned()) {
-            self.begin_with(&first);
-        }
+        self.begin_at_first();
         self.release()
     }
 
@@ -194,26 +224,43 @@ impl Line {
             self.latest = Mark::of(&state);
             outcomes.push(Outcome::Handed(Box::new(state)));
         }
-        self.next = Some(self.latest.sequence.saturating_add(1));
-        for transition in std::mem::take(&mut self.held).into_values() {
+        self.is_begun = true;
+        let held = std::mem::replace(&mut self.filler, after(self.latest));
+        for (_, transition) in held.into_held() {
             outcomes.extend(self.published(transition));
         }
         outcomes
     }
 
-    fn begin_with(&mut self, first: &FaultTransition) {
-        self.next = Some(first.sequence);
-        self.latest.incarnation = first.incarnation;
-        self.latest.sequence = first.sequence.saturating_sub(1);
+    /// With the first that is held, if the number due next is not known.
+    fn begin_at_first(&mut self) {
+        let first = self.filler.held().next().map(FaultTransition::place);
+        if let (false, Some((incarnation, sequence))) = (self.is_begun, first) {
+            self.begin_with(incarnation, sequence);
+        }
+    }
+
+    fn begin_with(&mut self, incarnation: u64, sequence: u64) {
+        self.is_begun = true;
+        (self.latest.incarnation, self.latest.sequence) = (incarnation, sequence.saturating_sub(1));
+        self.restart(sequence, |_| true);
+    }
+
+    /// With another number due next; of what is held, those at least this late that are wanted stay.
+    fn restart(&mut self, next: u64, is_wanted: impl Fn(&FaultTransition) -> bool) {
+        let held = std::mem::replace(&mut self.filler, GapFiller::starting_at(next));
+        let wanted = held.into_held().map(|(_, transition)| transition);
+        wanted.filter(is_wanted).for_each(|transition| self.hold(transition));
     }
 
     /// What the module counts from the beginning is not what it counted before.
     fn begin_again(&mut self, incarnation: u64) {
         let old_until_unix_ns = self.latest.time_unix_ns;
-        self.held.retain(|_, transition| transition.time_unix_ns > old_until_unix_ns);
+        self.restart(1, |transition| transition.time_unix_ns > old_until_unix_ns);
+        self.is_begun = true;
         self.old_until_unix_ns = old_until_unix_ns;
         (self.latest.incarnation, self.latest.sequence) = (incarnation, 0);
-        (self.next, self.end, self.reported) = (Some(1), 0, 0);
+        (self.end, self.reported) = (0, 0);
         (self.behind_since, self.fallen_since) = (None, None);
         self.retries.forgive();
     }
@@ -226,7 +273,7 @@ impl Line {
         now: Instant,
     ) -> Vec<Outcome> {
         let page = match page {
-            Ok(page) if self.next == Some(since) => page,
+            Ok(page) if self.next() == Some(since) => page,
             // It began again meanwhile, or what was missing has come.
             Ok(_) => {
                 self.retries.succeed();
@@ -236,11 +283,9 @@ impl Line {
         };
         let numbers = page.transitions.iter().map(|transition| transition.sequence);
         let covered = numbers.max().map_or(since, |last| last.saturating_add(1));
-        for transition in page.transitions {
-            self.held.insert(transition.sequence, transition);
-        }
+        page.transitions.into_iter().for_each(|transition| self.hold(transition));
         let outcomes = self.release_below(covered, "the module's journal does not have them");
-        if self.next == Some(since) {
+        if self.next() == Some(since) {
             return self.in_vain("the module's journal does not have them yet", now);
         }
         self.retries.succeed();
@@ -258,17 +303,14 @@ impl Line {
 
     /// Hands out what there is without what is missing.
     fn give_up(&mut self, reason: &str) -> Vec<Outcome> {
-        for (sequence, state) in std::mem::take(&mut self.present) {
-            self.held.entry(sequence).or_insert(state);
-        }
-        let Some(next) = self.next else {
-            let first = self.held.values().next().cloned();
-            first.iter().for_each(|first| self.begin_with(first));
+        std::mem::take(&mut self.present).into_values().for_each(|state| self.hold(state));
+        let Some(next) = self.next() else {
+            self.begin_at_first();
             return self.release();
         };
-        if let Some(last) = self.held.keys().next_back() {
+        if self.filler.held().len() > 0 {
             self.retries.forgive();
-            return self.release_below(last.saturating_add(1), reason);
+            return self.release_below(self.filler.end(), reason);
         }
         // They may come yet: nothing after them has.
         let missed = self.missed(next..self.end, reason);
@@ -283,27 +325,19 @@ impl Line {
 
     /// Hands out what is held and due; of the numbers below `end`, those that are not held are missed.
     fn release_below(&mut self, end: u64, reason: &str) -> Vec<Outcome> {
-        let Some(mut next) = self.next else { return Vec::new() };
+        if !self.is_begun {
+            return Vec::new();
+        }
+        self.filler.know_of(end);
+        self.filler.give_up(0..end);
         let mut outcomes = Vec::new();
-        while let Some((&sequence, _)) = self.held.first_key_value() {
-            if sequence > next && next < end {
-                outcomes.extend(self.missed(next..sequence, reason));
-                next = sequence;
-            }
-            if sequence > next {
-                break;
-            }
-            let Some(transition) = self.held.remove(&sequence) else { break };
-            if sequence == next {
-                outcomes.extend(self.hand_out(transition));
-                next = next.saturating_add(1);
-            }
+        while let Some(due) = self.filler.due() {
+            outcomes.extend(match due {
+                Due::Item(_, transition) => self.hand_out(transition),
+                Due::Lost(numbers) => self.missed(numbers, reason),
+            });
         }
-        if next < end && self.held.is_empty() {
-            outcomes.extend(self.missed(next..end, reason));
-            next = end;
-        }
-        self.next = Some(next);
+        let next = self.filler.next();
         self.latest.sequence = next.saturating_sub(1);
         self.present.retain(|sequence, _| *sequence >= next);
         if self.end <= next {
@@ -326,7 +360,7 @@ impl Line {
     fn missed(&self, numbers: Range<u64>, reason: &str) -> Option<Outcome> {
         let numbers = numbers.start.max(self.reported)..numbers.end;
         let is_known = self.old_until_unix_ns == 0
-            || self.held.values().next().is_none_or(|t| t.time_unix_ns > self.old_until_unix_ns);
+            || self.filler.held().next().is_none_or(|t| t.time_unix_ns > self.old_until_unix_ns);
         (is_known && !numbers.is_empty())
             .then(|| Outcome::Missed { numbers, reason: reason.to_owned() })
     }
@@ -343,8 +377,13 @@ impl Line {
         if self.look || (is_due && !self.shared) {
             return Some(Wish::Present);
         }
-        let next = self.next.filter(|_| !self.shared)?;
+        let next = self.next().filter(|_| !self.shared)?;
         let is_behind = self.behind_since.is_some_and(|since| now - since >= SETTLING);
-        (!self.held.is_empty() || is_behind).then_some(Wish::History(next))
+        (self.filler.held().len() > 0 || is_behind).then_some(Wish::History(next))
     }
+}
+
+/// Of what comes after this.
+fn after(latest: Mark) -> GapFiller<FaultTransition> {
+    GapFiller::starting_at(latest.sequence.saturating_add(1))
 }

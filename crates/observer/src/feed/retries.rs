@@ -2,19 +2,28 @@
 
 use std::time::{Duration, Instant};
 
+use names::delivery::Backoff;
+
 /// Questions in a row that bring nothing, after which it is given up.
 const ATTEMPTS: u32 = 3;
-/// From the first of them to the next; each time twice as long.
-const PAUSE: Duration = Duration::from_millis(200);
+/// From one of them to the next.
+const PAUSES: Backoff<Duration> =
+    Backoff::new(Duration::from_millis(200), Duration::from_millis(400));
 /// After it was given up, before it is tried again.
 const REST: Duration = Duration::from_secs(10);
 
 /// At most one question at a time, and none too soon after one that brought nothing.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Retries {
     asked: bool,
-    in_vain: u32,
+    pauses: Backoff<Duration>,
     not_before: Option<Instant>,
+}
+
+impl Default for Retries {
+    fn default() -> Self {
+        Self { asked: false, pauses: PAUSES, not_before: None }
+    }
 }
 
 impl Retries {
@@ -36,19 +45,18 @@ impl Retries {
     /// It brought nothing. Whether that is enough to give up.
     pub(super) fn fail(&mut self, now: Instant) -> bool {
         self.asked = false;
-        self.in_vain += 1;
-        let is_over = self.in_vain >= ATTEMPTS;
-        let pause = if is_over { REST } else { PAUSE * (1 << (self.in_vain - 1)) };
-        self.not_before = Some(now + pause);
+        let pause = self.pauses.fail();
+        let is_over = self.pauses.failures() >= ATTEMPTS;
         if is_over {
-            self.in_vain = 0;
+            self.pauses.succeed();
         }
+        self.not_before = Some(now + if is_over { REST } else { pause });
         is_over
     }
 
     /// Something else has changed: a question is worth it at once.
     pub(super) fn forgive(&mut self) {
-        self.in_vain = 0;
+        self.pauses.succeed();
         self.not_before = None;
     }
 }

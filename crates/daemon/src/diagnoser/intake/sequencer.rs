@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use names::delivery::{Due, GapFiller};
 use names::{RunId, Step};
 use wire::SampleQuestion;
 
@@ -35,11 +36,11 @@ pub(crate) struct Sequencer {
     /// How far back the publisher is asked.
     depth: u64,
     room: usize,
-    fetched: VecDeque<Arrival>,
+    /// What is missing, and the sample that showed it.
+    filler: GapFiller<Arrival>,
+    /// What came after that.
     waiting: VecDeque<Arrival>,
     asked: Option<SampleQuestion>,
-    /// It was asked for what lies before this sample.
-    settled: Option<(RunId, Step)>,
     /// When the latest reply came: until then, samples waited for it.
     replied: Option<Instant>,
     respite: Option<Instant>,
@@ -51,10 +52,9 @@ impl Sequencer {
         Self {
             depth,
             room,
-            fetched: VecDeque::new(),
+            filler: GapFiller::starting_at(0),
             waiting: VecDeque::new(),
             asked: None,
-            settled: None,
             replied: None,
             respite: None,
         }
@@ -65,13 +65,13 @@ impl Sequencer {
         // Who has begun a new run has forgotten the former one.
         let forgotten = self.asked.is_some_and(|question| question.run != arrival.sample.run);
         self.waiting.push_back(arrival);
-        let too_long = self.waiting.len() >= self.room;
+        let too_long = self.len() >= self.room;
         if too_long || forgotten {
-            self.asked = None;
+            self.give_up();
         }
     }
 
-    /// Takes what the publisher still had, sorted by step; whether it was still waited for.
+    /// Takes what the publisher still had; whether it was still waited for.
     pub(crate) fn take(
         &mut self,
         question: SampleQuestion,
@@ -81,20 +81,30 @@ impl Sequencer {
         if self.asked != Some(question) {
             return false;
         }
-        self.asked = None;
         self.replied = Some(now);
         if samples.is_empty() {
             self.respite = Some(now + RESPITE);
         }
-        self.fetched.extend(samples);
+        for arrival in samples {
+            // Twice the same is once the same.
+            let _ = self.filler.take(arrival.sample.step.0, arrival);
+        }
+        self.give_up();
         true
+    }
+
+    /// What is missing now is not waited for.
+    fn give_up(&mut self) {
+        if self.asked.take().is_some() {
+            self.filler.give_up(0..self.filler.end());
+        }
     }
 
     /// Drops everything that waits; how many samples that were. What is missing then is not asked
     /// for.
     pub(crate) fn clear(&mut self, now: Instant) -> usize {
-        let thrown = self.fetched.len() + self.waiting.len();
-        self.fetched.clear();
+        let thrown = self.len();
+        self.filler = GapFiller::starting_at(0);
         self.waiting.clear();
         self.asked = None;
         self.respite = Some(now + RESPITE);
@@ -108,31 +118,37 @@ impl Sequencer {
 
     /// How many samples wait.
     pub(crate) fn len(&self) -> usize {
-        self.fetched.len() + self.waiting.len()
+        self.filler.held().len() + self.waiting.len()
     }
 
     /// What is to be done next, `last` being the latest sample diagnosed.
     pub(crate) fn next(&mut self, last: Option<(RunId, Step)>, now: Instant) -> Option<Flow> {
-        if let Some(fetched) = self.fetched.pop_front() {
-            return Some(Flow::Process(fetched));
+        while let Some(due) = self.filler.due() {
+            // The diagnoser counts the steps that are lost.
+            if let Due::Item(_, arrival) = due {
+                return Some(Flow::Process(arrival));
+            }
         }
         if self.asked.is_some() {
             return None;
         }
-        let front = self.waiting.front()?;
-        let place = (front.sample.run, front.sample.step);
+        let front = self.waiting.pop_front()?;
+        let step = front.sample.step;
+        let missing = self.missing(last, (front.sample.run, step));
+        let Some(question) = missing.filter(|_| self.may_ask(&front, now)) else {
+            return Some(Flow::Process(front));
+        };
+        self.filler = GapFiller::starting_at(question.from.0);
+        let _ = self.filler.take(step.0, front);
+        self.asked = Some(question);
+        Some(Flow::Fetch(question))
+    }
+
+    /// Is there time to look back?
+    fn may_ask(&self, front: &Arrival, now: Instant) -> bool {
         let ready = self.replied.map_or(front.received, |replied| replied.max(front.received));
         let hurry = now.duration_since(ready) >= HURRY;
-        let may_ask = self.respite.is_none_or(|until| until <= now) && !hurry;
-        if may_ask
-            && self.settled != Some(place)
-            && let Some(question) = self.missing(last, place)
-        {
-            self.settled = Some(place);
-            self.asked = Some(question);
-            return Some(Flow::Fetch(question));
-        }
-        self.waiting.pop_front().map(Flow::Process)
+        self.respite.is_none_or(|until| until <= now) && !hurry
     }
 
     fn missing(
@@ -150,7 +166,8 @@ impl Sequencer {
             }
             _ => oldest,
         };
-        (from < step).then(|| SampleQuestion { run, from, to: step.minus(1) })
+        // The greatest number is that of no step.
+        (from < step && step.0 < u64::MAX).then(|| SampleQuestion { run, from, to: step.minus(1) })
     }
 }
 

@@ -5,29 +5,33 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use names::ModuleName;
+use names::delivery::Backoff;
 
 const FIRST: Duration = Duration::from_millis(150);
 const LONGEST: Duration = Duration::from_millis(800);
 
 /// The peers whose latest query failed.
 #[derive(Debug, Default)]
-pub(crate) struct Backoff(BTreeMap<ModuleName, Wait>);
+pub(crate) struct PeerRetries(BTreeMap<ModuleName, Wait>);
 
 #[derive(Debug, Clone, Copy)]
 struct Wait {
+    pauses: Backoff<Duration>,
+    pause: Duration,
     until: Instant,
-    length: Duration,
 }
 
-impl Backoff {
+impl PeerRetries {
     /// A query to the peer ended.
     pub(crate) fn note(&mut self, peer: &ModuleName, answered: bool, now: Instant) {
         if answered {
             self.0.remove(peer);
             return;
         }
-        let length = self.0.get(peer).map_or(FIRST, |wait| (2 * wait.length).min(LONGEST));
-        self.0.insert(peer.clone(), Wait { until: now + length, length });
+        let known = self.0.get(peer).map(|wait| wait.pauses);
+        let mut pauses = known.unwrap_or(Backoff::new(FIRST, LONGEST));
+        let pause = pauses.fail();
+        self.0.insert(peer.clone(), Wait { pauses, pause, until: now + pause });
     }
 
     /// The peers that may be queried again; each is returned once per wait.
@@ -35,7 +39,7 @@ impl Backoff {
         let mut over = Vec::new();
         for (peer, wait) in &mut self.0 {
             if wait.until <= now {
-                wait.until = now + wait.length;
+                wait.until = now + wait.pause;
                 over.push(peer.clone());
             }
         }
@@ -50,7 +54,7 @@ mod tests {
     #[test]
     fn waits_grow_with_each_failure_and_end_with_an_answer() {
         let peer: ModuleName = "m2".parse().unwrap();
-        let mut backoff = Backoff::default();
+        let mut backoff = PeerRetries::default();
         let start = Instant::now();
         backoff.note(&peer, false, start);
         assert!(backoff.over(start + FIRST / 2).is_empty());
