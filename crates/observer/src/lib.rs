@@ -33,7 +33,7 @@ pub use divergences::DivergenceFeed;
 pub use freeze_frame::{freeze_frame, freeze_frame_of, freeze_frames};
 pub use history::history;
 pub use identification::identification;
-pub use live::{Live, present};
+pub use live::{Live, attendance, present};
 pub use plant_orders::{inject, stroke};
 pub use presence::{AttendanceError, homes, plants, wait_for};
 pub use view::{

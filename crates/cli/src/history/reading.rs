@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use names::{ModuleName, StructureName};
-use observer::{ModuleHistory, ModuleView, present};
+use observer::{ModuleHistory, ModuleView, attendance};
 use tokio::task::JoinSet;
 use zenoh::Session;
 
@@ -117,7 +117,7 @@ async fn modules_to_query(
         let home = |module: &ModuleName| homes.get(module).into_iter().flatten().cloned().collect();
         return Ok(named.iter().map(|module| (module.clone(), home(module))).collect());
     }
-    let scene = present(session, structure, &[], link.timeout).await.map_err(link::refused)?;
+    let scene = attendance(session, structure, link.timeout).await.map_err(link::refused)?;
     let entry = |module: &ModuleView| {
         (module.module.clone(), module.structure.clone().into_iter().collect())
     };

@@ -23,7 +23,7 @@ use crate::presence::AttendanceError;
 use crate::view::{Event, NetworkState, News, Scene};
 use task::Show;
 
-pub use present::present;
+pub use present::{attendance, present};
 
 /// Events that may wait to be taken.
 const QUEUE: usize = 4096;

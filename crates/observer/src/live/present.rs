@@ -30,6 +30,28 @@ pub async fn present(
     expected: &[ModuleName],
     timeout: Duration,
 ) -> Result<Arc<Scene>, AttendanceError> {
+    look(session, structure, expected, timeout, hold).await
+}
+
+/// The same without waiting for the states of components: which modules there are or should be.
+///
+/// # Errors
+/// The network refuses.
+pub async fn attendance(
+    session: &Session,
+    structure: Option<&StructureName>,
+    timeout: Duration,
+) -> Result<Arc<Scene>, AttendanceError> {
+    look(session, structure, &[], timeout, |scene, _| hold_for_statuses(scene)).await
+}
+
+async fn look(
+    session: &Session,
+    structure: Option<&StructureName>,
+    expected: &[ModuleName],
+    timeout: Duration,
+    hold: fn(&Scene, Duration) -> Duration,
+) -> Result<Arc<Scene>, AttendanceError> {
     let live = Live::over(session, structure.cloned(), expected.to_vec()).await?;
     let mut scenes = live.scenes();
     let end = Instant::now() + timeout;
@@ -51,16 +73,14 @@ pub async fn present(
 
 /// How long after the first message more is waited for.
 fn hold(scene: &Scene, timeout: Duration) -> Duration {
-    let has_answered = |module: &ModuleView| !module.components.is_empty();
-    let is_complete = |module: &ModuleView| has_answered(module) && module.status.is_some();
-    let is_mute = |module: &ModuleView| module.present && !has_answered(module);
-    if scene.is_asking || scene.modules.iter().any(is_mute) {
-        timeout
-    } else if scene.modules.iter().all(is_complete) {
-        OTHERS_WITHIN
-    } else {
-        STATUS_WITHIN
-    }
+    let is_mute = |module: &ModuleView| module.present && module.components.is_empty();
+    let may_answer = scene.is_asking || scene.modules.iter().any(is_mute);
+    if may_answer { timeout } else { hold_for_statuses(scene) }
+}
+
+fn hold_for_statuses(scene: &Scene) -> Duration {
+    let all_reported = scene.modules.iter().all(|module| module.status.is_some());
+    if all_reported { OTHERS_WITHIN } else { STATUS_WITHIN }
 }
 
 #[cfg(test)]
