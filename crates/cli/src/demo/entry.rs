@@ -3,7 +3,7 @@
 use names::fault::Fault;
 use names::{ComponentPath, ModuleName, Step};
 use serde::Serialize;
-use wire::{Candidate, Doubt, FaultState, Symptom};
+use wire::{Candidate, Symptom};
 
 /// A process of the demo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
