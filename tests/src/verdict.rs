@@ -2,7 +2,7 @@
 
 use diagnosis::{Transition, Verdict};
 use names::{ComponentPath, ModuleName, Step};
-use wire::{FaultTransition};
+use wire::FaultTransition;
 
 /// A verdict that was reached.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

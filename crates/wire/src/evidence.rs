@@ -22,6 +22,7 @@ pub struct Evidence {
 impl Evidence {
     /// D/γ, 0 while undefined.
     #[must_use]
+    #[inline]
     pub fn ratio(&self) -> f64 {
         self.divergence.map_or(0.0, |divergence| divergence / self.threshold)
     }

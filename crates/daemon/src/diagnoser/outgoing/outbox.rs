@@ -211,7 +211,7 @@ mod tests {
     use names::{RunId, Step};
     use shell::shutdown;
     use shell::supervision::Supervisor;
-    use wire::{FaultState, FaultTransition, Input, ModulePhase, PhaseChange, Taken};
+    use wire::{FaultTransition, Input, ModulePhase, PhaseChange, Taken};
     use zenoh::key_expr::KeyExpr;
 
     use super::super::event_lane::publish;
