@@ -9,9 +9,9 @@ use std::sync::Arc;
 use daemon::config::{
     DiagnoserConfig, PlantConfig, PlantFlags, Schedule, load_diagnoser, load_plant,
 };
-use names::RunId;
 use parking_lot::Mutex;
 use tempfile::TempDir;
+use vocabulary::RunId;
 
 use crate::binaries::{configs, program};
 use crate::interposer::Interposer;

@@ -3,8 +3,7 @@
 use std::fmt;
 
 use diagnosis::Verdict;
-use names::ComponentPath;
-use wire::{FaultState, FaultTransition};
+use vocabulary::{ComponentPath, FaultState, FaultTransition};
 
 /// What is held of a component.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

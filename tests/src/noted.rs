@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use tokio::sync::watch::{Ref, Sender};
-use wire::Message;
+use vocabulary::Message;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 
 /// A message, if it is one of this kind.
 pub(crate) fn read<M: Message>(sample: &Sample) -> Option<M> {
-    wire::decode(&sample.payload().to_bytes()).ok()
+    vocabulary::decode(&sample.payload().to_bytes()).ok()
 }
 
 /// Hands `take` the messages of a kind on some keys, each with what it came in, from now on.

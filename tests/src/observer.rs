@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use ::observer::{Live, News};
-use names::fault::Fault;
-use names::{ModuleName, Step, StructureName};
 use session::Network;
 use tokio::sync::mpsc::unbounded_channel;
 use tokio::task::JoinSet;
-use wire::keys::Watched;
-use wire::{FaultTransition, Injection, ModulePhase, ModuleStatus};
+use vocabulary::{
+    FaultTransition, Injection, ModuleName, ModulePhase, ModuleStatus, Step, StructureName,
+    fault::Fault, keys::Watched,
+};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 

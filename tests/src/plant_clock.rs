@@ -1,7 +1,6 @@
 //! The plant's progress, from the samples that it publishes; independent of the diagnosers.
 
-use names::{RunId, Step};
-use wire::Sample;
+use vocabulary::{RunId, Sample, Step};
 
 use crate::in_time;
 use crate::noted::Noted;

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use names::{ModuleName, Step};
-use wire::{FaultTransition, Sample};
+use vocabulary::{FaultTransition, ModuleName, Sample, Step};
 
 use crate::in_time;
 use crate::noted::Noted;

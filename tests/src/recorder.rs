@@ -6,7 +6,7 @@ use std::time::Duration;
 use nix::sys::signal::Signal;
 use recording::{Recorded, Recording};
 use tempfile::TempDir;
-use wire::{Key, Topic};
+use vocabulary::{Key, Topic};
 
 use crate::binaries::program;
 use crate::deployment::Deployment;

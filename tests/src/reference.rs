@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use names::{ComponentPath, RunId};
 use study::{Injection, Occurrence, Rig};
+use vocabulary::{ComponentPath, RunId};
 
 use crate::deployment::Deployment;
 use crate::held::Held;

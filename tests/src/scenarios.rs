@@ -1,8 +1,7 @@
 //! Fault scenarios that cover every kind of fault of the paper, short enough for many of them.
 
 use daemon::config::{Schedule, ScheduledFault};
-use names::Step;
-use names::fault::Fault;
+use vocabulary::{Step, fault::Fault};
 
 /// Steps of a scenario.
 pub const STEPS: u64 = 4200;

@@ -2,7 +2,7 @@
 
 use ::observer::News;
 use tokio::sync::mpsc::unbounded_channel;
-use wire::{ModuleStatus, PhaseChange, Progress};
+use vocabulary::{ModuleStatus, PhaseChange, Progress};
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Sample, SampleKind};
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step};
 
 use crate::held::Held;
 

@@ -1,8 +1,7 @@
 //! What is compared between a distributed run and the same run in one process.
 
 use diagnosis::{Transition, Verdict};
-use names::{ComponentPath, ModuleName, Step};
-use wire::FaultTransition;
+use vocabulary::{ComponentPath, FaultTransition, ModuleName, Step};
 
 /// A verdict that was reached.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,8 +43,10 @@ impl Reached {
     #[must_use]
     pub fn of_message(message: &FaultTransition) -> Option<Self> {
         let outcome = match &message.verdict {
-            wire::Verdict::Latched => "latched".to_string(),
-            wire::Verdict::Explained { by, since } => format!("explained by {by} since {since}"),
+            vocabulary::Verdict::Latched => "latched".to_string(),
+            vocabulary::Verdict::Explained { by, since } => {
+                format!("explained by {by} since {since}")
+            }
             _ => return None,
         };
         Some(Self {

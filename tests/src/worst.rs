@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use wire::ModuleStatus;
-use wire::keys::Watched;
+use vocabulary::{ModuleStatus, keys::Watched};
 
 use crate::noted::Noted;
 use crate::observer::Observer;

@@ -1,4 +1,4 @@
-"""Clients that are not trusswatch's: the recipes of crates/wire/README.md run as printed, every message is valid by its
+"""Clients that are not trusswatch's: the recipes of crates/vocabulary/README.md run as printed, every message is valid by its
 schema, and a recording gives others the same numbers.
 """
 

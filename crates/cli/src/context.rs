@@ -14,9 +14,9 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use names::StructureName;
 use serde::Deserialize;
 use session::{Mode, endpoint};
+use vocabulary::StructureName;
 
 use crate::failure::Failure;
 

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use names::printable_lines;
+use vocabulary::printable_lines;
 
 /// The exit codes, for `--help`.
 pub(crate) const EXIT_CODES: &str = "\

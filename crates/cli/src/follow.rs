@@ -2,16 +2,16 @@
 
 use std::io::{self, Write};
 
-use names::StructureName;
 use observer::{Event, EventLine, Live, News};
 use serde::Serialize;
 use shell::shutdown::{self, ShutdownFlags};
+use vocabulary::StructureName;
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
 use crate::paint::{Paint, tone_colour};
 use crate::versioned;
-use wording::{NOTHING, utc};
+use vocabulary::words::{NOTHING, utc};
 
 /// Print events as they happen, one line each, until interrupted
 ///

@@ -4,10 +4,10 @@ use std::future::Future;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use names::{OperatorName, StructureName};
 use observer::AttendanceError;
 use session::{Mode, Network, NetworkFlags};
 use tokio::runtime::{Builder, Runtime};
+use vocabulary::{OperatorName, StructureName};
 use zenoh::Session;
 
 use crate::context::Context;

@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use names::ModuleName;
 use truss::Structure;
+use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 use crate::versioned;

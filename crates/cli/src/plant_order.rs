@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use names::{Mention, StructureName};
 use observer::OrderError;
+use vocabulary::{Mention, StructureName};
 use zenoh::Session;
 
 use crate::failure::Failure;
 use crate::link::{self, Link, Target};
-use wording::printable;
+use vocabulary::words::printable;
 
 /// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` gets the
 /// structure and how long to wait.

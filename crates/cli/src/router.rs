@@ -14,7 +14,7 @@ use shell::opening::open_unless;
 use shell::shutdown::{Shutdown, ShutdownFlags};
 use shell::supervision::{OPENING, Supervisor};
 use shell::{logging, runtime};
-use wire::keys::UNOWNED;
+use vocabulary::keys::UNOWNED;
 use zenoh::Session;
 
 /// The status while it runs.

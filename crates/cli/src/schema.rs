@@ -5,8 +5,10 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
-use wire::MAX_MESSAGE_BYTES;
-use wire::catalogue::{Entry, Travels, catalogue};
+use vocabulary::{
+    MAX_MESSAGE_BYTES,
+    catalogue::{Entry, Travels, catalogue},
+};
 
 use crate::failure::Failure;
 use crate::table::{table, terminal_width};

@@ -1,7 +1,7 @@
 //! Output for machines: JSON objects that begin with the version of their format, as messages do.
 
 use serde::Serialize;
-use wire::VERSION;
+use vocabulary::VERSION;
 
 /// An object and its version.
 #[derive(Serialize)]

@@ -1,6 +1,6 @@
 //! Messages handed over to the network, and questions replied to.
 
-use wire::{Message, Refused};
+use vocabulary::{Message, Refused};
 use zenoh::Wait;
 use zenoh::bytes::Encoding;
 use zenoh::query::Query;
@@ -25,7 +25,7 @@ pub(crate) fn refuse(query: &Query, reason: String) {
 /// Encodes and hands over. A session that is closing takes nothing; that is only
 /// logged.
 pub(crate) fn put<M: Message>(message: &M, send: impl FnOnce(Vec<u8>) -> zenoh::Result<()>) {
-    match wire::encode(message) {
+    match vocabulary::encode(message) {
         Ok(bytes) => {
             if let Err(error) = send(bytes) {
                 tracing::debug!("{} not sent: {error}", M::WHAT);

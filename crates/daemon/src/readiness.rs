@@ -2,7 +2,7 @@
 
 use shell::health::Condition;
 use shell::supervision::OPENING;
-use wire::{ModulePhase, PlantPhase, PlantStatus};
+use vocabulary::{ModulePhase, PlantPhase, PlantStatus};
 
 use crate::metrics::ModuleReport;
 use crate::status_line;

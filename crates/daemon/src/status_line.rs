@@ -1,7 +1,7 @@
 //! The one-line status that `systemctl status` shows: phase, step, faults, lag. It begins with `degraded`
 //! whenever no reported fault does not mean that there is none.
 
-use wire::{ModulePhase, ModuleStatus, PlantPhase, PlantStatus};
+use vocabulary::{ModulePhase, ModuleStatus, PlantPhase, PlantStatus};
 
 /// Two diagnosers of one module.
 pub(crate) const ANOTHER_PROCESS: &str = "another process runs as this module";
@@ -82,9 +82,10 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
-    use wire::{Counters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus};
-    use wire::{PresentFault, PublisherCounters};
+    use vocabulary::{
+        Counters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus, PresentFault,
+        PublisherCounters, RunId, Step,
+    };
 
     fn module(phase: ModulePhase) -> ModuleStatus {
         ModuleStatus {
@@ -215,7 +216,7 @@ mod tests {
         (status.next_step, status.late_steps) = (Step(12), 3);
         status.faults = vec![PresentFault {
             component: "module1/sensor/g2".parse().unwrap(),
-            fault: names::fault::Fault::ZeroOutput {}.into(),
+            fault: vocabulary::fault::Fault::ZeroOutput {}.into(),
         }];
         assert_eq!(of_plant(&status), "running, step 12, 1 fault injected, 3 steps late");
     }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use names::{Component, ModuleName};
 use serde::{Deserialize, Serialize};
+use vocabulary::{Component, ModuleName};
 
 use crate::config::DetectionSection;
 

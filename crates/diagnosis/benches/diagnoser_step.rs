@@ -56,7 +56,7 @@ fn step_of(c: &mut Criterion, name: &str, setup: ModuleSetup) {
         b.iter(|| {
             let count = samples.len() as u64;
             let sample = &mut samples[usize::try_from(next % count).unwrap_or(0)];
-            sample.step = names::Step(next);
+            sample.step = vocabulary::Step(next);
             next += 1;
             diagnoser.take_sample(black_box(sample), &mut actions);
             actions.clear();

@@ -1,6 +1,6 @@
 //! Peers' questions: held until their step has been processed, then answered.
 
-use names::{Component, ModuleName, RunId, Step};
+use vocabulary::{Component, ModuleName, RunId, Step};
 
 use crate::channels::Channels;
 use crate::event::{Action, QuestionToken};
@@ -9,8 +9,7 @@ use crate::intake::Intake;
 use crate::judging::Judging;
 use crate::question::{Answer, Question, Refusal};
 use crate::settings::Sampling;
-use wire::ActuatorFault;
-use wire::Counters;
+use vocabulary::{ActuatorFault, Counters};
 
 /// The questions of peers that wait for their step.
 #[derive(Debug, Clone)]

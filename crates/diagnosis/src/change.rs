@@ -1,7 +1,6 @@
 //! Changes: a channel's divergence rose above its threshold.
 
-use names::Step;
-use wire::Change;
+use vocabulary::{Change, Step};
 
 /// Longest window within which changes count as simultaneous, in steps.
 pub const MAX_TIE: usize = 31;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use names::Step;
+use vocabulary::Step;
 
 use crate::change::LoggedChange;
 use crate::question::MAX_CHANGES_IN_ANSWER;
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn a_change_whose_end_was_known_before_a_restart_is_not_reported_again() {
-        let change = |until: Option<u64>| wire::Change {
+        let change = |until: Option<u64>| vocabulary::Change {
             component: "sensor/g1".parse().unwrap(),
             onset: Step(95),
             step: Step(100),

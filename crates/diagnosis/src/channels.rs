@@ -1,7 +1,7 @@
 //! The channels of a module, one for each component: sample → residuals → divergences → changes, and which
 //! steps were watched.
 
-use names::{Component, Step};
+use vocabulary::{Component, Step};
 
 use crate::coverage::Coverage;
 use crate::divergence::{DivergenceBank, DivergenceSettings, Outcome, Violation};
@@ -15,7 +15,7 @@ use crate::shift::Shifts;
 use crate::state::{Measured, WindowLength, WindowMeans, Windows};
 use crate::unseen::Unseen;
 use crate::validity::{Supply, Validity};
-use wire::Evidence;
+use vocabulary::Evidence;
 
 /// What a channel did at a step.
 #[derive(Debug, Clone, Copy)]

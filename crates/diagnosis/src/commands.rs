@@ -1,6 +1,6 @@
 //! Commands of operators: when they are accepted, and what follows.
 
-use names::{Component, RunId, Step};
+use vocabulary::{Component, RunId, Step};
 
 use crate::channels::Channels;
 use crate::comparing::Comparing;
@@ -9,9 +9,7 @@ use crate::judging::Judging;
 use crate::ledger::Blank;
 use crate::order::{Order, OrderRefusal};
 use crate::state::Condition;
-use wire::Symptom;
-use wire::Verdict;
-use wire::{GivenOrder, GivenOrderKind};
+use vocabulary::{GivenOrder, GivenOrderKind, Symptom, Verdict};
 
 /// A residual displaced by less than this share of what was found is back.
 const STILL_DISPLACED: f64 = 0.5;

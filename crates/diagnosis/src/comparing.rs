@@ -7,7 +7,7 @@
 //! | explained | yes | a fault of its own |
 //! | none | yes | faulty, since its last agreement at the earliest; or before service |
 
-use names::{ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{ComponentPath, ModuleName, RunId, Step};
 
 use crate::channels::Channels;
 use crate::event::Action;
@@ -16,10 +16,7 @@ use crate::ledger::Departure;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::ModuleSetup;
 use crate::state::{Conclusion, Condition, Departed, Detectors, Finding, Reaction, WindowLength};
-use wire::Counters;
-use wire::Evidence;
-use wire::Symptom;
-use wire::{Doubt, Verdict};
+use vocabulary::{Counters, Doubt, Evidence, Symptom, Verdict};
 
 /// Windows in which one of several suspects has to agree before it is no longer one.
 const CLEARED: u32 = 10;

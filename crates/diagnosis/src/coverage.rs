@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use names::Step;
+use vocabulary::Step;
 
 /// Most stretches remembered.
 const MAX_STRETCHES: usize = 16;

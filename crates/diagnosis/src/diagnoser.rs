@@ -4,7 +4,7 @@
 //! transitions ([`Judging`]); peers' questions are answered from these ([`Answering`]). The order of the
 //! actions is the order in which they are to be carried out.
 
-use names::{Component, ModuleName, RunId, Step};
+use vocabulary::{Component, ModuleName, RunId, Step};
 
 use crate::answering::{Answering, Knowledge};
 use crate::channels::Channels;
@@ -24,9 +24,7 @@ use crate::sample::Sample;
 use crate::settings::{ModuleSetup, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
-use wire::Counters;
-use wire::Evidence;
-use wire::Verdict;
+use vocabulary::{Counters, Evidence, Verdict};
 
 /// The diagnoser of one module.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! Inputs and outputs of a diagnoser: events in, actions out. The shell around it carries samples,
 //! questions and answers; the diagnoser has no clock and no network.
 
-use names::{Component, ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::divergence::Violation;
 use crate::freeze::FreezeFrame;
@@ -11,8 +11,7 @@ use crate::phase::Phase;
 use crate::question::{Answer, PeerFailure, Question, Refusal};
 use crate::sample::{Sample, SampleRejection, Signal};
 use crate::verdict::Transition;
-use wire::Change;
-use wire::Evidence;
+use vocabulary::{Change, Evidence};
 
 /// The shell's token of a question it passed in, returned with the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -1,13 +1,13 @@
 //! What was seen around the latching of a fault. An observer: what is published is noted, and no verdict depends on it.
 
-use names::{Component, RunId, Step};
+use vocabulary::{Component, RunId, Step};
 
 use crate::channels::Channels;
 use crate::event::Action;
 use crate::recent::Row;
 use crate::settings::{ModuleSetup, Sampling};
 use crate::verdict::Transition;
-use wire::Verdict;
+use vocabulary::Verdict;
 
 /// How much is shown before onset and detection, and how much after the step as of which the fault was latched \[s\].
 const AROUND_S: f64 = 2.0;

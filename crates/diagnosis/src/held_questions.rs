@@ -1,6 +1,6 @@
 //! Peers' questions about steps that have not been processed yet.
 
-use names::Step;
+use vocabulary::Step;
 
 use crate::event::QuestionToken;
 use crate::question::{Question, Refusal};

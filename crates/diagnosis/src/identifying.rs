@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 use crate::channels::Channels;
 use crate::event::Action;
@@ -16,7 +16,7 @@ use crate::residual::NominalHydraulics;
 use crate::settings::{ModuleSetup, Sampling};
 use crate::state::{Gaussian, Reference};
 use crate::verdict::Transition;
-use wire::Symptom;
+use vocabulary::Symptom;
 
 /// After the onset \[s\]; then every second.
 const STAGES_S: [f64; 4] = [0.02, 0.05, 0.2, 1.0];

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use names::{Component, RunId, Step};
+use vocabulary::{Component, RunId, Step};
 
 use crate::sample::{Sample, SampleRejection};
 use crate::settings::Sampling;

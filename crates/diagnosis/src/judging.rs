@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use names::{Component, ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::change::LoggedChange;
 use crate::channels::{Channels, Occurrence};
@@ -13,9 +13,7 @@ use crate::memory::PastWatch;
 use crate::question::{Answer, Question};
 use crate::settings::ModuleSetup;
 use crate::verdict::Transition;
-use wire::Change;
-use wire::Counters;
-use wire::{Doubt, Verdict};
+use vocabulary::{Change, Counters, Doubt, Verdict};
 
 /// The open cases of a module and the verdicts on its components.
 #[derive(Debug, Clone)]

@@ -1,16 +1,12 @@
 //! The verdicts on a module's components and their numbered transitions.
 
-use names::{Component, ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::isolation::Case;
 use crate::order::OrderRefusal;
 use crate::shelving::aside_after;
 use crate::verdict::Transition;
-use wire::Alarm;
-use wire::Evidence;
-use wire::GivenOrder;
-use wire::Symptom;
-use wire::{Doubt, Verdict};
+use vocabulary::{Alarm, Doubt, Evidence, GivenOrder, Symptom, Verdict};
 
 /// The verdict on one component.
 #[derive(Debug, Clone)]

@@ -21,6 +21,7 @@ mod isolation;
 mod judging;
 mod ledger;
 mod memory;
+pub mod messages;
 mod monitor;
 mod order;
 mod phase;
@@ -52,7 +53,7 @@ pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };
 pub use verdict::Transition;
-pub use wire::{
+pub use vocabulary::{
     ActuatorFault, Alarm, Change, Counters, Doubt, Evidence, GivenOrder, GivenOrderKind, Shelving,
     Span, Symptom, Verdict,
 };

@@ -1,9 +1,9 @@
 //! The state that a diagnoser had before it was restarted.
 
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 use crate::verdict::Transition;
-use wire::Change;
+use vocabulary::Change;
 
 /// The state that survives a restart. The shell stores it and passes it to
 /// [`crate::Diagnoser::recall`] before the first event.

@@ -1,9 +1,9 @@
 //! The monitor of one channel: when does its divergence rise above the threshold, when is it quiet again?
 
-use names::Step;
+use vocabulary::Step;
 
 use crate::divergence::Outcome;
-use wire::Evidence;
+use vocabulary::Evidence;
 
 /// Time constant of the residual's slow mean, in times that a channel takes to be quiet: half a second of 40 ms.
 const LEVEL_QUIETS: f64 = 12.5;

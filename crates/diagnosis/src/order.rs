@@ -3,8 +3,7 @@
 //! The life of a fault: latched → acknowledged (an operator has seen it) → reset (it is repaired). A
 //! reset is refused while the evidence persists, unless forced.
 
-use names::Component;
-use wire::GivenOrder;
+use vocabulary::{Component, GivenOrder};
 
 /// The shell's token of a command it passed in, returned with the outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

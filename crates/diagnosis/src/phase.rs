@@ -1,7 +1,7 @@
 //! Whether verdicts can be given yet.
 
-use names::Step;
 use serde::{Deserialize, Serialize};
+use vocabulary::Step;
 
 /// The phase a diagnoser is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

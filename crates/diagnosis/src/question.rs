@@ -4,11 +4,10 @@
 //! processed step b holds its answer until it has. The verdicts of the modules together are then those
 //! of one process, whatever the network's timing.
 
-use names::{RunId, Step};
-use wire::{ActuatorFault, Alarm};
+use vocabulary::{ActuatorFault, Alarm, RunId, Step};
 
 use crate::state::{WindowLength, WindowMeans};
-use wire::Change;
+use vocabulary::Change;
 
 /// Most changes that one answer may carry.
 pub const MAX_CHANGES_IN_ANSWER: usize = 4096;

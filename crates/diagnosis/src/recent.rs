@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use names::Step;
+use vocabulary::Step;
 
 use crate::sample::Sample;
 use crate::settings::Sampling;

@@ -1,7 +1,6 @@
 //! What a module measures at one step.
 
-use names::{RunId, Step};
-use wire::Counters;
+use vocabulary::{Counters, RunId, Step};
 
 /// The signals of one module at one step, in the order of its description. A value that is missing is not a
 /// number.

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use names::{Component, ModuleName};
 use serde::{Deserialize, Deserializer, Serialize};
 use truss::Structure;
+use vocabulary::{Component, ModuleName};
 
 use crate::change::MAX_TIE;
 use crate::divergence::{DivergenceSettings, SettingsError};

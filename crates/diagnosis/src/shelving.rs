@@ -1,7 +1,7 @@
 //! Alarms that are set aside for a time: shelved by an operator, or suppressed while their module is maintained
 //! (ISA-18.2). A property beside the verdict, which does not depend on it.
 
-use wire::{GivenOrder, GivenOrderKind, Shelving, Span};
+use vocabulary::{GivenOrder, GivenOrderKind, Shelving, Span};
 
 use crate::order::OrderRefusal;
 use crate::verdict::Transition;

@@ -1,6 +1,6 @@
 //! A stretch of steps that no divergence covers. What began there shows after it, as if it began then.
 
-use names::Step;
+use vocabulary::Step;
 
 /// The latest such stretch, for as long as what began there may still show.
 #[derive(Debug, Clone, Copy)]

@@ -6,7 +6,7 @@
 //! that was missing for [`LOST_S`] in a row is lost; every good value pays one fiftieth of a missing one back,
 //! so an intermittent one is lost as well if more than one in fifty of its values is missing.
 
-use names::Step;
+use vocabulary::Step;
 
 use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, Sampling};

@@ -1,11 +1,8 @@
 //! The life of a verdict on one component.
 
-use names::{Component, ComponentPath, RunId, Step};
-use wire::{Symptom, Verdict};
+use vocabulary::{Component, ComponentPath, RunId, Step, Symptom, Verdict};
 
-use wire::Evidence;
-use wire::GivenOrder;
-use wire::Shelving;
+use vocabulary::{Evidence, GivenOrder, Shelving};
 
 /// One numbered step in the life of a verdict.
 #[derive(Debug, Clone, PartialEq)]

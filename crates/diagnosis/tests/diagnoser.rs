@@ -5,7 +5,7 @@ use diagnosis::{
     Action, ActuatorFault, Alarm, Answer, Change, Doubt, Event, PeerFailure, Phase, Question,
     QuestionToken, Refusal, Rule, SampleRejection, Verdict,
 };
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
 /// Enough to change a gage's channel, too little to reach the root ratio.

@@ -2,7 +2,7 @@
 
 use crate::fixture::{Bench, WARM_UP};
 use diagnosis::{Action, Event, FreezeFrame, Rule, Trace};
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 /// Steps in two seconds.
 const AROUND: u64 = 2000;

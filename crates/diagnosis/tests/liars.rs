@@ -4,7 +4,7 @@ use crate::fixture::{Bench, HOLD, WARM_UP, name};
 use diagnosis::{
     Action, Alarm, Answer, Change, Doubt, Event, PeerFailure, Question, Rule, Verdict,
 };
-use names::Step;
+use vocabulary::Step;
 
 /// Shows, but is too small to be a root cause by its ratio as it leaves the interval.
 const BIAS_M: f64 = 14e-6;

@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use crate::fixture::{Bench, WARM_UP, name, setup};
 use diagnosis::{Action, Event, ModuleSetup, QuestionToken, Rule, Verdict};
-use names::ModuleName;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use truss::Structure;
+use vocabulary::ModuleName;
 
 const MODULES: usize = 10;
 const LOST: f64 = 1e-3;

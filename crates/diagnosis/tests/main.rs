@@ -14,6 +14,7 @@ mod diagnoser;
 mod fixture;
 mod freeze_frames;
 mod golden;
+mod inputs;
 mod liars;
 mod long_run;
 mod lossy_peers;

@@ -5,7 +5,7 @@ use diagnosis::{
     Action, Event, GivenOrder, GivenOrderKind, Order, OrderRefusal, OrderToken, Phase, Question,
     QuestionToken, Rule, Verdict,
 };
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
 const RESET: GivenOrderKind = GivenOrderKind::Reset { force: false };

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use crate::fixture;
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Rule, Sample, Verdict};
-use names::{ModuleName, RunId, Step};
+use vocabulary::{ModuleName, RunId, Step};
 
 const RECORDING: &str = include_str!("data/recorded_run.csv");
 const VERDICTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/recorded_run.verdicts");

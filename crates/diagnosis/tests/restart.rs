@@ -4,7 +4,7 @@ use crate::fixture::{Bench, HOLD, WARM_UP, name, quiet};
 use diagnosis::{
     Action, Doubt, Event, PeerFailure, Phase, Question, QuestionToken, Refusal, Rule, Verdict,
 };
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
 

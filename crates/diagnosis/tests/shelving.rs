@@ -5,8 +5,8 @@ use diagnosis::{
     Action, Event, GivenOrder, GivenOrderKind, Order, OrderRefusal, OrderToken, Rule, Span,
     Transition, Verdict,
 };
-use names::{RunId, Step};
 use proptest::prelude::*;
+use vocabulary::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
 const SPAN: Span = Span { since_unix_ns: 1_000, until_unix_ns: 5_000 };

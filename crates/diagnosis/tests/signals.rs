@@ -2,7 +2,7 @@
 
 use crate::fixture::{Bench, WARM_UP};
 use diagnosis::{Action, Doubt, Event, Rule, Sample, Signal, Symptom, Verdict};
-use names::Step;
+use vocabulary::Step;
 
 const BIAS_M: f64 = 4e-5;
 /// Steps without a value after which a signal is lost.

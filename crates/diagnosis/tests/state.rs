@@ -12,9 +12,9 @@ use diagnosis::{
     Action, Answer, Diagnoser, Doubt, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order,
     OrderRefusal, OrderToken, PeerFailure, Question, Rule, SetupError, Symptom, Verdict,
 };
-use names::Step;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use vocabulary::Step;
 
 /// The models have settled and the channels are watched.
 const SETTLED: u64 = 4000;
@@ -257,7 +257,7 @@ fn with_uncorrelated_peer(own: &Gaussian, gages: usize) -> Gaussian {
 fn reference_with_peer() -> Reference {
     let mut reference = Reference::clone(&reference());
     let (own, peer) = (alone().module, fixture::name("upper"));
-    let add = |path: &names::ComponentPath| names::ComponentPath {
+    let add = |path: &vocabulary::ComponentPath| vocabulary::ComponentPath {
         module: peer.clone(),
         component: path.component.clone(),
     };

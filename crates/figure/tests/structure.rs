@@ -68,7 +68,7 @@ fn every_coordinate_is_finite_and_the_drawing_is_always_the_same() {
 fn a_plan_has_a_link_with_title_and_badge_for_every_component() {
     for structure in shared::all() {
         let plan = Plan::of(&structure);
-        let look = |component: &names::ComponentPath| Look {
+        let look = |component: &vocabulary::ComponentPath| Look {
             class: "latched".to_owned(),
             badge: "sign-latched".to_owned(),
             title: format!("{component}: <script>"),

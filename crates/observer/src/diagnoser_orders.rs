@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use names::{Component, ModuleName, OperatorName, StructureName};
-use wire::{Key, Obeyed, Order, OrderKind, Topic};
+use vocabulary::{
+    Component, Key, ModuleName, Obeyed, OperatorName, Order, OrderKind, StructureName, Topic,
+};
 use zenoh::Session;
 
 use super::request::{Question, command_to, senseless};

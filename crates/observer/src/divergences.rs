@@ -1,9 +1,7 @@
 //! A module's divergences as they are published. A diagnoser publishes them only as long as somebody subscribes.
 
-use names::{ModuleName, StructureName};
 use tokio::sync::mpsc::{Receiver, channel};
-use wire::keys::Watched;
-use wire::{Divergences, Key, Topic};
+use vocabulary::{Divergences, Key, ModuleName, StructureName, Topic, keys::Watched};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 
@@ -38,7 +36,7 @@ impl DivergenceFeed {
                 let Ok(Key::Module { structure, module, topic: Topic::Divergence }) = key else {
                     return;
                 };
-                let message = wire::decode::<Divergences>(&sample.payload().to_bytes());
+                let message = vocabulary::decode::<Divergences>(&sample.payload().to_bytes());
                 let own = |read: &Divergences| read.structure == structure && read.module == module;
                 if let Ok(message) = message
                     && own(&message)

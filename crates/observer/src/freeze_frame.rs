@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
-use names::{ModuleName, StructureName, printable};
 use tokio::time::{Instant, timeout_at};
-use wire::{FaultTransition, FreezeFrame, FreezeFrameQuestion, Key, Topic};
+use vocabulary::{
+    FaultTransition, FreezeFrame, FreezeFrameQuestion, Key, ModuleName, StructureName, Topic,
+    printable,
+};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 

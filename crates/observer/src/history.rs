@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
-use wire::{HistoryQuestion, Key, Topic};
+use vocabulary::{HistoryQuestion, Key, ModuleName, StructureName, Topic};
 use zenoh::Session;
 
 use super::request::{Question, ask};

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use names::{ComponentPath, StructureName};
-use wire::{Identification, Key, Topic};
+use vocabulary::{ComponentPath, Identification, Key, StructureName, Topic};
 use zenoh::Session;
 
 use super::request::{Question, ask, senseless};

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use names::StructureName;
-use wire::{Injected, Injection, Key, PlantTopic, Stroke, StrokeBegun};
+use vocabulary::{Injected, Injection, Key, PlantTopic, Stroke, StrokeBegun, StructureName};
 use zenoh::Session;
 
 use super::request::{Question, ask};

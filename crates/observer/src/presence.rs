@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
 use tokio::time::{Instant, timeout_at};
-use wire::Key;
-use wire::keys::{PLANT, Watched};
+use vocabulary::{
+    Key, ModuleName, StructureName,
+    keys::{PLANT, Watched},
+};
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 

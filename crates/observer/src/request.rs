@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::time::Duration;
 
-use wire::{Key, Message, Refused};
+use vocabulary::{Key, Message, Refused};
 use zenoh::Session;
 use zenoh::bytes::Encoding;
 use zenoh::query::{ConsolidationMode, Reply};
@@ -27,7 +27,7 @@ impl Question {
 
     /// One that is all in its payload.
     pub(super) fn of_message<M: Message>(message: &M) -> Result<Self, QueryError> {
-        let payload = wire::encode(message).map_err(senseless)?;
+        let payload = vocabulary::encode(message).map_err(senseless)?;
         Ok(Self { parameters: String::new(), payload: Some(payload) })
     }
 }
@@ -72,8 +72,8 @@ pub(super) async fn command_to<A: Message>(
 /// Decodes a reply. A reply that is an error but no refusal comes from the network itself.
 pub(super) fn read<A: Message>(reply: &Reply, timeout: Duration) -> Result<A, QueryError> {
     match reply.result() {
-        Ok(sample) => wire::decode(&sample.payload().to_bytes()).map_err(senseless),
-        Err(error) => match wire::decode::<Refused>(&error.payload().to_bytes()) {
+        Ok(sample) => vocabulary::decode(&sample.payload().to_bytes()).map_err(senseless),
+        Err(error) => match vocabulary::decode::<Refused>(&error.payload().to_bytes()) {
             Ok(Refused { reason }) => Err(QueryError::Refused(reason)),
             Err(_) => Err(QueryError::Unanswered(timeout)),
         },

@@ -1,9 +1,8 @@
 //! Messages for the tests of this crate.
 
-use names::{RunId, Step};
-use wire::{
+use vocabulary::{
     Agreement, Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind,
-    Identification, ModulePhase, ModuleStatus, Shelving,
+    Identification, ModulePhase, ModuleStatus, RunId, Shelving, Step,
 };
 
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
@@ -30,13 +29,13 @@ pub(crate) fn status(module: &str, peers: &[&str]) -> ModuleStatus {
         "publisher":{{"events":0,"events_lost":0}},"time_unix_ns":5}}"#,
         peers.join(",")
     );
-    wire::decode(text.as_bytes()).unwrap()
+    vocabulary::decode(text.as_bytes()).unwrap()
 }
 
 /// A component of the tower in a state since 1970-01-01T00:00:01Z.
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
-    let verdict = wire::Verdict::example(state);
+    let verdict = vocabulary::Verdict::example(state);
     FaultTransition { verdict, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
 }
 
@@ -148,5 +147,5 @@ pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
         note: Some("looks loose".to_owned()),
     };
     let latched = journaled(module, sequence, 1_000_000_000);
-    FaultTransition { verdict: wire::Verdict::Acknowledged, order: Some(order), ..latched }
+    FaultTransition { verdict: vocabulary::Verdict::Acknowledged, order: Some(order), ..latched }
 }

@@ -11,7 +11,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use names::{ModuleName, StructureName};
+use vocabulary::{ModuleName, StructureName};
 
 use crate::generation::{Generation, MARK};
 
@@ -89,7 +89,7 @@ impl fmt::Display for BearerName {
 }
 
 impl FromStr for BearerName {
-    type Err = names::NameError;
+    type Err = vocabulary::NameError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         text.parse().map(Self)

@@ -1,8 +1,10 @@
 //! Which component has which fault.
 
-use names::fault::{Fault, FaultError, FaultKind};
-use names::{ComponentPath, ModuleName};
 use truss::Structure;
+use vocabulary::{
+    ComponentPath, ModuleName,
+    fault::{Fault, FaultError, FaultKind},
+};
 
 /// Why a fault cannot be injected or cleared. Nothing was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -71,11 +73,11 @@ impl Injections {
                 };
                 for actuator in &module.actuators {
                     let name = actuator.name.clone();
-                    add(names::Component::Actuator(name), Slot::Actuator(actuators));
+                    add(vocabulary::Component::Actuator(name), Slot::Actuator(actuators));
                     actuators += 1;
                 }
                 for gage in &module.gages {
-                    add(names::Component::Sensor(gage.name.clone()), Slot::Gage(gages));
+                    add(vocabulary::Component::Sensor(gage.name.clone()), Slot::Gage(gages));
                     gages += 1;
                 }
             }

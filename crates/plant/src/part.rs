@@ -7,8 +7,8 @@
 //! middle.
 
 use nalgebra::DVector;
-use names::fault::Fault;
 use truss::{ModalStepper, Modes, Structure};
+use vocabulary::fault::Fault;
 
 use crate::contact::Contact;
 use crate::controller::{Controller, Design, beside, gage_lengths_m};

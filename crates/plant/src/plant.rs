@@ -3,9 +3,8 @@
 //! What nothing connects does not move each other, so the parts are stepped one by one. The wind blows
 //! from one direction at one mean speed for all; gusts, live loads and noise are each part's own.
 
-use names::fault::Fault;
-use names::{ComponentPath, ModuleName, Step};
 use truss::{ModelError, Structure};
+use vocabulary::{ComponentPath, ModuleName, Step, fault::Fault};
 
 use crate::equipment::check_equipment;
 use crate::error::PlantError;

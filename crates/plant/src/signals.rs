@@ -1,7 +1,7 @@
 //! What the plant gives out at each step: the samples of all equipped modules.
 
-use names::{ModuleName, Step};
 use truss::Structure;
+use vocabulary::{ModuleName, Step};
 
 /// Signals of one step.
 #[derive(Debug, Clone, PartialEq)]

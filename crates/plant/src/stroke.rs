@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use names::ComponentPath;
+use vocabulary::ComponentPath;
 
 /// The controller takes over, and hands over, within this time \[s\].
 const BLENDING_S: f64 = 0.5;

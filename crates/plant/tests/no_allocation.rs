@@ -3,10 +3,10 @@
 
 use std::alloc::System;
 
-use names::fault::Fault;
 use plant::{Plant, PlantParameters};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use truss::Structure;
+use vocabulary::fault::Fault;
 
 #[global_allocator]
 static GLOBAL: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

@@ -2,10 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
-use names::fault::Fault;
-use names::{ComponentPath, Step};
 use plant::{BaseSpeed, InjectError, Mismatch, Plant, PlantError, PlantParameters, Signals};
 use truss::Structure;
+use vocabulary::{ComponentPath, Step, fault::Fault};
 
 const TOWER: &str = include_str!("../../../configs/tower.toml");
 

@@ -1,7 +1,7 @@
 //! The schema of each topic.
 
 use serde_json::json;
-use wire::catalogue::{Entry, Travels, catalogue};
+use vocabulary::catalogue::{Entry, Travels, catalogue};
 
 use crate::{divergence, loss};
 
@@ -11,7 +11,7 @@ pub(crate) fn entry_of(topic: &str) -> Option<Entry> {
     let (module, rest) = (parts.next()?, parts.collect::<Vec<_>>());
     let is_one = |pattern: &str| {
         let wanted: Vec<&str> = pattern.split('/').collect();
-        let of_module = wanted[0] == "{module}" && module != wire::keys::PLANT;
+        let of_module = wanted[0] == "{module}" && module != vocabulary::keys::PLANT;
         (of_module || wanted[0] == module)
             && wanted.len() == rest.len() + 1
             && wanted[1..].iter().zip(&rest).all(|(a, b)| a.starts_with('{') || a == b)

@@ -1,7 +1,7 @@
 //! Divergences as objects keyed by component: viewers plot by name, not by place in an array.
 
 use serde_json::{Map, Number, Value, json};
-use wire::Divergences;
+use vocabulary::Divergences;
 
 use crate::Recorded;
 
@@ -17,7 +17,7 @@ pub fn by_component(message: &Recorded) -> Option<Recorded> {
     if !message.topic.ends_with("/divergence") {
         return None;
     }
-    let divergences: Divergences = wire::decode(&message.payload).ok()?;
+    let divergences: Divergences = vocabulary::decode(&message.payload).ok()?;
     let payload = keyed(&divergences).to_string().into_bytes();
     let topic = format!("{}{BY_COMPONENT}", message.topic);
     Some(Recorded { topic, payload, ..*message })
@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn divergences_are_keyed_by_component() {
         let message = example("trusswatch/tower/module1/divergence");
-        let original: Divergences = wire::decode(&message.payload).unwrap();
+        let original: Divergences = vocabulary::decode(&message.payload).unwrap();
         let derived = by_component(&message).unwrap();
         assert_eq!(derived.topic, "trusswatch/tower/module1/divergence/by-component");
         assert_eq!(

@@ -39,7 +39,7 @@ impl Loss {
             "time_unix_ns": self.time_unix_ns,
         });
         Recorded {
-            topic: format!("{}/{structure}/{RECORDER}/{LOSS}", wire::keys::ROOT),
+            topic: format!("{}/{structure}/{RECORDER}/{LOSS}", vocabulary::keys::ROOT),
             time_unix_ns: self.time_unix_ns,
             sequence: 0,
             payload: payload.to_string().into_bytes(),

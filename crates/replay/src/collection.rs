@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use names::{ModuleName, RunId, Step, StructureName};
-use wire::{
-    DecodeError, Divergences, FaultTransition, Input, Key, ModuleConfiguration, ModuleStatus,
-    Topic, decode,
+use vocabulary::{
+    DecodeError, Divergences, FaultTransition, Input, Key, ModuleConfiguration, ModuleName,
+    ModuleStatus, RunId, Step, StructureName, Topic, decode,
 };
 
 use crate::samples::Samples;

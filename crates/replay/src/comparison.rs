@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::messages::{Speaker, from_transition};
 use diagnosis::{Diagnoser, Transition};
-use names::{ModuleName, RunId, Step, StructureName};
 use serde_json::Value;
-use translation::{Speaker, from_transition};
-use wire::{Channel, Divergences, FaultState, FaultTransition};
+use vocabulary::{
+    Channel, Divergences, FaultState, FaultTransition, ModuleName, RunId, Step, StructureName,
+};
 
 use crate::collection::ModuleRecord;
 use crate::course::Course;

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::messages::{from_taken, to_memory};
 use diagnosis::{Event, Memory, ModuleSetup};
-use names::{RunId, Step};
-use translation::{from_taken, to_memory};
-use wire::{Input, ModuleConfiguration, Taken};
+use vocabulary::{Input, ModuleConfiguration, RunId, Step, Taken};
 
 use crate::collection::ModuleRecord;
 use crate::cursor::{Cursor, Next};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 use crate::samples::Samples;
 use crate::shortfall::Shortfall;

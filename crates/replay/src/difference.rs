@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use names::{Component, ModuleName, RunId, Step};
 use serde_json::Value;
+use vocabulary::{Component, ModuleName, RunId, Step};
 
 /// A difference.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, Question, QuestionToken, Sample};
-use names::ModuleName;
+use vocabulary::ModuleName;
 
 use crate::course::Item;
 use crate::part::{Part, PartError};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::{Event, ModuleSetup};
-use names::{ModuleName, RunId, Step};
+use vocabulary::{ModuleName, RunId, Step};
 
 use crate::collection::ModuleRecord;
 use crate::course::{Course, Item};

@@ -1,7 +1,7 @@
 //! Leads a course through a diagnoser.
 
 use diagnosis::{Action, Diagnoser, Sample, Transition};
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 use crate::collection::ModuleRecord;
 use crate::comparison::Comparison;
@@ -36,7 +36,7 @@ pub struct Replayed {
 
 /// A sample without a value.
 pub(crate) fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> Sample {
-    let is_actuator = |c: &&names::Component| matches!(c, names::Component::Actuator(_));
+    let is_actuator = |c: &&vocabulary::Component| matches!(c, vocabulary::Component::Actuator(_));
     let actuators = diagnoser.components().iter().filter(is_actuator).count();
     let gages = diagnoser.components().len() - actuators;
     Sample {

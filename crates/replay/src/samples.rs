@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 /// Which sample it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub struct Samples {
 
 impl Samples {
     /// Adds one.
-    pub(crate) fn push(&mut self, sample: &wire::Sample) {
+    pub(crate) fn push(&mut self, sample: &vocabulary::Sample) {
         let head =
             SampleHead { run: sample.run, step: sample.step, time_unix_ns: sample.time_unix_ns };
         let at = self.values.len();
@@ -157,8 +157,8 @@ fn same(one: &Entry, other: &Entry, values: &[f64]) -> bool {
 mod tests {
     use super::*;
 
-    fn sample(step: u64, time_unix_ns: u64, value: f64) -> wire::Sample {
-        wire::Sample {
+    fn sample(step: u64, time_unix_ns: u64, value: f64) -> vocabulary::Sample {
+        vocabulary::Sample {
             module: "module1".parse().unwrap(),
             run: RunId(1),
             step: Step(step),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use diagnosis::residual::ActuatorResidual;
 use diagnosis::{ModuleSetup, Rule};
-use names::ModuleName;
+use vocabulary::ModuleName;
 
 /// What is to be different.
 #[derive(Debug, Clone, Default)]

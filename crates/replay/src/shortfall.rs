@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 /// Why a process cannot be replayed, or not to its end.
 #[derive(Debug, Clone, PartialEq, Eq)]

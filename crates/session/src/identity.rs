@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use names::{OperatorName, StructureName};
 use pki::{Address, Certificate, CommonName, Holder, Identity, Problem, credentials};
 use settings::{ConfigError, ConfigErrors};
+use vocabulary::{OperatorName, StructureName};
 
 use crate::network::Network;
 use crate::zenoh_file;

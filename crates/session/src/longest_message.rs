@@ -14,7 +14,7 @@ use crate::error::NetworkError;
 use crate::zenoh_file::set;
 
 /// Longest message with everything around it \[bytes\], unless a file of Zenoh's settings says otherwise: four times
-/// what the longest one of ours may have (`wire::MAX_MESSAGE_BYTES`), whatever Zenoh adds.
+/// what the longest one of ours may have (`vocabulary::MAX_MESSAGE_BYTES`), whatever Zenoh adds.
 pub const LONGEST_MESSAGE_BYTES: usize = 4 << 20;
 const KEY: &str = "transport/link/rx/max_message_size";
 

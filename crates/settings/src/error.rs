@@ -36,7 +36,7 @@ pub struct ConfigErrors(pub Vec<ConfigError>);
 impl ConfigErrors {
     /// One mistake.
     pub fn one(file: &Path, line: Option<usize>, problem: impl fmt::Display) -> Self {
-        let problem = names::quotation(&problem.to_string(), LONGEST_PROBLEM);
+        let problem = vocabulary::quotation(&problem.to_string(), LONGEST_PROBLEM);
         Self(vec![ConfigError { file: file.to_owned(), line, problem }])
     }
 

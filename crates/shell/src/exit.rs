@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use names::printable_lines;
 use session::NetworkError;
 use settings::ConfigErrors;
+use vocabulary::printable_lines;
 
 use crate::health::AddressError;
 

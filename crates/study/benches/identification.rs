@@ -8,9 +8,8 @@ use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::identification::{Excerpt, Identification, identify};
-use names::RunId;
-use names::fault::Fault;
 use study::{Injection, Rig};
+use vocabulary::{RunId, fault::Fault};
 
 #[path = "../tests/tower/mod.rs"]
 mod tower;
@@ -29,7 +28,7 @@ fn keep(excerpt: &Excerpt) -> Identification {
 fn excerpts(component: &str, fault: Fault) -> Vec<Excerpt> {
     let (structure, parameters, setups) = tower::parts();
     let injection = Injection {
-        at: names::Step(7000),
+        at: vocabulary::Step(7000),
         until: None,
         component: component.parse().expect("a component"),
         fault,

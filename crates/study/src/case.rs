@@ -1,9 +1,8 @@
 //! One run of a plant and its diagnosers: what is drawn of it, and how it goes.
 
-use names::fault::Fault;
-use names::{ComponentPath, Step};
 use plant::{InjectError, Plant};
 use serde::{Deserialize, Serialize};
+use vocabulary::{ComponentPath, Step, fault::Fault};
 
 use crate::error::StudyError;
 use crate::rig::{Occurrence, Rig};

@@ -1,10 +1,9 @@
 //! Drawing components and faults at random.
 
-use names::fault::FaultKind;
-use names::{Component, ComponentPath};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use truss::Structure;
+use vocabulary::{Component, ComponentPath, fault::FaultKind};
 
 use crate::system::System;
 

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use names::StructureName;
 use plant::{ParameterErrors, PlantError};
+use vocabulary::StructureName;
 
 use crate::rig::RigError;
 

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use diagnosis::Diagnoser;
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step};
 
 use crate::campaign::Campaign;
 use crate::case::Injection;

@@ -1,7 +1,7 @@
 //! What a diagnoser leaves behind for the one that is started after it.
 
 use diagnosis::{Action, Change, Diagnoser, Memory, PastWatch, Phase};
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 /// What a diagnoser has stored, as a shell around it would.
 #[derive(Debug, Default)]

@@ -7,8 +7,8 @@ use diagnosis::{
     Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
     SetupError, Transition,
 };
-use names::{ComponentPath, ModuleName, RunId, Step};
 use plant::{InjectError, Plant, Stroke, StrokeError};
+use vocabulary::{ComponentPath, ModuleName, RunId, Step};
 
 use crate::case::{Injection, apply};
 use crate::recollection::Store;

@@ -3,11 +3,11 @@
 use std::fmt;
 
 use diagnosis::ModuleSetup;
-use names::{Component, ComponentPath, ModuleName, RunId};
 use plant::PlantParameters;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
+use vocabulary::{Component, ComponentPath, ModuleName, RunId};
 
 use crate::calibration::plant;
 use crate::case::Injection;

@@ -2,7 +2,7 @@
 //! reported. The figures of the paper are drawn from it.
 
 use diagnosis::{Diagnoser, Evidence, Sample};
-use names::{Component, ModuleName, Step};
+use vocabulary::{Component, ModuleName, Step};
 
 use crate::rig::{Occurrence, Rig, RigError};
 

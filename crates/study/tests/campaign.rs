@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use crate::tower;
-use names::fault::{Fault, FaultKind};
 use study::Campaign;
 use study::scenarios::{ScenarioRanges, Scenarios};
+use vocabulary::fault::{Fault, FaultKind};
 
 fn campaign(mismatch: f64, seed: u64) -> Scenarios {
     let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.5, 4.0], ..ScenarioRanges::default() };

@@ -3,8 +3,8 @@
 use crate::tower;
 use diagnosis::divergence::DivergenceBank;
 use diagnosis::{ModuleSetup, Monitor, Observation, Rule};
-use names::{Component, ComponentPath, Step};
 use study::{RecordedChange, export};
+use vocabulary::{Component, ComponentPath, Step};
 
 /// The scenario with a hard-over.
 const HARD_OVER: u64 = 3;

@@ -3,10 +3,10 @@
 
 use crate::tower;
 use diagnosis::{Action, Diagnoser, Doubt, Phase, Sample, Verdict};
-use names::{Component, RunId};
 use plant::Plant;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
+use vocabulary::{Component, RunId};
 
 /// Steps until module 1 is in service, and a few more.
 const START: u64 = 3000;

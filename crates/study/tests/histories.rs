@@ -2,10 +2,9 @@
 //! several at a time, lost samples, restarts.
 
 use crate::tower;
-use names::fault::Fault;
-use names::{ComponentPath, Step};
 use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation};
 use study::{Campaign, Case, Gap, Injection, Run};
+use vocabulary::{ComponentPath, Step, fault::Fault};
 
 const ONSET: u64 = 4500;
 

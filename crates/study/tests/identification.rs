@@ -5,11 +5,13 @@ use std::sync::LazyLock;
 use crate::tower;
 use diagnosis::ModuleSetup;
 use diagnosis::identification::{Identification, SignaturePoint};
-use names::fault::{Fault, FaultKind};
-use names::{ComponentPath, RunId, Step};
 use study::commissioning::{Site, usual_snippets};
 use study::{Injection, Occurrence, Rig};
 use truss::Structure;
+use vocabulary::{
+    ComponentPath, RunId, Step,
+    fault::{Fault, FaultKind},
+};
 
 const ONSET: Step = Step(7000);
 /// It has long been decided by then.

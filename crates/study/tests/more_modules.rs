@@ -5,12 +5,11 @@ use std::sync::LazyLock;
 
 use crate::tower;
 use diagnosis::ModuleSetup;
-use names::fault::Fault;
-use names::{Component, ComponentPath, ModuleName, RunId, Step};
 use study::commissioning::{Site, usual_snippets};
 use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation, Standing};
 use study::{Campaign, Case, Gap, Injection, Occurrence, Rig, Run, System, parallel};
 use truss::Structure;
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
 const JOBS: usize = 2;
 const SECOND: u64 = 1000;

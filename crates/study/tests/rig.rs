@@ -22,8 +22,8 @@ fn the_paper_s_stories_end_with_the_right_component_and_no_other() {
         ("module2/sensor/g2", tower::bias(-strain)),
     ];
     for (component, fault) in stories {
-        let component: names::ComponentPath = component.parse().unwrap();
-        let at = names::Step(5000);
+        let component: vocabulary::ComponentPath = component.parse().unwrap();
+        let at = vocabulary::Step(5000);
         let injection = Injection { at, until: None, component: component.clone(), fault };
         let mut rig = tower::rig(12, vec![injection]);
         rig.run(6000).unwrap();
@@ -38,7 +38,7 @@ fn the_paper_s_stories_end_with_the_right_component_and_no_other() {
 #[test]
 fn a_hard_over_in_one_module_is_explained_to_the_other_by_the_peer_s_answer() {
     let component = "module1/actuator/a3".parse().unwrap();
-    let at = names::Step(5000);
+    let at = vocabulary::Step(5000);
     let fault = tower::hard_over();
     let mut rig = tower::rig(12, vec![Injection { at, until: None, component, fault }]);
     rig.run(8000).unwrap();
@@ -62,7 +62,7 @@ fn a_hard_over_in_one_module_is_explained_to_the_other_by_the_peer_s_answer() {
 fn the_same_seed_gives_the_same_story_and_another_seed_another() {
     let run = |seed| {
         let component = "module1/sensor/g2".parse().unwrap();
-        let at = names::Step(3000);
+        let at = vocabulary::Step(3000);
         let fault = tower::random_walk();
         let mut rig = tower::rig(seed, vec![Injection { at, until: None, component, fault }]);
         rig.run(4000).unwrap();
@@ -77,6 +77,6 @@ fn setups_in_the_wrong_order_are_refused() {
     let (structure, parameters, mut setups) = tower::parts();
     setups.reverse();
     let plant = study::plant(&structure, &parameters, 0.0, 1).unwrap();
-    let error = Rig::new(plant, setups, Vec::new(), names::RunId(1)).unwrap_err();
+    let error = Rig::new(plant, setups, Vec::new(), vocabulary::RunId(1)).unwrap_err();
     assert!(error.to_string().contains("module2, module1"), "{error}");
 }

@@ -1,9 +1,11 @@
 //! What records come to, held against counts made by hand.
 
-use names::Step;
-use names::fault::{Fault, FaultKind};
 use study::scenarios::{Closest, Conversation, Diagnosed, Found, Record, Summary};
 use study::{Injection, Interval95, Rows};
+use vocabulary::{
+    Step,
+    fault::{Fault, FaultKind},
+};
 
 fn diagnosed(component: &str, detection: u64) -> Diagnosed {
     let component = component.parse().unwrap();

@@ -1,9 +1,9 @@
 //! A trace records what the rig does, and changes nothing in it.
 
 use crate::tower;
-use names::Step;
 use study::trace::Trace;
 use study::{Injection, Occurrence};
+use vocabulary::Step;
 
 fn injections() -> Vec<Injection> {
     let component = "module1/sensor/g2".parse().unwrap();

@@ -3,14 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use names::{RunId, Step};
 use observer::{Event, ModuleView, NetworkState, News, Scene};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
-use wire::{
+use vocabulary::{
     Agreement, Candidate, Channel, Condition, Divergences, FaultSize, FaultState, FaultTransition,
-    FreezeFrame, GivenOrder, GivenOrderKind, Identification, Shelving, Trace, Unknown,
+    FreezeFrame, GivenOrder, GivenOrderKind, Identification, RunId, Shelving, Step, Trace, Unknown,
 };
 
 use crate::model::exchange::Answer;
@@ -98,7 +97,7 @@ fn acknowledged() -> FaultTransition {
         note: Some("seen on site".to_owned()),
     };
     FaultTransition {
-        verdict: wire::Verdict::example(FaultState::Acknowledged),
+        verdict: vocabulary::Verdict::example(FaultState::Acknowledged),
         order: Some(order),
         ..latched("module1/actuator/a3", 400)
     }
@@ -119,7 +118,7 @@ fn first() -> ModuleView {
 
 fn second() -> ModuleView {
     let explained = FaultTransition {
-        verdict: wire::Verdict::Explained {
+        verdict: vocabulary::Verdict::Explained {
             by: "module1/sensor/g2".parse().unwrap(),
             since: Step(3108),
         },
@@ -332,7 +331,7 @@ fn foreign_texts_reach_the_screen_harmless() {
     for keys in ["", "\n", "h", "\x1b\x1ba"] {
         press(&mut model, keys);
         let shown = text(&buffer(&model, (200, 40)));
-        let raw = |c: char| c != '\n' && !names::is_printable(c);
+        let raw = |c: char| c != '\n' && !vocabulary::is_printable(c);
         assert!(!shown.chars().any(raw), "{shown:?}");
     }
     let shown = text(&buffer(&Model::new(settings(), NOW), (200, 40)));

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use names::{ModuleName, OperatorName, StructureName};
+use vocabulary::{ModuleName, OperatorName, StructureName};
 
 /// What the view is started with.
 #[derive(Debug, Clone)]

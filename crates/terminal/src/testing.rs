@@ -2,9 +2,8 @@
 
 use std::time::Duration;
 
-use names::Step;
 use observer::{ModuleView, NetworkState, Scene};
-use wire::{Evidence, FaultState, FaultTransition, ModuleStatus};
+use vocabulary::{Evidence, FaultState, FaultTransition, ModuleStatus, Step};
 
 use crate::settings::{Issuer, Settings};
 
@@ -28,7 +27,7 @@ pub(crate) fn state(component: &str, state: FaultState, ago_s: u64) -> FaultTran
     let component = component.parse().unwrap();
     let time = NOW - ago_s * SECOND;
     FaultTransition {
-        verdict: wire::Verdict::example(state),
+        verdict: vocabulary::Verdict::example(state),
         sequence: 7,
         ..FaultTransition::untouched("tower".parse().unwrap(), component, time)
     }
@@ -44,7 +43,7 @@ pub(crate) fn latched(component: &str, ago_s: u64) -> FaultTransition {
         threshold: 10.0,
     };
     FaultTransition {
-        run: Some(names::RunId(3)),
+        run: Some(vocabulary::RunId(3)),
         onset_step: Some(Step(3108)),
         detection_step: Some(Step(3110)),
         decided_step: Some(Step(3118)),
@@ -68,16 +67,16 @@ pub(crate) fn scene(modules: Vec<ModuleView>) -> Scene {
 fn status(module: &str) -> ModuleStatus {
     let waiting = ModuleStatus::waiting("tower".parse().unwrap(), module.parse().unwrap());
     ModuleStatus {
-        phase: wire::ModulePhase::InService,
+        phase: vocabulary::ModulePhase::InService,
         in_service_since_step: Some(Step(1)),
-        run: Some(names::RunId(3)),
+        run: Some(vocabulary::RunId(3)),
         step: Some(Step(4711)),
         lag_ms: Some(0.8),
         sample_age_ms: Some(1.1),
-        journal: wire::JournalStatus {
+        journal: vocabulary::JournalStatus {
             directory: Some("/var/lib".to_owned()),
             bytes: 1,
-            ..wire::JournalStatus::default()
+            ..vocabulary::JournalStatus::default()
         },
         time_unix_ns: NOW,
         ..waiting

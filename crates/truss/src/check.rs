@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::description::Entry;
 use crate::description_error::{DescriptionError, Problem};
-use names::NameError;
+use vocabulary::NameError;
 
 /// How many existing names are listed when one is not found.
 const NAMES_LISTED: usize = 6;

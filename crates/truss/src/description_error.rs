@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use names::NameError;
-use names::quotation;
+use vocabulary::{NameError, quotation};
 
 const LONGEST_PROBLEM: usize = 1000;
 

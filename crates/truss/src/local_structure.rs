@@ -6,7 +6,7 @@ use crate::direction::Support;
 use crate::member::Member;
 use crate::model_error::ModelError;
 use crate::structure::{Actuator, Gage, Module, Node, Structure};
-use names::ModuleName;
+use vocabulary::ModuleName;
 
 impl Structure {
     /// The module alone: its own nodes, members, actuators and gages, clamped at the nodes on which

@@ -1,6 +1,6 @@
 //! Rods and beams.
 
-use names::{MaterialName, MemberName, SectionName};
+use vocabulary::{MaterialName, MemberName, SectionName};
 
 /// What a member can carry.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Why no model can be made of a structure that is well described.
 
 use crate::direction::Direction;
-use names::{ModuleName, NodeName};
+use vocabulary::{ModuleName, NodeName};
 
 /// A structure from which no model follows.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

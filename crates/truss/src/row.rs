@@ -2,7 +2,7 @@
 
 use crate::member::Member;
 use crate::structure::{Actuator, Gage, Module, Node, Structure};
-use names::{MemberName, ModuleName, NameError, NodeName, StructureName};
+use vocabulary::{MemberName, ModuleName, NameError, NodeName, StructureName};
 
 impl Structure {
     /// This many copies of the structure in a row along x, as far apart as each is wide, each standing by

@@ -7,7 +7,9 @@
 
 use crate::direction::Support;
 use crate::member::Member;
-use names::{ActuatorName, Component, GageName, MemberName, ModuleName, NodeName, StructureName};
+use vocabulary::{
+    ActuatorName, Component, GageName, MemberName, ModuleName, NodeName, StructureName,
+};
 
 /// Nodes closer than this in height stand on the same level \[m\].
 const LEVEL_TOLERANCE_M: f64 = 1e-6;

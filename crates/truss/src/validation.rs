@@ -17,7 +17,7 @@ use crate::description::{DampingDescription, Description, NodeDescription, compl
 use crate::description_error::{DescriptionError, DescriptionErrors, Problem};
 use crate::storeys::{Lists, write_out};
 use crate::structure::{Module, Node, Rayleigh, Structure};
-use names::{NodeName, StructureName};
+use vocabulary::{NodeName, StructureName};
 
 impl Structure {
     /// Reads and checks a description in TOML.

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use axum::extract::FromRef;
-use names::{OperatorName, StructureName};
 use shell::shutdown::Shutdown;
+use vocabulary::{OperatorName, StructureName};
 
 use crate::access::Access;
 use crate::drawing::Drawing;

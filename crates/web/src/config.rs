@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
 use session::Network;
 use truss::Structure;
+use vocabulary::{ModuleName, StructureName};
 
 use crate::listener::ListenerSettings;
 

@@ -2,9 +2,9 @@
 
 use figure::structure::{Look, Plan};
 use maud::{Markup, PreEscaped, html};
-use names::{ComponentPath, StructureName};
 use observer::{StateRow, title};
 use truss::Structure;
+use vocabulary::{ComponentPath, StructureName};
 
 use crate::look;
 use crate::view::View;

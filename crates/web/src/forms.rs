@@ -2,9 +2,8 @@
 //! is being typed is lost. Who may not order gets none.
 
 use maud::{Markup, html};
-use names::StructureName;
 use observer::ModuleView;
-use wire::FaultTransition;
+use vocabulary::{FaultTransition, StructureName};
 
 use crate::access::{Person, Viewer};
 

@@ -4,7 +4,7 @@ use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
 use observer::{NetworkState, Scene};
-use wording::printable;
+use vocabulary::words::printable;
 
 use crate::access::Viewer;
 use crate::look;

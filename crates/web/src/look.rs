@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use observer::{EventLine, ModuleView, StateRow};
-use wording::utc;
+use vocabulary::words::utc;
 
 /// Every sign: its name, its outline and what is written in it, on a field of 16 × 16.
 const SIGNS: [(&str, &str, &str); 8] = [

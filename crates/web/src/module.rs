@@ -3,10 +3,9 @@
 use axum::extract::{Path, Query, State};
 use axum::response::Response;
 use maud::{Markup, html};
-use names::ModuleName;
 use observer::{ModuleView, rows};
-use wire::{ModuleStatus, PeerStatus};
-use wording::{NOTHING, printable};
+use vocabulary::words::{NOTHING, printable};
+use vocabulary::{ModuleName, ModuleStatus, PeerStatus};
 
 use crate::access::Viewer;
 use crate::app::Shared;
@@ -141,7 +140,7 @@ fn software(status: &ModuleStatus) -> Markup {
                 div { dt { "reference" } dd {
                     (status.reference.as_ref().map_or_else(|| "none: nothing is verified".to_owned(), |name| printable(name)))
                 } }
-                div { dt { "step" } dd { (wording::or_nothing(status.step)) } }
+                div { dt { "step" } dd { (vocabulary::words::or_nothing(status.step)) } }
                 div { dt { "samples used" } dd { (status.diagnosis.samples) } }
                 div { dt { "samples missing" } dd { (status.diagnosis.samples_missing) } }
             }

@@ -1,8 +1,8 @@
 //! Which page is kept up to date.
 
-use names::{ComponentPath, ModuleName, StructureName};
 use observer::Scene;
 use serde::Deserialize;
+use vocabulary::{ComponentPath, ModuleName, StructureName};
 
 /// Something of a structure; of any structure if none is named.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]

@@ -1,10 +1,9 @@
 //! Made-up scenes for tests.
 
-use names::{RunId, Step};
 use observer::{ModuleView, NetworkState, Scene};
-use wire::{
+use vocabulary::{
     Agreement, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModuleStatus,
-    Shelving, Unknown,
+    RunId, Shelving, Step, Unknown,
 };
 
 /// When the scenes were made \[ns since 1970\].
@@ -17,7 +16,7 @@ pub(crate) fn component(path: &str, state: FaultState) -> FaultTransition {
     let agreement =
         if state == FaultState::Normal { Agreement::Agrees } else { Agreement::CannotTell };
     let condition = Some(Condition { agreement, as_of_step: None, reason: None });
-    FaultTransition { verdict: wire::Verdict::example(state), condition, ..untouched }
+    FaultTransition { verdict: vocabulary::Verdict::example(state), condition, ..untouched }
 }
 
 /// A latched fault with an onset.
@@ -40,7 +39,7 @@ pub(crate) fn acknowledged(path: &str, note: &str) -> FaultTransition {
         note: Some(note.to_owned()),
     };
     FaultTransition {
-        verdict: wire::Verdict::example(FaultState::Acknowledged),
+        verdict: vocabulary::Verdict::example(FaultState::Acknowledged),
         order: Some(order),
         ..latched(path)
     }
@@ -61,10 +60,10 @@ pub(crate) fn shelving(reason: &str) -> Shelving {
 pub(crate) fn status(module: &str) -> ModuleStatus {
     let waiting = ModuleStatus::waiting("tower".parse().unwrap(), module.parse().unwrap());
     ModuleStatus {
-        phase: wire::ModulePhase::InService,
-        in_service_since_step: Some(names::Step(1)),
-        run: Some(names::RunId(1)),
-        step: Some(names::Step(9)),
+        phase: vocabulary::ModulePhase::InService,
+        in_service_since_step: Some(vocabulary::Step(1)),
+        run: Some(vocabulary::RunId(1)),
+        step: Some(vocabulary::Step(9)),
         lag_ms: Some(1.0),
         time_unix_ns: NOW_NS,
         ..waiting

@@ -1,7 +1,7 @@
 //! A scene with the links that lead on from it.
 
-use names::{ComponentPath, ModuleName, StructureName};
 use observer::{ModuleView, Scene};
+use vocabulary::{ComponentPath, ModuleName, StructureName};
 
 /// What a page shows of a scene.
 #[derive(Debug, Clone, Copy)]

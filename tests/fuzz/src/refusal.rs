@@ -12,7 +12,7 @@ const LONGEST: usize = 6000;
 pub(crate) fn is_bearable(refusal: &str) {
     assert!(!refusal.trim().is_empty(), "a refusal without words");
     assert!(refusal.len() <= LONGEST, "{} bytes: {refusal}", refusal.len());
-    assert!(refusal.chars().all(names::is_printable), "not to be printed: {refusal:?}");
+    assert!(refusal.chars().all(vocabulary::is_printable), "not to be printed: {refusal:?}");
 }
 
 /// Every mistake in a configuration names its line or its key.

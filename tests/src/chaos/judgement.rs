@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-use names::{ComponentPath, Step};
-use wire::{Doubt, FaultTransition};
+use vocabulary::{ComponentPath, Doubt, FaultTransition, Step};
 
 use crate::held::Held;
 use crate::timeline::Timeline;

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use ::observer::News;
-use names::{ComponentPath, ModuleName, RunId, Step};
-use wire::{FaultTransition, ModulePhase, ModuleStatus, Progress};
+use vocabulary::{
+    ComponentPath, FaultTransition, ModuleName, ModulePhase, ModuleStatus, Progress, RunId, Step,
+};
 
 use super::judgement::{Judgement, Seen, judge};
 use crate::deployment::MODULES;

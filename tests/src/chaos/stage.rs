@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Schedule;
-use names::{ModuleName, RunId, Step};
 use nix::sys::signal::Signal;
 use session::Network;
+use vocabulary::{ModuleName, RunId, Step};
 use zenoh::Session;
 
 use super::record::{Record, Standing};

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ::observer::News;
-use names::{ModuleName, Step};
 use parking_lot::{Mutex, MutexGuard};
 use tokio::task::JoinSet;
-use wire::{FaultTransition, Key, ModuleStatus, Progress};
+use vocabulary::{FaultTransition, Key, ModuleName, ModuleStatus, Progress, Step};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;

@@ -8,7 +8,7 @@ use zenoh::qos::{CongestionControl, Priority};
 /// messages of the longest kind, and less than one of these.
 pub const LARGE_ROOM_KIB: u64 = 24 << 10;
 /// Of one message: 64 times what the longest one of ours has.
-const LARGE_BYTES: usize = 64 * wire::MAX_MESSAGE_BYTES;
+const LARGE_BYTES: usize = 64 * vocabulary::MAX_MESSAGE_BYTES;
 /// A receiver keeps the parts of the messages of each priority apart.
 const PRIORITIES: [Priority; 3] = [Priority::InteractiveHigh, Priority::Data, Priority::Background];
 

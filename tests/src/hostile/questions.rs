@@ -171,16 +171,16 @@ fn orders(topic: &'static str, key: &str) -> Questions {
         order("sensor/nobody", json!("mallory")),
         order("actuator/g1", json!("mallory")),
         order("sensor/g1", json!("mallory")),
-        order("actuator/a1", json!("x".repeat(wire::MAX_ORDER_TEXT))),
+        order("actuator/a1", json!("x".repeat(vocabulary::MAX_ORDER_TEXT))),
     ];
-    let oversized = with(Some(vec![b' '; wire::MAX_MESSAGE_BYTES + 1]));
+    let oversized = with(Some(vec![b' '; vocabulary::MAX_MESSAGE_BYTES + 1]));
     Questions { topic, malformed, sensible, rare: Some((OVERSIZED_EVERY, oversized, true)) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wire::{HistoryQuestion, Order, StateQuestion};
+    use vocabulary::{HistoryQuestion, Order, StateQuestion};
     use zenoh::query::Selector;
 
     fn is_malformed(topic: &str, (selector, payload): &Question) -> bool {
@@ -191,8 +191,8 @@ mod tests {
             "history" => HistoryQuestion::from_parameters(parameters).is_err(),
             "fault/**" | "identification/**" | "phase" => false,
             _ => payload.as_ref().is_none_or(|payload| {
-                wire::decode::<Order>(payload)
-                    .map_or(true, |order| order.check(wire::OrderKind::Acknowledge).is_err())
+                vocabulary::decode::<Order>(payload)
+                    .map_or(true, |order| order.check(vocabulary::OrderKind::Acknowledge).is_err())
             }),
         }
     }

@@ -90,13 +90,13 @@ pub fn long_samples(sample: &Value) -> Vec<HostileSample> {
 /// Longer than a message may be.
 #[must_use]
 pub fn oversized_sample() -> HostileSample {
-    HostileSample::new(Fate::Malformed, vec![b' '; wire::MAX_MESSAGE_BYTES + 1])
+    HostileSample::new(Fate::Malformed, vec![b' '; vocabulary::MAX_MESSAGE_BYTES + 1])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wire::DecodeError;
+    use vocabulary::DecodeError;
 
     fn true_sample() -> Value {
         json!({"v": 1, "module": "module1", "run": 1, "step": 5, "time_unix_ns": 1,
@@ -104,7 +104,7 @@ mod tests {
     }
 
     fn fate(bytes: &[u8]) -> Fate {
-        match wire::decode::<wire::Sample>(bytes) {
+        match vocabulary::decode::<vocabulary::Sample>(bytes) {
             Ok(sample) if sample.module.as_str() != "module1" => Fate::OtherModule,
             Ok(_) => Fate::OtherSource,
             Err(DecodeError::NoVersion | DecodeError::UnknownVersion(_)) => Fate::UnknownVersion,

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ::observer::{ModuleHistory, QueryError, history};
-use names::{ComponentPath, ModuleName};
-use wire::FaultTransition;
+use vocabulary::{ComponentPath, FaultTransition, ModuleName};
 
 use super::collection::{Collected, same};
 use super::operator::{Books, Done};

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use ::observer::{ModuleHistory, News};
-use names::ModuleName;
 use tokio::sync::watch::Sender;
-use wire::FaultTransition;
+use vocabulary::{FaultTransition, ModuleName};
 
 use crate::in_time;
 use crate::noted::Noted;

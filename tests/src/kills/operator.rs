@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use ::observer::{OrderError, order};
 use daemon::config::Schedule;
-use names::{ModuleName, RunId, Step, StructureName};
 use parking_lot::Mutex;
 use tokio::task::JoinSet;
-use wire::{FaultState, FaultTransition, Obeyed, Order, OrderKind};
+use vocabulary::{
+    FaultState, FaultTransition, ModuleName, Obeyed, Order, OrderKind, RunId, Step, StructureName,
+};
 use zenoh::Session;
 
 use crate::observer::{Observer, states};

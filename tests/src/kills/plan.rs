@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use daemon::config::{Schedule, ScheduledFault};
-use names::Step;
-use names::fault::Fault;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use vocabulary::{Step, fault::Fault};
 
 /// The first onset: every channel is watched by then.
 const FIRST_ONSET: u64 = 3300;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use wire::{FaultState, FaultTransition};
+use vocabulary::{FaultState, FaultTransition};
 
 use super::audit::Audit;
 use super::collection::Collected;

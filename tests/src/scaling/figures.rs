@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use names::{ComponentPath, RunId, Step};
-use wire::{FaultState, FaultTransition, ModuleStatus};
+use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleStatus, RunId, Step};
 
 use super::plan::Plan;
 use super::row::{Row, Setting};

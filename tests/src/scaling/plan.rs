@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use daemon::config::{Schedule, ScheduledFault};
-use names::fault::Fault;
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step, fault::Fault};
 
 use super::row::Setting;
 

@@ -6,10 +6,10 @@ use std::process::Command;
 use std::time::Duration;
 
 use daemon::config::Schedule;
-use names::{ModuleName, StructureName};
 use session::Network;
 use tempfile::TempDir;
 use truss::{Structure, copy_prefix};
+use vocabulary::{ModuleName, StructureName};
 
 use crate::binaries::{configs, program};
 use crate::deployment::MODULES;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use tokio::sync::watch::Sender;
-use wire::keys::Watched;
+use vocabulary::keys::Watched;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Sample, SampleKind};

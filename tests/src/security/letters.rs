@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use tokio::sync::watch::Sender;
-use wire::keys::Watched;
+use vocabulary::keys::Watched;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, QueryTarget};

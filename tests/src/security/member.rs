@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use daemon::config::Schedule;
-use names::RunId;
+use vocabulary::RunId;
 
 use super::stand::{PARTS, pki, router, secure, switch_off};
 use crate::binaries::configs;

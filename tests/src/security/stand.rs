@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use daemon::config::Schedule;
-use names::RunId;
 use session::{Mode, Network};
 use tempfile::TempDir;
+use vocabulary::RunId;
 use zenoh::{Config, Session};
 
 use super::trace::{first_line_of, line_of};

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use names::{ModuleName, Step};
 use tokio::sync::watch::Ref;
-use wire::ModuleStatus;
+use vocabulary::{ModuleName, ModuleStatus, Step};
 
 use super::stalls::Stalls;
 use crate::noted::Noted;

@@ -5,8 +5,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Schedule;
-use names::RunId;
-use names::fault::Fault;
 use nix::sys::signal::Signal;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::interposer::Interposer;
@@ -15,7 +13,7 @@ use system_tests::operate::{Ended, trusswatch};
 use system_tests::process::{Process, is_end_by_panic};
 use system_tests::turn;
 use system_tests::{LIMIT, in_time};
-use wire::{FaultState, FaultTransition, ModuleStatus};
+use vocabulary::{FaultState, FaultTransition, ModuleStatus, RunId, fault::Fault};
 
 const STEPS: u64 = 1_000_000;
 const GAGE: &str = "module1/sensor/g2";

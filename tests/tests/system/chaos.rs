@@ -8,7 +8,6 @@ use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::time::Duration;
 
-use names::fault::Fault;
 use system_tests::chaos::disturbance::{
     BadNetwork, BrokenDisk, ClockJump, Crash, Disturbance, Flood, Freeze, LargeMessages, Lie,
     LostRouter, LyingPeer, Nothing, Panic,
@@ -19,6 +18,7 @@ use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::scenarios::{self, ONSET};
 use system_tests::turn;
 use tokio::sync::Semaphore;
+use vocabulary::fault::Fault;
 
 const MS: Duration = Duration::from_millis(1);
 /// Steps after the end of a disturbance: more than it takes to settle.

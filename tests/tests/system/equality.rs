@@ -3,11 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use names::RunId;
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer};
 use system_tests::verdict::Reached;
 use system_tests::{LIMIT, in_time, reference, scenarios, turn};
+use vocabulary::RunId;
 
 #[derive(Clone, Copy)]
 enum Order {

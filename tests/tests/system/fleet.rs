@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use names::fault::Fault;
 use observer::{Live, News};
 use serde_json::Value;
 use system_tests::lab::{Impairment, Lab, Node};
@@ -14,7 +13,7 @@ use system_tests::security::fleet::Fleet;
 use system_tests::security::letters::{answer, answers, answers_to_the_refused, hold};
 use system_tests::security::table::Table;
 use system_tests::{LIMIT, in_time, turn};
-use wire::FaultState;
+use vocabulary::{FaultState, fault::Fault};
 use zenoh::Session;
 
 /// From one attempt to the next.

@@ -8,8 +8,6 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use names::RunId;
-use names::fault::Fault;
 use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::footprint::resident_kib;
@@ -21,9 +19,9 @@ use system_tests::observer::{Faults, Observer};
 use system_tests::process::Process;
 use system_tests::turn;
 use system_tests::worst::WorstStatus;
-use wire::{
+use vocabulary::{
     FaultState, FaultTransition, Injection, InquiryCounters, IntakeCounters, ModulePhase,
-    ModuleStatus,
+    ModuleStatus, RunId, fault::Fault,
 };
 use zenoh::Session;
 

@@ -5,7 +5,6 @@
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use names::RunId;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::footprint::{Memory, bare_messages_percent, processor_time};
 use system_tests::observer::Observer;
@@ -13,6 +12,7 @@ use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
 use system_tests::recorder::Recorder;
 use system_tests::turn;
+use vocabulary::RunId;
 
 const RUN: RunId = RunId(1);
 /// From here on every channel is watched.

@@ -7,13 +7,11 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use daemon::config::{Schedule, ScheduledFault};
-use names::fault::Fault;
-use names::{ModuleName, RunId, Step};
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::Observer;
 use system_tests::operate::trusswatch;
 use system_tests::{LIMIT, in_time, turn};
-use wire::{FaultState, FaultTransition, FreezeFrame};
+use vocabulary::{FaultState, FaultTransition, FreezeFrame, ModuleName, RunId, Step, fault::Fault};
 
 /// The first fault, and from one to the next.
 const FIRST: u64 = 3600;
@@ -92,7 +90,7 @@ fn check(frame: &FreezeFrame, latched: &FaultTransition) {
     let place = frame.steps.iter().position(|step| *step == detection).unwrap();
     let values = |name| &frame.traces.iter().find(|trace| trace.name == name).unwrap().values;
     let evidence = latched.evidence.as_ref().unwrap();
-    if latched.symptom == wire::Symptom::Change {
+    if latched.symptom == vocabulary::Symptom::Change {
         assert!(values("divergence")[place] >= Some(frame.threshold));
         assert_eq!(values("divergence")[place], evidence.divergence);
         assert_eq!(values("residual")[place], Some(evidence.residual));

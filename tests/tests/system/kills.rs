@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use names::{ComponentPath, ModuleName, RunId};
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::interposer::Interposer;
 use system_tests::kills::audit::Audit;
@@ -19,7 +18,7 @@ use system_tests::observer::{Observer, states};
 use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
 use system_tests::turn;
-use wire::{FaultState, FaultTransition};
+use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleName, RunId};
 
 /// Kills, unless the environment variable `TRUSSWATCH_KILLS` says otherwise.
 const KILLS: usize = 200;
@@ -140,7 +139,7 @@ impl Scene {
 /// whatever else has been found of the fault.
 fn last_judged(mut state: FaultTransition) -> FaultTransition {
     if state.unknown.take().is_some() && state.state() == FaultState::Unknown {
-        state.verdict = wire::Verdict::Normal;
+        state.verdict = vocabulary::Verdict::Normal;
     }
     state.identification = None;
     state
@@ -165,7 +164,7 @@ async fn two_hundred_kills_lose_no_fault() {
     }
     assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
     for module in MODULES {
-        let last = Some(names::Step(steps - 1));
+        let last = Some(vocabulary::Step(steps - 1));
         scene.observer.status_of(module, |status| status.step == last).await;
     }
     let audits = scene.audit().await;

@@ -4,14 +4,12 @@
 use std::time::Duration;
 
 use daemon::config::Schedule;
-use names::RunId;
-use names::fault::Fault;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::footprint::most_resident_kib;
 use system_tests::hostile::{LARGE_ROOM_KIB, blocking_session, put_large};
 use system_tests::observer::Observer;
 use system_tests::turn;
-use wire::Injection;
+use vocabulary::{Injection, RunId, fault::Fault};
 use zenoh::Session;
 
 const GAGE: &str = "module1/sensor/g2";

@@ -4,8 +4,6 @@
 use std::time::{Duration, Instant};
 
 use daemon::config::{Schedule, ScheduledFault};
-use names::fault::Fault;
-use names::{RunId, Step};
 use session::Network;
 use system_tests::deployment::{Deployment, free_endpoint};
 use system_tests::in_time;
@@ -13,7 +11,7 @@ use system_tests::observer::{Faults, Observer};
 use system_tests::publications::Publications;
 use system_tests::quantiles::quantiles;
 use system_tests::turn;
-use wire::FaultState;
+use vocabulary::{FaultState, RunId, Step, fault::Fault};
 
 const STEPS: u64 = 40_000;
 /// A fault in one of these gages and its repair are changes of their own, each decided by a sample.
@@ -88,7 +86,7 @@ async fn delays(faults: &mut Faults, publications: &Publications) -> (Vec<f64>, 
             arrivals.push((arrival, message));
         }
     }
-    let size = arrivals.last().map_or(0, |(_, message)| wire::encode(message).unwrap().len());
+    let size = arrivals.last().map_or(0, |(_, message)| vocabulary::encode(message).unwrap().len());
     (publications.delays_ms(&arrivals).await, size)
 }
 

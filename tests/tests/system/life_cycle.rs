@@ -3,8 +3,6 @@
 use std::time::Duration;
 
 use daemon::config::Schedule;
-use names::fault::Fault;
-use names::{ComponentPath, RunId};
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
@@ -15,7 +13,9 @@ use system_tests::process::Process;
 use system_tests::publications::Publications;
 use system_tests::signs::{Sign, Signs};
 use system_tests::{scenarios, turn};
-use wire::{FaultState, FaultTransition, ModulePhase, ModuleStatus};
+use vocabulary::{
+    ComponentPath, FaultState, FaultTransition, ModulePhase, ModuleStatus, RunId, fault::Fault,
+};
 
 const RUN: RunId = RunId(1);
 const SEED: u64 = 11;
@@ -273,7 +273,7 @@ async fn an_unwritable_journal_is_reported_and_catches_up() {
     assert_eq!(first["phase"], "in_service", "diagnosis goes on");
 
     std::fs::remove_file(&directory).unwrap();
-    let caught_up = |status: &wire::ModuleStatus| {
+    let caught_up = |status: &vocabulary::ModuleStatus| {
         status.journal.problem.is_none() && status.journal.unsaved == 0
     };
     works.observer.status_of("module1", caught_up).await;

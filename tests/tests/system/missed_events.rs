@@ -2,15 +2,13 @@
 //! that could be asked for past the module's own bounds.
 
 use daemon::config::Schedule;
-use names::RunId;
-use names::fault::Fault;
 use session::Network;
 use system_tests::cut_link::CutLink;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::in_time;
 use system_tests::observer::{Faults, Observer, unix_ns};
 use system_tests::turn;
-use wire::FaultState;
+use vocabulary::{FaultState, RunId, fault::Fault};
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
 const RUN: RunId = RunId(9);
@@ -24,7 +22,7 @@ const QUERIES: usize = 200;
 /// The numbers of module 1 that arrive until this component is latched.
 async fn until_latched(faults: &mut Faults, component: &str) -> Vec<u64> {
     let mut numbers = Vec::new();
-    let latched = |_, transition: wire::FaultTransition| {
+    let latched = |_, transition: vocabulary::FaultTransition| {
         if transition.module.as_str() == MODULES[0] {
             numbers.push(transition.sequence);
         }

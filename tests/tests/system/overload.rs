@@ -5,14 +5,13 @@
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use names::RunId;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::footprint::resident_kib;
 use system_tests::observer::Observer;
 use system_tests::throttle::Throttle;
 use system_tests::turn;
 use system_tests::worst::WorstStatus;
-use wire::ModuleStatus;
+use vocabulary::{ModuleStatus, RunId};
 
 /// As a factor on real time.
 const TOO_FAST: &str = "100";

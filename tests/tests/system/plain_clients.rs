@@ -7,7 +7,7 @@ use system_tests::deployment::{Deployment, MODULES};
 use system_tests::in_time;
 use system_tests::observer::Observer;
 use system_tests::turn;
-use wire::HistoryPage;
+use vocabulary::HistoryPage;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn one_question_for_all_histories_brings_the_page_of_each_module() {
@@ -20,7 +20,7 @@ async fn one_question_for_all_histories_brings_the_page_of_each_module() {
     let mut pages = BTreeSet::new();
     while let Ok(reply) = in_time("a page", replies.recv_async()).await {
         let sample = reply.into_result().unwrap();
-        let page: HistoryPage = wire::decode(&sample.payload().to_bytes()).unwrap();
+        let page: HistoryPage = vocabulary::decode(&sample.payload().to_bytes()).unwrap();
         let key = format!("trusswatch/{}/{}/history", page.structure, page.module);
         assert_eq!(sample.key_expr().as_str(), key);
         pages.insert(page.module.to_string());

@@ -5,8 +5,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Schedule;
-use names::RunId;
-use names::fault::Fault;
 use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::lab::{Impairment, Lab, Node};
@@ -16,6 +14,7 @@ use system_tests::process::Process;
 use system_tests::recorder::Recorder;
 use system_tests::scenarios::{self, ONSET, STEPS};
 use system_tests::turn;
+use vocabulary::{RunId, fault::Fault};
 
 const RUN: RunId = RunId(7);
 /// How long a link is cut: beyond the last sample.

@@ -1,14 +1,13 @@
 //! From the start of a diagnoser that was killed to its being in service again: after how many samples, and on a quiet
 //! machine how soon.
 
-use names::RunId;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::{Observer, unix_ns};
 use system_tests::plant_clock::PlantClock;
 use system_tests::quantiles::quantiles;
 use system_tests::signs::{Sign, Signs};
 use system_tests::turn;
-use wire::ModulePhase;
+use vocabulary::{ModulePhase, RunId};
 
 const RUN: RunId = RunId(1);
 const TIMES: usize = 10;

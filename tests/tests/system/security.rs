@@ -4,7 +4,6 @@
 use std::time::Duration;
 
 use daemon::config::Schedule;
-use names::fault::Fault;
 use serde_json::Value;
 use system_tests::footprint::most_resident_kib;
 use system_tests::hostile::{LARGE_ROOM_KIB, put_large};
@@ -17,6 +16,7 @@ use system_tests::security::stand::Stand;
 use system_tests::security::table::Table;
 use system_tests::turn;
 use system_tests::{LIMIT, in_time};
+use vocabulary::fault::Fault;
 use zenoh::Session;
 
 /// For the reply to a query that is refused on its way, to which none comes.

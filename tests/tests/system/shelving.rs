@@ -2,14 +2,12 @@
 //! again by itself; a module is suppressed while no sample comes.
 
 use daemon::config::Schedule;
-use names::RunId;
-use names::fault::Fault;
 use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::{Faults, Observer};
 use system_tests::operate::{Ended, trusswatch};
 use system_tests::{in_time, scenarios, turn};
-use wire::{FaultState, FaultTransition, GivenOrderKind};
+use vocabulary::{FaultState, FaultTransition, GivenOrderKind, RunId, fault::Fault};
 
 const RUN: RunId = RunId(1);
 const SEED: u64 = 11;

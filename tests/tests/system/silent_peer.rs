@@ -4,8 +4,6 @@
 use std::collections::BTreeSet;
 
 use daemon::config::Schedule;
-use names::fault::Fault;
-use names::{ComponentPath, RunId};
 use nix::sys::signal::Signal;
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer, unix_ns};
@@ -15,7 +13,7 @@ use system_tests::publications::Publications;
 use system_tests::signs::{Sign, Signs};
 use system_tests::verdict::Reached;
 use system_tests::{reference, scenarios, turn};
-use wire::{Doubt, FaultState, FaultTransition};
+use vocabulary::{ComponentPath, Doubt, FaultState, FaultTransition, RunId, fault::Fault};
 
 const ASKER: &str = "module1";
 const SILENT: &str = "module2";

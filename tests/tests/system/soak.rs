@@ -4,12 +4,12 @@
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use names::{RunId, Step};
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::observer::{Faults, Observer};
 use system_tests::process::Process;
 use system_tests::soak::{Heartbeat, Heartbeats, Memory, Stalls};
 use system_tests::turn;
+use vocabulary::{RunId, Step};
 
 const STEPS_PER_HOUR: f64 = 3.6e6;
 const EVERY: Duration = Duration::from_millis(200);
@@ -149,11 +149,11 @@ fn check(heartbeat: &Heartbeat, steps: u64) {
     assert!(*largest_lag_ms < LARGEST_LAG_MS, "{module}: a lag of {largest_lag_ms} ms");
     // the plant's end is one, and a change of phase is published at once
     assert!(*standstills <= 4, "{module} got no further {standstills} times");
-    let expected = wire::Counters { samples: steps, runs: 1, ..Default::default() };
+    let expected = vocabulary::Counters { samples: steps, runs: 1, ..Default::default() };
     // Peers are queried every fifth second, and when a window comes near a threshold: now and then.
     let asked = latest.diagnosis.questions_asked as f64 * STEPS_PER_HOUR / steps as f64;
     assert!((700.0..=780.0).contains(&asked), "{module}: {asked} queries an hour");
-    let found = wire::Counters { answers_given: 0, questions_asked: 0, ..latest.diagnosis };
+    let found = vocabulary::Counters { answers_given: 0, questions_asked: 0, ..latest.diagnosis };
     assert_eq!(found, expected, "{module}");
     let intake = latest.intake;
     assert_eq!((intake.received, intake.dropped, intake.resynchronised), (steps, 0, 0));

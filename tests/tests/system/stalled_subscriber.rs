@@ -5,8 +5,6 @@
 use std::collections::BTreeSet;
 
 use daemon::config::{Schedule, ScheduledFault};
-use names::fault::Fault;
-use names::{RunId, Step};
 use system_tests::deployment::Deployment;
 use system_tests::observer::{Faults, Observer};
 use system_tests::onlooker::{Onlooker, Stall};
@@ -15,7 +13,7 @@ use system_tests::publications::Publications;
 use system_tests::quantiles::quantiles;
 use system_tests::turn;
 use system_tests::worst::WorstStatus;
-use wire::{FaultState, FaultTransition};
+use vocabulary::{FaultState, FaultTransition, RunId, Step, fault::Fault};
 
 /// In real time: how long nothing is taken, and the start before it.
 const STEPS: u64 = 60_000 + 3_000;

@@ -4,8 +4,6 @@
 use std::collections::BTreeSet;
 
 use daemon::config::{Schedule, ScheduledFault};
-use names::fault::Fault;
-use names::{ComponentPath, RunId, Step};
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::footprint::Memory;
 use system_tests::in_time;
@@ -14,7 +12,7 @@ use system_tests::publications::Publications;
 use system_tests::quantiles::quantiles;
 use system_tests::turn;
 use system_tests::web_page::WebPage;
-use wire::FaultState;
+use vocabulary::{ComponentPath, FaultState, RunId, Step, fault::Fault};
 
 const PAGES: usize = 200;
 /// A minute at 1 kHz.
@@ -86,7 +84,7 @@ async fn run(pages: usize) -> Found {
     for process in diagnosers {
         in_time("the end", process.stop()).await;
     }
-    let found = |(_, message): (u64, wire::FaultTransition)| {
+    let found = |(_, message): (u64, vocabulary::FaultTransition)| {
         (message.component, message.detection_step.unwrap())
     };
     Found { faults: latched.into_iter().map(found).collect(), delays_ms }

@@ -1,7 +1,7 @@
 //! Which columns of a recording belong to which channels.
 
-use names::ComponentPath;
 use study::Recording;
+use vocabulary::ComponentPath;
 
 /// Name of the column that numbers the steps.
 const STEP: &str = "step";

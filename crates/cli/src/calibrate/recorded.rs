@@ -4,8 +4,8 @@ use std::fs::File;
 use std::path::Path;
 
 use daemon::config::Uncalibrated;
-use names::ComponentPath;
 use study::{Calibration, Recording};
+use vocabulary::ComponentPath;
 
 use super::columns::Columns;
 use super::data::{Data, Origin};
@@ -50,7 +50,7 @@ fn common_step(modules: &[Uncalibrated]) -> Result<f64, Failure> {
 }
 
 fn paths(module: &Uncalibrated, recording: &Recording) -> Vec<ComponentPath> {
-    let path = |component: &names::Component| ComponentPath {
+    let path = |component: &vocabulary::Component| ComponentPath {
         module: module.setup.module.clone(),
         component: component.clone(),
     };

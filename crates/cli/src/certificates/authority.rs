@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use names::StructureName;
 use pki::lifetime::AUTHORITY_DAYS;
 use pki::{Authority, Lifetime};
+use vocabulary::StructureName;
 
 use super::{Place, day, refused};
 use crate::failure::Failure;

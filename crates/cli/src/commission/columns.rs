@@ -1,7 +1,7 @@
 //! Which columns of a table of samples belong to which signals.
 
 use diagnosis::{ModuleSetup, Sample};
-use names::{Component, RunId, Step};
+use vocabulary::{Component, RunId, Step};
 
 /// Name of the column that numbers the steps.
 const STEP: &str = "step";

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantConfig, load_uncalibrated};
 use diagnosis::ModuleSetup;
-use names::ModuleName;
+use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 

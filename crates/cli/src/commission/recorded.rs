@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use diagnosis::ModuleSetup;
 use diagnosis::state::{Snippet, WindowMeans};
-use names::Step;
 use study::StepOrder;
 use study::commissioning::WindowCollector;
+use vocabulary::Step;
 
 use super::columns::Columns;
 use crate::csv_rows::Rows;

@@ -9,7 +9,7 @@ use study::commissioning::learn;
 
 use crate::failure::Failure;
 use shell::clock::unix_ns;
-use wording::utc;
+use vocabulary::words::utc;
 
 /// What a module's reference is, and where it was written.
 #[derive(Debug)]

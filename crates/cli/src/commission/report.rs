@@ -5,8 +5,8 @@ use std::path::Path;
 
 use diagnosis::ModuleSetup;
 use diagnosis::state::{ForceRange, LEAST_THRESHOLD, Reference};
-use names::{Component, ComponentPath, ModuleName};
 use serde::Serialize;
+use vocabulary::{Component, ComponentPath, ModuleName};
 
 use super::references::Written;
 use crate::failure::Failure;

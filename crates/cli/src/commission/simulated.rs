@@ -3,8 +3,8 @@
 use daemon::config::{MismatchSection, PlantConfig, PlantFlags, load_plant};
 use diagnosis::ModuleSetup;
 use diagnosis::state::Snippet;
-use names::{Component, ComponentPath};
 use study::commissioning::{Site, SnippetPlan, record_snippets, usual_snippets};
+use vocabulary::{Component, ComponentPath};
 
 use super::arguments::Simulation;
 use crate::failure::Failure;

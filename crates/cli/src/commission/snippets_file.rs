@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use diagnosis::ModuleSetup;
 use diagnosis::state::{Snippet, WindowMeans, residual_settings};
-use names::{Component, ModuleName};
 use serde::{Deserialize, Serialize};
+use vocabulary::{Component, ModuleName};
 
 use crate::failure::Failure;
 

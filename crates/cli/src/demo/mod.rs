@@ -15,9 +15,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Speed;
-use names::Step;
 use observer::{Event, Live, News};
 use tokio::time::{Instant, sleep_until, timeout_at};
+use vocabulary::Step;
 
 use crate::failure::Failure;
 use children::{Children, Interrupts};

@@ -3,16 +3,17 @@
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 
-use names::fault::Fault;
-use names::{ComponentPath, ModuleName, Step};
 use observer::{EventLine, explained_by};
 use serde::Serialize;
-use wire::{Candidate, FaultState, FaultTransition, Identification};
+use vocabulary::{
+    Candidate, ComponentPath, FaultState, FaultTransition, Identification, ModuleName, Step,
+    fault::Fault,
+};
 
 use crate::paint::{Colour, Paint, tone_colour};
 use crate::table::{table, terminal_width};
 use crate::versioned;
-use wording::{NOTHING, brief, or_nothing, printable};
+use vocabulary::words::{NOTHING, brief, or_nothing, printable};
 
 /// A process of the demo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

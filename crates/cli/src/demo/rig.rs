@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use daemon::config::{
     DiagnoserConfig, PlantFlags, Schedule, ScheduledFault, Speed, load_diagnoser, load_plant,
 };
-use names::{ModuleName, StructureName};
 use settings::ConfigErrors;
 use tempfile::TempDir;
 use toml::Table;
+use vocabulary::{ModuleName, StructureName};
 
 use super::children::Children;
 use super::story::{self, Act, Pace};
@@ -103,7 +103,7 @@ impl Rig {
         let mut arguments = self.running(PLANT.path);
         arguments.extend_from_slice(&self.flags);
         arguments.extend(["--schedule".into(), schedule_file(place).into()]);
-        children.start(wire::keys::PLANT, &self.plant, &arguments, place)
+        children.start(vocabulary::keys::PLANT, &self.plant, &arguments, place)
     }
 
     fn running(&self, config: &str) -> Vec<OsString> {

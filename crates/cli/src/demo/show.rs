@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use names::{ComponentPath, ModuleName, Step};
 use observer::{Event, EventLine, Measured, News, Scene, StateRow};
-use wire::{Candidate, FaultState, FaultTransition, Identification, ModulePhase};
+use vocabulary::{
+    Candidate, ComponentPath, FaultState, FaultTransition, Identification, ModuleName, ModulePhase,
+    Step,
+};
 
 use super::report::{DiagnosedFault, Entry, InjectedFault, Summary};
 use super::story::{Act, Pace};
@@ -43,7 +45,7 @@ impl Show {
         let mut cues: Vec<_> = acts.iter().flat_map(cues).collect();
         cues.sort_by_key(|(step, _)| std::cmp::Reverse(*step));
         let mut missing: Vec<_> = modules.iter().map(ModuleName::to_string).collect();
-        missing.push(wire::keys::PLANT.to_owned());
+        missing.push(vocabulary::keys::PLANT.to_owned());
         let modules = modules.iter().map(|module| (module.clone(), Module::default())).collect();
         let (compared, now) = (false, Step(0));
         let (named, kinds) = Default::default();
@@ -227,8 +229,8 @@ mod tests {
     use super::*;
     use crate::demo::story::Story;
     use crate::faults::testing::{identification, scene};
-    use names::fault::Fault;
     use observer::ModuleView;
+    use vocabulary::fault::Fault;
 
     const PACE: Pace = Pace { step_s: 1e-3, warm_up: 50, effects: 25, interval: 20 };
 
@@ -269,7 +271,7 @@ mod tests {
     fn verdict(component: &str, state: FaultState, detected: u64) -> News {
         let component: ComponentPath = component.parse().unwrap();
         News::Fault(Box::new(FaultTransition {
-            verdict: wire::Verdict::example(state),
+            verdict: vocabulary::Verdict::example(state),
             sequence: 1,
             detection_step: Some(Step(detected)),
             decided_step: Some(Step(detected)),
@@ -278,7 +280,7 @@ mod tests {
     }
 
     fn in_service(module: &str) -> News {
-        News::Phase(wire::PhaseChange {
+        News::Phase(vocabulary::PhaseChange {
             structure: "t".parse().unwrap(),
             module: module.parse().unwrap(),
             phase: ModulePhase::InService,

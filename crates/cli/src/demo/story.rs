@@ -1,7 +1,6 @@
 //! The faults that the demo shows, one after the other, each in a component of its own.
 
-use names::fault::Fault;
-use names::{ComponentError, ComponentPath, Step};
+use vocabulary::{ComponentError, ComponentPath, Step, fault::Fault};
 
 /// From the injection of a fault to the repair, in seconds of the plant: of one that changes something at once, and of one
 /// that only the means of two whole seconds show.

@@ -2,7 +2,7 @@
 
 use diagnosis::Monitor;
 use diagnosis::divergence::{DivergenceBank, Outcome, SettingsError, Violation};
-use names::Step;
+use vocabulary::Step;
 
 use super::plan::{Group, Plan};
 use crate::failure::Failure;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::load_diagnoser;
 use diagnosis::ModuleSetup;
-use names::{ComponentPath, ModuleName};
+use vocabulary::{ComponentPath, ModuleName};
 
 use super::plan::{Group, Plan, Tuning};
 use crate::failure::Failure;

@@ -2,7 +2,7 @@
 
 use ::replay::ModuleRecord;
 use diagnosis::ModuleSetup;
-use names::Component;
+use vocabulary::Component;
 
 /// A row: what is not a number is missing.
 pub(super) struct Row {
@@ -75,7 +75,7 @@ impl Columns {
         &self,
         record: &ModuleRecord,
         index: usize,
-        divergences: Option<&wire::Divergences>,
+        divergences: Option<&vocabulary::Divergences>,
     ) -> Option<Row> {
         let sample = record.samples.get(index)?;
         let published_ns = record.samples.head(index).map_or(0, |head| head.time_unix_ns);

@@ -12,7 +12,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use ::replay::{ModuleRecord, latest_setup};
-use names::{ModuleName, RunId, Step};
+use vocabulary::{ModuleName, RunId, Step};
 
 use crate::failure::Failure;
 use crate::replay::read;
@@ -140,7 +140,7 @@ fn write_run(
 ) -> io::Result<()> {
     let setup = latest_setup(record).ok();
     let columns = Columns::new(record, rows.first().copied(), setup.as_ref());
-    let divergences: BTreeMap<Step, &wire::Divergences> = record
+    let divergences: BTreeMap<Step, &vocabulary::Divergences> = record
         .divergences
         .iter()
         .filter(|message| message.run == run)

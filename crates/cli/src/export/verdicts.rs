@@ -5,9 +5,9 @@ use std::io;
 use std::path::Path;
 
 use ::replay::{ModuleRecord, latest_setup};
-use names::Step;
+use vocabulary::Step;
 
-use wording::reason;
+use vocabulary::words::reason;
 
 const HEADING: [&str; 13] = [
     "structure",

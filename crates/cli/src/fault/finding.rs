@@ -1,8 +1,7 @@
 //! Which component is meant.
 
-use names::Mention;
 use observer::{ModuleView, Scene};
-use wire::FaultTransition;
+use vocabulary::{FaultTransition, Mention};
 
 use crate::failure::Failure;
 
@@ -53,7 +52,7 @@ fn ambiguous(several: &[&FaultTransition], mention: &Mention) -> Failure {
 mod tests {
     use super::*;
     use crate::faults::testing::{latched, module, scene, silent, state};
-    use wire::{FaultState, ModulePhase};
+    use vocabulary::{FaultState, ModulePhase};
 
     fn tower() -> Scene {
         let normal = || state("m1/sensor/g1", FaultState::Normal);

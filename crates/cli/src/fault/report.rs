@@ -1,14 +1,15 @@
 //! A component's fault for people.
 
-use names::fault::FaultKind;
 use observer::{StateRow, known_identification};
 use terminal::Plot;
-use wire::{Candidate, FaultTransition, Identification, Signature, SignaturePoint};
+use vocabulary::{
+    Candidate, FaultTransition, Identification, Signature, SignaturePoint, fault::FaultKind,
+};
 
 use super::frame::WIDEST;
 use crate::paint::{Paint, tone_colour};
 use crate::table::{TextTable, table};
-use wording::{candidate, fault_size, in_small_units, kind, percent, utc};
+use vocabulary::words::{candidate, fault_size, in_small_units, kind, percent, utc};
 
 /// The width of a drawing that goes to a file.
 pub(super) const USUAL_WIDTH: u16 = 80;
@@ -104,8 +105,7 @@ fn drawing(signature: &Signature, width: u16, paint: Paint) -> String {
 mod tests {
     use super::*;
     use crate::faults::testing::{identification, latched, state};
-    use names::Step;
-    use wire::{FaultSize, FaultState};
+    use vocabulary::{FaultSize, FaultState, Step};
 
     fn sized(kind: &str, unit: &str, probability: f64, [low, value, high]: [f64; 3]) -> Candidate {
         let size = Some(FaultSize { value, low, high, unit: unit.to_owned() });
@@ -209,7 +209,7 @@ nothing measured is kept any more";
         let normal = text(&state("m1/sensor/g1", FaultState::Normal), None);
         assert_eq!(normal, "m1/sensor/g1 of tower, no fault declared: normal, not verified");
         let explained = FaultTransition {
-            verdict: wire::Verdict::Explained {
+            verdict: vocabulary::Verdict::Explained {
                 by: "m2/actuator/a3".parse().unwrap(),
                 since: Step(3100),
             },

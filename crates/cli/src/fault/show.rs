@@ -3,10 +3,9 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use names::Mention;
 use observer::present;
 use serde::Serialize;
-use wire::{FaultTransition, FreezeFrame};
+use vocabulary::{FaultTransition, FreezeFrame, Mention};
 use zenoh::Session;
 
 use super::finding::find;
@@ -17,7 +16,7 @@ use crate::link::{self, Link, Target};
 use crate::paint::Paint;
 use crate::table::terminal_width;
 use crate::versioned;
-use wording::{printable, utc};
+use vocabulary::words::{printable, utc};
 
 const EXAMPLES: &str = "\
 Examples:

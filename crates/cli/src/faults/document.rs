@@ -2,12 +2,14 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use names::{ModuleName, RunId, Step, StructureName};
 use observer::{Counts, ModuleView, Scene, StructureRow, all_is_well, structures};
 use serde::Serialize;
-use wire::{FaultState, FaultTransition, JournalStatus, ModulePhase, ModuleStatus, Shelving};
+use vocabulary::{
+    FaultState, FaultTransition, JournalStatus, ModuleName, ModulePhase, ModuleStatus, RunId,
+    Shelving, Step, StructureName,
+};
 
-use wording::utc;
+use vocabulary::words::utc;
 
 /// The whole of it.
 #[derive(Debug, Serialize)]

@@ -7,8 +7,8 @@ pub(crate) mod testing;
 
 use std::io::{self, Write};
 
-use names::ModuleName;
 use observer::{Scene, all_is_well, present};
+use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 use crate::link::{self, Link};

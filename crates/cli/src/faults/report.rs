@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use names::StructureName;
 use observer::{ModuleView, Scene, StateRow, StructureRow, Urgency, rows, structures};
+use vocabulary::StructureName;
 
 use crate::paint::{Colour, Paint, tone_colour};
 use crate::table::{TextTable, table};
-use wording::{NOTHING, Tone, or_nothing, printable, utc};
+use vocabulary::words::{NOTHING, Tone, or_nothing, printable, utc};
 
 /// What stands in the place of the name of a structure that is not known.
 const NO_STRUCTURE: &str = "(no structure seen)";
@@ -113,7 +113,7 @@ fn state_table(rows: &[StateRow]) -> Painted {
         "why",
     ];
     let mut table = table(&heading);
-    let step = |step: Option<names::Step>| or_nothing(step.map(|step| format!("step {step}")));
+    let step = |step: Option<vocabulary::Step>| or_nothing(step.map(|step| format!("step {step}")));
     for row in rows {
         let measured = &row.measured;
         table.add_row([
@@ -148,7 +148,7 @@ mod tests {
     use crate::faults::testing::{
         agreeing, at, identification, latched, module, scene, silent, state, unknown_state,
     };
-    use wire::{FaultState, FaultTransition, ModulePhase};
+    use vocabulary::{FaultState, FaultTransition, ModulePhase};
 
     fn text(modules: Vec<ModuleView>, all: bool, width: Option<u16>) -> String {
         let text = report(&scene(modules), all, width, Paint::NONE);

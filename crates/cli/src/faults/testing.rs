@@ -1,10 +1,9 @@
 //! Made-up pictures for tests.
 
-use names::{RunId, Step};
 use observer::{ModuleHistory, ModuleView, NetworkState, Scene};
-use wire::{
+use vocabulary::{
     Agreement, Candidate, Condition, Evidence, FaultState, FaultTransition, GivenOrder,
-    GivenOrderKind, Identification, ModulePhase, ModuleStatus, Unknown,
+    GivenOrderKind, Identification, ModulePhase, ModuleStatus, RunId, Step, Unknown,
 };
 
 /// A scene of these modules, with a network.
@@ -37,7 +36,7 @@ pub(super) fn at(structure: &str, mut module: ModuleView) -> ModuleView {
 pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     FaultTransition {
-        verdict: wire::Verdict::example(state),
+        verdict: vocabulary::Verdict::example(state),
         ..FaultTransition::untouched(structure, component, 1_000_000_000)
     }
 }
@@ -118,13 +117,13 @@ pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
         suppressed: None,
         waiting_questions: 0,
         next_sequence: 1,
-        journal: wire::JournalStatus::default(),
+        journal: vocabulary::JournalStatus::default(),
         peers: Vec::new(),
         another_process: false,
-        intake: wire::IntakeCounters::default(),
-        inquiries: wire::InquiryCounters::default(),
-        diagnosis: wire::Counters::default(),
-        publisher: wire::PublisherCounters::default(),
+        intake: vocabulary::IntakeCounters::default(),
+        inquiries: vocabulary::InquiryCounters::default(),
+        diagnosis: vocabulary::Counters::default(),
+        publisher: vocabulary::PublisherCounters::default(),
         time_unix_ns: 0,
     }
 }
@@ -143,7 +142,7 @@ pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> Module
 pub(crate) fn transition(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
     let component = format!("{module}/sensor/g1").parse().unwrap();
     FaultTransition {
-        verdict: wire::Verdict::Latched,
+        verdict: vocabulary::Verdict::Latched,
         sequence,
         decided_step: Some(Step(7)),
         ..FaultTransition::untouched("tower".parse().unwrap(), component, time_unix_ns)
@@ -159,7 +158,7 @@ pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
         note: Some("looks loose".to_owned()),
     };
     FaultTransition {
-        verdict: wire::Verdict::Acknowledged,
+        verdict: vocabulary::Verdict::Acknowledged,
         order: Some(order),
         ..transition(module, sequence, 1_000_000_000)
     }

@@ -1,12 +1,11 @@
 //! The journals for machines.
 
-use names::{ModuleName, StructureName};
 use observer::{Contradiction, Entry, Gap, Journals, ModuleHistory};
 use serde::Serialize;
-use wire::{FaultTransition, Identification};
+use vocabulary::{FaultTransition, Identification, ModuleName, StructureName};
 
 use super::reading::{Reading, Silent};
-use wording::utc;
+use vocabulary::words::utc;
 
 /// The whole of it.
 #[derive(Debug, Serialize)]

@@ -6,8 +6,8 @@ mod report;
 
 use std::io::{self, Write};
 
-use names::{ComponentPath, ModuleName};
 use observer::Journals;
+use vocabulary::{ComponentPath, ModuleName};
 
 use crate::failure::Failure;
 use crate::link::{self, Link};

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
 use observer::{ModuleHistory, ModuleView, attendance};
 use tokio::task::JoinSet;
+use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::failure::Failure;
 use crate::link::{self, Target};
-use wording::printable;
+use vocabulary::words::printable;
 
 /// What was read.
 #[derive(Debug, Clone, Default)]

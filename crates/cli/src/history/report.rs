@@ -7,7 +7,7 @@ use observer::Journals;
 use super::reading::Reading;
 use crate::paint::{Colour, Paint, tone_colour};
 use crate::table::table;
-use wording::{NOTHING, or_nothing, utc};
+use vocabulary::words::{NOTHING, or_nothing, utc};
 
 const HEADING: [&str; 7] = ["time", "module", "sequence", "component", "state", "step", "why"];
 
@@ -56,7 +56,7 @@ mod tests {
     use crate::faults::testing::identification;
     use crate::faults::testing::{acknowledged, history, transition};
     use observer::ModuleHistory;
-    use wire::Identification;
+    use vocabulary::Identification;
 
     #[test]
     fn the_table_is_this() {

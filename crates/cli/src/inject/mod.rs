@@ -3,9 +3,7 @@
 mod parameters;
 mod report;
 
-use names::fault::FaultKind;
-use names::{Mention, Step, StructureName};
-use wire::Injection;
+use vocabulary::{Injection, Mention, Step, StructureName, fault::FaultKind};
 use zenoh::Session;
 
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! A fault and its size from the command line.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use names::fault::{Fault, FaultKind};
+use vocabulary::fault::{Fault, FaultKind};
 
 /// The parameters of all faults; each fault has its own among them.
 #[derive(Debug, Clone, Default, clap::Args)]

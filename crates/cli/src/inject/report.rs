@@ -2,10 +2,8 @@
 
 use std::io::{self, Write};
 
-use names::fault::Fault;
-use names::{ComponentPath, Step, StructureName};
 use serde::Serialize;
-use wire::{Injected, Injection};
+use vocabulary::{ComponentPath, Injected, Injection, Step, StructureName, fault::Fault};
 
 use crate::failure::Failure;
 use crate::versioned;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use names::{ComponentPath, OperatorName};
+use vocabulary::{ComponentPath, OperatorName};
 
 use super::issuer;
 use crate::failure::Failure;

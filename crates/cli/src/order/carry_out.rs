@@ -2,10 +2,9 @@
 
 use std::time::Duration;
 
-use names::StructureName;
 use observer::{Command, OrderOutcome};
 use tokio::time::{Instant, sleep};
-use wire::{Order, OrderKind};
+use vocabulary::{Order, OrderKind, StructureName};
 use zenoh::Session;
 
 use super::homes::homes;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use names::{ModuleName, StructureName};
+use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use super::subject::Subject;

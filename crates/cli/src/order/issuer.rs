@@ -1,6 +1,6 @@
 //! The name of who issues a command.
 
-use names::OperatorName;
+use vocabulary::OperatorName;
 
 use crate::failure::Failure;
 

@@ -10,7 +10,7 @@ mod set_aside;
 mod subject;
 
 use observer::Command;
-use wire::OrderKind;
+use vocabulary::OrderKind;
 
 use crate::failure::Failure;
 use crate::link;

@@ -1,9 +1,8 @@
 //! Outcomes of commands.
 
-use names::{ComponentPath, ModuleName, StructureName};
 use observer::OrderOutcome;
 use serde::{Serialize, Serializer};
-use wire::OrderKind;
+use vocabulary::{ComponentPath, ModuleName, OrderKind, StructureName};
 
 use super::subject::Subject;
 use crate::failure::Failure;

@@ -10,7 +10,7 @@ use super::subject::Subject;
 use crate::failure::Failure;
 use crate::paint::{Colour, Paint};
 use crate::versioned;
-use wording::done;
+use vocabulary::words::done;
 
 #[derive(Serialize)]
 struct Document<'a> {

@@ -1,7 +1,6 @@
 //! What the commands take that set an alarm aside for a time, and those that end it.
 
-use names::{ComponentPath, ModuleName};
-use wire::{OrderKind, SHELVING_SECONDS};
+use vocabulary::{ComponentPath, ModuleName, OrderKind, SHELVING_SECONDS};
 
 use super::arguments::{Orders, Signature};
 use super::carry_out::Manner;

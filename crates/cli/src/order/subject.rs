@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use names::{ComponentPath, Mention, ModuleName};
+use vocabulary::{ComponentPath, Mention, ModuleName};
 
 /// A component, or a module with all its components.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use daemon::recorder::{self, RecorderConfig, Report, Subject};
 use indicatif::ProgressBar;
-use names::ModuleName;
 use recording::Limits;
 use shell::shutdown::ShutdownFlags;
 use shell::{logging, runtime};
+use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 use crate::link::Link;

@@ -4,7 +4,7 @@ use std::thread;
 use std::time::Instant;
 
 use ::replay::{ModuleRecord, Replayed, Shortfall, courses, replay};
-use names::{ModuleName, StructureName};
+use vocabulary::{ModuleName, StructureName};
 
 use super::reading::Reading;
 

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use daemon::config::load_diagnoser;
-use names::ModuleName;
+use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 use crate::table::WidthArguments;

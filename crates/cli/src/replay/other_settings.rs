@@ -7,16 +7,15 @@ use ::replay::{
     Beginnings, Course, ModuleRecord, Part, ReplayedTransition, Settings, courses, latest_setup,
     together,
 };
-use names::{ComponentPath, ModuleName};
+use diagnosis::messages::Speaker;
 use serde::Serialize;
-use translation::Speaker;
-use wire::{FaultState, FaultTransition};
+use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleName};
 
 use super::reading::Reading;
 use crate::failure::Failure;
 use crate::table::table;
 use crate::versioned;
-use wording::{NOTHING, reason};
+use vocabulary::words::{NOTHING, reason};
 
 /// What became of a component.
 #[derive(Debug, Clone, Serialize)]

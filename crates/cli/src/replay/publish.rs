@@ -6,9 +6,9 @@ use std::io::{self, Write};
 use ::replay::{ModuleRecord, latest_setup};
 use daemon::config::Speed;
 use daemon::player::{self, Manner, Programme};
-use names::{RunId, StructureName};
 use shell::shutdown::ShutdownFlags;
 use shell::{clock, logging, runtime};
+use vocabulary::{RunId, StructureName};
 
 use super::reading::Reading;
 use crate::failure::Failure;
@@ -111,11 +111,19 @@ fn recorded_run(records: &[&ModuleRecord], wanted: Option<RunId>) -> Result<RunI
 }
 
 /// The samples of a module of this run.
-fn samples(record: &ModuleRecord, run: RunId) -> impl Iterator<Item = wire::Sample> + '_ {
+fn samples(record: &ModuleRecord, run: RunId) -> impl Iterator<Item = vocabulary::Sample> + '_ {
     let samples = (0..record.samples.len()).filter_map(|index| record.samples.get(index));
     samples.filter(move |sample| sample.run == run).map(|sample| {
         let diagnosis::Sample { run, step, demands_n, pressures_pa, elongations_m } = sample;
         let module = record.module.clone();
-        wire::Sample { module, run, step, time_unix_ns: 0, demands_n, pressures_pa, elongations_m }
+        vocabulary::Sample {
+            module,
+            run,
+            step,
+            time_unix_ns: 0,
+            demands_n,
+            pressures_pa,
+            elongations_m,
+        }
     })
 }

@@ -7,8 +7,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
 use ::replay::{Collection, ModuleRecord};
-use names::{ModuleName, printable_lines};
 use recording::{Ending, Recorded, Recording};
+use vocabulary::{ModuleName, printable_lines};
 
 use crate::failure::Failure;
 

@@ -3,15 +3,15 @@
 use std::fmt::Write;
 
 use ::replay::ReplayedTransition;
+use diagnosis::messages::Speaker;
 use serde::Serialize;
-use translation::Speaker;
-use wire::FaultTransition;
+use vocabulary::FaultTransition;
 
 use super::exact::{Exact, Module, Process};
 use crate::failure::Failure;
 use crate::table::table;
 use crate::versioned;
-use wording::{NOTHING, reason, utc};
+use vocabulary::words::{NOTHING, reason, utc};
 
 const HEADING: [&str; 8] =
     ["time", "module", "component", "state", "onset s", "detected s", "decided s", "why"];
@@ -89,7 +89,7 @@ fn message(module: &Module, verdict: &ReplayedTransition) -> FaultTransition {
 }
 
 fn row(message: &FaultTransition, step_s: f64) -> [String; 8] {
-    let seconds = |step: Option<names::Step>| {
+    let seconds = |step: Option<vocabulary::Step>| {
         step.map_or_else(|| NOTHING.to_owned(), |step| format!("{:.3}", step.0 as f64 * step_s))
     };
     let why = reason(message);

@@ -2,8 +2,8 @@
 //!
 //! Members are counted copy by copy, and in a copy in the order of the templates.
 
-use names::ModuleName;
 use truss::copy_prefix;
+use vocabulary::ModuleName;
 
 use super::template::Template;
 

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::{DiagnoserConfig, load_diagnoser};
 use daemon::thresholds::Thresholds;
-use names::{ModuleName, StructureName};
 use settings::ConfigErrors;
 use toml::{Table, Value};
 use truss::{Structure, copy_prefix};
+use vocabulary::{ModuleName, StructureName};
 
 use super::directory::Directory;
 use crate::failure::Failure;

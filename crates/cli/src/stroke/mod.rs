@@ -2,8 +2,7 @@
 
 mod report;
 
-use names::{ComponentKind, Mention, StructureName};
-use wire::Stroke;
+use vocabulary::{ComponentKind, Mention, Stroke, StructureName};
 use zenoh::Session;
 
 use crate::failure::Failure;

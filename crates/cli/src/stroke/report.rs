@@ -2,13 +2,12 @@
 
 use std::io::{self, Write};
 
-use names::{ComponentPath, Step, StructureName};
 use serde::Serialize;
-use wire::{Stroke, StrokeBegun};
+use vocabulary::{ComponentPath, Step, Stroke, StrokeBegun, StructureName};
 
 use crate::failure::Failure;
 use crate::versioned;
-use wording::force;
+use vocabulary::words::force;
 
 #[derive(Serialize)]
 struct Document<'a> {

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
-use names::fault::FaultKind;
 use serde::{Deserialize, Serialize};
 use study::conditions::Situation;
 use study::{Controller, Shard};
+use vocabulary::fault::FaultKind;
 
 use crate::table::WidthArguments;
 

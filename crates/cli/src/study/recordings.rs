@@ -6,11 +6,13 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use names::ComponentPath;
-use names::fault::{Fault, FaultKind};
 use serde::Serialize;
 use study::scenarios::{Record, Scenarios};
 use study::{Campaign, RecordedChange, StudyError, export, parallel};
+use vocabulary::{
+    ComponentPath,
+    fault::{Fault, FaultKind},
+};
 
 use super::arguments::ExportArguments;
 use super::files::{self, cannot_write};

@@ -7,7 +7,7 @@ mod layout;
 mod width;
 
 use comfy_table::CellAlignment;
-use names::printable;
+use vocabulary::printable;
 
 pub(crate) use width::{WidthArguments, terminal_width};
 

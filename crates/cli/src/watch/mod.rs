@@ -2,8 +2,8 @@
 
 use std::io::{self, IsTerminal};
 
-use names::ModuleName;
 use terminal::{Issuer, Settings};
+use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 use crate::link::{self, Link, Target};

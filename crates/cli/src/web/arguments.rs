@@ -3,8 +3,8 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use names::ModuleName;
 use shell::shutdown::ShutdownFlags;
+use vocabulary::ModuleName;
 
 use crate::link::Link;
 use crate::web_access::{AccessFlags, LinkArguments};

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_uncalibrated};
 use diagnosis::ModuleSetup;
 use diagnosis::state::Reference;
-use names::RunId;
 use serde_json::Value;
 use study::Rig;
 use study::commissioning::{Site, SnippetPlan, learn, record_snippets};
+use vocabulary::RunId;
 
 use crate::binary::{Outcome, run};
 use crate::calibrate::{path, small_mast};

@@ -1,9 +1,10 @@
 //! `trusswatch fault show` against a stand-in for the diagnosers.
 
-use names::{RunId, Step};
 use serde_json::Value;
-use wire::{Candidate, FaultState, FaultTransition, FreezeFrame, Identification, ModulePhase};
-use wire::{Signature, SignaturePoint, Topic, Trace};
+use vocabulary::{
+    Candidate, FaultState, FaultTransition, FreezeFrame, Identification, ModulePhase, RunId,
+    Signature, SignaturePoint, Step, Topic, Trace,
+};
 
 use crate::binary::run;
 use crate::stand_in::{StandIn, bias, identification, nowhere};

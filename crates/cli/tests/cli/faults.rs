@@ -1,10 +1,9 @@
 //! `trusswatch faults` against a stand-in for the diagnosers.
 
-use names::Step;
 use serde_json::Value;
-use wire::{
-    Doubt, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModulePhase, Shelving, Topic,
-    Verdict,
+use vocabulary::{
+    Doubt, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModulePhase, Shelving, Step,
+    Topic, Verdict,
 };
 
 use crate::binary::{Outcome, outcome, run, trusswatch};

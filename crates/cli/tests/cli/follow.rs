@@ -7,7 +7,7 @@ use std::time::Duration;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
-use wire::FaultState;
+use vocabulary::FaultState;
 
 use crate::binary::trusswatch;
 use crate::stand_in::StandIn;

@@ -1,7 +1,7 @@
 //! `trusswatch history` against a stand-in for the diagnosers.
 
 use serde_json::Value;
-use wire::{FaultState, ModulePhase, Topic};
+use vocabulary::{FaultState, ModulePhase, Topic};
 
 use crate::binary::run;
 use crate::stand_in::{StandIn, bias, identification, nowhere};

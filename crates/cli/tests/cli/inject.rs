@@ -1,9 +1,7 @@
 //! `trusswatch inject` against a stand-in for the plant.
 
-use names::Step;
-use names::fault::Fault;
 use serde_json::Value;
-use wire::Injection;
+use vocabulary::{Injection, Step, fault::Fault};
 
 use crate::binary::run;
 use crate::stand_in::StandIn;

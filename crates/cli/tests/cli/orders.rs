@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde_json::Value;
-use wire::{FaultState, Obeyed, Order, OrderKind, Topic};
+use vocabulary::{FaultState, Obeyed, Order, OrderKind, Topic};
 
 use crate::binary::run;
 use crate::stand_in::{Judge, StandIn, nowhere};

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use names::fault::Fault;
 use recording::{Recorded, Writer};
 use serde_json::Value;
 use tempfile::TempDir;
+use vocabulary::fault::Fault;
 
 use crate::binary::{Outcome, run};
 use crate::recorded_live::{Live, Published};

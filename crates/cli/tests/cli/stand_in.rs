@@ -3,14 +3,13 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use names::{ComponentPath, Mention, ModuleName, RunId, Step, StructureName};
 use session::Network;
 use tokio::task::JoinHandle;
-use wire::{
-    Candidate, Evidence, FaultSize, FaultState, FaultTransition, FreezeFrame, FreezeFrameQuestion,
-    HistoryPage, HistoryQuestion, Identification, Injected, Injection, Key, Message, ModulePhase,
-    ModuleStatus, Obeyed, Order, OrderKind, PeerStatus, PlantTopic, Refused, Stroke, StrokeBegun,
-    Topic,
+use vocabulary::{
+    Candidate, ComponentPath, Evidence, FaultSize, FaultState, FaultTransition, FreezeFrame,
+    FreezeFrameQuestion, HistoryPage, HistoryQuestion, Identification, Injected, Injection, Key,
+    Mention, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed, Order, OrderKind, PeerStatus,
+    PlantTopic, Refused, RunId, Step, Stroke, StrokeBegun, StructureName, Topic,
 };
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
@@ -74,7 +73,7 @@ impl StandIn {
 
     /// Answers queries for the state of components.
     pub(crate) async fn states(&self, module: &str, states: Vec<FaultTransition>) {
-        let watched = wire::keys::Watched {
+        let watched = vocabulary::keys::Watched {
             structure: Some(&self.structure),
             module: Some(&module.parse().unwrap()),
         };
@@ -125,7 +124,7 @@ impl StandIn {
             let mut ticks = tokio::time::interval(STATUS_PERIOD);
             loop {
                 ticks.tick().await;
-                publisher.put(wire::encode(&status).unwrap()).await.unwrap();
+                publisher.put(vocabulary::encode(&status).unwrap()).await.unwrap();
             }
         }));
     }
@@ -176,7 +175,7 @@ impl StandIn {
             let (judge, orders) = (judge.clone(), orders.clone());
             self.serve(key.clone(), move |query| {
                 let payload = query.payload().unwrap().to_bytes();
-                let order: Order = wire::decode(&payload).unwrap();
+                let order: Order = vocabulary::decode(&payload).unwrap();
                 match judge(kind, &order) {
                     Ok(obeyed) => reply(&query, &key, &obeyed),
                     Err(reason) => refuse(&query, reason),
@@ -216,7 +215,7 @@ impl StandIn {
         let orders = Arc::new(Mutex::new(Vec::new()));
         let (key, taken) = (Key::of_plant(&self.structure, topic).to_string(), orders.clone());
         self.serve(key.clone(), move |query| {
-            let order: O = wire::decode(&query.payload().unwrap().to_bytes()).unwrap();
+            let order: O = vocabulary::decode(&query.payload().unwrap().to_bytes()).unwrap();
             match judge(&order) {
                 Ok(obeyed) => reply(&query, &key, &obeyed),
                 Err(reason) => refuse(&query, reason),
@@ -233,7 +232,7 @@ impl StandIn {
     pub(crate) async fn publish(&self, transition: &FaultTransition) {
         let topic = Topic::Fault(transition.component.component.clone());
         let key = self.key(transition.module.as_str(), topic);
-        self.session.put(key, wire::encode(transition).unwrap()).await.unwrap();
+        self.session.put(key, vocabulary::encode(transition).unwrap()).await.unwrap();
     }
 
     /// Answers queries on a topic with this text.
@@ -314,16 +313,16 @@ impl StandIn {
             suppressed: None,
             waiting_questions: 0,
             next_sequence: 4,
-            journal: wire::JournalStatus {
+            journal: vocabulary::JournalStatus {
                 directory: Some("journal".to_owned()),
-                ..wire::JournalStatus::default()
+                ..vocabulary::JournalStatus::default()
             },
             peers: peers.iter().map(peer).collect(),
             another_process: false,
-            intake: wire::IntakeCounters::default(),
-            inquiries: wire::InquiryCounters::default(),
-            diagnosis: wire::Counters::default(),
-            publisher: wire::PublisherCounters::default(),
+            intake: vocabulary::IntakeCounters::default(),
+            inquiries: vocabulary::InquiryCounters::default(),
+            diagnosis: vocabulary::Counters::default(),
+            publisher: vocabulary::PublisherCounters::default(),
             time_unix_ns: 1_795_000_000_000_000_000,
         }
     }
@@ -388,7 +387,7 @@ fn transition(
         threshold: 10.0,
     };
     FaultTransition {
-        verdict: wire::Verdict::example(state),
+        verdict: vocabulary::Verdict::example(state),
         sequence,
         onset_step: Some(Step(3108)),
         detection_step: Some(Step(3112)),
@@ -414,11 +413,11 @@ fn known(mention: &Mention) -> Result<ComponentPath, String> {
 }
 
 fn reply<M: Message>(query: &Query, key: &str, message: &M) {
-    zenoh::Wait::wait(query.reply(key, wire::encode(message).unwrap())).unwrap();
+    zenoh::Wait::wait(query.reply(key, vocabulary::encode(message).unwrap())).unwrap();
 }
 
 fn refuse(query: &Query, reason: String) {
-    zenoh::Wait::wait(query.reply_err(wire::encode(&Refused { reason }).unwrap())).unwrap();
+    zenoh::Wait::wait(query.reply_err(vocabulary::encode(&Refused { reason }).unwrap())).unwrap();
 }
 
 /// An endpoint without a listener.

@@ -1,7 +1,7 @@
 //! `trusswatch stroke` against a stand-in for the plant.
 
 use serde_json::{Value, json};
-use wire::Stroke;
+use vocabulary::Stroke;
 
 use crate::binary::run;
 use crate::stand_in::StandIn;

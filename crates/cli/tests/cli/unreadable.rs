@@ -1,7 +1,7 @@
 //! What cannot be read is shown as unknown and never passes for healthy.
 
 use serde_json::{Value, json};
-use wire::{FaultState, ModulePhase, Topic};
+use vocabulary::{FaultState, ModulePhase, Topic};
 
 use crate::stand_in::StandIn;
 
@@ -11,7 +11,8 @@ const GAGE: &str = "module1/sensor/g1";
 async fn with_word(place: &str, word: &str) -> StandIn {
     let mut tower = StandIn::open("tower").await;
     let transition = tower.transition(GAGE, FaultState::Normal, 6);
-    let mut text: Value = serde_json::from_slice(&wire::encode(&transition).unwrap()).unwrap();
+    let mut text: Value =
+        serde_json::from_slice(&vocabulary::encode(&transition).unwrap()).unwrap();
     text["condition"] = json!({"agreement": "agrees", "as_of_step": 4711, "reason": null});
     *text.pointer_mut(place).unwrap() = word.into();
     tower.text("module1", Topic::Fault("sensor/g1".parse().unwrap()), text.to_string()).await;

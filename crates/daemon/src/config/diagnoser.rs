@@ -8,7 +8,6 @@ use std::time::Duration;
 use diagnosis::residual::NominalHydraulics;
 use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
 use diagnosis::{Diagnoser, ModuleSetup, SetupError, SignalSettings};
-use names::{Component, ModuleName, StructureName};
 use pki::Holder;
 use serde::{Deserialize, Serialize};
 use session::Network;
@@ -16,6 +15,7 @@ use session::NetworkFlags;
 use settings::{ConfigError, ConfigErrors, Document};
 use shell::health::{HealthFlags, HealthSettings};
 use truss::Structure;
+use vocabulary::{Component, ModuleName, StructureName};
 
 use super::method::{DetectionSection, IsolationSection};
 use crate::thresholds::Thresholds;
@@ -454,7 +454,7 @@ fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut Conf
         .into_iter()
         .chain(written.peers.iter().map(|peer| ("peers", peer)))
     {
-        if name.as_str() == wire::keys::PLANT {
+        if name.as_str() == vocabulary::keys::PLANT {
             let problem = format!("no module may be called `{name}`: keys need the word");
             errors.add(&document.file, document.line(&[key]), problem);
         }

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use names::RunId;
 use session::NetworkFlags;
 use shell::health::HealthFlags;
+use vocabulary::RunId;
 
 use super::speed::Speed;
 

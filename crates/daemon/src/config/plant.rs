@@ -4,7 +4,6 @@ use std::net::SocketAddr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use names::{ModuleName, RunId};
 use pki::Holder;
 use plant::{Mismatch, Plant, PlantError, PlantParameters};
 use serde::{Deserialize, Serialize};
@@ -12,6 +11,7 @@ use session::Network;
 use settings::{ConfigErrors, Document};
 use shell::health::HealthSettings;
 use truss::Structure;
+use vocabulary::{ModuleName, RunId};
 
 use super::diagnoser::load_structure;
 use super::flags::PlantFlags;
@@ -189,9 +189,9 @@ fn waited_for(
 ) -> Vec<ModuleName> {
     let equipped: Vec<ModuleName> =
         structure.equipped().map(|module| module.name.clone()).collect();
-    if equipped.iter().any(|module| module.as_str() == wire::keys::PLANT) {
+    if equipped.iter().any(|module| module.as_str() == vocabulary::keys::PLANT) {
         let problem =
-            format!("no module may be called `{}`: keys need the word", wire::keys::PLANT);
+            format!("no module may be called `{}`: keys need the word", vocabulary::keys::PLANT);
         errors.add(&document.file, document.line(&["structure"]), problem);
     }
     for module in written.wait_for.iter().flatten() {

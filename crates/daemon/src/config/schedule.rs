@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use names::fault::Fault;
-use names::{ComponentPath, Step};
 use serde::{Deserialize, Serialize};
+use vocabulary::{ComponentPath, Step, fault::Fault};
 
 use settings::{ConfigErrors, Document};
 

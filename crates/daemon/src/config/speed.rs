@@ -68,7 +68,7 @@ impl FromStr for Speed {
             "real" => Ok(Speed::REAL),
             number => match number.parse::<f64>() {
                 Ok(factor) if (0.001..=1000.0).contains(&factor) => Ok(Speed::Factor(factor)),
-                _ => Err(SpeedError(names::quotation(number, 40))),
+                _ => Err(SpeedError(vocabulary::quotation(number, 40))),
             },
         }
     }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use diagnosis::state;
 use parking_lot::Mutex;
 use shell::clock;
-use wire::{Condition, FaultTransition, Unknown};
+use vocabulary::{Condition, FaultTransition, Unknown};
 
-use translation::to_condition;
+use diagnosis::messages::to_condition;
 
 /// Shared by the loop and those who answer.
 #[derive(Debug, Clone)]
@@ -45,7 +45,7 @@ impl Conditions {
         let condition = known.condition.clone();
         let reason = condition.reason.clone().unwrap_or_default();
         let state = match known.hidden_since_ns {
-            Some(since_unix_ns) if state.state() == wire::FaultState::Normal => {
+            Some(since_unix_ns) if state.state() == vocabulary::FaultState::Normal => {
                 state.while_unknown(Unknown { since_unix_ns, reason })
             }
             _ => state,

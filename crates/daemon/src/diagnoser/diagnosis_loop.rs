@@ -12,14 +12,13 @@ use std::time::Duration;
 
 use diagnosis::state::WindowLength;
 use diagnosis::{Action, Diagnoser, Event, Question};
-use names::{Component, Step};
 use shell::clock;
 use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
-use wire::{ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress};
+use vocabulary::{Component, ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress, Step};
 
 use super::conditions::Conditions;
 use super::health::ModuleBoard;
@@ -39,7 +38,7 @@ use super::status::{self, Surroundings};
 use crate::config::{DiagnoserConfig, PublishSettings};
 use crate::metrics::ModuleReport;
 use crate::status_line;
-use translation::{Speaker, to_phase};
+use diagnosis::messages::{Speaker, to_phase};
 
 /// How often held queries, staleness and the last step's progress are checked.
 const TICK: Duration = Duration::from_millis(50);
@@ -299,7 +298,11 @@ impl DiagnosisLoop {
     }
 
     /// The components that an order is about; or why it is refused.
-    fn concerned(&self, kind: OrderKind, order: &wire::Order) -> Result<Vec<Component>, String> {
+    fn concerned(
+        &self,
+        kind: OrderKind,
+        order: &vocabulary::Order,
+    ) -> Result<Vec<Component>, String> {
         let Some(mention) = &order.component else {
             return set_aside::concerned(kind, &self.diagnoser);
         };

@@ -9,7 +9,7 @@ use shell::supervision::Pulse;
 
 use crate::metrics::{self, ModuleReport};
 use crate::readiness;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// The latest report, written by the diagnosis loop together with each status that it publishes.
 #[derive(Debug, Default)]

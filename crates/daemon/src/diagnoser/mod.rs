@@ -43,7 +43,7 @@ use std::time::Duration;
 
 use diagnosis::Diagnoser;
 use tokio::sync::mpsc;
-use wire::ModuleConfiguration;
+use vocabulary::ModuleConfiguration;
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -78,7 +78,7 @@ use shell::supervision::{Crew, OPENING, Supervisor};
 use state::{Keeper, Recollection, Watch, WatchFile, Writer};
 
 use crate::config::DiagnoserConfig;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Answers of peers that may wait to be looked at.
 const ANSWER_QUEUE: usize = 256;
@@ -254,7 +254,7 @@ async fn serve(
     // This task runs the loop from now on, and whoever sees the token may ask.
     supervisor.progress();
     // Last of all: the token shows that everything above is in place.
-    let token = session.liveliness().declare_token(speaker.key(wire::Topic::Alive));
+    let token = session.liveliness().declare_token(speaker.key(vocabulary::Topic::Alive));
     let token = token.await.map_err(refused)?;
     let declared = Declared { token, subscriber, presence, namesakes, queryables, freeze_frame };
     let (actuators, gages) = config.size();

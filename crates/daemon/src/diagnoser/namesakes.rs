@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Mutex, MutexGuard};
 use shell::occurrences::Occurrences;
-use wire::{ModuleStatus, Topic};
+use vocabulary::{ModuleStatus, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Locality, Sample};
 
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// A predecessor that is about to end may still publish; what goes on for longer than this does not end.
 const NOT_ENDING: Duration = Duration::from_secs(3);
@@ -50,7 +50,7 @@ impl Namesakes {
 
     /// Takes a status from another session; what is none comes from no diagnoser.
     fn take(&self, received: &Sample, speaker: &Speaker, now: Instant) {
-        let Ok(status) = wire::decode::<ModuleStatus>(&received.payload().to_bytes()) else {
+        let Ok(status) = vocabulary::decode::<ModuleStatus>(&received.payload().to_bytes()) else {
             return;
         };
         if status.structure != speaker.structure || status.module != speaker.module {

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use diagnosis::{Action, Diagnoser, Doubt, Event, SampleRejection, Transition};
-use names::Step;
 use shell::clock;
 use shell::occurrences::Occurrences;
-use wire::{Input, Obeyed};
+use vocabulary::{Input, Obeyed, Step};
 use zenoh::query::Query;
 
 use super::freeze_frames::FreezeFrames;
@@ -18,7 +17,7 @@ use super::outgoing::{Outbox, Outgoing, Routine};
 use super::peers::{PeerQueries, QueryPause};
 use super::pending_replies::{PendingOrder, PendingReplies};
 use super::state::Record;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Everything that actions reach.
 #[derive(Debug)]

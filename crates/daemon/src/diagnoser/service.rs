@@ -8,7 +8,7 @@ use parking_lot::Mutex;
 use shell::clock;
 use shell::health::live;
 use shell::supervision::{Pulse, Sign};
-use wire::{ModulePhase, Unknown};
+use vocabulary::{ModulePhase, Unknown};
 
 /// Shared by the loop and those who answer.
 #[derive(Debug, Clone)]

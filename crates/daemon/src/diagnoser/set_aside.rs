@@ -1,7 +1,7 @@
 //! Alarms that are set aside: whom an order about the module concerns, which have had their time, and how many there are.
 
 use diagnosis::{Diagnoser, GivenOrder, GivenOrderKind, Order, Shelving, Transition};
-use names::Component;
+use vocabulary::Component;
 
 /// Who ends what has had its time.
 const ITSELF: &str = "trusswatch";
@@ -11,10 +11,10 @@ const ITSELF: &str = "trusswatch";
 /// # Errors
 /// None of them is suppressed, so that there is nothing to end.
 pub(crate) fn concerned(
-    kind: wire::OrderKind,
+    kind: vocabulary::OrderKind,
     diagnoser: &Diagnoser,
 ) -> Result<Vec<Component>, String> {
-    if kind != wire::OrderKind::Unsuppress {
+    if kind != vocabulary::OrderKind::Unsuppress {
         return Ok(diagnoser.components().to_vec());
     }
     let suppressed = diagnoser.last_transitions().filter(|latest| latest.suppressed.is_some());
@@ -127,9 +127,9 @@ mod tests {
     #[test]
     fn a_module_is_suppressed_if_all_its_components_are_and_until_the_first_of_them_is_not() {
         let mut diagnoser = diagnoser();
-        let components = concerned(wire::OrderKind::Suppress, &diagnoser).unwrap();
+        let components = concerned(vocabulary::OrderKind::Suppress, &diagnoser).unwrap();
         assert_eq!(components, diagnoser.components());
-        let refusal = concerned(wire::OrderKind::Unsuppress, &diagnoser).unwrap_err();
+        let refusal = concerned(vocabulary::OrderKind::Unsuppress, &diagnoser).unwrap_err();
         assert_eq!(refusal, "no component of `lower` is suppressed");
         for (place, component) in components.iter().enumerate() {
             assert_eq!(suppression(&diagnoser), None);
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(ends, NOW + (101 - components.len() as u64) * SECOND);
         give(&mut diagnoser, order(&components[0], GivenOrderKind::Unsuppress));
         assert_eq!(suppression(&diagnoser), None);
-        let left = concerned(wire::OrderKind::Unsuppress, &diagnoser).unwrap();
+        let left = concerned(vocabulary::OrderKind::Unsuppress, &diagnoser).unwrap();
         assert_eq!(left, components[1..]);
     }
 }

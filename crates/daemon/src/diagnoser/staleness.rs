@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use wire::ModulePhase;
+use vocabulary::ModulePhase;
 
 use super::intake::Refusals;
 

@@ -2,16 +2,15 @@
 
 use diagnosis::state::Condition;
 use diagnosis::{Diagnoser, Evidence, Transition, Verdict};
-use names::Component;
 use shell::clock;
-use wire::{
-    Agreement, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+use vocabulary::{
+    Agreement, Component, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerStatus, PublisherCounters,
 };
 
 use super::set_aside;
 use crate::metrics::{AsideReport, ComponentReport};
-use translation::{Speaker, to_condition, to_phase};
+use diagnosis::messages::{Speaker, to_condition, to_phase};
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]

@@ -16,12 +16,12 @@ pub(crate) mod testing;
 use std::fmt;
 
 use shell::health::{ProcessReport, render};
-use wire::PlantStatus;
+use vocabulary::PlantStatus;
 
+use diagnosis::messages::Speaker;
 pub(crate) use module::{
     AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport,
 };
-use translation::Speaker;
 
 /// What a diagnoser counts; as long as it has not reported, what every process counts.
 pub(crate) fn of_module(
@@ -55,7 +55,7 @@ pub(crate) fn of_plant(
 mod tests {
     use super::testing::{module_report, numbers, plant_status, process, speaker};
     use super::*;
-    use wire::{ModulePhase, PlantPhase, Shelving};
+    use vocabulary::{ModulePhase, PlantPhase, Shelving};
 
     const TIME_UNIX_NS: u64 = 1_800_000_000_123_456_789;
 

@@ -4,9 +4,8 @@ use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
-use names::Component;
-use wire::{
-    Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+use vocabulary::{
+    Component, Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerStatus, PublisherCounters,
 };
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use shell::health::Sheet;
-use wire::{PlantPhase, PlantStatus};
+use vocabulary::{PlantPhase, PlantStatus};
 
 use super::module::{seconds_of_ms, seconds_of_ns};
 

@@ -2,18 +2,17 @@
 
 use std::time::Duration;
 
-use names::{RunId, Step};
 use serde_json::Value;
 use shell::health::ProcessReport;
 use shell::supervision::Sign;
-use wire::{
+use vocabulary::{
     Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerOutcome, PeerStatus, PlantPhase, PlantStatus, PresentFault,
-    PublisherCounters,
+    PublisherCounters, RunId, Step,
 };
 
 use super::{AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Who reports.
 pub(crate) fn speaker() -> Speaker {
@@ -129,7 +128,7 @@ pub(crate) fn plant_status(phase: PlantPhase) -> PlantStatus {
         samples_unsent: 0,
         faults: vec![PresentFault {
             component: "module1/sensor/g2".parse().unwrap(),
-            fault: names::fault::Fault::ZeroOutput {}.into(),
+            fault: vocabulary::fault::Fault::ZeroOutput {}.into(),
         }],
         time_unix_ns: 0,
     })

@@ -1,7 +1,6 @@
 //! What is to happen to which component at which step.
 
-use names::fault::Fault;
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step, fault::Fault};
 
 use crate::config::Schedule;
 

@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use names::{ModuleName, RunId, Step, StructureName};
 use parking_lot::{Condvar, Mutex, MutexGuard};
-use wire::keys::Watched;
-use wire::{Key, Progress, Topic};
+use vocabulary::{Key, ModuleName, Progress, RunId, Step, StructureName, Topic, keys::Watched};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;

@@ -1,6 +1,6 @@
 //! The diagnosers that must be there before the first step.
 
-use names::ModuleName;
+use vocabulary::ModuleName;
 
 use super::attendance::Attendance;
 use super::status::Board;

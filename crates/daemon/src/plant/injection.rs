@@ -1,8 +1,7 @@
 //! Orders from the network: give a component a fault, or repair it.
 
-use names::Step;
 use plant::Plant;
-use wire::{Injected, Injection};
+use vocabulary::{Injected, Injection, Step};
 
 use super::agenda::{Agenda, Item};
 use super::meaning::meant;

@@ -1,7 +1,7 @@
 //! Which component of the plant an order means.
 
-use names::{ComponentPath, Mention};
 use plant::Plant;
+use vocabulary::{ComponentPath, Mention};
 
 /// The component that is mentioned: where no module is given, the only one of that name.
 pub(crate) fn meant(mention: &Mention, plant: &Plant) -> Result<ComponentPath, String> {

@@ -33,9 +33,8 @@ mod stroke;
 
 use std::sync::Arc;
 
-use names::RunId;
 use tokio::sync::oneshot;
-use wire::PlantTopic;
+use vocabulary::{PlantTopic, RunId};
 use zenoh::Session;
 
 pub use args::{command_line, main};
@@ -127,7 +126,7 @@ async fn serve(
         Arc::clone(&board),
         Arc::clone(&supervisor),
     ));
-    let token_key = wire::Key::of_plant(structure, PlantTopic::Alive).to_string();
+    let token_key = vocabulary::Key::of_plant(structure, PlantTopic::Alive).to_string();
     let token = session.liveliness().declare_token(token_key).await.map_err(refused)?;
     tracing::info!(%structure, %run, seed = config.seed, speed = %config.speed, "ready");
     supervisor.ready(&status_line::of_plant(&board.read()));

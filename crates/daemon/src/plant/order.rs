@@ -3,11 +3,11 @@
 use std::sync::mpsc as std_mpsc;
 use std::sync::mpsc::TrySendError;
 
-use names::{Mention, StructureName};
 use plant::Plant;
 use tokio::sync::mpsc;
-use wire::{
-    DecodeError, EncodeError, Injected, Injection, Key, PlantTopic, Refused, Stroke, StrokeBegun,
+use vocabulary::{
+    DecodeError, EncodeError, Injected, Injection, Key, Mention, PlantTopic, Refused, Stroke,
+    StrokeBegun, StructureName,
 };
 use zenoh::Session;
 use zenoh::bytes::Encoding;
@@ -62,8 +62,8 @@ type Read = fn(&[u8]) -> Result<Command, DecodeError>;
 
 /// The keys that take orders, each with what it takes.
 const KEYS: [(PlantTopic, Read); 2] = [
-    (PlantTopic::Inject, |bytes| wire::decode(bytes).map(Command::Inject)),
-    (PlantTopic::Stroke, |bytes| wire::decode(bytes).map(Command::Stroke)),
+    (PlantTopic::Inject, |bytes| vocabulary::decode(bytes).map(Command::Inject)),
+    (PlantTopic::Stroke, |bytes| vocabulary::decode(bytes).map(Command::Stroke)),
 ];
 
 impl Command {
@@ -87,8 +87,8 @@ impl Command {
 impl Obeyed {
     fn encode(&self) -> Result<Vec<u8>, EncodeError> {
         match self {
-            Obeyed::Injected(injected) => wire::encode(injected),
-            Obeyed::StrokeBegun(begun) => wire::encode(begun),
+            Obeyed::Injected(injected) => vocabulary::encode(injected),
+            Obeyed::StrokeBegun(begun) => vocabulary::encode(begun),
         }
     }
 }
@@ -149,7 +149,7 @@ pub(crate) async fn reply(mut replies: mpsc::Receiver<OrderReply>) {
                 }
                 Err(error) => Err(error.into()),
             },
-            Err(reason) => match wire::encode(&Refused { reason }) {
+            Err(reason) => match vocabulary::encode(&Refused { reason }) {
                 Ok(bytes) => query.reply_err(bytes).encoding(Encoding::APPLICATION_JSON).await,
                 Err(error) => Err(error.into()),
             },

@@ -9,7 +9,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use names::Step;
+use vocabulary::Step;
 
 use super::attendance::Attendance;
 use crate::config::{LockStep, Speed};

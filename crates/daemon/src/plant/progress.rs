@@ -3,9 +3,7 @@
 
 use std::sync::Arc;
 
-use names::StructureName;
-use wire::keys::Watched;
-use wire::{Key, Progress, Topic};
+use vocabulary::{Key, Progress, StructureName, Topic, keys::Watched};
 use zenoh::pubsub::Subscriber;
 use zenoh::{Session, Wait};
 
@@ -46,7 +44,7 @@ impl ProgressEar {
         let attendance = Arc::clone(&self.attendance);
         let hear = move |received: zenoh::sample::Sample| {
             let key = received.key_expr().as_str().parse();
-            let message = wire::decode::<Progress>(&received.payload().to_bytes());
+            let message = vocabulary::decode::<Progress>(&received.payload().to_bytes());
             match (key, message) {
                 (Ok(Key::Module { module, topic: Topic::Progress, .. }), Ok(progress)) => {
                     attendance.note_progress(&module, progress);

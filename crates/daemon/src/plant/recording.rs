@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-use names::{ModuleName, RunId, Step, StructureName};
 use parking_lot::{Mutex, MutexGuard};
-use wire::{Key, SampleQuestion, Topic};
+use vocabulary::{Key, ModuleName, RunId, SampleQuestion, Step, StructureName, Topic};
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};

@@ -1,8 +1,7 @@
 //! One module's samples onto the network.
 
-use names::{ModuleName, RunId, Step, StructureName};
 use shell::clock;
-use wire::{Key, Sample, Topic};
+use vocabulary::{Key, ModuleName, RunId, Sample, Step, StructureName, Topic};
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
@@ -77,7 +76,7 @@ impl SamplePublisher {
         copy(signals.pressures_pa, &mut sample.pressures_pa);
         copy(signals.elongations_m, &mut sample.elongations_m);
         sample.time_unix_ns = clock::unix_ns();
-        let bytes = wire::encode(sample).map_err(|error| error.to_string())?;
+        let bytes = vocabulary::encode(sample).map_err(|error| error.to_string())?;
         let bytes = ZBytes::from(bytes);
         self.recording.keep(step, bytes.clone());
         self.sent = self.sent.wrapping_add(1);

@@ -4,13 +4,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use names::Step;
 use plant::Plant;
 use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
-use wire::PlantPhase;
+use vocabulary::{PlantPhase, Step};
 
 use super::agenda::Agenda;
 use super::attendance::Attendance;

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use names::{ModuleName, RunId, Step, StructureName};
 use parking_lot::{Mutex, MutexGuard};
 use shell::clock;
 use shell::supervision::Supervisor;
 use tokio::time::{MissedTickBehavior, interval};
-use wire::{Key, PlantPhase, PlantStatus, PlantTopic, PresentFault};
+use vocabulary::{
+    Key, ModuleName, PlantPhase, PlantStatus, PlantTopic, PresentFault, RunId, Step, StructureName,
+};
 use zenoh::Session;
 use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
@@ -107,7 +108,7 @@ pub(crate) async fn report(
         ticks.tick().await;
         let status = board.read();
         supervisor.status(&status_line::of_plant(&status));
-        match wire::encode(&status) {
+        match vocabulary::encode(&status) {
             Ok(bytes) => {
                 if let Err(error) = publisher.put(bytes).await {
                     tracing::debug!("status not sent: {error}");

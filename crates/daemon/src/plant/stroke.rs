@@ -1,7 +1,7 @@
 //! Orders from the network: let a cylinder make a stroke.
 
 use plant::Plant;
-use wire::{Stroke, StrokeBegun};
+use vocabulary::{Stroke, StrokeBegun};
 
 use super::meaning::meant;
 

@@ -5,14 +5,13 @@ mod programme;
 
 use std::sync::Arc;
 
-use names::{ModuleName, RunId};
 use session::Network;
 use shell::exit::Failure;
 use shell::opening::open_unless;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 use tokio::sync::oneshot;
-use wire::PlantTopic;
+use vocabulary::{ModuleName, PlantTopic, RunId};
 use zenoh::Session;
 
 pub use programme::Programme;
@@ -88,7 +87,7 @@ async fn serve(
         Arc::clone(&board),
         Arc::clone(&supervisor),
     ));
-    let token_key = wire::Key::of_plant(&structure, PlantTopic::Alive).to_string();
+    let token_key = vocabulary::Key::of_plant(&structure, PlantTopic::Alive).to_string();
     let token = session.liveliness().declare_token(token_key).await.map_err(refused)?;
     let progress = ProgressEar::new(session, &structure, &attendance);
     let playing = Playing {

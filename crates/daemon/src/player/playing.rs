@@ -5,7 +5,7 @@ use std::sync::Arc;
 use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
-use wire::PlantPhase;
+use vocabulary::PlantPhase;
 
 use super::Programme;
 use crate::plant::attendance::Attendance;

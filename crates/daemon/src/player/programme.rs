@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use names::{ModuleName, Step, StructureName};
-use wire::Sample;
+use vocabulary::{ModuleName, Sample, Step, StructureName};
 
 /// Samples of one run of a structure.
 #[derive(Debug)]
@@ -63,7 +62,7 @@ impl Programme {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::RunId;
+    use vocabulary::RunId;
 
     fn sample(module: &str, step: u64, value: f64) -> Sample {
         Sample {

@@ -1,6 +1,6 @@
 //! Whose configuration, inputs and present states are asked for: of each diagnoser that is there or comes.
 
-use wire::Key;
+use vocabulary::Key;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;

@@ -8,10 +8,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use names::delivery::Gaps;
-use names::{ModuleName, StructureName};
 use recording::Stamp;
-use wire::{Key, Topic};
+use vocabulary::{Key, ModuleName, StructureName, Topic, delivery::Gaps};
 
 /// Runs or processes of one topic that are remembered.
 const EPOCHS: usize = 4;

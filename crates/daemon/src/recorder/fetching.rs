@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use names::delivery::Backoff;
-use names::{ModuleName, RunId, Step, StructureName};
 use recording::Stamp;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
-use wire::keys::Watched;
-use wire::{InputQuestion, Key, SampleQuestion, Topic};
+use vocabulary::{
+    InputQuestion, Key, ModuleName, RunId, SampleQuestion, Step, StructureName, Topic,
+    delivery::Backoff, keys::Watched,
+};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use recording::{Files, Metadata, Recorded, Stamp, WriteError};
 use shell::clock;
 use shell::occurrences::Occurrences;
-use wire::{ModuleConfiguration, Topic};
+use vocabulary::{ModuleConfiguration, Topic};
 
 use super::attendance::wish_about;
 use super::continuity::{Continuity, Counting, Gap};
@@ -177,7 +177,7 @@ impl Pen {
     /// A diagnoser gave its setup.
     fn configure(&mut self, message: Message, stamp: Stamp) {
         let Message { topic, payload, at_unix_ns } = message;
-        let Ok(setup) = wire::decode::<ModuleConfiguration>(&payload) else {
+        let Ok(setup) = vocabulary::decode::<ModuleConfiguration>(&payload) else {
             tracing::debug!(topic, "a configuration that makes no sense");
             return;
         };

@@ -1,7 +1,9 @@
 //! What is to be recorded, as key expressions.
 
-use names::{ModuleName, StructureName};
-use wire::keys::{ROOT, Watched};
+use vocabulary::{
+    ModuleName, StructureName,
+    keys::{ROOT, Watched},
+};
 use zenoh::key_expr::KeyExpr;
 
 /// How files are called if no structure is named.

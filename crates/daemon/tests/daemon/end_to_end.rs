@@ -10,11 +10,8 @@ use crate::support::{
 };
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use daemon::player::{Manner, Programme};
-use names::fault::Fault;
-use names::{RunId, Step};
 use observer::{Live, News};
-use wire::FaultTransition;
-use wire::keys::Watched;
+use vocabulary::{FaultTransition, RunId, Step, fault::Fault, keys::Watched};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
@@ -43,7 +40,7 @@ fn expected(rig: &Rig, steps: u64) -> Story {
     expected_and_samples(rig, steps).0
 }
 
-fn expected_and_samples(rig: &Rig, steps: u64) -> (Story, Vec<wire::Sample>) {
+fn expected_and_samples(rig: &Rig, steps: u64) -> (Story, Vec<vocabulary::Sample>) {
     let mut reference = Reference::new(rig);
     reference.run(RUN, steps);
     let story = story_of_reference(&reference);
@@ -110,7 +107,7 @@ async fn present_states(observer: &Session) -> BTreeMap<String, FaultTransition>
     let mut states = BTreeMap::new();
     while let Ok(reply) = in_time("a reply", replies.recv_async()).await {
         let bytes = reply.result().unwrap().payload().to_bytes();
-        let state: FaultTransition = wire::decode(&bytes).unwrap();
+        let state: FaultTransition = vocabulary::decode(&bytes).unwrap();
         states.insert(state.component.to_string(), state);
     }
     states

@@ -4,11 +4,10 @@ use std::time::Duration;
 
 use crate::support::{LIMIT, Process, Rig, first, in_time, status};
 use daemon::config::{PlantFlags, Speed};
-use names::fault::Fault;
-use names::{ComponentPath, RunId, Step};
 use observer::OrderError;
-use wire::{
-    Injection, PlantPhase, PlantStatus, Refused, Sample, SampleQuestion, StateAnswer, StateQuestion,
+use vocabulary::{
+    ComponentPath, Injection, PlantPhase, PlantStatus, Refused, RunId, Sample, SampleQuestion,
+    StateAnswer, StateQuestion, Step, fault::Fault,
 };
 use zenoh::pubsub::Publisher;
 use zenoh::query::{ConsolidationMode, Query, Queryable};
@@ -57,7 +56,7 @@ async fn put(observer: &Session, bytes: Vec<u8>) {
 }
 
 async fn put_sample(observer: &Session, sample: &Sample) {
-    put(observer, wire::encode(sample).unwrap()).await;
+    put(observer, vocabulary::encode(sample).unwrap()).await;
 }
 
 /// The reply to a question in the lower module: an answer, a refusal, or silence.
@@ -70,8 +69,10 @@ async fn ask(observer: &Session, parameters: &str) -> Option<Result<StateAnswer,
         .unwrap();
     let reply = in_time("a reply", replies.recv_async()).await.ok()?;
     Some(match reply.result() {
-        Ok(sample) => Ok(wire::decode(&sample.payload().to_bytes()).unwrap()),
-        Err(error) => Err(wire::decode::<Refused>(&error.payload().to_bytes()).unwrap().reason),
+        Ok(sample) => Ok(vocabulary::decode(&sample.payload().to_bytes()).unwrap()),
+        Err(error) => {
+            Err(vocabulary::decode::<Refused>(&error.payload().to_bytes()).unwrap().reason)
+        }
     })
 }
 
@@ -118,7 +119,7 @@ async fn keep_samples(session: &Session) -> Queryable<()> {
     let answer = move |query: Query| {
         let asked = SampleQuestion::from_parameters(query.parameters().as_str()).unwrap();
         for step in asked.from.0..=asked.to.0 {
-            query.reply(key, wire::encode(&sample(step)).unwrap()).wait().unwrap();
+            query.reply(key, vocabulary::encode(&sample(step)).unwrap()).wait().unwrap();
         }
     };
     session.declare_queryable(key).complete(true).callback(answer).await.unwrap()
@@ -160,7 +161,7 @@ async fn a_publisher_whose_clock_is_an_hour_ahead_is_diagnosed_and_the_differenc
 /// Publishes a sample as one that has an identity.
 async fn publish(publisher: &Publisher<'_>, step: u64) {
     let source = SourceInfo::new(publisher.id(), step as u32);
-    publisher.put(wire::encode(&sample(step)).unwrap()).source_info(source).await.unwrap();
+    publisher.put(vocabulary::encode(&sample(step)).unwrap()).source_info(source).await.unwrap();
 }
 
 /// Replies to every question for samples of the lower module with forged ones.
@@ -170,7 +171,7 @@ async fn forge_samples(session: &Session) -> Queryable<()> {
         let asked = SampleQuestion::from_parameters(query.parameters().as_str()).unwrap();
         for step in asked.from.0..=asked.to.0 {
             let forged = Sample { elongations_m: vec![f64::NAN; 3], ..sample(step) };
-            query.reply(key, wire::encode(&forged).unwrap()).wait().unwrap();
+            query.reply(key, vocabulary::encode(&forged).unwrap()).wait().unwrap();
         }
     };
     session.declare_queryable(key).complete(true).callback(answer).await.unwrap()
@@ -211,15 +212,15 @@ async fn past_samples_are_those_of_the_publisher_whose_present_ones_are_used() {
 }
 
 /// What the reply to a query for the state on this key says.
-async fn state_at(observer: &Session, key: &str) -> wire::FaultTransition {
+async fn state_at(observer: &Session, key: &str) -> vocabulary::FaultTransition {
     let replies = observer.get(key).await.unwrap();
     let reply = in_time("a state", replies.recv_async()).await.unwrap();
     let bytes = reply.result().unwrap().payload().to_bytes().into_owned();
-    wire::decode(&bytes).unwrap()
+    vocabulary::decode(&bytes).unwrap()
 }
 
 /// The state of a gage that never changed, and why it is not known.
-async fn state_of_a_gage(observer: &Session) -> (wire::FaultState, Option<String>) {
+async fn state_of_a_gage(observer: &Session) -> (vocabulary::FaultState, Option<String>) {
     let state = state_at(observer, "trusswatch/small/lower/fault/sensor/g1").await;
     (state.state(), state.unknown.map(|unknown| unknown.reason))
 }
@@ -227,10 +228,10 @@ async fn state_of_a_gage(observer: &Session) -> (wire::FaultState, Option<String
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_not_monitored_is_unknown_for_its_true_reason() {
     let (diagnoser, observer) = diagnoser_that_is_stale_after(300).await;
-    let unknown = |reason: &str| (wire::FaultState::Unknown, Some(reason.to_owned()));
+    let unknown = |reason: &str| (vocabulary::FaultState::Unknown, Some(reason.to_owned()));
     assert_eq!(state_of_a_gage(&observer).await, unknown("no sample has come yet"));
     put_sample(&observer, &sample(0)).await;
-    let ending = |state: &wire::FaultState| *state == wire::FaultState::Unknown;
+    let ending = |state: &vocabulary::FaultState| *state == vocabulary::FaultState::Unknown;
     let bad = |step: u64, kind: usize| match kind {
         0 => Sample { elongations_m: vec![0.0; 4], ..sample(step) },
         _ => Sample { step: Step(0), ..sample(step) },
@@ -293,7 +294,7 @@ async fn a_broken_wire_is_a_fault_of_its_component_and_no_reason_to_refuse_sampl
     let state = state_at(&observer, key).await;
     assert_eq!(
         (state.state(), state.symptom),
-        (wire::FaultState::Latched, wire::Symptom::NoSignal)
+        (vocabulary::FaultState::Latched, vocabulary::Symptom::NoSignal)
     );
     assert_eq!((state.onset_step, state.detection_step), (Some(Step(0)), Some(Step(49))));
     diagnoser.stop().await;
@@ -368,13 +369,13 @@ async fn without_its_peer_a_small_change_is_unconfirmed_and_a_jump_is_latched() 
         in_time(&format!("{gage} {last}"), async {
             while states.last().is_none_or(|state| state != last) {
                 let received = faults.recv_async().await.unwrap();
-                let published: wire::FaultTransition =
-                    wire::decode(&received.payload().to_bytes()).unwrap();
+                let published: vocabulary::FaultTransition =
+                    vocabulary::decode(&received.payload().to_bytes()).unwrap();
                 if published.component != component {
                     continue;
                 }
-                if published.state() == wire::FaultState::Unconfirmed {
-                    let silent = wire::Doubt::Silent(vec!["upper".parse().unwrap()]);
+                if published.state() == vocabulary::FaultState::Unconfirmed {
+                    let silent = vocabulary::Doubt::Silent(vec!["upper".parse().unwrap()]);
                     assert_eq!(published.verdict.doubt(), Some(&silent));
                     assert_eq!(published.silent_because, ["it is not there"]);
                 }
@@ -399,7 +400,7 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
         let question = StateQuestion::from_parameters(query.parameters().as_str()).unwrap();
         let changed = *first.get_or_init(|| Step(question.step.0 - 20));
         let component = "actuator/a1".parse().unwrap();
-        let change = wire::Change::at(component, changed, 12.0);
+        let change = vocabulary::Change::at(component, changed, 12.0);
         let answer = StateAnswer {
             structure: "small".parse().unwrap(),
             module: "upper".parse().unwrap(),
@@ -412,7 +413,7 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
             alarms: Vec::new(),
             window: None,
         };
-        query.reply(key, wire::encode(&answer).unwrap()).wait().unwrap();
+        query.reply(key, vocabulary::encode(&answer).unwrap()).wait().unwrap();
     };
     session.declare_queryable(key).complete(true).callback(answer).await.unwrap()
 }
@@ -446,19 +447,19 @@ async fn what_only_a_liar_explains_is_latched() {
     let latched = in_time("latched", async {
         loop {
             let received = faults.recv_async().await.unwrap();
-            let published: wire::FaultTransition =
-                wire::decode(&received.payload().to_bytes()).unwrap();
+            let published: vocabulary::FaultTransition =
+                vocabulary::decode(&received.payload().to_bytes()).unwrap();
             states.push(published.state());
-            if published.state() == wire::FaultState::Latched {
+            if published.state() == vocabulary::FaultState::Latched {
                 return published;
             }
         }
     })
     .await;
-    assert!(states.contains(&wire::FaultState::Explained), "{states:?}");
-    assert!(!states.contains(&wire::FaultState::Normal), "{states:?}");
+    assert!(states.contains(&vocabulary::FaultState::Explained), "{states:?}");
+    assert!(!states.contains(&vocabulary::FaultState::Normal), "{states:?}");
     assert_eq!(latched.disputed, Some("upper/actuator/a1".parse().unwrap()));
-    let of_peer = |status: &wire::ModuleStatus| status.peers[0].disputed;
+    let of_peer = |status: &vocabulary::ModuleStatus| status.peers[0].disputed;
     let status = status(&observer, |status| of_peer(status) > 0).await;
     assert_eq!((of_peer(&status), status.diagnosis.verdicts_disputed), (1, 1));
     liar.undeclare().await.unwrap();
@@ -471,7 +472,7 @@ async fn what_only_a_liar_explains_is_latched() {
 
 async fn plant_status(observer: &Session, wanted: impl Fn(&PlantStatus) -> bool) -> PlantStatus {
     let read = |received: &zenoh::sample::Sample| {
-        let status: PlantStatus = wire::decode(&received.payload().to_bytes()).unwrap();
+        let status: PlantStatus = vocabulary::decode(&received.payload().to_bytes()).unwrap();
         wanted(&status).then_some(status)
     };
     first(observer, "trusswatch/small/plant/status", "the plant's status wanted", read).await
@@ -534,7 +535,7 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
             .unwrap();
         let reply = in_time("a reply", replies.recv_async()).await.unwrap();
         let error = reply.result().unwrap_err().payload().to_bytes().into_owned();
-        let refused: Refused = wire::decode(&error).unwrap();
+        let refused: Refused = vocabulary::decode(&error).unwrap();
         assert!(refused.reason.contains(reason), "{payload}: {}", refused.reason);
     }
 

@@ -7,11 +7,11 @@ use std::time::Duration;
 
 use crate::support::{LIMIT, Rig, in_time};
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
-use names::fault::Fault;
-use names::{ComponentPath, RunId, Step};
 use observer::{Live, News};
-use wire::keys::Watched;
-use wire::{FaultState, FaultTransition, Identification, Message, Order, OrderKind};
+use vocabulary::{
+    ComponentPath, FaultState, FaultTransition, Identification, Message, Order, OrderKind, RunId,
+    Step, fault::Fault, keys::Watched,
+};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
@@ -70,7 +70,7 @@ async fn replies<M: Message>(observer: &Session, expression: String) -> Vec<M> {
     let received = query.await.unwrap();
     let mut replies = Vec::new();
     while let Ok(reply) = in_time("a reply", received.recv_async()).await {
-        replies.push(wire::decode(&reply.result().unwrap().payload().to_bytes()).unwrap());
+        replies.push(vocabulary::decode(&reply.result().unwrap().payload().to_bytes()).unwrap());
     }
     replies
 }

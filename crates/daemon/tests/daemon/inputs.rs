@@ -6,10 +6,9 @@ use std::time::Duration;
 
 use crate::support::{LIMIT, Rig, configs, in_time};
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser};
+use diagnosis::messages::{Speaker, setup_fingerprint, to_setup};
 use diagnosis::{Diagnoser, Event, ModuleSetup, Sample};
-use names::{RunId, Step};
-use translation::{Speaker, setup_fingerprint, to_setup};
-use wire::{Input, ModuleConfiguration, Taken};
+use vocabulary::{Input, ModuleConfiguration, RunId, Step, Taken};
 use zenoh::Session;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
@@ -24,9 +23,9 @@ const GLANCE: Duration = Duration::from_millis(100);
 
 type Inputs = Subscriber<FifoChannelHandler<zenoh::sample::Sample>>;
 
-fn sample(config: &DiagnoserConfig, step: u64) -> wire::Sample {
+fn sample(config: &DiagnoserConfig, step: u64) -> vocabulary::Sample {
     let (actuators, gages) = config.size();
-    wire::Sample {
+    vocabulary::Sample {
         module: config.module().clone(),
         run: RunId(3),
         step: Step(step),
@@ -38,12 +37,12 @@ fn sample(config: &DiagnoserConfig, step: u64) -> wire::Sample {
 }
 
 /// All of them: otherwise the latest of a key would stand for the others.
-async fn replies<M: wire::Message>(session: &Session, question: &str) -> Vec<(String, M)> {
+async fn replies<M: vocabulary::Message>(session: &Session, question: &str) -> Vec<(String, M)> {
     let replies = session.get(question).consolidation(ConsolidationMode::None).await.unwrap();
     let mut all = Vec::new();
     while let Ok(reply) = in_time("a reply", replies.recv_async()).await {
         let sample = reply.into_result().unwrap();
-        let message = wire::decode(&sample.payload().to_bytes()).unwrap();
+        let message = vocabulary::decode(&sample.payload().to_bytes()).unwrap();
         all.push((sample.key_expr().to_string(), message));
     }
     all
@@ -63,7 +62,7 @@ async fn order(session: &Session) {
 
 async fn next(inputs: &Inputs) -> Input {
     let received = in_time("an input", inputs.recv_async()).await.unwrap();
-    wire::decode(&received.payload().to_bytes()).unwrap()
+    vocabulary::decode(&received.payload().to_bytes()).unwrap()
 }
 
 /// Orders until the first input arrives: the diagnoser may not know of its subscriber yet.
@@ -72,7 +71,7 @@ async fn first(session: &Session, inputs: &Inputs) -> Input {
         loop {
             order(session).await;
             if let Ok(received) = tokio::time::timeout(GLANCE, inputs.recv_async()).await {
-                return wire::decode(&received.unwrap().payload().to_bytes()).unwrap();
+                return vocabulary::decode(&received.unwrap().payload().to_bytes()).unwrap();
             }
         }
     })
@@ -90,7 +89,7 @@ async fn inputs_are_published_and_given_again() {
     let subscriber = observer.declare_subscriber(INPUTS).await.unwrap();
     let mut seen = vec![first(&observer, &subscriber).await];
     for step in [5, 6, 7, 11, 12] {
-        let message = wire::encode(&sample(&rig.diagnosers[0], step)).unwrap();
+        let message = vocabulary::encode(&sample(&rig.diagnosers[0], step)).unwrap();
         observer.put(SAMPLES, message).await.unwrap();
     }
     while !matches!(seen.last().unwrap().taken, Taken::Gap { .. }) {
@@ -171,9 +170,9 @@ fn with_the_setup_that_is_given_the_divergences_are_the_same_bit_for_bit() {
         let speaker = Speaker::of("tower".parse().unwrap(), setup.module.clone());
         let message = speaker.configuration(&setup, "1.0.0", &config.thresholds, 1).unwrap();
         assert_eq!(message.reference, setup.reference.as_ref().map(|known| known.fingerprint()));
-        let bytes = wire::encode(&message).unwrap();
+        let bytes = vocabulary::encode(&message).unwrap();
         assert!(bytes.len() < 100_000, "{} bytes", bytes.len());
-        let back = to_setup(&wire::decode(&bytes).unwrap()).unwrap();
+        let back = to_setup(&vocabulary::decode(&bytes).unwrap()).unwrap();
         assert!(back.isolation.root_ratio.is_infinite());
         assert_eq!(back.reference, setup.reference);
         assert_eq!(setup_fingerprint(&back).unwrap(), message.fingerprint);

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use crate::support::{Rig, in_time, status};
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
-use names::Step;
-use names::fault::Fault;
 use tokio::runtime::Handle;
-use wire::{FaultState, FaultTransition, ModuleStatus, StateAnswer, StateQuestion};
+use vocabulary::{
+    FaultState, FaultTransition, ModuleStatus, StateAnswer, StateQuestion, Step, fault::Fault,
+};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
@@ -37,7 +37,7 @@ async fn declare_a_late_peer(session: &Session) -> Queryable<()> {
     let runtime = Handle::current();
     let answer = move |query: Query| {
         let question = StateQuestion::from_parameters(query.parameters().as_str()).unwrap();
-        let words = wire::encode(&nothing_changed(question)).unwrap();
+        let words = vocabulary::encode(&nothing_changed(question)).unwrap();
         runtime.spawn(async move {
             tokio::time::sleep(LATE).await;
             // Fails if the answer is no longer waited for.
@@ -79,7 +79,8 @@ async fn what_a_peer_answers_late_settles_the_verdict() {
     in_time("the verdict", async {
         while states.last() != Some(&FaultState::Latched) {
             let received = faults.recv_async().await.unwrap();
-            let published: FaultTransition = wire::decode(&received.payload().to_bytes()).unwrap();
+            let published: FaultTransition =
+                vocabulary::decode(&received.payload().to_bytes()).unwrap();
             states.push(published.state());
         }
     })
@@ -97,6 +98,6 @@ async fn what_a_peer_answers_late_settles_the_verdict() {
     session::close(&observer).await;
 }
 
-fn peer_of(status: &ModuleStatus) -> &wire::PeerStatus {
+fn peer_of(status: &ModuleStatus) -> &vocabulary::PeerStatus {
     &status.peers[0]
 }

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use daemon::diagnoser::StateDirectory;
 use journal::Journal;
-use names::{RunId, Step};
-use wire::Change;
+use vocabulary::{Change, RunId, Step};
 
 const START: &str =
     r#"{"record":"start","v":1,"software":"0.2.0","time_unix_ns":5,"incarnation":5}"#;

@@ -158,7 +158,7 @@ async fn sigterm_and_sigint_end_processes_that_would_never_end() {
     observer::wait_for(&session, &structure, &modules, true, LIMIT).await.unwrap();
     let gone = session
         .liveliness()
-        .declare_subscriber(wire::keys::Watched::default().tokens())
+        .declare_subscriber(vocabulary::keys::Watched::default().tokens())
         .await
         .unwrap();
     assert_eq!(ends(diagnoser, Some(Signal::SIGTERM)).await, 0);

@@ -7,7 +7,7 @@ use daemon::recorder::{self, RecorderConfig, Report, Subject};
 use recording::{Limits, Recorded, Recording};
 use session::Network;
 use shell::shutdown;
-use wire::{InputQuestion, SampleQuestion};
+use vocabulary::{InputQuestion, SampleQuestion};
 use zenoh::Session;
 
 const SAMPLE: &str = "trusswatch/tower/m/sample";

@@ -4,9 +4,8 @@
 
 use crate::support::{LIMIT, Process, Rig, in_time, status};
 use daemon::config::PlantFlags;
-use names::OperatorName;
 use observer::{Command, OrderError};
-use wire::{FaultTransition, GivenOrderKind, Obeyed, Order, OrderKind};
+use vocabulary::{FaultTransition, GivenOrderKind, Obeyed, OperatorName, Order, OrderKind};
 use zenoh::Session;
 
 const SMALL: [&str; 2] = ["small/lower.toml", "small/upper.toml"];
@@ -52,7 +51,7 @@ async fn order(
 async fn state(observer: &Session) -> FaultTransition {
     let replies = observer.get(STATE).await.unwrap();
     let reply = in_time("the state", replies.recv_async()).await.unwrap().into_result().unwrap();
-    wire::decode(&reply.payload().to_bytes()).unwrap()
+    vocabulary::decode(&reply.payload().to_bytes()).unwrap()
 }
 
 /// The state as soon as its transition has this number.
@@ -61,7 +60,7 @@ async fn state_of(observer: &Session, sequence: u64) -> FaultTransition {
     let mut latest = state(observer).await;
     while latest.sequence < sequence {
         let received = in_time("a transition", published.recv_async()).await.unwrap();
-        latest = wire::decode(&received.payload().to_bytes()).unwrap();
+        latest = vocabulary::decode(&received.payload().to_bytes()).unwrap();
     }
     latest
 }

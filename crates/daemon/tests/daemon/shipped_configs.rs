@@ -61,7 +61,7 @@ fn every_plants_configuration_is_valid() {
 
 #[test]
 fn every_file_of_zenoh_settings_is_taken_by_zenoh_and_limits_messages_as_we_do() {
-    const { assert!(session::LONGEST_MESSAGE_BYTES >= 4 * wire::MAX_MESSAGE_BYTES) };
+    const { assert!(session::LONGEST_MESSAGE_BYTES >= 4 * vocabulary::MAX_MESSAGE_BYTES) };
     for file in [
         "peer.json5",
         "client.json5",

@@ -4,10 +4,9 @@ use std::f64::consts::TAU;
 
 use crate::support::{LIMIT, Process, Rig, first, in_time};
 use daemon::config::{PlantFlags, Speed};
-use names::{Step, StructureName};
 use observer::OrderError;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
-use wire::{Refused, Sample, Stroke, StrokeBegun};
+use vocabulary::{Refused, Sample, Step, Stroke, StrokeBegun, StructureName};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 
@@ -100,7 +99,7 @@ fn pushed_n(steps: u64) -> f64 {
 }
 
 fn read(received: &zenoh::sample::Sample) -> Option<Sample> {
-    wire::decode(&received.payload().to_bytes()).ok()
+    vocabulary::decode(&received.payload().to_bytes()).ok()
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -157,7 +156,7 @@ async fn an_order_that_makes_no_sense_is_refused_with_the_reason_and_moves_nothi
         let replies = query.timeout(LIMIT).await.unwrap();
         let reply = in_time("a reply", replies.recv_async()).await.unwrap();
         let error = reply.result().unwrap_err().payload().to_bytes().into_owned();
-        let refused: Refused = wire::decode(&error).unwrap();
+        let refused: Refused = vocabulary::decode(&error).unwrap();
         assert!(refused.reason.contains(reason), "{payload}: {}", refused.reason);
     }
     // Nothing is under way.

@@ -7,12 +7,11 @@ use std::time::Duration;
 
 use daemon::config::{DiagnoserConfig, PlantConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Sample, Transition};
-use names::{ModuleName, RunId};
 use session::Network;
 use shell::exit::Failure;
 use shell::shutdown::{self, Trigger};
 use tokio::task::JoinHandle;
-use wire::ModuleStatus;
+use vocabulary::{ModuleName, ModuleStatus, RunId};
 use zenoh::Session;
 
 /// No step of a test takes longer than this, on a busy machine either.
@@ -106,7 +105,7 @@ impl Rig {
 /// The first status of any module that is wanted.
 pub async fn status(observer: &Session, wanted: impl Fn(&ModuleStatus) -> bool) -> ModuleStatus {
     let read = |received: &zenoh::sample::Sample| {
-        wire::decode::<ModuleStatus>(&received.payload().to_bytes()).ok().filter(&wanted)
+        vocabulary::decode::<ModuleStatus>(&received.payload().to_bytes()).ok().filter(&wanted)
     };
     first(observer, "trusswatch/*/*/status", "the status wanted", read).await
 }
@@ -156,7 +155,7 @@ pub struct Reference {
     pub transitions: Vec<(ModuleName, Transition)>,
     pub largest: BTreeMap<String, f64>,
     /// As they would be published.
-    pub samples: Vec<wire::Sample>,
+    pub samples: Vec<vocabulary::Sample>,
 }
 
 impl Reference {
@@ -255,9 +254,17 @@ impl Reference {
     }
 }
 
-fn published(module: ModuleName, sample: &Sample) -> wire::Sample {
+fn published(module: ModuleName, sample: &Sample) -> vocabulary::Sample {
     let Sample { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
-    wire::Sample { module, run, step, time_unix_ns: 0, demands_n, pressures_pa, elongations_m }
+    vocabulary::Sample {
+        module,
+        run,
+        step,
+        time_unix_ns: 0,
+        demands_n,
+        pressures_pa,
+        elongations_m,
+    }
 }
 
 /// One transition, without what differs from run to run.
@@ -294,8 +301,8 @@ pub fn story_of_reference(reference: &Reference) -> Story {
 }
 
 /// Takes a transition into the story.
-pub fn note(story: &mut Story, transition: &wire::FaultTransition) {
-    let step = |step: Option<names::Step>| step.unwrap().0;
+pub fn note(story: &mut Story, transition: &vocabulary::FaultTransition) {
+    let step = |step: Option<vocabulary::Step>| step.unwrap().0;
     let outcome = Outcome {
         component: transition.component.to_string(),
         state: transition.state().to_string(),

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::support::{LIMIT, Rig, in_time, status};
 use daemon::config::PlantFlags;
 use observer::{ModuleView, present};
-use wire::ModuleStatus;
+use vocabulary::ModuleStatus;
 use zenoh::Session;
 
 /// Diagnosers publish often.
@@ -53,7 +53,7 @@ async fn both_have_heard_of_each_other(observer: &Session) {
     in_time("three statuses of each process", async {
         while of_each.values().filter(|count| **count >= 3).count() < 2 {
             let received = statuses.recv_async().await.unwrap();
-            let status: ModuleStatus = wire::decode(&received.payload().to_bytes()).unwrap();
+            let status: ModuleStatus = vocabulary::decode(&received.payload().to_bytes()).unwrap();
             *of_each.entry(status.journal.directory).or_default() += 1;
         }
     })
@@ -88,7 +88,7 @@ async fn a_predecessor_that_ends_is_not_another_process() {
     // For longer than it would take to report another process.
     for count in 0..40 {
         let received = in_time("a status", statuses.recv_async()).await.unwrap();
-        let status: ModuleStatus = wire::decode(&received.payload().to_bytes()).unwrap();
+        let status: ModuleStatus = vocabulary::decode(&received.payload().to_bytes()).unwrap();
         assert!(!status.another_process, "status {count}");
     }
     after.stop().await;

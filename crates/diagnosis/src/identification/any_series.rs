@@ -1,8 +1,8 @@
 //! Property: no finite series makes an identification panic, whatever its sizes, gaps and noise, and what comes out are
 //! probabilities and intervals.
 
-use names::{Component, RunId, Step};
 use proptest::prelude::*;
+use vocabulary::{Component, RunId, Step};
 
 use super::level::Prior;
 use super::{

@@ -1,6 +1,6 @@
 //! A kind that a fault may be of.
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::mixture::Size;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use names::{Component, RunId, Step};
+use vocabulary::{Component, RunId, Step};
 
 use super::level::Prior;
 use crate::residual::NominalHydraulics;

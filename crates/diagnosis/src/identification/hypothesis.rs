@@ -1,6 +1,6 @@
 //! A kind of fault as a hypothesis: what it does to a series, how likely it is beforehand, and how large it may be.
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::level::Weighed;
 use super::mixture::{Mixture, Size};

@@ -21,8 +21,7 @@ mod wandering;
 #[cfg(test)]
 mod any_series;
 
-use names::fault::FaultKind;
-use names::{Component, RunId, Step};
+use vocabulary::{Component, RunId, Step, fault::FaultKind};
 
 pub use candidate::Candidate;
 pub use excerpt::Excerpt;

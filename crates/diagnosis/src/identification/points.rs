@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use names::Step;
+use vocabulary::Step;
 
 use super::excerpt::{Excerpt, Seen};
 

@@ -1,6 +1,6 @@
 //! What was measured of a fault, and what its likeliest hypothesis makes of it: for people to see how well that fits.
 
-use names::Step;
+use vocabulary::Step;
 
 /// A step of a signature. The unit is that of the component's series: of a gage, how much it reads too much \[m\]; of a
 /// cylinder, how much oil its chambers lack against their balance \[m³\].

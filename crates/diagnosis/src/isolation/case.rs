@@ -1,11 +1,10 @@
 //! A change that awaits its judgement, and what is found about it.
 
-use names::{ModuleName, Step};
+use vocabulary::{ModuleName, Step};
 
 use super::judgement::Judgement;
 use crate::verdict::Transition;
-use wire::Evidence;
-use wire::{Doubt, Verdict};
+use vocabulary::{Doubt, Evidence, Verdict};
 
 /// A change that awaits its judgement.
 #[derive(Debug, Clone, PartialEq)]

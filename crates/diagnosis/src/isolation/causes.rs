@@ -1,6 +1,6 @@
 //! The root causes so far and what they explain. Changes are taken in their order; each is judged once.
 
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step};
 
 use super::knowledge::{KnownChange, Span};
 use super::windows::Windows;

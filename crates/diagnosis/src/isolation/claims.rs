@@ -1,8 +1,7 @@
 //! Verdicts that rest on a peer's word. Whoever changed first is faulty, so a peer whose component explains a change
 //! here has to raise the alarm itself: it is asked once more, and its word counts for nothing if it does not.
 
-use names::delivery::Backoff;
-use names::{ComponentPath, ModuleName, Step};
+use vocabulary::{ComponentPath, ModuleName, Step, delivery::Backoff};
 
 use super::case::Case;
 use crate::question::Answer;

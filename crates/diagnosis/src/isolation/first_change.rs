@@ -21,7 +21,7 @@
 //! rivals, and their ratios are final a tie later. Every module that knows all changes up to there reaches the
 //! same verdict.
 
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step};
 
 use super::causes::{Causes, Reason};
 use super::judgement::Judgement;

@@ -1,7 +1,6 @@
 //! From changes to judgements: what is pending, which peers to ask, when enough is known.
 
-use names::delivery::Backoff;
-use names::{Component, ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, delivery::Backoff};
 
 use super::case::{Case, Finding};
 use super::causes::Causes;
@@ -18,8 +17,7 @@ use crate::question::{Answer, PeerFailure, Question};
 use crate::residual::longest_gap_of_loops;
 use crate::settings::{IsolationSettings, ModuleSetup, Rule};
 use crate::verdict::Transition;
-use wire::Change;
-use wire::Evidence;
+use vocabulary::{Change, Evidence};
 
 /// The first and the longest pause before an unanswered question is put again \[s\]. After the first, a peer is asked
 /// whether it stands by its word.

@@ -1,6 +1,6 @@
 //! What is found about one change once all is known.
 
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step};
 
 /// Root cause or effect.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,10 +1,9 @@
 //! What a module knows of its peers, and as of which step.
 
-use names::delivery::Backoff;
-use names::{Component, ComponentPath, ModuleName, Step};
+use vocabulary::{Component, ComponentPath, ModuleName, Step, delivery::Backoff};
 
 use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
-use wire::Change;
+use vocabulary::Change;
 
 /// No plausible value gives a larger D/γ: a gage's strain is at most a million times its noise, which makes D 10¹².
 const LARGEST_RATIO: f64 = 1e15;

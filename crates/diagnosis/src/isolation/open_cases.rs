@@ -1,6 +1,6 @@
 //! The changes whose judgement is open.
 
-use names::Step;
+use vocabulary::Step;
 
 use super::case::Case;
 

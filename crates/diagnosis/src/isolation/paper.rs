@@ -1,6 +1,6 @@
 //! Algorithm 4.3 of the paper: only actuator faults explain, and permanently.
 
-use names::{Component, ComponentPath, Step};
+use vocabulary::{Component, ComponentPath, Step};
 
 use super::judgement::Judgement;
 

@@ -1,6 +1,6 @@
 //! How long changes bear on each other: ties, effects, what leaves the interval.
 
-use names::Step;
+use vocabulary::Step;
 
 use super::knowledge::{KnownChange, Span};
 use crate::divergence::DivergenceSettings;

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use names::{Component, ComponentPath, ModuleName};
+use vocabulary::{Component, ComponentPath, ModuleName};
 
 use super::gaussian::Gaussian;
 use super::left_out::LeftOut;
@@ -16,7 +16,7 @@ use super::reference::{
 use super::snippet::{Data, Snippet};
 use super::threshold::exceeded_once_in;
 use crate::settings::ModuleSetup;
-use wire::WindowLength;
+use vocabulary::WindowLength;
 
 /// The least threshold.
 pub const LEAST_THRESHOLD: f64 = 6.0;

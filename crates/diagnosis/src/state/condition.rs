@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step};
 
 /// The condition of a component as of the latest comparison with its reference.
 #[derive(Debug, Clone, PartialEq, Eq)]

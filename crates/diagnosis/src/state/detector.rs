@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use names::{ComponentPath, ModuleName, Step};
+use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::condition::{Condition, Obstacle};
 use super::fault_set::{is_evidence, largest_evidence, smallest};
@@ -19,8 +19,7 @@ use super::track::{Departed, Finding, Outcome, Track};
 use super::window::cylinder_values;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
-use wire::Symptom;
-use wire::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
+use vocabulary::{CylinderMeans, GageMeans, Symptom, WindowLength, WindowMeans};
 
 /// Windows one after the other in which a departure has to show: of a gage, of a cylinder, of a gage in short windows. What
 /// a healthy cylinder makes of a demand that jumps may lie in two; and short windows lie in one sway of the structure.
@@ -298,7 +297,7 @@ impl StateDetector {
                 let answer = pending.answers.iter().find(|(peer, _)| *peer == path.module);
                 let alarms = answer.map(|(_, answer)| &answer.alarms);
                 let faulty =
-                    |alarm: &wire::Alarm| alarm.faulty && alarm.component == path.component;
+                    |alarm: &vocabulary::Alarm| alarm.faulty && alarm.component == path.component;
                 alarms.is_some_and(|alarms| alarms.iter().any(faulty))
             };
             known.then_some(place)

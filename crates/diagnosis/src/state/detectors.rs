@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use names::{ModuleName, Step};
+use vocabulary::{ModuleName, Step};
 
 use super::condition::Condition;
 use super::detector::{Conclusion, Reaction, StateDetector};
@@ -10,7 +10,7 @@ use super::reference::Reference;
 use super::track::Finding;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
-use wire::{WindowLength, WindowMeans};
+use vocabulary::{WindowLength, WindowMeans};
 
 /// Questions to peers about short windows between two long ones: what they cannot settle waits for the long one.
 const SHORT_QUESTIONS: u32 = 3;

@@ -27,5 +27,5 @@ pub use reference::{
 };
 pub use snippet::Snippet;
 pub(crate) use track::{Departed, Finding};
+pub use vocabulary::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
 pub(crate) use window::{Measured, Windows};
-pub use wire::{CylinderMeans, GageMeans, WindowLength, WindowMeans};

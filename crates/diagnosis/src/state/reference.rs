@@ -1,12 +1,12 @@
 //! What is known of a module while it was healthy: the Gaussians of its window means under the weather and the forces
 //! that were seen, and the thresholds that follow from them.
 
-use names::{Component, ComponentPath, ModuleName};
 use serde::{Deserialize, Serialize};
+use vocabulary::{Component, ComponentPath, ModuleName};
 
 use super::gaussian::Gaussian;
 use crate::settings::ModuleSetup;
-use wire::WindowLength;
+use vocabulary::WindowLength;
 
 /// Version of the file.
 pub const REFERENCE_VERSION: u32 = 2;

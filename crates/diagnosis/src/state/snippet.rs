@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::gaussian::Observation;
 use super::window::cylinder_values;
-use wire::{WindowLength, WindowMeans};
+use vocabulary::{WindowLength, WindowMeans};
 
 /// What the modules measured for a while without a break.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,9 +1,9 @@
 //! A component over the windows: when what they say is found.
 
-use names::{ComponentPath, Step};
+use vocabulary::{ComponentPath, Step};
 
 use super::condition::{Condition, Obstacle};
-use wire::Symptom;
+use vocabulary::Symptom;
 
 /// Windows one after the other without a mean of a component, from which on nothing is known of it.
 const MISSED: u32 = 2;

@@ -6,8 +6,7 @@
 
 use std::collections::VecDeque;
 
-use names::Step;
-use wire::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
+use vocabulary::{CylinderMeans, GageMeans, Step, WindowLength, WindowMeans};
 
 /// Windows that are kept, for peers that ask late.
 const KEPT: usize = 8;

@@ -6,7 +6,7 @@ use diagnosis::{
     Action, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order, OrderToken, PeerFailure,
     Question, Rule, Sample, Transition, Verdict,
 };
-use names::{Component, RunId, Step};
+use vocabulary::{Component, RunId, Step};
 
 use super::happening::{Happening, Said};
 use super::inquiries::Inquiries;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::{Action, Answer, Change, Question, QuestionToken};
-use names::Step;
+use vocabulary::Step;
 
 use crate::fixture::QUIET;
 

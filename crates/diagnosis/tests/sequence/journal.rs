@@ -1,7 +1,7 @@
 //! What outlives the diagnoser's process: its journal, and the file that records how far it had watched.
 
 use diagnosis::{Action, Change, Diagnoser, Memory, PastWatch, Phase};
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 /// The latest steps count as watched only when their changes are in the journal.
 const TIE: u64 = 3;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::{GivenOrderKind, Transition, Verdict};
-use names::{Component, ComponentPath};
+use vocabulary::{Component, ComponentPath};
 
 use crate::fixture::name;
 

@@ -1,7 +1,7 @@
 //! What one peer has answered validly, and what it was asked.
 
 use diagnosis::{ActuatorFault, Alarm, Answer, Change, Question};
-use names::{ModuleName, Step};
+use vocabulary::{ModuleName, Step};
 
 use super::happening::Said;
 

@@ -1,9 +1,9 @@
 //! A freeze frame drawn as SVG.
 
 use crate::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
-use wire::{FreezeFrame, Trace};
+use vocabulary::{FreezeFrame, Trace};
 
-use wording::utc;
+use vocabulary::words::utc;
 
 use super::signals::{ratios, seconds, shown_in, trace};
 

@@ -1,7 +1,7 @@
 //! The traces of a frame, and the units and times in which they are shown.
 
-use wire::{FreezeFrame, Trace};
-use wording::in_small_units;
+use vocabulary::words::in_small_units;
+use vocabulary::{FreezeFrame, Trace};
 
 /// The traces of this name or, of another kind of component, that one.
 #[must_use]

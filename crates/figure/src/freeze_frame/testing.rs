@@ -1,7 +1,6 @@
 //! A made-up frame, for tests of those who draw it.
 
-use names::{RunId, Step};
-use wire::{FreezeFrame, Trace};
+use vocabulary::{FreezeFrame, RunId, Step, Trace};
 
 /// A gage's frame: 0.2 s with a jump in the middle, and a step that is missing.
 #[must_use]

@@ -8,10 +8,10 @@ mod projection;
 mod support;
 mod symbols;
 
-use names::{Component, ComponentKind, ComponentPath};
 use svg::Document;
 use svg::node::element::{Group, Polygon, Rectangle};
 use truss::{Actuator, Member, Module, Node, Structure};
+use vocabulary::{Component, ComponentKind, ComponentPath};
 
 use self::placement::Placement;
 pub use self::plan::{Look, Plan};

@@ -1,9 +1,9 @@
 //! The drawing in two parts, for views that stay open: what never changes, and a sign for each component whose look
 //! follows its state.
 
-use names::ComponentPath;
 use svg::node::element::{Anchor, Circle, Group, Title, Use};
 use truss::Structure;
+use vocabulary::ComponentPath;
 
 use super::projection::{Point, Projection};
 use super::{Drawing, HEADING, LEFT, NAMES, Place, symbols};

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use names::{ModuleName, StructureName};
-use wire::{FaultTransition, HistoryPage, ModuleStatus};
+use vocabulary::{FaultTransition, HistoryPage, ModuleName, ModuleStatus, StructureName};
 
 use super::line::{Line, Outcome, Wish};
 use crate::view::News;

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use names::delivery::{Due, GapFiller};
-use wire::{FaultTransition, HistoryPage, ModuleStatus};
+use vocabulary::{
+    FaultTransition, HistoryPage, ModuleStatus,
+    delivery::{Due, GapFiller},
+};
 
 use super::place::{Mark, Place, place};
 use super::retries::Retries;

@@ -31,10 +31,9 @@ mod tests;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use names::StructureName;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::JoinSet;
-use wire::keys::Watched;
+use vocabulary::{StructureName, keys::Watched};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use names::{ComponentPath, StructureName};
-use wire::{Identification, PhaseChange};
+use vocabulary::{ComponentPath, Identification, PhaseChange, StructureName};
 
 use super::continuity::Whose;
 
@@ -76,8 +75,7 @@ fn replace<K: Ord, V: Clone>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
-    use wire::{Candidate, ModulePhase};
+    use vocabulary::{Candidate, ModulePhase, RunId, Step};
 
     fn phase(time_unix_ns: u64) -> PhaseChange {
         PhaseChange {

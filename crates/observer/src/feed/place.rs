@@ -1,6 +1,6 @@
 //! How a transition stands to the latest one of its module that was handed out.
 
-use wire::FaultTransition;
+use vocabulary::FaultTransition;
 
 /// What is remembered of a transition that was handed out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use wire::keys::Watched;
-use wire::{HistoryPage, HistoryQuestion, Key, Topic};
+use vocabulary::{HistoryPage, HistoryQuestion, Key, Topic, keys::Watched};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 

@@ -1,9 +1,8 @@
 //! What a message says, if it is one of those that are of interest.
 
-use wire::keys::PLANT;
-use wire::{
+use vocabulary::{
     DecodeError, FaultTransition, Identification, Key, Message, ModuleStatus, PhaseChange,
-    PlantTopic, Topic,
+    PlantTopic, Topic, keys::PLANT,
 };
 use zenoh::sample::{Sample, SampleKind};
 
@@ -72,12 +71,12 @@ fn status(whose: &Whose, bytes: &[u8]) -> Result<Arrival, String> {
 }
 
 fn decode<M: Message>(bytes: &[u8]) -> Result<M, String> {
-    wire::decode(bytes).map_err(|error: DecodeError| error.to_string())
+    vocabulary::decode(bytes).map_err(|error: DecodeError| error.to_string())
 }
 
 fn is_of<M: Message>(
     whose: &Whose,
-    (structure, module): (&names::StructureName, &names::ModuleName),
+    (structure, module): (&vocabulary::StructureName, &vocabulary::ModuleName),
 ) -> Result<(), String> {
     if *structure == whose.structure && *module == whose.module {
         return Ok(());

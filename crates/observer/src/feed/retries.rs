@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use names::delivery::Backoff;
+use vocabulary::delivery::Backoff;
 
 /// Questions in a row that bring nothing, after which it is given up.
 const ATTEMPTS: u32 = 3;

@@ -2,12 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use names::StructureName;
 use tokio::sync::mpsc::Receiver;
 use tokio::task::JoinSet;
 use tokio::time::MissedTickBehavior;
-use wire::ModuleStatus;
-use wire::keys::Watched;
+use vocabulary::{ModuleStatus, StructureName, keys::Watched};
 use zenoh::Session;
 
 use super::Outbox;

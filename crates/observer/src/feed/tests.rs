@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use wire::{FaultTransition, HistoryPage};
+use vocabulary::{FaultTransition, HistoryPage};
 
 use super::continuity::{Continuity, Whose, by_module};
 use super::line::{LOOK_EVERY, Wish};

@@ -13,10 +13,10 @@ use std::fmt::Display;
 use std::future::{Future, ready};
 use std::sync::Arc;
 
-use names::{ModuleName, StructureName};
 use tokio::sync::broadcast::{self, error::RecvError};
 use tokio::sync::watch::{self, channel};
 use tokio::task::JoinSet;
+use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::presence::AttendanceError;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
 use tokio::time::{Instant, timeout_at};
+use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use super::Live;
@@ -87,7 +87,7 @@ fn hold_for_statuses(scene: &Scene) -> Duration {
 mod tests {
     use super::*;
     use crate::testing;
-    use wire::FaultTransition;
+    use vocabulary::FaultTransition;
 
     #[test]
     fn it_looks_until_every_module_that_is_there_or_named_has_answered() {

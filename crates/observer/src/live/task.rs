@@ -5,13 +5,14 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use names::{ComponentPath, ModuleName, StructureName};
 use tokio::sync::mpsc::{Sender, channel};
 use tokio::sync::{broadcast, watch};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
-use wire::keys::Watched;
-use wire::{FaultTransition, Key, ModuleStatus, Topic};
+use vocabulary::{
+    ComponentPath, FaultTransition, Key, ModuleName, ModuleStatus, StructureName, Topic,
+    keys::Watched,
+};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
@@ -216,7 +217,9 @@ async fn statuses(
     let callback = move |sample: zenoh::sample::Sample| {
         let key = sample.key_expr().as_str().parse::<Key>();
         let Ok(Key::Module { structure, module, topic: Topic::Status }) = key else { return };
-        let Ok(status) = wire::decode::<ModuleStatus>(&sample.payload().to_bytes()) else { return };
+        let Ok(status) = vocabulary::decode::<ModuleStatus>(&sample.payload().to_bytes()) else {
+            return;
+        };
         if status.structure == structure && status.module == module {
             // One that finds no room is followed by another.
             let _ = outlet.try_send(Heard::Status(Box::new(status)));

@@ -2,8 +2,8 @@
 
 use std::cmp::Reverse;
 
-use names::StructureName;
 use serde::Serialize;
+use vocabulary::StructureName;
 
 use super::component::Counts;
 use super::module::ModuleView;

@@ -1,13 +1,12 @@
 //! A component's state as every view shows it: the one place that reads what a transition says of its verdict.
 
-use names::{ComponentPath, RunId, Step, StructureName};
 use serde::Serialize;
-use wire::{
-    Agreement, Condition, FaultState, FaultTransition, FreezeFrame, Identification, Symptom,
-    Unknown,
-};
-use wording::{
+use vocabulary::words::{
     identified, printable, ratio, reason, residual, state_and_aside, state_in_words, state_tone,
+};
+use vocabulary::{
+    Agreement, ComponentPath, Condition, FaultState, FaultTransition, FreezeFrame, Identification,
+    RunId, Step, StructureName, Symptom, Unknown,
 };
 
 use super::line::EventLine;
@@ -104,8 +103,11 @@ fn reference(condition: Option<&Condition>) -> String {
 /// A component and its state in a line.
 #[must_use]
 pub fn title(state: &FaultTransition) -> String {
-    let words =
-        [Some(state_in_words(state)), identification(state).map(identified), wording::aside(state)];
+    let words = [
+        Some(state_in_words(state)),
+        identification(state).map(identified),
+        vocabulary::words::aside(state),
+    ];
     format!("{}: {}", state.component, words.into_iter().flatten().collect::<Vec<_>>().join("; "))
 }
 
@@ -293,7 +295,7 @@ pub(super) fn is_unmonitored(state: &FaultTransition) -> bool {
 }
 
 /// The alarms of all these components are suppressed: the suppression that ends first.
-pub(super) fn suppression(components: &[FaultTransition]) -> Option<&wire::Shelving> {
+pub(super) fn suppression(components: &[FaultTransition]) -> Option<&vocabulary::Shelving> {
     let suppressed = components.iter().map(|component| component.suppressed.as_ref());
     let suppressed: Option<Vec<_>> = suppressed.collect();
     suppressed?.into_iter().min_by_key(|shelving| shelving.until_unix_ns)

@@ -4,9 +4,11 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::time::Duration;
 
-use names::{ComponentPath, ModuleName, RunId, Step, StructureName};
-use wire::{FaultState, FaultTransition, HistoryPage, Identification};
-use wording::printable;
+use vocabulary::words::printable;
+use vocabulary::{
+    ComponentPath, FaultState, FaultTransition, HistoryPage, Identification, ModuleName, RunId,
+    Step, StructureName,
+};
 
 use super::component::found_at;
 use super::line::EventLine;

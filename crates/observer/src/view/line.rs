@@ -1,8 +1,7 @@
 //! An event as a line: when, where, what, why.
 
-use names::{ComponentPath, ModuleName, Step, StructureName};
-use wire::Identification;
-use wording::{Tone, identified, phase_in_words, phase_tone, printable};
+use vocabulary::words::{Tone, identified, phase_in_words, phase_tone, printable};
+use vocabulary::{ComponentPath, Identification, ModuleName, Step, StructureName};
 
 use super::news::{Event, News};
 
@@ -49,7 +48,9 @@ impl EventLine {
                     if *there { ("there", Tone::Calm) } else { ("GONE", Tone::Alarm) };
                 let line = Self::new(printable(who), what, tone);
                 match who.parse::<ModuleName>() {
-                    Ok(module) if who != wire::keys::PLANT => line.of_module(structure, &module),
+                    Ok(module) if who != vocabulary::keys::PLANT => {
+                        line.of_module(structure, &module)
+                    }
                     _ => Self { structure: Some(structure.clone()), ..line },
                 }
             }

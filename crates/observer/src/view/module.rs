@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use names::{ModuleName, StructureName};
-use wire::{
-    FaultTransition, JournalStatus, ModulePhase, ModuleStatus, PhaseChange, Shelving, Unknown,
+use vocabulary::words::{Tone, phase_in_words, phase_tone, printable, span, until, utc};
+use vocabulary::{
+    FaultTransition, JournalStatus, ModuleName, ModulePhase, ModuleStatus, PhaseChange, Shelving,
+    StructureName, Unknown,
 };
-use wording::{Tone, phase_in_words, phase_tone, printable, span, until, utc};
 
 use super::component::{self, Counts};
 use super::line::sign;

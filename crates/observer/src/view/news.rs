@@ -1,8 +1,7 @@
 //! What happens, as it is published.
 
-use names::{ModuleName, StructureName};
 use serde::Serialize;
-use wire::{FaultTransition, Identification, PhaseChange};
+use vocabulary::{FaultTransition, Identification, ModuleName, PhaseChange, StructureName};
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use serde::Serialize;
-use wire::{FaultState, Obeyed, OrderKind};
-use wording::{Tone, UNTAKEN, done, not_saved, perhaps, printable};
+use vocabulary::words::{Tone, UNTAKEN, done, not_saved, perhaps, printable};
+use vocabulary::{FaultState, Obeyed, OrderKind};
 
 /// Why a question or an order did not end with an answer that one can use.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! A row of a list: a component or a module, how it is, and why.
 
-use names::{ComponentPath, ModuleName, RunId, Step, StructureName};
-use wording::Tone;
+use vocabulary::words::Tone;
+use vocabulary::{ComponentPath, ModuleName, RunId, Step, StructureName};
 
 /// From what needs attention most to what needs none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

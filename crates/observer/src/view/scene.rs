@@ -3,8 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use names::{ComponentPath, ModuleName, StructureName};
-use wire::FaultTransition;
+use vocabulary::{ComponentPath, FaultTransition, ModuleName, StructureName};
 
 use super::component::Counts;
 use super::module::ModuleView;

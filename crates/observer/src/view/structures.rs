@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
-use names::{ComponentPath, ModuleName, StructureName};
-use wire::keys::PLANT;
-use wire::{FaultTransition, Key, ModuleStatus, Topic, Unknown};
+use vocabulary::{
+    ComponentPath, FaultTransition, Key, ModuleName, ModuleStatus, StructureName, Topic, Unknown,
+    keys::PLANT,
+};
 
 use super::component;
 use super::module::ModuleView;
@@ -198,7 +199,7 @@ fn keep<T>(kept: &mut VecDeque<T>, item: T, most: usize) {
 mod tests {
     use super::*;
     use crate::testing;
-    use wire::{Agreement, Condition, FaultState, ModulePhase, PhaseChange};
+    use vocabulary::{Agreement, Condition, FaultState, ModulePhase, PhaseChange};
 
     const SECOND: u64 = 1_000_000_000;
 
@@ -206,7 +207,7 @@ mod tests {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("tower".parse().unwrap(), component, 5);
         let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
-        let verdict = wire::Verdict::example(state);
+        let verdict = vocabulary::Verdict::example(state);
         FaultTransition { incarnation, sequence, verdict, condition: Some(condition), ..untouched }
     }
 

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use names::StructureName;
-use wire::{
-    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, PhaseChange, Unknown,
+use vocabulary::words::Tone;
+use vocabulary::{
+    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, PhaseChange, StructureName,
+    Unknown,
 };
-use wording::Tone;
 
 use super::*;
 use crate::testing::{
@@ -287,7 +287,8 @@ fn line(news: News) -> (String, String, String) {
 fn each_kind_of_event_has_its_line() {
     let of = |who: &str, what: &str, why: &str| (who.to_owned(), what.to_owned(), why.to_owned());
     let structure: StructureName = "tower".parse().unwrap();
-    let latched = FaultTransition { detection_step: Some(names::Step(5)), ..journaled("m1", 1, 0) };
+    let latched =
+        FaultTransition { detection_step: Some(vocabulary::Step(5)), ..journaled("m1", 1, 0) };
     let fault = line(News::Fault(Box::new(latched)));
     assert_eq!(fault, of("m1/sensor/g1", "latched", "changed at step 5"));
     let fault = line(News::Fault(Box::new(acknowledged("m1", 2))));

@@ -1,9 +1,8 @@
 //! What was recorded comes out again, and what differs or is missing is said.
 
 use diagnosis::GivenOrderKind;
-use names::RunId;
-use names::fault::Fault;
 use replay::{Replayed, Shortfall};
+use vocabulary::{RunId, fault::Fault};
 
 use crate::live::Live;
 use crate::{collect, replay_all, with_fault};
@@ -121,9 +120,9 @@ fn a_verdict_changed_is_noticed() {
 fn a_state_that_is_unknown_for_now_is_no_verdict() {
     let mut live = with_fault();
     let mut fault = live.published.iter().rfind(|m| m.topic.contains("/fault/")).unwrap().clone();
-    let mut message: wire::FaultTransition = wire::decode(&fault.payload).unwrap();
-    message.verdict = wire::Verdict::Unknown;
-    fault.payload = wire::encode(&message).unwrap();
+    let mut message: vocabulary::FaultTransition = vocabulary::decode(&fault.payload).unwrap();
+    message.verdict = vocabulary::Verdict::Unknown;
+    fault.payload = vocabulary::encode(&message).unwrap();
     live.published.push(fault);
     for one in replay_all(&collect(&live)) {
         let one = one.unwrap();

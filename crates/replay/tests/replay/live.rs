@@ -4,14 +4,12 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser, load_plant};
+use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{
     Action, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Phase, Question,
     QuestionToken, Sample,
 };
-use names::fault::Fault;
-use names::{RunId, Step, StructureName};
-use translation::{Speaker, to_taken};
-use wire::{Message, Taken, Topic, encode};
+use vocabulary::{Message, RunId, Step, StructureName, Taken, Topic, encode, fault::Fault};
 
 /// A message as it is recorded.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -114,7 +112,7 @@ impl Live {
         node.process = self.clock;
         node.number = 0;
         node.diagnoser.recall(memory.clone());
-        let configuration = wire::ModuleConfiguration {
+        let configuration = vocabulary::ModuleConfiguration {
             structure: node.speaker.structure.clone(),
             module: node.speaker.module.clone(),
             software: "0.2.0".to_owned(),
@@ -167,7 +165,7 @@ impl Live {
         let Sample { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
         let module = self.nodes[place].speaker.module.clone();
         let time_unix_ns = self.clock;
-        let message = wire::Sample {
+        let message = vocabulary::Sample {
             module,
             run,
             step,
@@ -195,7 +193,7 @@ impl Live {
     }
 
     pub fn order(&mut self, component: &str, kind: diagnosis::GivenOrderKind) {
-        let path: names::ComponentPath = component.parse().unwrap();
+        let path: vocabulary::ComponentPath = component.parse().unwrap();
         let place = self.nodes.iter().position(|n| n.speaker.module == path.module).unwrap();
         let given = diagnosis::GivenOrder {
             kind,
@@ -298,7 +296,7 @@ impl Live {
         let node = &mut self.nodes[place];
         node.number += 1;
         let (run, step) = position.unzip();
-        let message = wire::Input {
+        let message = vocabulary::Input {
             structure: node.speaker.structure.clone(),
             module: node.speaker.module.clone(),
             process: node.process,

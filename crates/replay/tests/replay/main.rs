@@ -6,8 +6,8 @@ mod live;
 mod other_settings;
 
 use live::Live;
-use names::fault::Fault;
 use replay::{Collection, ModuleRecord, Replayed, Shortfall, courses, replay};
+use vocabulary::fault::Fault;
 
 /// A run with a fault of a gage that shows in both modules.
 fn with_fault() -> Live {

@@ -1,7 +1,7 @@
 //! What would have been named with other settings.
 
-use names::ComponentPath;
 use replay::{Beginnings, Course, ModuleRecord, Part, Settings, courses, latest_setup, together};
+use vocabulary::ComponentPath;
 
 use crate::{collect, replay_all, with_fault, without_reference};
 

@@ -8,8 +8,8 @@ use hyper::client::conn::http1;
 use hyper::header::HOST;
 use hyper::{Request, StatusCode};
 use hyper_util::rt::TokioIo;
-use names::printable;
 use tokio::net::TcpStream;
+use vocabulary::printable;
 
 /// Longest answer that is read.
 const LONGEST_BODY: usize = 4096;

@@ -199,7 +199,7 @@ fn of_condition(condition: &Condition) -> Response {
 }
 
 fn text(status: StatusCode, words: &str) -> Response {
-    respond(status, TEXT, format!("{}\n", names::printable(words)))
+    respond(status, TEXT, format!("{}\n", vocabulary::printable(words)))
 }
 
 fn respond(status: StatusCode, kind: &'static str, body: String) -> Response {

@@ -5,9 +5,9 @@
 
 use std::fmt::Debug;
 
-use names::{is_printable, printable};
 use tracing::Event;
 use tracing::field::{Field, Value, Visit, display};
+use vocabulary::{is_printable, printable};
 
 use super::rewriting::Values;
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use names::printable;
 use sd_notify::NotifyState;
+use vocabulary::printable;
 
 use super::STOPPING;
 use super::notification::Notification;

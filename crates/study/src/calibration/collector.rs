@@ -1,7 +1,7 @@
 //! Divergences in, their largest peaks out.
 
 use diagnosis::ModuleSetup;
-use names::Component;
+use vocabulary::Component;
 
 use super::{ChannelPeaks, ModulePeaks};
 use crate::tail::{LargestPeaks, PeakFinder};

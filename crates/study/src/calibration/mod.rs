@@ -5,7 +5,7 @@ mod collector;
 mod nominal_runs;
 mod recording;
 
-use names::{Component, ComponentPath, ModuleName};
+use vocabulary::{Component, ComponentPath, ModuleName};
 
 use crate::tail::{ChannelTail, LargestPeaks, TailError, TailThreshold};
 

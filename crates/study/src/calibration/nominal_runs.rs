@@ -3,9 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use diagnosis::{ModuleSetup, Phase};
-use names::RunId;
 use plant::{Mismatch, Plant, PlantParameters};
 use truss::Structure;
+use vocabulary::RunId;
 
 use super::Calibration;
 use super::collector::Collector;

@@ -2,7 +2,7 @@
 
 use diagnosis::divergence::{DivergenceBank, Outcome};
 use diagnosis::{ModuleSetup, SetupError};
-use names::Component;
+use vocabulary::Component;
 
 use super::ModulePeaks;
 use super::collector::Collector;

@@ -2,7 +2,7 @@
 
 use diagnosis::state::{WindowLength, WindowMeans};
 use diagnosis::{Action, Diagnoser, ModuleSetup, Sample};
-use names::Step;
+use vocabulary::Step;
 
 use crate::error::StudyError;
 use crate::rig::RigError;

@@ -4,8 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use diagnosis::ModuleSetup;
 use diagnosis::state::Snippet;
-use names::{ComponentPath, RunId};
 use plant::{Plant, Stroke};
+use vocabulary::{ComponentPath, RunId};
 
 use super::collector::{SETTLING_S, WindowCollector};
 use super::site::Site;

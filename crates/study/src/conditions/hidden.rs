@@ -1,8 +1,10 @@
 //! Faults that hide from the change detector.
 
-use names::fault::{Fault, FaultKind};
-use names::{ComponentKind, ComponentPath, Step};
 use rand::{Rng, RngExt};
+use vocabulary::{
+    ComponentKind, ComponentPath, Step,
+    fault::{Fault, FaultKind},
+};
 
 use super::situation::Situation;
 use crate::case::{Case, Gap, Injection};

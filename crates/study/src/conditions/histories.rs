@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use names::fault::FaultKind;
-use names::{ComponentPath, Step};
 use rand::{Rng, RngExt};
+use vocabulary::{ComponentPath, Step, fault::FaultKind};
 
 use super::situation::Situation;
 use crate::case::{Case, Gap, Injection};

@@ -2,8 +2,8 @@
 
 use diagnosis::state::Condition;
 use diagnosis::{Doubt, Verdict};
-use names::{ComponentPath, Step};
 use serde::{Deserialize, Serialize};
+use vocabulary::{ComponentPath, Step};
 
 use super::situation::Situation;
 use crate::case::{Case, Run};

@@ -6,7 +6,7 @@ use diagnosis::state::{Condition, WindowLength};
 use diagnosis::{
     Diagnoser, FirstChange, IsolationSettings, KnownChange, Reason, Transition, Verdict,
 };
-use names::{ComponentPath, ModuleName, Step};
+use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::words::Clock;
 use crate::campaign::Campaign;

@@ -9,7 +9,7 @@ mod words;
 
 use std::fmt;
 
-use names::Step;
+use vocabulary::Step;
 
 use crate::campaign::Campaign;
 use crate::engine::Engine;

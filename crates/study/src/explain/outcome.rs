@@ -1,7 +1,6 @@
 //! The outcome of a case and, if it is not exact, the reasons.
 
-use names::Step;
-use names::fault::FaultKind;
+use vocabulary::{Step, fault::FaultKind};
 
 use super::account::{Account, Changed, Fate, Faulty};
 use super::words::times;

@@ -1,7 +1,7 @@
 //! The reason for a verdict.
 
 use diagnosis::{Explanation, Reason, Rule};
-use names::{Component, Step};
+use vocabulary::{Component, Step};
 
 use super::account::{Account, Changed, Root};
 use super::words::{counted, list, times};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use diagnosis::identification::Identification;
 use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
-use names::{ComponentPath, ModuleName, Step};
+use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::account::{Account, Changed, Fate, Root};
 use super::words::{Clock, counted, list, often, times};
@@ -357,6 +357,6 @@ fn choose(account: &Account) -> Vec<bool> {
     shown
 }
 
-fn path(module: &ModuleName, component: &names::Component) -> ComponentPath {
+fn path(module: &ModuleName, component: &vocabulary::Component) -> ComponentPath {
     ComponentPath { module: module.clone(), component: component.clone() }
 }

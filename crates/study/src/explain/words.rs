@@ -1,6 +1,6 @@
 //! Numbers and times as people read them.
 
-use names::Step;
+use vocabulary::Step;
 
 /// Writes steps as times.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! Share of faults whose kind is undecided, against their size.
 
 use figure::plot::{Axis, Figure, Panel, Row, Series, Shape, Stroke};
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use crate::identification::{
     IdentificationTally, SIZES_IN_LIMITS, UNDECIDED_AFTER_S, UndecidedBySize,

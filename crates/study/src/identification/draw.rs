@@ -3,9 +3,11 @@
 
 use std::fmt;
 
-use names::fault::{Fault, FaultKind};
-use names::{ComponentPath, Step};
 use rand::{Rng, RngExt};
+use vocabulary::{
+    ComponentPath, Step,
+    fault::{Fault, FaultKind},
+};
 
 use crate::case::{Case, Injection};
 use crate::conditions::Situation;

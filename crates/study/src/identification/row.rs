@@ -2,9 +2,11 @@
 
 use diagnosis::Verdict;
 use diagnosis::identification::{DECIDED, Identification};
-use names::fault::{Fault, FaultKind};
-use names::{ComponentPath, Step};
 use serde::{Deserialize, Serialize};
+use vocabulary::{
+    ComponentPath, Step,
+    fault::{Fault, FaultKind},
+};
 
 use super::draw::Subject;
 use crate::case::{Case, Run};

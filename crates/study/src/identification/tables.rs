@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::tally::{IdentificationTally, KindRow, Right, SituationRow, Sizing, UndecidedBySize};
 use crate::report::{Table, interval, percent};

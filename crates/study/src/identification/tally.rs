@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use names::fault::FaultKind;
 use serde::Serialize;
+use vocabulary::fault::FaultKind;
 
 use super::row::{IdentificationRow, Word};
 use crate::campaign::Rows;

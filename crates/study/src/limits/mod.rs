@@ -4,7 +4,7 @@ mod curve;
 mod outcome;
 mod question;
 
-use names::Step;
+use vocabulary::Step;
 
 pub(crate) use curve::curves;
 pub use curve::{LimitCurve, LimitPoint, LimitSummary, Reached, Within, smallest_within};

@@ -1,8 +1,8 @@
 //! What a detector has found out of a run's component: when it was found, and when the right one was known.
 
 use diagnosis::{Symptom, Verdict};
-use names::{ComponentPath, Step};
 use serde::{Deserialize, Serialize};
+use vocabulary::{ComponentPath, Step};
 
 use super::question::Detector;
 use crate::case::Injection;

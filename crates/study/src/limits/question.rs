@@ -3,12 +3,14 @@
 
 use std::fmt;
 
-use names::fault::{Fault, FaultKind};
-use names::{ComponentPath, Step};
 use plant::PlantParameters;
 use rand::{Rng, RngExt};
 use serde::Serialize;
 use truss::Structure;
+use vocabulary::{
+    ComponentPath, Step,
+    fault::{Fault, FaultKind},
+};
 
 use crate::case::{Case, Injection};
 use crate::draw::{Draw, components_that_can_have, gage_length_m};

@@ -5,12 +5,14 @@ mod record;
 mod summary;
 mod tables;
 
-use names::fault::{Fault, FaultKind};
-use names::{ComponentPath, Step};
 use plant::PlantParameters;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use truss::Structure;
+use vocabulary::{
+    ComponentPath, Step,
+    fault::{Fault, FaultKind},
+};
 
 pub use paper_table::{PAPER_TABLE, PaperTable};
 pub use record::{Closest, Conversation, Diagnosed, Record};

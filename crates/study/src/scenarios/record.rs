@@ -1,9 +1,8 @@
 //! What came of a run.
 
 use diagnosis::{Phase, Verdict};
-use names::fault::FaultKind;
-use names::{Component, ComponentPath, Step};
 use serde::{Deserialize, Serialize};
+use vocabulary::{Component, ComponentPath, Step, fault::FaultKind};
 
 use super::paper_table::PaperTable;
 use crate::case::{Case, Injection, Run};

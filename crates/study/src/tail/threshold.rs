@@ -1,6 +1,6 @@
 //! The threshold that a channel's peaks reach as often as is tolerated.
 
-use names::ComponentPath;
+use vocabulary::ComponentPath;
 
 use super::largest_peaks::LargestPeaks;
 use super::pareto::Pareto;

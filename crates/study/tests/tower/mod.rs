@@ -9,14 +9,14 @@ pub mod weather;
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::residual::{ActuatorResidual, NominalHydraulics};
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, Rule, SignalSettings, Verdict};
-use names::fault::Fault;
 use std::sync::atomic::AtomicBool;
+use vocabulary::fault::Fault;
 
-use names::{ComponentPath, RunId, Step};
 use plant::PlantParameters;
 use study::scenarios::{ScenarioRanges, Scenarios};
 use study::{Begin, Campaign, Done, Engine, Injection, Occurrence, Rig, Rows, System};
 use truss::Structure;
+use vocabulary::{ComponentPath, RunId, Step};
 
 pub fn bias(offset_m: f64) -> Fault {
     Fault::Bias { offset_m }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use wire::{Divergences, FaultTransition, FreezeFrame, Identification};
+use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification};
 
 use super::exchange::Effect;
 use super::subject::{Subject, Whose};
@@ -40,7 +40,7 @@ pub(crate) struct CloseUp {
     pub(crate) frame: Had<Box<FreezeFrame>>,
     pub(crate) identification: Had<Option<Box<Identification>>>,
     pub(crate) latest: VecDeque<Latest>,
-    run: Option<names::RunId>,
+    run: Option<vocabulary::RunId>,
     /// The transition whose frame was asked for, and when.
     asked_for: Option<u64>,
     asked_unix_ns: u64,

@@ -1,7 +1,7 @@
 //! An order while it is being worded: for how long, why, and once more what is to be sent.
 
-use wire::{Order, OrderKind};
-use wording::printable;
+use vocabulary::words::printable;
+use vocabulary::{Order, OrderKind};
 
 use super::exchange::Given;
 use super::key::Key;

@@ -1,7 +1,7 @@
 //! What the model wants done, and what comes of it.
 
 use observer::{ModuleHistory, OrderOutcome};
-use wire::{Divergences, FaultTransition, FreezeFrame, Identification, Order, OrderKind};
+use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification, Order, OrderKind};
 
 use super::subject::{Subject, Whose};
 

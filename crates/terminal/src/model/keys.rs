@@ -1,7 +1,7 @@
 //! What each key does.
 
-use wire::OrderKind;
-use wording::Tone;
+use vocabulary::OrderKind;
+use vocabulary::words::Tone;
 
 use super::close_up::CloseUp;
 use super::dialog::{Dialog, Turn};

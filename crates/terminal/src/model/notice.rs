@@ -1,7 +1,7 @@
 //! What became of what was typed, on one line.
 
 use observer::OrderOutcome;
-use wording::Tone;
+use vocabulary::words::Tone;
 
 use super::exchange::Given;
 

@@ -57,13 +57,13 @@ fn text(row: &StateRow) -> String {
 mod tests {
     use super::*;
     use crate::testing::{heard, scene, state};
-    use wire::FaultState;
+    use vocabulary::FaultState;
 
     #[test]
     fn rows_are_looked_for_by_words_and_what_is_unknown_because_of_its_module_is_found_too() {
         let mut unknown = state("m2/sensor/g1", FaultState::Unknown, 3);
         let reason = "not heard".to_owned();
-        unknown.unknown = Some(wire::Unknown { since_unix_ns: 1, reason });
+        unknown.unknown = Some(vocabulary::Unknown { since_unix_ns: 1, reason });
         let silent = observer::ModuleView { is_silent: true, ..heard("m2", vec![unknown]) };
         let first = heard("m1", vec![state("m1/sensor/g2", FaultState::Latched, 2)]);
         let scene = scene(vec![first, silent]);

@@ -1,8 +1,7 @@
 //! What a row is about: a module or a component, of a structure.
 
-use names::{ComponentPath, ModuleName, StructureName};
 use observer::{ModuleView, Scene};
-use wire::FaultTransition;
+use vocabulary::{ComponentPath, FaultTransition, ModuleName, StructureName};
 
 /// A component of a structure.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

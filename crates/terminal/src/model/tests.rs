@@ -1,6 +1,6 @@
 //! What sequences of keys, scenes and answers lead to.
 
-use wire::{FaultState, Obeyed, OrderKind};
+use vocabulary::{FaultState, Obeyed, OrderKind};
 
 use observer::{ModuleHistory, OrderOutcome, QueryError};
 

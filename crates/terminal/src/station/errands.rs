@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use names::OperatorName;
 use observer::{Command, DivergenceFeed, ModuleHistory, OrderOutcome, QueryError};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::{AbortHandle, JoinSet};
-use wire::{FaultTransition, FreezeFrame};
+use vocabulary::{FaultTransition, FreezeFrame, OperatorName};
 use zenoh::Session;
 
 use crate::model::exchange::{Answer, Effect, Given};

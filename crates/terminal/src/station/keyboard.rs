@@ -59,7 +59,7 @@ fn key(event: KeyEvent) -> Option<Key> {
         KeyCode::Char(character) if event.modifiers.contains(KeyModifiers::CONTROL) => {
             Key::Control(character)
         }
-        KeyCode::Char(character) if names::is_printable(character) => Key::Char(character),
+        KeyCode::Char(character) if vocabulary::is_printable(character) => Key::Char(character),
         KeyCode::Up => Key::Up,
         KeyCode::Down => Key::Down,
         KeyCode::PageUp => Key::PageUp,

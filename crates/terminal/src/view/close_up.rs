@@ -2,8 +2,10 @@
 
 use observer::{StateRow, known_identification};
 use ratatui::layout::Rect;
-use wire::{FaultTransition, FreezeFrame, Trace};
-use wording::{NOTHING, Tone, candidate, identified, in_small_units, percent, printable, utc};
+use vocabulary::words::{
+    NOTHING, Tone, candidate, identified, in_small_units, percent, printable, utc,
+};
+use vocabulary::{FaultTransition, FreezeFrame, Trace};
 
 use super::age::age;
 use super::cells::{Cells, folded, part};
@@ -157,8 +159,8 @@ fn points(frame: &FreezeFrame, name: &str, of: impl Fn(f64) -> f64) -> Vec<(f64,
 /// As they come in.
 fn of_latest(seen: &CloseUp) -> [Plot; 2] {
     let (scale, unit) = match seen.subject.component.component.kind() {
-        names::ComponentKind::Sensor => (1e6, "µm"),
-        names::ComponentKind::Actuator => (1.0, "N"),
+        vocabulary::ComponentKind::Sensor => (1e6, "µm"),
+        vocabulary::ComponentKind::Actuator => (1.0, "N"),
     };
     let latest = || seen.latest.iter();
     let residuals = latest().map(|one| (number(one.step), scale * one.residual)).collect();

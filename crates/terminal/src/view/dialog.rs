@@ -2,7 +2,7 @@
 
 use ratatui::layout::Rect;
 use ratatui::widgets::{Block, Clear, Widget};
-use wording::{Tone, printable};
+use vocabulary::words::{Tone, printable};
 
 use super::cells::{Cells, folded};
 use crate::model::dialog::{Dialog, Stage};

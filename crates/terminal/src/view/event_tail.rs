@@ -2,7 +2,7 @@
 
 use observer::EventLine;
 use ratatui::layout::Rect;
-use wording::utc;
+use vocabulary::words::utc;
 
 use super::cells::{Cells, part};
 use crate::model::{Model, Pane};

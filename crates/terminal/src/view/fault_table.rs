@@ -3,7 +3,7 @@
 use observer::StateRow;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use wording::{Tone, printable};
+use vocabulary::words::{Tone, printable};
 
 use super::age::age;
 use super::cells::{Cells, part, widths};

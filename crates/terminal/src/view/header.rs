@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use observer::{NetworkState, Scene};
 use ratatui::layout::Rect;
 use ratatui::style::Modifier;
-use wording::{Tone, printable};
+use vocabulary::words::{Tone, printable};
 
 use super::age::span;
 use super::cells::Cells;

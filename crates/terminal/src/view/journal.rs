@@ -1,7 +1,7 @@
 //! A component's history, the latest first.
 
 use ratatui::layout::Rect;
-use wording::{Tone, utc};
+use vocabulary::words::{Tone, utc};
 
 use super::cells::{Cells, part};
 use crate::model::close_up::Had;
@@ -20,7 +20,12 @@ pub(super) fn draw(journal: &Journal, area: Rect, cells: &mut Cells) {
         Had::Awaited => return cells.text(body, 0, "no answer yet", cells.palette.dim()),
         Had::Missing(why) => {
             let tone = cells.palette.tone(Tone::Alarm);
-            return cells.text(body, 0, &format!("not read: {}", wording::printable(why)), tone);
+            return cells.text(
+                body,
+                0,
+                &format!("not read: {}", vocabulary::words::printable(why)),
+                tone,
+            );
         }
     };
     if entries.is_empty() {

@@ -3,7 +3,7 @@
 use observer::ModuleView;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use wording::{NOTHING, Tone, or_nothing};
+use vocabulary::words::{NOTHING, Tone, or_nothing};
 
 use super::age::age;
 use super::cells::{Cells, part, widths};

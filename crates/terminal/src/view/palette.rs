@@ -2,7 +2,7 @@
 
 use observer::Urgency;
 use ratatui::style::{Color, Modifier, Style};
-use wording::Tone;
+use vocabulary::words::Tone;
 
 /// The styles of a screen.
 #[derive(Debug, Clone, Copy)]

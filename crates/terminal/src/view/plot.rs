@@ -8,7 +8,7 @@ use ratatui::style::Color;
 use ratatui::symbols::Marker;
 use ratatui::widgets::Widget;
 use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
-use wording::decimals;
+use vocabulary::words::decimals;
 
 use super::cells::Cells;
 use super::palette::Palette;

@@ -7,7 +7,7 @@ use crate::description_error::Problem;
 use crate::element::cross;
 use crate::member::{Member, MemberKind};
 use crate::structure::Node;
-use names::MemberName;
+use vocabulary::MemberName;
 
 /// Ends closer than this are at the same place \[m\].
 const SHORTEST_M: f64 = 1e-6;

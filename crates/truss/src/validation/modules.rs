@@ -6,7 +6,7 @@ use super::members::{Placed, length_and_axis, report_zero_length};
 use crate::check::{Check, Located, Register};
 use crate::description::{ActuatorDescription, Entry, GageDescription, ModuleDescription};
 use crate::structure::{Actuator, Gage, Module, Node};
-use names::{ActuatorName, GageName, ModuleName};
+use vocabulary::{ActuatorName, GageName, ModuleName};
 
 pub(super) struct ModuleContext<'a> {
     pub(super) nodes: &'a [Option<Node>],

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::check::{Check, Located, Range, Register};
 use crate::description::{Entry, MaterialDescription, SectionDescription, SectionKind};
-use names::{MaterialName, SectionName};
+use vocabulary::{MaterialName, SectionName};
 
 /// A section with its material.
 #[derive(Clone)]

@@ -100,7 +100,7 @@ fn own_origin(access: &Access, connection: &Connection, parts: &Parts) -> Result
     origin.ok_or_else(|| {
         let words = format!(
             "`{}` is no name of this page; open it by its address, or name it to `trusswatch web`",
-            names::quotation(host.unwrap_or_default(), 200)
+            vocabulary::quotation(host.unwrap_or_default(), 200)
         );
         Stop::new(Refused::Host, StatusCode::MISDIRECTED_REQUEST, words)
     })
@@ -189,7 +189,7 @@ fn only(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
 
 fn answer(stop: &Stop) -> Response {
     let words = html! {
-        p { (names::printable(&stop.words)) "." }
+        p { (vocabulary::printable(&stop.words)) "." }
         p { a href="/" { "To the overview" } }
     };
     let mut response = plain(stop.status, "Refused", &words);

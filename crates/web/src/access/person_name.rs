@@ -1,6 +1,6 @@
 //! The name of a person who signs in; the journal of a module has it with every order.
 
-use names::{is_printable, quotation};
+use vocabulary::{is_printable, quotation};
 
 /// Longest name, in bytes.
 const LONGEST: usize = 100;

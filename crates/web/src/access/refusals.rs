@@ -33,7 +33,7 @@ impl Refusals {
     pub(crate) fn note(&self, refused: Refused, from: IpAddr, words: &str) {
         let occurrences = self.0.get(refused as usize);
         if let Some(times) = occurrences.and_then(|occurrences| occurrences.note(Instant::now())) {
-            let words = names::printable(words);
+            let words = vocabulary::printable(words);
             tracing::warn!(%from, times, "a request was refused: {words}");
         }
     }

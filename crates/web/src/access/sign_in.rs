@@ -46,7 +46,7 @@ async fn page(
     let by_certificate = shown.map(|shown| certificate::person(shown, revoked));
     let content = html! {
         @if let Some(person) = &viewer.person {
-            p { "You are signed in as " strong { (names::printable(&person.name)) } "." }
+            p { "You are signed in as " strong { (vocabulary::printable(&person.name)) } "." }
         }
         @if let Some(link) = &link {
             (button("Sign in by the link", Some(link)))
@@ -104,7 +104,7 @@ async fn enter(
         access.sessions.end(former);
     }
     let way = if signed_in.certificate.is_some() { "certificate" } else { "link" };
-    let person = names::printable(&signed_in.name);
+    let person = vocabulary::printable(&signed_in.name);
     let may_order = signed_in.may_order;
     let session = access.sessions.begin(signed_in, Instant::now()).ok();
     let Some(cookie) = session.and_then(|session| access.cookie().set(&session)) else {
@@ -137,7 +137,7 @@ fn by_certificate(access: &Access, connection: &Connection) -> Result<SignedIn, 
 fn refuse(access: &Access, address: IpAddr, status: StatusCode, words: &str) -> Response {
     access.refusals.note(Refused::SignIn, address, words);
     let content = html! {
-        p { (names::printable(words)) }
+        p { (vocabulary::printable(words)) }
         p { a href=(SIGN_IN) { "Sign in another way" } }
     };
     plain(status, "Not signed in", &content)

@@ -14,7 +14,7 @@ pub(super) async fn page(viewer: Viewer) -> Response {
     let content = html! {
         @match &viewer.person {
             Some(person) => {
-                p { "You are signed in as " strong { (names::printable(&person.name)) } "." }
+                p { "You are signed in as " strong { (vocabulary::printable(&person.name)) } "." }
                 form method="post" action="/sign-out" {
                     input type="hidden" name="token" value=(person.form_token);
                     button type="submit" { "Sign out" }
@@ -33,7 +33,7 @@ pub(super) async fn leave(State(access): State<Arc<Access>>, viewer: Viewer) -> 
         access.sessions.end(session);
     }
     if let Some(person) = &viewer.person {
-        tracing::info!("{} has signed out", names::printable(&person.name));
+        tracing::info!("{} has signed out", vocabulary::printable(&person.name));
     }
     let mut response = StatusCode::SEE_OTHER.into_response();
     response.headers_mut().insert(header::LOCATION, HeaderValue::from_static("/"));

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use futures_util::future::join_all;
-use names::ModuleName;
 use observer::{ModuleHistory, ModuleView, Scene};
-use wire::FaultTransition;
+use vocabulary::{FaultTransition, ModuleName};
 
 use crate::observed::{Frame, Observed};
 

@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 use observer::{StateRow, explained_by, known_identification};
-use wire::{FaultTransition, Identification};
-use wording::{candidate, percent};
+use vocabulary::words::{candidate, percent};
+use vocabulary::{FaultTransition, Identification};
 
 use crate::look;
 use crate::view::View;

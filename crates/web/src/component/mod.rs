@@ -21,10 +21,9 @@ use std::sync::Arc;
 use axum::extract::{Path, Query, State};
 use axum::response::Response;
 use maud::{Markup, PreEscaped, html};
-use names::{ComponentPath, StructureName};
 use observer::title;
 use serde::Deserialize;
-use wire::FaultTransition;
+use vocabulary::{ComponentPath, FaultTransition, StructureName};
 
 use crate::access::Viewer;
 use crate::app::Shared;
@@ -47,7 +46,7 @@ impl Of {
     /// The structure that is named.
     pub(crate) fn structure(&self) -> Result<Option<StructureName>, String> {
         let parsed = self.structure.as_deref().map(str::parse).transpose();
-        parsed.map_err(|error: names::NameError| format!("structure: {error}"))
+        parsed.map_err(|error: vocabulary::NameError| format!("structure: {error}"))
     }
 }
 

@@ -2,8 +2,7 @@
 
 use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
 use maud::{Markup, PreEscaped, html};
-use names::ComponentKind;
-use wire::{Channel, FaultTransition};
+use vocabulary::{Channel, ComponentKind, FaultTransition};
 
 use crate::observed::Traces;
 
@@ -42,7 +41,7 @@ pub(super) fn plot(transition: &FaultTransition, traces: &Traces) -> Markup {
 fn points<'a>(transition: &FaultTransition, traces: &'a Traces) -> Vec<Point<'a>> {
     let latest = traces.back().map_or(0, |latest| latest.time_unix_ns);
     let own = |channel: &&Channel| channel.component == transition.component.component;
-    let point = |message: &'a std::sync::Arc<wire::Divergences>| {
+    let point = |message: &'a std::sync::Arc<vocabulary::Divergences>| {
         let channel = message.channels.iter().find(own)?;
         Some((-(latest.saturating_sub(message.time_unix_ns) as f64) / 1e9, channel))
     };

@@ -1,7 +1,7 @@
 //! What is shown of a component.
 
 use maud::{Markup, PreEscaped, html};
-use wire::FaultTransition;
+use vocabulary::FaultTransition;
 
 use super::evidence::Evidence;
 use super::{facts, plot, trail};

@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
-use names::ComponentPath;
 use observer::{StateRow, explained_by};
-use wire::FaultTransition;
+use vocabulary::{ComponentPath, FaultTransition};
 
 use super::evidence::Evidence;
 use crate::look;

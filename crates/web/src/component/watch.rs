@@ -3,11 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use names::ComponentPath;
 use tokio::sync::watch::Receiver;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
-use wire::{FaultState, FaultTransition};
+use vocabulary::{ComponentPath, FaultState, FaultTransition};
 
 use super::evidence::Evidence;
 use super::shown::Shown;

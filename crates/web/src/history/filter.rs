@@ -3,10 +3,9 @@
 use std::time::UNIX_EPOCH;
 
 use maud::{Markup, html};
-use names::{ComponentPath, ModuleName};
 use observer::{Entry, ModuleView};
 use serde::Deserialize;
-use wire::FaultState;
+use vocabulary::{ComponentPath, FaultState, ModuleName};
 
 use crate::view::View;
 
@@ -53,10 +52,10 @@ impl Asked {
             from_unix_ns: given("from", &self.from, time)?,
             to_unix_ns: given("to", &self.to, time)?,
             module: given("module", &self.module, |text| {
-                text.parse().map_err(|e: names::NameError| e.to_string())
+                text.parse().map_err(|e: vocabulary::NameError| e.to_string())
             })?,
             component: given("component", &self.component, |text| {
-                text.parse().map_err(|error: names::ComponentError| error.to_string())
+                text.parse().map_err(|error: vocabulary::ComponentError| error.to_string())
             })?,
             state: given("state", &self.state, state)?,
         })

@@ -15,9 +15,9 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use futures_util::future::join_all;
 use maud::{Markup, html};
-use names::ComponentPath;
 use observer::{Entry, ModuleHistory};
-use wording::printable;
+use vocabulary::ComponentPath;
+use vocabulary::words::printable;
 
 use crate::access::Viewer;
 use crate::app::Shared;

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use observer::{Entry, Journals, ModuleHistory};
-use wording::or_nothing;
+use vocabulary::words::or_nothing;
 
 use crate::look;
 use crate::view::View;

@@ -78,7 +78,7 @@ pub(super) async fn attend(
         }
         Err(why) => {
             if let Some(times) = shared.failed.note(Instant::now()) {
-                let why = names::printable(&why);
+                let why = vocabulary::printable(&why);
                 tracing::info!(from = %peer.ip(), times, "a connection over TLS failed: {why}");
             }
         }

@@ -32,7 +32,7 @@ impl std::str::FromStr for Origin {
     type Err = OriginError;
 
     fn from_str(text: &str) -> Result<Self, OriginError> {
-        let wrong = || OriginError(names::quotation(text, 200));
+        let wrong = || OriginError(vocabulary::quotation(text, 200));
         let text = text.strip_suffix('/').unwrap_or(text).to_ascii_lowercase();
         let (scheme, authority) = text.split_once("://").ok_or_else(wrong)?;
         let (name, port) = split(authority).ok_or_else(wrong)?;

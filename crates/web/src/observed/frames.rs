@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use wire::FaultTransition;
+use vocabulary::FaultTransition;
 
 use super::Observed;
 

@@ -16,8 +16,8 @@ mod traces;
 use std::sync::Arc;
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
 use observer::{Live, ModuleHistory, Scene};
+use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::hub::{Hub, LINGER};

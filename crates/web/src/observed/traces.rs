@@ -5,11 +5,10 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use names::{ModuleName, StructureName};
 use observer::DivergenceFeed;
 use tokio::sync::watch::{Receiver, Sender};
 use tokio::time::{Instant, sleep};
-use wire::Divergences;
+use vocabulary::{Divergences, ModuleName, StructureName};
 use zenoh::Session;
 
 use super::Observed;
@@ -85,7 +84,7 @@ fn keep(traces: &mut Traces, message: Divergences) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
+    use vocabulary::{RunId, Step};
 
     #[test]
     fn a_minute_is_kept_and_no_more_than_there_is_room_for() {

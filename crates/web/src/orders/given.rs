@@ -1,7 +1,6 @@
 //! What a form orders.
 
-use names::{Component, ComponentPath, ModuleName, StructureName};
-use wire::{Order, OrderKind};
+use vocabulary::{Component, ComponentPath, ModuleName, Order, OrderKind, StructureName};
 
 use crate::access::Fields;
 
@@ -28,7 +27,11 @@ impl Given {
         let found = OrderKind::ALL.into_iter().find(|known| known.as_str() == kind);
         let kind = found.ok_or_else(|| {
             let known: Vec<&str> = OrderKind::ALL.iter().map(|kind| kind.as_str()).collect();
-            format!("`{}` is no order; there are {}", names::quotation(kind, 64), known.join(", "))
+            format!(
+                "`{}` is no order; there are {}",
+                vocabulary::quotation(kind, 64),
+                known.join(", ")
+            )
         })?;
         let (module, component) = subject(kind, fields)?;
         let structure = fields.filled("structure").map(str::parse).transpose();
@@ -82,7 +85,8 @@ fn subject(kind: OrderKind, fields: &Fields) -> Result<(ModuleName, Option<Compo
 fn seconds(fields: &Fields) -> Result<u64, String> {
     let text = fields.filled("for").ok_or("say for how long, e.g. 2h")?;
     let span = humantime::parse_duration(text);
-    let wrong = |_| format!("`{}` is no time span; 2h and 1h 30m are", names::quotation(text, 64));
+    let wrong =
+        |_| format!("`{}` is no time span; 2h and 1h 30m are", vocabulary::quotation(text, 64));
     span.map(|span| span.as_secs()).map_err(wrong)
 }
 
@@ -91,9 +95,10 @@ fn is_checked(fields: &Fields, name: &str) -> Result<bool, String> {
     match fields.get(name).map(String::as_str) {
         None | Some("") => Ok(false),
         Some("on" | "true" | "1") => Ok(true),
-        Some(other) => {
-            Err(format!("`{name}` is `{}`; use `on`, or leave it out", names::quotation(other, 64)))
-        }
+        Some(other) => Err(format!(
+            "`{name}` is `{}`; use `on`, or leave it out",
+            vocabulary::quotation(other, 64)
+        )),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use names::StructureName;
 use observer::{Command, OrderOutcome};
+use vocabulary::StructureName;
 use zenoh::Session;
 
 use super::given::Given;

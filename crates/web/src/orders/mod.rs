@@ -44,7 +44,7 @@ async fn order(
             let outcome = giving::give(&shared, &person.name, &given).await;
             (outcome.is_done(), outcome.words(given.kind, &given.subject()))
         }
-        Err(wrong) => (false, format!("{}; no command was sent", names::printable(&wrong))),
+        Err(wrong) => (false, format!("{}; no command was sent", vocabulary::printable(&wrong))),
     };
     log(&person.name, is_done, &words);
     access.leave_message(&viewer, words);
@@ -53,7 +53,7 @@ async fn order(
 }
 
 fn log(person: &str, is_done: bool, words: &str) {
-    let person = names::printable(person);
+    let person = vocabulary::printable(person);
     if is_done {
         tracing::info!("an order by {person}: {words}");
     } else {
@@ -62,12 +62,12 @@ fn log(person: &str, is_done: bool, words: &str) {
 }
 
 fn forbidden(name: &str, read_only: Option<&str>) -> Response {
-    let name = names::printable(name);
+    let name = vocabulary::printable(name);
     tracing::warn!("an order by {name} was refused: not permitted");
     let content = html! {
         p { "No order was sent: " strong { (name) } " may look, and order nothing." }
         @if let Some(why) = read_only {
-            p { (names::printable(why)) }
+            p { (vocabulary::printable(why)) }
         }
         p { a href="/" { "To the overview" } }
     };

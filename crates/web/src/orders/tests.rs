@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use tempfile::TempDir;
 use tokio::time::{sleep, timeout};
-use wire::{Order, OrderKind};
+use vocabulary::{Order, OrderKind};
 
 use crate::access::AccessSettings;
 use crate::test_server::{Browser, PageServer, Setup, StandIn, WITHIN};

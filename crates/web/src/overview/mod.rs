@@ -11,7 +11,7 @@ pub(crate) mod modules;
 use axum::extract::State;
 use axum::response::Response;
 use maud::{Markup, html};
-use names::StructureName;
+use vocabulary::StructureName;
 
 use crate::access::Viewer;
 use crate::app::Shared;

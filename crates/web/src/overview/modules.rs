@@ -1,10 +1,9 @@
 //! A card for each module: phase, lag, age of samples and status, journal, and its components.
 
 use maud::{Markup, html};
-use names::StructureName;
 use observer::{JournalHealth, ModuleView, StateRow, title};
-use wire::ModuleStatus;
-use wording::{or_nothing, span};
+use vocabulary::words::{or_nothing, span};
+use vocabulary::{ModuleStatus, StructureName};
 
 use super::alarms::href;
 use crate::drawing::Drawing;

@@ -17,12 +17,12 @@ use axum::routing::get;
 use axum::{Extension, Router};
 use futures_util::stream::pending;
 use maud::html;
-use names::OperatorName;
 use observer::Live;
 use session::Network;
 use shell::shutdown::{self, Trigger};
 use shell::supervision::Supervisor;
 use tokio::task::JoinHandle;
+use vocabulary::OperatorName;
 use zenoh::Session;
 
 use crate::access::{Access, AccessSettings, Viewer};
@@ -150,7 +150,7 @@ async fn overview(viewer: Viewer) -> Html<String> {
 }
 
 async fn component(Path((module, kind, name)): Path<(String, String, String)>) -> Html<String> {
-    let path = format!("{module}/{kind}/{name}").parse::<names::ComponentPath>();
+    let path = format!("{module}/{kind}/{name}").parse::<vocabulary::ComponentPath>();
     let words = path.map_or_else(|error| error.to_string(), |path| path.to_string());
     Html(html! { p { (words) } }.into_string())
 }

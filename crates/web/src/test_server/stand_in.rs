@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use names::{Component, OperatorName};
 use parking_lot::Mutex;
 use session::Network;
 use tokio::time::timeout;
-use wire::{FaultState, Key, Obeyed, Order, OrderKind, Refused, Topic};
+use vocabulary::{
+    Component, FaultState, Key, Obeyed, OperatorName, Order, OrderKind, Refused, Topic,
+};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
@@ -55,16 +56,16 @@ impl StandIn {
 }
 
 fn obey(query: &Query, key: &str, kind: OrderKind, orders: &Orders) {
-    let order: Order = wire::decode(&query.payload().unwrap().to_bytes()).unwrap();
+    let order: Order = vocabulary::decode(&query.payload().unwrap().to_bytes()).unwrap();
     let component: Option<Component> = order.component.clone().map(|mention| mention.component);
     orders.lock().push((kind, order));
     if kind == OrderKind::Reset {
         let reason = "the <b>evidence</b> is still there".to_owned();
-        let refused = wire::encode(&Refused { reason }).unwrap();
+        let refused = vocabulary::encode(&Refused { reason }).unwrap();
         zenoh::Wait::wait(query.reply_err(refused)).unwrap();
         return;
     }
     let state = FaultState::Acknowledged;
     let obeyed = Obeyed { component, state, sequence: 7, durable: true };
-    zenoh::Wait::wait(query.reply(key, wire::encode(&obeyed).unwrap())).unwrap();
+    zenoh::Wait::wait(query.reply(key, vocabulary::encode(&obeyed).unwrap())).unwrap();
 }

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use observer::{NetworkState, Scene};
 use truss::Structure;
-use wire::{FaultState, FaultTransition};
+use vocabulary::{FaultState, FaultTransition};
 
 use crate::access::{Person, Viewer};
 use crate::drawing::Drawing;

@@ -14,7 +14,7 @@ use shell::supervision::Supervisor;
 use tokio::net::TcpStream;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
-use wire::{FaultState, FaultTransition, Key, Message, Topic};
+use vocabulary::{FaultState, FaultTransition, Key, Message, Topic};
 use zenoh::Session;
 
 use crate::app::Shared;
@@ -103,7 +103,7 @@ async fn diagnoser() -> (Network, Session) {
 
 async fn publish<M: Message>(session: &Session, topic: Topic, message: &M) {
     let key = Key::of_module(&"tower".parse().unwrap(), &"m1".parse().unwrap(), topic).to_string();
-    session.put(key, wire::encode(message).unwrap()).await.unwrap();
+    session.put(key, vocabulary::encode(message).unwrap()).await.unwrap();
 }
 
 /// Publishes a state until the server has it: what is published before the link is up is lost.

@@ -6,8 +6,8 @@ use daemon::config::{
 };
 use daemon::thresholds::Thresholds;
 use diagnosis::{Action, Diagnoser, ModuleSetup};
-use names::{RunId, Step};
 use settings::ConfigErrors;
+use vocabulary::{RunId, Step};
 
 use super::module::samples_of;
 use crate::refusal::names_places;

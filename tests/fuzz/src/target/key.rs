@@ -4,8 +4,7 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use daemon::config::Speed;
-use names::{Component, ComponentPath, ModuleName};
-use wire::Key;
+use vocabulary::{Component, ComponentPath, Key, ModuleName};
 use zenoh::key_expr::keyexpr;
 
 use crate::refusal::is_bearable;

@@ -1,6 +1,6 @@
 //! Messages from the network.
 
-use wire::{Message, decode, encode};
+use vocabulary::{Message, decode, encode};
 
 use crate::refusal::is_bearable;
 

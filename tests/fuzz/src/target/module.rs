@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use diagnosis::{ModuleSetup, Sample};
-use names::{RunId, Step};
+use vocabulary::{RunId, Step};
 
 use crate::workbench::shipped_module;
 

@@ -2,7 +2,9 @@
 
 use std::fmt::Debug;
 
-use wire::{FreezeFrameQuestion, HistoryQuestion, QuestionError, SampleQuestion, StateQuestion};
+use vocabulary::{
+    FreezeFrameQuestion, HistoryQuestion, QuestionError, SampleQuestion, StateQuestion,
+};
 
 use crate::refusal::is_bearable;
 

@@ -10,8 +10,7 @@ use std::path::Path;
 use daemon::diagnoser::StateDirectory;
 use diagnosis::{Diagnoser, Memory};
 use journal::Journal;
-use names::{ModuleName, RunId, Step};
-use wire::Change;
+use vocabulary::{Change, ModuleName, RunId, Step};
 
 use crate::workbench::with_directory;
 

@@ -42,7 +42,7 @@ impl Disturbance for BrokenDisk {
 
     fn end<'a>(&'a mut self, stage: &'a mut Stage) -> Deed<'a> {
         Box::pin(async {
-            let has_problem = |status: &wire::ModuleStatus| status.journal.problem.is_some();
+            let has_problem = |status: &vocabulary::ModuleStatus| status.journal.problem.is_some();
             let status = stage.observer.status_of(self.node.name(), has_problem).await;
             self.problem = status.journal.problem;
             if self.kill {

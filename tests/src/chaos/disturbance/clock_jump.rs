@@ -49,13 +49,14 @@ impl ClockJump {
         let publisher = module.declare_publisher(KEY).await.unwrap();
         let (jumping, shifted) = (Arc::clone(&self.jumping), Arc::clone(&self.shifted));
         let pass_on = move |received: zenoh::sample::Sample| {
-            let mut sample: wire::Sample = wire::decode(&received.payload().to_bytes()).unwrap();
+            let mut sample: vocabulary::Sample =
+                vocabulary::decode(&received.payload().to_bytes()).unwrap();
             if jumping.load(Ordering::Relaxed) {
                 sample.time_unix_ns = shift(sample.time_unix_ns, sample.step.0);
                 shifted.fetch_add(1, Ordering::Relaxed);
             }
             // Fails if the module is gone, which the row reports.
-            let _ = publisher.put(wire::encode(&sample).unwrap()).wait();
+            let _ = publisher.put(vocabulary::encode(&sample).unwrap()).wait();
         };
         let samples = plant.declare_subscriber(KEY).callback(pass_on).await.unwrap();
         self.relay = Some(Relay { sessions: [plant, module], _tokens: tokens, _samples: samples });

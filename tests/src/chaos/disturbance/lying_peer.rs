@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde_json::{Value, json};
-use wire::{Refused, StateQuestion};
+use vocabulary::{Refused, StateQuestion};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
@@ -140,12 +140,12 @@ fn change(step: u64, ratio: f64) -> Value {
 }
 
 fn refusal() -> Vec<u8> {
-    wire::encode(&Refused { reason: "no sample has come yet".to_owned() }).unwrap()
+    vocabulary::encode(&Refused { reason: "no sample has come yet".to_owned() }).unwrap()
 }
 
 fn nothing_changed(question: StateQuestion) -> Value {
     json!({
-        "v": wire::VERSION,
+        "v": vocabulary::VERSION,
         "structure": "tower",
         "module": "module2",
         "run": question.run.map_or(0, |run| run.0),
@@ -160,8 +160,7 @@ fn nothing_changed(question: StateQuestion) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use names::{RunId, Step};
-    use wire::StateAnswer;
+    use vocabulary::{RunId, StateAnswer, Step};
 
     use super::*;
 
@@ -169,7 +168,7 @@ mod tests {
     fn lies_are_well_formed_but_for_the_one_that_is_not_meant_to_be() {
         let question =
             StateQuestion { run: Some(RunId(7)), from: Step(100), step: Step(200), window: None };
-        let answer = |lie: Lie| wire::decode::<StateAnswer>(&lie.words(question));
+        let answer = |lie: Lie| vocabulary::decode::<StateAnswer>(&lie.words(question));
         assert!(answer(Lie::Malformed).is_err());
         assert_eq!(answer(Lie::AnotherQuestion).unwrap().as_of_step, Step(1200));
         assert_eq!(answer(Lie::ChangeOutside).unwrap().changes[0].step, Step(201));

@@ -1,6 +1,6 @@
 //! `trusswatch pki fleet`: Zenoh settings for the router of a fleet.
 
-use names::StructureName;
+use vocabulary::StructureName;
 
 use super::named;
 use super::parties::Fleet;

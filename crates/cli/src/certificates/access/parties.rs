@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::str::FromStr;
 
-use names::{OperatorName, StructureName};
 use pki::holder::BearerName;
 use pki::{CommonName, Generations, Holder};
+use vocabulary::{OperatorName, StructureName};
 
 /// Clients that are no part of the structure.
 #[derive(Debug, Default)]

@@ -2,13 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use names::{ModuleName, OperatorName, StructureName};
 use pki::holder::BearerName;
 use pki::{CommonName, Generations, Holder};
 use serde_json::{Value, json};
 use truss::Structure;
-use wire::fleet::Crossing;
-use wire::realm;
+use vocabulary::{ModuleName, OperatorName, StructureName, fleet::Crossing, realm};
 
 use super::parties::{Fleet, Gateway, Linked, People};
 

@@ -1,7 +1,7 @@
 //! A freeze frame as CSV: one row a step.
 
 use figure::freeze_frame::seconds;
-use wire::FreezeFrame;
+use vocabulary::FreezeFrame;
 
 /// The step, the time since the detection, and the traces with their units in the header; a value that is not there is
 /// empty.

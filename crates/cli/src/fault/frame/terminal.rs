@@ -1,9 +1,8 @@
 //! A freeze frame drawn with characters.
 
 use figure::freeze_frame::{ratios, shown_in, trace};
-use names::Step;
 use terminal::Plot;
-use wire::{FreezeFrame, Trace};
+use vocabulary::{FreezeFrame, Step, Trace};
 
 use crate::paint::Paint;
 
@@ -49,7 +48,7 @@ fn number(step: Step) -> f64 {
 fn of_trace(frame: &FreezeFrame, trace: &Trace) -> Plot {
     let (scale, unit) = shown_in(trace);
     let values = trace.values.iter().map(|value| value.map_or(f64::NAN, |value| scale * value));
-    plot(frame, format!("{} [{unit}]", names::printable(&trace.name)), values)
+    plot(frame, format!("{} [{unit}]", vocabulary::printable(&trace.name)), values)
 }
 
 /// By powers of ten: it grows with the fourth power of what the residual is off.

@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use diagnosis::messages::Speaker;
 use shell::occurrences::Occurrences;
-use translation::Speaker;
-use wire::FreezeFrame;
+use vocabulary::FreezeFrame;
 
 use super::folder::{self, Folder, Found};
 
@@ -57,7 +57,7 @@ impl Album {
 
     /// Keeps a frame: in its file, or, if the disk does not take it, in memory until it does.
     pub(super) fn keep(&mut self, frame: FreezeFrame) {
-        let bytes = wire::encode(&frame).map_or(0, |bytes| bytes.len() as u64);
+        let bytes = vocabulary::encode(&frame).map_or(0, |bytes| bytes.len() as u64);
         let head = Some(without_signals(&frame));
         self.entries.push_back(Entry { head, bytes, place: Place::Memory(Box::new(frame)) });
         self.make_room();
@@ -169,9 +169,9 @@ fn without_signals(frame: &FreezeFrame) -> FreezeFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
     use std::os::unix::fs::PermissionsExt;
     use std::path::Path;
+    use vocabulary::{RunId, Step};
 
     fn speaker(incarnation: u64) -> Speaker {
         let own = Speaker::of("tower".parse().unwrap(), "m1".parse().unwrap());

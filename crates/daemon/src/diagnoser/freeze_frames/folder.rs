@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
-use wire::{FreezeFrame, MAX_MESSAGE_BYTES};
+use vocabulary::{FreezeFrame, MAX_MESSAGE_BYTES};
 
 const FOLDER: &str = "freeze-frames";
 const ENDING: &str = "json";
@@ -58,7 +58,7 @@ impl Folder {
     /// # Errors
     /// It cannot be written; a file that was begun is no frame.
     pub(super) fn write(&self, frame: &FreezeFrame) -> io::Result<(PathBuf, u64)> {
-        let bytes = wire::encode(frame).map_err(io::Error::other)?;
+        let bytes = vocabulary::encode(frame).map_err(io::Error::other)?;
         fs::create_dir_all(&self.0)?;
         let path = self.0.join(name(frame));
         let unfinished = path.with_extension(UNFINISHED);
@@ -94,5 +94,5 @@ pub(super) fn read(path: &Path) -> Result<FreezeFrame, String> {
         return Err(format!("{length} bytes are too many"));
     }
     let bytes = fs::read(path).map_err(|error| error.to_string())?;
-    wire::decode(&bytes).map_err(|error| error.to_string())
+    vocabulary::decode(&bytes).map_err(|error| error.to_string())
 }

@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 
+use diagnosis::messages::Speaker;
 use shell::clock;
 use shell::occurrences::Occurrences;
 use shell::supervision::{Crew, Ended};
-use translation::Speaker;
-use wire::FreezeFrameQuestion;
+use vocabulary::FreezeFrameQuestion;
 use zenoh::query::Query;
 
 use super::album::Album;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use translation::Speaker;
-use wire::{FreezeFrame, FreezeFrameQuestion, Topic};
+use diagnosis::messages::Speaker;
+use vocabulary::{FreezeFrame, FreezeFrameQuestion, Topic};
 use zenoh::bytes::Encoding;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};

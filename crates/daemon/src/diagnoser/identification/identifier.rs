@@ -6,15 +6,15 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 
 use diagnosis::identification::{Excerpt, Identification, identify};
-use names::Component;
 use shell::clock;
 use shell::occurrences::Occurrences;
 use shell::runtime::contained;
 use shell::supervision::{Crew, Lane};
+use vocabulary::Component;
 
 use super::IdentificationTally;
 use crate::diagnoser::outgoing::{Outbox, Outgoing};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Requests that may wait. Each is superseded by the next one of its component.
 const WAITING: usize = 64;
@@ -105,7 +105,7 @@ fn attempt(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
+    use vocabulary::{RunId, Step};
 
     #[test]
     fn an_identification_that_panics_is_counted_and_the_next_one_is_carried_out() {

@@ -1,7 +1,7 @@
 //! Whether a finding differs enough from the one published before to be news: each is one more measurement of the same
 //! fault, and most of them say what is known.
 
-use wire::{Candidate, FaultSize, Identification};
+use vocabulary::{Candidate, FaultSize, Identification};
 
 /// The interval must have shrunk to less than this share of the published one.
 const NARROWER: f64 = 0.5;
@@ -38,7 +38,7 @@ fn is_another_size(published: Option<&FaultSize>, found: Option<&FaultSize>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
+    use vocabulary::{RunId, Step};
 
     fn identification(decided: bool, kinds: &[&str], size: Option<[f64; 3]>) -> Identification {
         let size = size.map(|[low, value, high]| FaultSize { value, low, high, unit: "m".into() });

@@ -1,7 +1,7 @@
 //! What is known of the fault that a component has at present. It ends with the fault, and an identification that is of
 //! another one is not taken: it was made from what was measured before the reset.
 
-use wire::{FaultState, FaultTransition, Identification};
+use vocabulary::{FaultState, FaultTransition, Identification};
 
 use super::materiality::is_material;
 
@@ -86,13 +86,12 @@ fn is_of_earlier_fault(transition: &FaultTransition) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
-    use wire::Candidate;
+    use vocabulary::{Candidate, RunId, Step};
 
     fn transition(sequence: u64, state: FaultState) -> FaultTransition {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 0);
-        FaultTransition { sequence, verdict: wire::Verdict::example(state), ..untouched }
+        FaultTransition { sequence, verdict: vocabulary::Verdict::example(state), ..untouched }
     }
 
     fn identification(sequence: u64, as_of: u64) -> Identification {
@@ -106,7 +105,7 @@ mod tests {
             as_of_step: Step(as_of),
             decided: true,
             candidates: vec![Candidate { kind: "stuck".into(), probability: 1.0, size: None }],
-            signature: Some(wire::Signature { unit: "m".into(), points: Vec::new() }),
+            signature: Some(vocabulary::Signature { unit: "m".into(), points: Vec::new() }),
             time_unix_ns: 0,
         }
     }
@@ -166,8 +165,11 @@ mod tests {
 
     #[test]
     fn a_fault_of_which_only_the_shelving_is_left_is_recalled() {
-        let order = wire::GivenOrder {
-            kind: wire::GivenOrderKind::Shelve(wire::Span { since_unix_ns: 1, until_unix_ns: 2 }),
+        let order = vocabulary::GivenOrder {
+            kind: vocabulary::GivenOrderKind::Shelve(vocabulary::Span {
+                since_unix_ns: 1,
+                until_unix_ns: 2,
+            }),
             by: "ada".to_owned(),
             on_behalf_of: None,
             note: None,

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use parking_lot::Mutex;
-use wire::Identification;
+use vocabulary::Identification;
 
 use crate::metrics::{IdentificationReport, KindReport};
 

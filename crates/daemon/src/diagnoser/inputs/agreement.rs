@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use diagnosis::divergence::Interval;
+use diagnosis::messages::{Speaker, from_taken, to_memory};
 use diagnosis::{
     Action, Answer, Diagnoser, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order, OrderToken,
     PeerFailure, Question, Sample, Span, Verdict,
 };
-use names::{RunId, Step};
-use translation::{Speaker, from_taken, to_memory};
-use wire::{Input, Taken};
+use vocabulary::{Input, RunId, Step, Taken};
 
 use super::Register;
 
@@ -101,7 +100,7 @@ impl Live {
     }
 
     fn note(&mut self, input: Option<Input>) {
-        self.inputs.extend(input.map(|input| wire::encode(&input).unwrap()));
+        self.inputs.extend(input.map(|input| vocabulary::encode(&input).unwrap()));
     }
 
     /// What the diagnoser asked.
@@ -166,7 +165,7 @@ impl Live {
     }
 
     fn inputs(&self) -> Vec<Input> {
-        self.inputs.iter().map(|bytes| wire::decode(bytes).unwrap()).collect()
+        self.inputs.iter().map(|bytes| vocabulary::decode(bytes).unwrap()).collect()
     }
 
     /// The same from what is recorded alone.

@@ -1,10 +1,9 @@
 //! Numbers what the diagnoser takes: consecutively from 1, each with the sample after which it was taken.
 
+use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{Action, Diagnoser, Event, Memory, SampleRejection};
-use names::{RunId, Step};
 use shell::clock;
-use translation::{Speaker, to_taken};
-use wire::{Input, Taken};
+use vocabulary::{Input, RunId, Step, Taken};
 
 /// How far the diagnoser has come.
 #[derive(Debug, Clone, Copy, Default)]

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use parking_lot::Mutex;
-use wire::InputQuestion;
+use vocabulary::InputQuestion;
 use zenoh::bytes::ZBytes;
 
 /// Most of the latest inputs that are kept,

@@ -27,13 +27,13 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 
 use shell::supervision::Crew;
 use tokio::sync::mpsc;
-use wire::QuestionError;
+use vocabulary::QuestionError;
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::outgoing::{Outbox, Wanted};
 use crate::messages::{TOO_MANY_QUESTIONS, refuse};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Questions and orders that may wait for the diagnoser.
 const QUEUE: usize = 1024;

@@ -5,15 +5,14 @@
 
 use std::sync::Arc;
 
-use names::OperatorName;
 use tokio::sync::mpsc;
-use wire::{Order, OrderKind, Topic};
+use vocabulary::{OperatorName, Order, OrderKind, Topic};
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::InquiryTally;
 use crate::diagnoser::outgoing::{Outbox, Routine};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// An order and where the reply goes.
 #[derive(Debug)]
@@ -84,7 +83,8 @@ fn read_named(kind: OrderKind, query: &Query) -> Result<Order, String> {
 
 fn read(kind: OrderKind, query: &Query) -> Result<Order, String> {
     let payload = query.payload().ok_or("an order has a payload; see the manual")?;
-    let order: Order = wire::decode(&payload.to_bytes()).map_err(|error| error.to_string())?;
+    let order: Order =
+        vocabulary::decode(&payload.to_bytes()).map_err(|error| error.to_string())?;
     order.check(kind)?;
     Ok(order)
 }

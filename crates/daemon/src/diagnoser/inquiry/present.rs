@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use tokio::sync::Semaphore;
-use wire::keys::Watched;
+use vocabulary::keys::Watched;
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::InquiryTally;
 use crate::diagnoser::outgoing::{Asked, Outbox, Routine, Wanted};
 use crate::messages::TOO_MANY_QUESTIONS;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Questions of each kind that may wait.
 const MAX_WAITING: usize = 64;

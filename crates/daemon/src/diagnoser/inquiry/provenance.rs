@@ -6,7 +6,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 
 use shell::clock;
 use shell::supervision::Crew;
-use wire::{InputQuestion, ModuleConfiguration, QuestionError, Topic};
+use vocabulary::{InputQuestion, ModuleConfiguration, QuestionError, Topic};
 use zenoh::bytes::Encoding;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
@@ -14,7 +14,7 @@ use zenoh::{Session, Wait};
 use super::{InquiryTally, hand_over};
 use crate::diagnoser::inputs::Shelf;
 use crate::messages::put;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Questions that may wait.
 const MAX_WAITING: usize = 16;

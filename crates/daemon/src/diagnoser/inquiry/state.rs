@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use tokio::sync::mpsc;
-use wire::{StateQuestion, Topic};
+use vocabulary::{StateQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::InquiryTally;
 use crate::diagnoser::outgoing::{Outbox, Routine};
 use crate::messages::TOO_MANY_QUESTIONS;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// A question and where its answer goes.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use wire::InquiryCounters;
+use vocabulary::InquiryCounters;
 
 /// InquiryTally that every queryable shares.
 #[derive(Debug, Default)]

@@ -6,10 +6,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use names::{ModuleName, Step};
 use parking_lot::{Mutex, MutexGuard};
 use tokio::sync::Notify;
-use wire::SampleQuestion;
+use vocabulary::{ModuleName, SampleQuestion, Step};
 use zenoh::query::Reply;
 use zenoh::session::EntityGlobalId;
 
@@ -52,7 +51,7 @@ impl Gathering {
             refuse_other_source(&self.counters);
             return;
         }
-        match wire::decode::<wire::Sample>(bytes) {
+        match vocabulary::decode::<vocabulary::Sample>(bytes) {
             Ok(sample) if self.fits(&sample) => {
                 let arrival = Arrival::new(sample, Instant::now(), self.size);
                 self.samples().entry(arrival.sample.step).or_insert(arrival);
@@ -62,7 +61,7 @@ impl Gathering {
         }
     }
 
-    fn fits(&self, sample: &wire::Sample) -> bool {
+    fn fits(&self, sample: &vocabulary::Sample) -> bool {
         sample.module == self.module
             && sample.run == self.question.run
             && (self.question.from..=self.question.to).contains(&sample.step)
@@ -122,7 +121,7 @@ impl Drop for Reception {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::RunId;
+    use vocabulary::RunId;
 
     const SIZE: Size = Size { actuators: 0, gages: 0 };
 
@@ -133,7 +132,7 @@ mod tests {
     }
 
     fn sample(module: &str, run: u64, step: u64) -> Vec<u8> {
-        wire::encode(&wire::Sample {
+        vocabulary::encode(&vocabulary::Sample {
             module: module.parse().unwrap(),
             run: RunId(run),
             step: Step(step),

@@ -9,7 +9,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use names::RunId;
+use vocabulary::RunId;
 use zenoh::session::EntityGlobalId;
 
 use super::Arrival;
@@ -181,7 +181,7 @@ impl Incumbent {
 mod tests {
     use super::*;
     use diagnosis::Sample;
-    use names::Step;
+    use vocabulary::Step;
 
     const HOLD: Duration = Duration::from_millis(200);
 

@@ -48,8 +48,8 @@ pub(crate) struct Size {
 impl Arrival {
     /// A sample that is too long is cut off one value past its length: too long it stays, but it takes no
     /// more room than a true one, however many wait.
-    pub(crate) fn new(sample: wire::Sample, received: Instant, size: Size) -> Self {
-        let wire::Sample {
+    pub(crate) fn new(sample: vocabulary::Sample, received: Instant, size: Size) -> Self {
+        let vocabulary::Sample {
             module: _,
             run,
             step,
@@ -76,11 +76,11 @@ fn cut<T>(values: &mut Vec<T>, length: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
+    use vocabulary::{RunId, Step};
 
     #[test]
     fn a_sample_that_is_too_long_stays_so_but_takes_no_room() {
-        let sample = wire::Sample {
+        let sample = vocabulary::Sample {
             module: "m".parse().unwrap(),
             run: RunId(1),
             step: Step(1),

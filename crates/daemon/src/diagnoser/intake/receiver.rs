@@ -8,11 +8,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use names::ModuleName;
 use parking_lot::{Mutex, MutexGuard};
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
-use wire::Topic;
+use vocabulary::{ModuleName, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::session::EntityGlobalId;
@@ -21,7 +20,7 @@ use super::incumbent::{Admission, Incumbent, Source};
 use super::refusals::Refusals;
 use super::tally::{IntakeTally, Refused, add, count};
 use super::{Arrival, Size};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// The way in.
 #[derive(Debug, Clone)]
@@ -90,7 +89,7 @@ impl Receiver {
 
     fn take(&self, bytes: &[u8], publisher: Option<EntityGlobalId>, now: Instant) {
         count(&self.counters.received);
-        match wire::decode::<wire::Sample>(bytes) {
+        match vocabulary::decode::<vocabulary::Sample>(bytes) {
             Ok(sample) if sample.module == self.module => {
                 self.admit(
                     Source { publisher, run: sample.run },
@@ -160,8 +159,7 @@ pub(super) fn refuse_other_source(counters: &IntakeTally) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
-    use wire::IntakeCounters;
+    use vocabulary::{IntakeCounters, RunId, Step};
 
     fn receiver(room: usize) -> (Receiver, mpsc::Receiver<Arrival>) {
         let (queue, out) = mpsc::channel(room);
@@ -179,7 +177,7 @@ mod tests {
     }
 
     fn sample(module: &str, step: u64) -> Vec<u8> {
-        wire::encode(&wire::Sample {
+        vocabulary::encode(&vocabulary::Sample {
             module: module.parse().unwrap(),
             run: RunId(1),
             step: Step(step),

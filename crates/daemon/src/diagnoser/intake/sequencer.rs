@@ -7,9 +7,10 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use names::delivery::{Due, GapFiller};
-use names::{RunId, Step};
-use wire::SampleQuestion;
+use vocabulary::{
+    RunId, SampleQuestion, Step,
+    delivery::{Due, GapFiller},
+};
 
 use super::Arrival;
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc;
-use wire::{SampleQuestion, Topic};
+use vocabulary::{SampleQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, Querier, QueryTarget};
 
@@ -13,7 +13,7 @@ use super::gathering::{Gathering, Reception};
 use super::retry_policy::{OUTAGE, Outcome, RetryPolicy};
 use super::tally::{IntakeTally, add, count};
 use super::{Arrival, Size};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// How long the network waits for the samples. What is lost on the way may take longer, so it is asked again
 const TIMEOUT: Duration = Duration::from_millis(500);

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use parking_lot::{Mutex, MutexGuard};
 use shell::occurrences::Occurrences;
-use wire::{DecodeError, IntakeCounters};
+use vocabulary::{DecodeError, IntakeCounters};
 
 use super::incumbent::Source;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use parking_lot::{Mutex, MutexGuard};
-use wire::{FaultTransition, Identification, PhaseChange};
+use vocabulary::{FaultTransition, Identification, PhaseChange};
 use zenoh::key_expr::KeyExpr;
 
 use super::event_lane::Outgoing;

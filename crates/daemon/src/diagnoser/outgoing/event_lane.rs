@@ -6,10 +6,10 @@
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
-use names::Component;
 use shell::supervision::Lane;
-use wire::{
-    Candidate, FaultSize, FaultTransition, Identification, Input, Obeyed, PhaseChange, Topic,
+use vocabulary::{
+    Candidate, Component, FaultSize, FaultTransition, Identification, Input, Obeyed, PhaseChange,
+    Topic,
 };
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
@@ -23,7 +23,7 @@ use crate::diagnoser::inputs::Shelf;
 use crate::diagnoser::inquiry::InquiryTally;
 use crate::diagnoser::state::{JournalBoard, Record};
 use crate::messages::{put, reply};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Something that must not be lost.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ pub(crate) enum Outgoing {
     /// What was found of a fault. It is stored and published if it is news.
     Identification(Box<Identification>),
     /// A change.
-    Change(Box<wire::ChangeReport>),
+    Change(Box<vocabulary::ChangeReport>),
     /// Another phase.
     Phase(Box<PhaseChange>),
     /// An order was obeyed by a transition before this.

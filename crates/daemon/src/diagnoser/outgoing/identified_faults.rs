@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use names::Component;
-use wire::{FaultTransition, Identification, Topic};
+use vocabulary::{Component, FaultTransition, Identification, Topic};
 use zenoh::key_expr::KeyExpr;
 
 use super::event_lane::Outgoing;
 use crate::diagnoser::identification::{IdentificationTally, PresentFault};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// The present fault of each component, if it has one.
 #[derive(Debug)]
@@ -113,9 +112,7 @@ fn carried(latest: &Identification) -> Box<Identification> {
 mod tests {
     use super::*;
     use diagnosis::identification::{Candidate, Identification as Found, SignaturePoint};
-    use names::fault::FaultKind;
-    use names::{RunId, Step};
-    use wire::FaultState;
+    use vocabulary::{FaultState, RunId, Step, fault::FaultKind};
 
     fn speaker() -> Speaker {
         Speaker::of("tower".parse().unwrap(), "module1".parse().unwrap())
@@ -133,7 +130,7 @@ mod tests {
         let untouched = speaker().untouched(&"sensor/g2".parse().unwrap(), 0);
         Outgoing::Fault(Box::new(FaultTransition {
             sequence,
-            verdict: wire::Verdict::example(state),
+            verdict: vocabulary::Verdict::example(state),
             ..untouched
         }))
     }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use shell::occurrences::Occurrences;
 use shell::supervision::{Crew, Ended};
 use tokio::sync::mpsc;
-use wire::PublisherCounters;
+use vocabulary::PublisherCounters;
 
 use super::books::SharedBooks;
 use super::event_lane::{EventLane, Outgoing, Stored};
@@ -161,10 +161,10 @@ pub(crate) mod testing {
     use std::collections::BTreeMap;
     use std::sync::mpsc::Receiver;
 
+    use diagnosis::messages::Speaker;
     use diagnosis::state::Condition;
-    use names::Component;
     use shell::supervision::Supervisor;
-    use translation::Speaker;
+    use vocabulary::Component;
 
     use super::*;
     use crate::diagnoser::conditions::Conditions;
@@ -208,10 +208,9 @@ mod tests {
     use std::path::Path;
     use std::time::Duration;
 
-    use names::{RunId, Step};
     use shell::shutdown;
     use shell::supervision::Supervisor;
-    use wire::{FaultTransition, Input, ModulePhase, PhaseChange, Taken};
+    use vocabulary::{FaultTransition, Input, ModulePhase, PhaseChange, RunId, Step, Taken};
     use zenoh::key_expr::KeyExpr;
 
     use super::super::event_lane::publish;
@@ -223,7 +222,7 @@ mod tests {
 
     fn latched(sequence: u64) -> Outgoing {
         let untouched = speaker().untouched(&"sensor/g1".parse().unwrap(), 0);
-        let verdict = wire::Verdict::Latched;
+        let verdict = vocabulary::Verdict::Latched;
         Outgoing::Fault(Box::new(FaultTransition { sequence, verdict, ..untouched }))
     }
 

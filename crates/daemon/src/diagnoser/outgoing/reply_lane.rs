@@ -6,7 +6,7 @@ use std::sync::mpsc::Receiver;
 
 use shell::supervision::Lane;
 use tokio::sync::OwnedSemaphorePermit;
-use wire::{Key, Message, Topic};
+use vocabulary::{Key, Message, Topic};
 use zenoh::Wait;
 use zenoh::bytes::Encoding;
 use zenoh::query::Query;

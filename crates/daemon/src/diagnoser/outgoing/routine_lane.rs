@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use shell::supervision::Lane;
 use tokio::sync::mpsc;
-use wire::{Divergences, ModuleStatus, Progress, StateAnswer, Topic};
+use vocabulary::{Divergences, ModuleStatus, Progress, StateAnswer, Topic};
 use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
@@ -15,7 +15,7 @@ use zenoh::{Session, Wait};
 use super::audience::Audience;
 use crate::diagnoser::inquiry::InquiryTally;
 use crate::messages::{put, refuse, reply};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Something that is superseded soon, or asked for again.
 #[derive(Debug)]

@@ -1,13 +1,12 @@
 //! The present state of each component, for queries on `{module}/fault/**`.
 
-use names::Component;
 use shell::clock;
-use wire::{FaultTransition, Topic};
+use vocabulary::{Component, FaultTransition, Topic};
 use zenoh::key_expr::KeyExpr;
 
 use crate::diagnoser::conditions::Conditions;
 use crate::diagnoser::service::Service;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// The latest transition of each component, in the order of the channels.
 #[derive(Debug)]
@@ -81,7 +80,7 @@ mod tests {
     use super::*;
     use diagnosis::state::Condition;
     use shell::supervision::Supervisor;
-    use wire::{FaultState, ModulePhase};
+    use vocabulary::{FaultState, ModulePhase};
 
     fn service() -> Service {
         let supervisor = Supervisor::from_environment();
@@ -97,7 +96,7 @@ mod tests {
         let conditions = Conditions::new(conditions.iter());
         let mut book = States::new(&speaker, &components, service, conditions);
         let mut latched = speaker.untouched(&components[2], 9);
-        latched.verdict = wire::Verdict::Latched;
+        latched.verdict = vocabulary::Verdict::Latched;
         latched.sequence = 3;
         book.enter(&latched);
         book

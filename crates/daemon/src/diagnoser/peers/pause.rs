@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use names::ModuleName;
 use tokio::time::Instant;
+use vocabulary::ModuleName;
 
 /// The pending queries, and whether samples wait for any of them.
 #[derive(Debug)]

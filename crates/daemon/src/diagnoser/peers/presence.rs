@@ -4,15 +4,14 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use diagnosis::Event;
-use names::ModuleName;
 use tokio::sync::mpsc;
-use wire::Topic;
+use vocabulary::{ModuleName, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
 use super::standing::PeerBook;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// How long a token is looked for.
 const LOOK_UP: Duration = Duration::from_millis(200);
@@ -29,7 +28,7 @@ pub(crate) async fn watch(
 ) -> zenoh::Result<Vec<Subscriber<()>>> {
     let mut subscribers = Vec::with_capacity(peers.len());
     for peer in peers {
-        let key = wire::Key::of_module(&speaker.structure, peer, Topic::Alive).to_string();
+        let key = vocabulary::Key::of_module(&speaker.structure, peer, Topic::Alive).to_string();
         let (peer, book, events) = (peer.clone(), book.clone(), events.clone());
         let subscriber = session
             .liveliness()
@@ -104,7 +103,8 @@ impl Presence {
     /// Asks the network for a peer's token. When one of two links between processes ends, the network may
     /// report that a token has gone though the other link still has it, and never take that back.
     async fn look_again(&self, peer: &ModuleName) -> bool {
-        let key = wire::Key::of_module(&self.speaker.structure, peer, Topic::Alive).to_string();
+        let key =
+            vocabulary::Key::of_module(&self.speaker.structure, peer, Topic::Alive).to_string();
         let liveliness = self.session.liveliness();
         let Ok(replies) = liveliness.get(key).timeout(LOOK_UP).await else { return false };
         while let Ok(reply) = replies.recv_async().await {
@@ -140,7 +140,7 @@ mod tests {
         let session = session::open(&session::Network::default()).await.unwrap();
         let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let peer: ModuleName = MODULE.parse().unwrap();
-        let key = wire::Key::of_module(&speaker.structure, &peer, Topic::Alive).to_string();
+        let key = vocabulary::Key::of_module(&speaker.structure, &peer, Topic::Alive).to_string();
         let token = session.liveliness().declare_token(key).await.unwrap();
         let book = PeerBook::new(std::slice::from_ref(&peer));
         let (events, mut returned) = mpsc::channel(1);

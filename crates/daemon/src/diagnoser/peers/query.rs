@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::{Event, PeerFailure, Question};
-use names::ModuleName;
 use tokio::sync::{Semaphore, mpsc};
-use wire::{Refused, StateAnswer, Topic};
+use vocabulary::{ModuleName, Refused, StateAnswer, Topic};
 use zenoh::Session;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::query::{ConsolidationMode, Querier, QueryTarget, Reply};
@@ -16,7 +15,7 @@ use super::presence::Presence;
 use super::standing::PeerBook;
 use super::timeouts::Timeouts;
 use crate::config::DiagnoserConfig;
-use translation::{Speaker, from_answer, to_question};
+use diagnosis::messages::{Speaker, from_answer, to_question};
 
 /// Questions under way at a time, per peer. Seven are put within the longest timeout, if it is 1.2 s: one about open
 /// cases, two about long windows, four about short ones.
@@ -115,7 +114,7 @@ async fn declare_querier(
     peer: &ModuleName,
     timeout: Duration,
 ) -> zenoh::Result<Querier<'static>> {
-    let key = wire::Key::of_module(&speaker.structure, peer, Topic::State).to_string();
+    let key = vocabulary::Key::of_module(&speaker.structure, peer, Topic::State).to_string();
     session
         .declare_querier(key)
         // All answers in the peer's name are collected, to check whether they agree.
@@ -166,7 +165,7 @@ async fn common_word(replies: FifoChannelHandler<Reply>) -> Result<StateAnswer, 
     let mut common: Option<StateAnswer> = None;
     while let Ok(reply) = replies.recv_async().await {
         let answer: StateAnswer = match reply.result() {
-            Ok(sample) => wire::decode(&sample.payload().to_bytes())
+            Ok(sample) => vocabulary::decode(&sample.payload().to_bytes())
                 .map_err(|error| PeerFailure::Malformed(error.to_string()))?,
             Err(error) => match failed(&error.payload().to_bytes()) {
                 PeerFailure::TimedOut if common.is_some() => break,
@@ -186,7 +185,7 @@ async fn common_word(replies: FifoChannelHandler<Reply>) -> Result<StateAnswer, 
 
 /// An error reply is the peer's refusal, or the network's timeout.
 fn failed(bytes: &[u8]) -> PeerFailure {
-    match wire::decode::<Refused>(bytes) {
+    match vocabulary::decode::<Refused>(bytes) {
         Ok(refused) => PeerFailure::Refused(refused.reason),
         Err(_) if bytes == b"Timeout" => PeerFailure::TimedOut,
         Err(_) => PeerFailure::Refused(String::from_utf8_lossy(bytes).chars().take(200).collect()),
@@ -199,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_refusal_and_the_networks_timeout_are_distinguished() {
-        let refused = wire::encode(&Refused { reason: "no sample yet".into() }).unwrap();
+        let refused = vocabulary::encode(&Refused { reason: "no sample yet".into() }).unwrap();
         assert_eq!(failed(&refused), PeerFailure::Refused("no sample yet".into()));
         assert_eq!(failed(b"Timeout"), PeerFailure::TimedOut);
         assert_eq!(failed(b"whatever"), PeerFailure::Refused("whatever".into()));

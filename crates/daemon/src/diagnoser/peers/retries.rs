@@ -4,8 +4,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use names::ModuleName;
-use names::delivery::Backoff;
+use vocabulary::{ModuleName, delivery::Backoff};
 
 const FIRST: Duration = Duration::from_millis(150);
 const LONGEST: Duration = Duration::from_millis(800);

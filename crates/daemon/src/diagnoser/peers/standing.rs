@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use diagnosis::PeerFailure;
-use names::ModuleName;
 use parking_lot::{Mutex, MutexGuard};
-use wire::{PeerOutcome, PeerStatus};
+use vocabulary::{ModuleName, PeerOutcome, PeerStatus};
 
 /// The peers, in the order of the configuration.
 #[derive(Debug, Clone)]

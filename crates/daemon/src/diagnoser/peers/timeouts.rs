@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::PeerFailure;
-use names::ModuleName;
 use parking_lot::{Mutex, MutexGuard};
+use vocabulary::ModuleName;
 
 /// How many different timeouts there are; each is twice the one before.
 const TIMEOUTS: usize = 3;

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use diagnosis::Memory;
-use names::{ModuleName, RunId, Step};
-use wire::Change;
+use vocabulary::{Change, ModuleName, RunId, Step};
 
 use super::{Keeper, Recollection, Record, Watch, WatchFile};
 

@@ -7,9 +7,8 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use journal::{Journal, OpenError, Opened};
-use names::ModuleName;
 use shell::clock;
-use wire::JournalStatus;
+use vocabulary::{JournalStatus, ModuleName};
 
 use super::recollection::Recollection;
 use super::record::{Record, check_version};
@@ -251,12 +250,12 @@ fn incarnation(records: &[String], module: &ModuleName) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
-    use translation::Speaker;
+    use diagnosis::messages::Speaker;
+    use vocabulary::{RunId, Step};
 
     fn change(step: u64) -> Record {
         let component = "sensor/g1".parse().unwrap();
-        let change = wire::Change::at(component, Step(step), 2.0);
+        let change = vocabulary::Change::at(component, Step(step), 2.0);
         Record::Change { run: RunId(1), change }
     }
 

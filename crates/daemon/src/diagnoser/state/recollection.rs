@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 
 use diagnosis::{Change, MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
-use names::{Component, ModuleName, RunId, Step};
-use wire::{FaultTransition, Identification};
+use vocabulary::{Component, FaultTransition, Identification, ModuleName, RunId, Step};
 
 use super::record::Record;
 use super::watch_file::Watch;
 use crate::diagnoser::identification::PresentFault;
-use translation::from_transition;
+use diagnosis::messages::from_transition;
 
 /// What the journal and the watch file say together.
 #[derive(Debug, Default)]
@@ -151,19 +150,18 @@ impl Seen {
 mod tests {
     use super::*;
     use diagnosis::Verdict;
-    use names::Step;
-    use translation::Speaker;
-    use wire::FaultState;
+    use diagnosis::messages::Speaker;
+    use vocabulary::{FaultState, Step};
 
     fn transition(component: &str, sequence: u64, state: FaultState) -> String {
         let speaker = Speaker::of("t".parse().unwrap(), "m1".parse().unwrap());
         let mut message = speaker.untouched(&component.parse().unwrap(), 5);
         message.sequence = sequence;
-        message.verdict = wire::Verdict::example(state);
+        message.verdict = vocabulary::Verdict::example(state);
         message.run = Some(RunId(1));
         let step = Some(Step(sequence));
         (message.onset_step, message.detection_step, message.decided_step) = (step, step, step);
-        message.evidence = Some(wire::Evidence {
+        message.evidence = Some(vocabulary::Evidence {
             step: Step(1),
             residual: 1.0,
             level: 0.5,
@@ -175,7 +173,7 @@ mod tests {
 
     fn change(run: u64, step: u64) -> String {
         let component = "sensor/g1".parse().unwrap();
-        let change = wire::Change::at(component, Step(step), 2.0);
+        let change = vocabulary::Change::at(component, Step(step), 2.0);
         Record::Change { run: RunId(run), change }.to_text().unwrap()
     }
 
@@ -228,7 +226,7 @@ mod tests {
     fn changes_of_one_step_are_returned_once_though_a_snapshot_repeats_them() {
         let change = |component: &str| {
             let component = component.parse().unwrap();
-            let change = wire::Change::at(component, Step(9), 2.0);
+            let change = vocabulary::Change::at(component, Step(9), 2.0);
             Record::Change { run: RunId(2), change }.to_text().unwrap()
         };
         let records = ["actuator/a1", "sensor/g1", "actuator/a1", "sensor/g1"].map(change);

@@ -1,8 +1,7 @@
 //! One record of the journal as text: a JSON object whose field `record` says what it is.
 
-use names::RunId;
 use serde::{Deserialize, Serialize};
-use wire::{Change, FaultTransition, Identification};
+use vocabulary::{Change, FaultTransition, Identification, RunId};
 
 /// Version of the records.
 pub(crate) const VERSION: u64 = 1;

@@ -2,8 +2,7 @@
 
 use std::collections::VecDeque;
 
-use names::{ComponentPath, ModuleName};
-use wire::{FaultTransition, Identification};
+use vocabulary::{ComponentPath, FaultTransition, Identification, ModuleName};
 
 use super::record::Record;
 

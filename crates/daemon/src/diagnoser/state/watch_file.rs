@@ -8,8 +8,8 @@ use std::fs::{File, OpenOptions};
 use std::os::unix::fs::{FileExt, OpenOptionsExt};
 use std::path::Path;
 
-use names::{RunId, Step};
 use serde::{Deserialize, Serialize};
+use vocabulary::{RunId, Step};
 
 const PLACE_BYTES: usize = 256;
 

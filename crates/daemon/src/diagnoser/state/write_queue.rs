@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
-use wire::JournalStatus;
+use vocabulary::JournalStatus;
 
 use super::record::Record;
 use super::snapshot::Snapshot;
@@ -241,10 +241,10 @@ impl JournalBoard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
+    use vocabulary::{RunId, Step};
 
     fn changes(steps: std::ops::Range<u64>) -> Vec<Record> {
-        let change = |step| wire::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
+        let change = |step| vocabulary::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
         steps.map(|step| Record::Change { run: RunId(1), change: change(step) }).collect()
     }
 

@@ -68,14 +68,14 @@ impl Writer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use names::{RunId, Step};
+    use vocabulary::{RunId, Step};
 
     fn watch(until: u64) -> Watch {
         Watch { run: RunId(1), watched: Some((Step(0), Step(until))) }
     }
 
     fn change(step: u64) -> Record {
-        let change = wire::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
+        let change = vocabulary::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
         Record::Change { run: RunId(1), change }
     }
 

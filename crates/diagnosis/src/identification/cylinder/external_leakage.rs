@@ -1,6 +1,6 @@
 //! A chamber leaks to the outside (eq. 11): it lacks what the other has not; the coefficient \[m²\].
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::internal_leakage::leak;
 use super::record::Record;

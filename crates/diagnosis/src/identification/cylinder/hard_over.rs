@@ -1,6 +1,6 @@
 //! The inlet of chamber A is fully open, whatever is commanded.
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::Record;
 use crate::identification::hypothesis::{Hypothesis, Weighing};

@@ -1,6 +1,6 @@
 //! Oil leaks from chamber A into chamber B (eq. 10): what A lacks, B has too much; the coefficient \[m²\].
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::{FIGURES, Record};
 use crate::identification::hypothesis::{Hypothesis, Weighing};

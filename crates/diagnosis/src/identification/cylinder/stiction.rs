@@ -1,7 +1,7 @@
 //! The valve's spool sticks where it is until the flow commanded is farther from that than a band, and then jumps there;
 //! the band \[m³/s\].
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::Record;
 use crate::identification::axis::Axis;

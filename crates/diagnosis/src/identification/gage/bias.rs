@@ -1,6 +1,6 @@
 //! The gage reads a constant amount too much: a step at the onset \[m\].
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::Record;
 use super::scales::{OF_CONTROLLER, at_all};

@@ -1,6 +1,6 @@
 //! The gage's offset grows steadily: a ramp from the onset on \[m/s\].
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::Record;
 use super::scales::{OF_CONTROLLER, at_all};

@@ -1,7 +1,7 @@
 //! The gage reads a multiple of what it should: what it is off is a share of what the others say that it should read.
 //! A part of the structure that has become softer shows in the same way, as a gain above one.
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::Record;
 use crate::identification::hypothesis::{Hypothesis, Weighing};

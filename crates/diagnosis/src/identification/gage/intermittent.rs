@@ -7,7 +7,7 @@
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::{Onset, Point, Record, Wandering};
 use super::scales::log_density;

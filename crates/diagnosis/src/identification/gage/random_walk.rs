@@ -1,6 +1,6 @@
 //! The gage's offset wanders: from the onset on each step adds a normal increment \[m per step\].
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::{Onset, Record};
 use crate::identification::hypothesis::{Hypothesis, Weighing};

@@ -1,6 +1,6 @@
 //! The gage repeats its last reading.
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::{Onset, Record};
 use crate::identification::hypothesis::{Hypothesis, Weighing};

@@ -1,6 +1,6 @@
 //! The gage reads zero, noise apart, whatever the others say.
 
-use names::fault::FaultKind;
+use vocabulary::fault::FaultKind;
 
 use super::record::Record;
 use crate::identification::hypothesis::{Hypothesis, Weighing};

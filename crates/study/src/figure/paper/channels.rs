@@ -1,6 +1,6 @@
 //! Which channels a panel shows.
 
-use names::{ComponentKind, ComponentPath};
+use vocabulary::{ComponentKind, ComponentPath};
 
 use crate::trace::{ChannelTrace, ModuleTrace};
 

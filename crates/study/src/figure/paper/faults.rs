@@ -1,7 +1,7 @@
 //! How large the figures' faults are. The paper does not say: they lie in the middle of what the
 //! campaign's scenarios are drawn from.
 
-use names::fault::Fault;
+use vocabulary::fault::Fault;
 
 use crate::scenarios::Scenarios;
 

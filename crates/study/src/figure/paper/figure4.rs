@@ -1,6 +1,6 @@
 //! Figure 4: a random walk and a bias in two gages of the first module.
 
-use names::ComponentKind::Sensor;
+use vocabulary::ComponentKind::Sensor;
 
 use super::story::Story;
 use super::{faults, place};

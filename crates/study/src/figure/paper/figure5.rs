@@ -1,6 +1,6 @@
 //! Figure 5: an external leakage in an actuator of the first module.
 
-use names::ComponentKind::{Actuator, Sensor};
+use vocabulary::ComponentKind::{Actuator, Sensor};
 
 use super::story::Story;
 use super::{faults, place};

@@ -1,8 +1,10 @@
 //! Figure 6: a hard-over in an actuator of the first module, which the second module feels.
 
-use names::ComponentKind::{Actuator, Sensor};
-use names::fault::Fault;
-use names::{ComponentPath, ModuleName};
+use vocabulary::{
+    ComponentKind::{Actuator, Sensor},
+    ComponentPath, ModuleName,
+    fault::Fault,
+};
 
 use super::place;
 use super::story::Story;

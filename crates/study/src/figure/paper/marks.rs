@@ -1,6 +1,6 @@
 //! Lines in a story's panels: faults and the verdicts on them.
 
-use names::ComponentPath;
+use vocabulary::ComponentPath;
 
 use super::channels::Channels;
 use super::story::Story;

@@ -1,6 +1,6 @@
 //! The panels of a story.
 
-use names::{ComponentKind, ComponentPath, Step};
+use vocabulary::{ComponentKind, ComponentPath, Step};
 
 use super::channels::Channels;
 use super::story::{Story, WINDOW_S};

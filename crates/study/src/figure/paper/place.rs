@@ -1,7 +1,7 @@
 //! Components by their position, as the paper counts them: third actuator of the first module.
 
-use names::{Component, ComponentPath};
 use truss::{Module, Structure};
+use vocabulary::{Component, ComponentPath};
 
 use crate::error::StudyError;
 

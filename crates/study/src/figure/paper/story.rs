@@ -1,6 +1,6 @@
 //! A run with given faults, and what came of it.
 
-use names::{ComponentKind, ComponentPath, Step};
+use vocabulary::{ComponentKind, ComponentPath, Step};
 
 use super::channels::Channels;
 use super::verdict::{self, Finding};
@@ -25,7 +25,7 @@ impl Story {
     pub(super) fn run(
         campaign: &Scenarios,
         seed: u64,
-        faults: Vec<(f64, ComponentPath, names::fault::Fault)>,
+        faults: Vec<(f64, ComponentPath, vocabulary::fault::Fault)>,
     ) -> Result<Self, StudyError> {
         let step_s = campaign.system.parameters.step_s;
         let injections: Vec<Injection> = (faults.into_iter())

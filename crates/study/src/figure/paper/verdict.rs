@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::{Transition, Verdict};
-use names::{ComponentKind, ComponentPath, ModuleName, Step};
+use vocabulary::{ComponentKind, ComponentPath, ModuleName, Step};
 
 use crate::rig::Occurrence;
 use crate::trace::Trace;

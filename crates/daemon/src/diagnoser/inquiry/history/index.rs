@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use wire::MAX_IDENTIFICATIONS_OF_FAULT;
+use vocabulary::MAX_IDENTIFICATIONS_OF_FAULT;
 
 use crate::diagnoser::state::Entry;
 

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 use shell::supervision::Crew;
-use wire::{HistoryPage, HistoryQuestion, Topic};
+use vocabulary::{HistoryPage, HistoryQuestion, Topic};
 use zenoh::bytes::Encoding;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
@@ -27,7 +27,7 @@ use reading::Reading;
 
 use super::{InquiryTally, hand_over};
 use crate::messages::{put, refuse};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// Questions that may wait.
 const MAX_WAITING: usize = 16;

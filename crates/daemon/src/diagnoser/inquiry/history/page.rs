@@ -1,11 +1,11 @@
 //! From the index to a page.
 
-use wire::{
+use vocabulary::{
     FaultTransition, HistoryPage, HistoryQuestion, Identification, MAX_MESSAGE_BYTES, Message,
 };
 
 use super::index::Index;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// A page is ended before it gets longer than this.
 pub(super) const PAGE_BYTES: usize = MAX_MESSAGE_BYTES / 2;
@@ -106,7 +106,7 @@ impl Filled {
 }
 
 pub(super) fn length<M: Message>(message: &M) -> usize {
-    wire::encode(message).map_or(0, |text| text.len())
+    vocabulary::encode(message).map_or(0, |text| text.len())
 }
 
 #[cfg(test)]
@@ -195,15 +195,15 @@ mod tests {
     }
 
     fn found(sequence: u64, as_of: u64) -> Entry {
-        let kind = names::fault::FaultKind::Bias;
+        let kind = vocabulary::fault::FaultKind::Bias;
         let size = diagnosis::identification::Size { value: 1.0 / 3.0, low: 0.1, high: 2.0 / 3.0 };
         let candidate =
             diagnosis::identification::Candidate { kind, probability: 0.1, size: Some(size) };
         let found = diagnosis::identification::Identification {
-            run: names::RunId(1),
+            run: vocabulary::RunId(1),
             sequence,
             component: "sensor/g1".parse().unwrap(),
-            as_of: names::Step(as_of),
+            as_of: vocabulary::Step(as_of),
             candidates: vec![candidate; 5],
             signature: Vec::new(),
         };
@@ -281,7 +281,7 @@ mod tests {
         let page =
             compile(&speaker(), transitions(5000), HistoryQuestion { since: 1, limit: 5000 });
         assert!(page.more && !page.transitions.is_empty());
-        assert!(wire::encode(&page).unwrap().len() < MAX_MESSAGE_BYTES);
+        assert!(vocabulary::encode(&page).unwrap().len() < MAX_MESSAGE_BYTES);
     }
 
     #[test]

@@ -5,12 +5,12 @@
 use std::path::{Path, PathBuf};
 
 use journal::{Follower, Look, Place, ReadError};
-use wire::{FaultTransition, HistoryPage, HistoryQuestion, Identification};
+use vocabulary::{FaultTransition, HistoryPage, HistoryQuestion, Identification};
 
 use super::index::Index;
 use super::page::{Contents, compile};
 use crate::diagnoser::state::{Entries, Record};
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// A record that is not where it was, thrice in a row, is not due to a journal that is being replaced meanwhile.
 const ATTEMPTS: usize = 3;
@@ -118,7 +118,7 @@ mod tests {
     use std::io::Write;
 
     use journal::Journal;
-    use names::{RunId, Step};
+    use vocabulary::{RunId, Step};
 
     use super::super::straightforward;
 
@@ -135,7 +135,7 @@ mod tests {
     }
 
     fn found(of: &Speaker, component: &str, sequence: u64, as_of: u64) -> Record {
-        let kind = names::fault::FaultKind::Bias;
+        let kind = vocabulary::fault::FaultKind::Bias;
         let candidate = diagnosis::identification::Candidate { kind, probability: 0.1, size: None };
         let found = diagnosis::identification::Identification {
             run: RunId(1),
@@ -149,7 +149,7 @@ mod tests {
     }
 
     fn change(step: u64) -> Record {
-        let change = wire::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
+        let change = vocabulary::Change::at("sensor/g1".parse().unwrap(), Step(step), 2.0);
         Record::Change { run: RunId(1), change }
     }
 
@@ -268,7 +268,10 @@ mod tests {
                 }
                 let page = reading.page(question).unwrap();
                 let expected = growing.straightforward(&speaker, question);
-                assert_eq!(wire::encode(&page).unwrap(), wire::encode(&expected).unwrap());
+                assert_eq!(
+                    vocabulary::encode(&page).unwrap(),
+                    vocabulary::encode(&expected).unwrap()
+                );
             }
         }
     }

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use wire::{HistoryPage, HistoryQuestion, Identification, MAX_IDENTIFICATIONS_OF_FAULT};
+use vocabulary::{HistoryPage, HistoryQuestion, Identification, MAX_IDENTIFICATIONS_OF_FAULT};
 
 use super::page::{PAGE_BYTES, length};
 use crate::diagnoser::state::Entry;
-use translation::Speaker;
+use diagnosis::messages::Speaker;
 
 /// The page of `all` entries that is asked for. `all` is read to its end: the numbers on the page say how far the
 /// journal reaches, and a fault may be identified anew long after it was declared.

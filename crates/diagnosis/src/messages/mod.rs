@@ -1,0 +1,257 @@
+//! Between what a diagnoser takes and gives, and messages. Both ways lose nothing that a verdict depends on: finite
+//! numbers come back as the very same bits.
+
+mod configuration;
+mod freeze_frame;
+mod identification;
+mod input;
+
+pub use configuration::{setup_fingerprint, to_setup};
+pub use input::{from_taken, to_memory, to_taken};
+
+use crate::state::{self, WindowLength, WindowMeans};
+use crate::{Answer, Phase, Question, Transition};
+use vocabulary::{
+    Agreement, Component, ComponentPath, FaultTransition, ModuleName, ModulePhase, RunId, Step,
+    StructureName, Verdict,
+};
+
+/// The publishing module.
+#[derive(Debug, Clone)]
+pub struct Speaker {
+    /// Its structure.
+    pub structure: StructureName,
+    /// Its name.
+    pub module: ModuleName,
+    /// What its sequence numbers count in, as it stands in [`FaultTransition::incarnation`].
+    pub incarnation: u64,
+}
+
+impl Speaker {
+    /// One without a journal.
+    #[must_use]
+    pub fn of(structure: StructureName, module: ModuleName) -> Self {
+        Self { structure, module, incarnation: 0 }
+    }
+
+    /// The key of one of its topics.
+    #[must_use]
+    pub fn key(&self, topic: vocabulary::Topic) -> String {
+        vocabulary::Key::of_module(&self.structure, &self.module, topic).to_string()
+    }
+
+    /// One of its components, with its name before.
+    #[must_use]
+    pub fn path(&self, component: &Component) -> ComponentPath {
+        ComponentPath { module: self.module.clone(), component: component.clone() }
+    }
+
+    /// The message on a component that never had a transition.
+    #[must_use]
+    pub fn untouched(&self, component: &Component, time_unix_ns: u64) -> FaultTransition {
+        let (structure, component) = (self.structure.clone(), self.path(component));
+        let incarnation = self.incarnation;
+        FaultTransition {
+            incarnation,
+            ..FaultTransition::untouched(structure, component, time_unix_ns)
+        }
+    }
+
+    /// The message on a transition.
+    #[must_use]
+    pub fn transition(&self, transition: Transition, time_unix_ns: u64) -> FaultTransition {
+        let Transition {
+            sequence,
+            run,
+            run_ended,
+            component,
+            verdict,
+            symptom,
+            onset,
+            detection,
+            decided,
+            evidence,
+            before_service,
+            disputed,
+            tare,
+            order,
+            verdict_order,
+            shelved,
+            suppressed,
+        } = transition;
+        let mut message = self.untouched(&component, time_unix_ns);
+        message.sequence = sequence;
+        message.run = Some(run);
+        message.run_ended = run_ended;
+        message.onset_step = Some(onset);
+        message.detection_step = Some(detection);
+        message.decided_step = Some(decided);
+        message.evidence = Some(evidence);
+        message.order = order;
+        message.state_order = verdict_order;
+        message.shelved = shelved.map(|shelving| *shelving);
+        message.suppressed = suppressed.map(|shelving| *shelving);
+        message.verdict = verdict;
+        message.disputed = disputed;
+        message.before_service = before_service;
+        message.tare = tare;
+        message.symptom = symptom;
+        message
+    }
+
+    /// The message on a change.
+    #[must_use]
+    pub fn change(
+        &self,
+        run: RunId,
+        change: &crate::Change,
+        evidence: &crate::Evidence,
+        time_unix_ns: u64,
+    ) -> vocabulary::ChangeReport {
+        vocabulary::ChangeReport {
+            structure: self.structure.clone(),
+            component: self.path(&change.component),
+            run,
+            step: change.step,
+            evidence: *evidence,
+            time_unix_ns,
+        }
+    }
+
+    /// The message on its channels, each with what is known of it at this step.
+    #[must_use]
+    pub fn divergences(
+        &self,
+        run: RunId,
+        step: Step,
+        channels: (&[Component], &[crate::Evidence]),
+        time_unix_ns: u64,
+    ) -> vocabulary::Divergences {
+        let (components, evidence) = channels;
+        let channel = |(component, evidence): (&Component, &crate::Evidence)| vocabulary::Channel {
+            component: component.clone(),
+            residual: evidence.residual,
+            divergence: evidence.divergence,
+            threshold: evidence.threshold,
+        };
+        vocabulary::Divergences {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            run,
+            step,
+            time_unix_ns,
+            channels: components.iter().zip(evidence).map(channel).collect(),
+        }
+    }
+
+    /// The message with its answer to a peer.
+    #[must_use]
+    pub fn answer(&self, answer: Answer) -> vocabulary::StateAnswer {
+        let Answer { question, watching_since, changes, actuator_faults, alarms, window } = answer;
+        vocabulary::StateAnswer {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            run: question.run,
+            from_step: question.from,
+            as_of_step: question.as_of,
+            watching_since_step: watching_since,
+            changes,
+            actuator_faults,
+            alarms,
+            window,
+        }
+    }
+}
+
+/// A transition as it was before it was sent; `None` for a component that never had one.
+#[must_use]
+pub fn from_transition(message: FaultTransition) -> Option<Transition> {
+    let verdict = Some(message.verdict).filter(|verdict| *verdict != Verdict::Unknown)?;
+    Some(Transition {
+        sequence: message.sequence,
+        run: message.run?,
+        run_ended: message.run_ended,
+        component: message.component.component,
+        verdict,
+        symptom: message.symptom,
+        onset: message.onset_step?,
+        detection: message.detection_step?,
+        decided: message.decided_step?,
+        evidence: message.evidence?,
+        before_service: message.before_service,
+        disputed: message.disputed,
+        tare: message.tare,
+        verdict_order: message.state_order,
+        order: message.order,
+        shelved: message.shelved.map(Box::new),
+        suppressed: message.suppressed.map(Box::new),
+    })
+}
+
+/// A question to a peer.
+#[must_use]
+pub fn to_question(question: Question) -> vocabulary::StateQuestion {
+    let Question { run, from, as_of, window } = question;
+    vocabulary::StateQuestion { run: Some(run), from, step: as_of, window }
+}
+
+/// `window`: the means of a window of which length were asked for, if any?
+#[must_use]
+pub fn from_answer(answer: vocabulary::StateAnswer, window: Option<WindowLength>) -> Answer {
+    let until = answer.as_of_step;
+    // What was not asked for is not looked at.
+    let fits = |means: &WindowMeans| Some(means.length) == window && means.until == until;
+    let means = answer.window.filter(fits);
+    Answer {
+        question: Question {
+            run: answer.run,
+            from: answer.from_step,
+            as_of: answer.as_of_step,
+            window,
+        },
+        watching_since: answer.watching_since_step,
+        changes: answer.changes,
+        actuator_faults: answer.actuator_faults,
+        alarms: answer.alarms,
+        window: means,
+    }
+}
+
+/// In words what keeps a component from being normal.
+#[must_use]
+pub fn to_condition(condition: &state::Condition) -> vocabulary::Condition {
+    use state::Condition as Known;
+    let (agreement, as_of_step, reason) = match condition {
+        Known::NotVerified => (Agreement::NotVerified, None, None),
+        Known::NotCompared => {
+            (Agreement::NotCompared, None, Some("not compared with its reference yet".to_owned()))
+        }
+        Known::Agrees { as_of } => (Agreement::Agrees, Some(*as_of), None),
+        Known::Doubtful { as_of } => {
+            let reason = "it departed from its reference in the latest window";
+            (Agreement::Doubtful, Some(*as_of), Some(reason.to_owned()))
+        }
+        Known::Departed { as_of } => {
+            (Agreement::Departed, Some(*as_of), Some("it departs from its reference".to_owned()))
+        }
+        Known::OneOf { as_of, components } => {
+            let names: Vec<String> = components.iter().map(ToString::to_string).collect();
+            let reason = format!("one of these departs from its reference: {}", names.join(", "));
+            (Agreement::OneOf, Some(*as_of), Some(reason))
+        }
+        Known::CannotTell { obstacle } => {
+            (Agreement::CannotTell, None, Some(format!("it cannot be compared: {obstacle}")))
+        }
+    };
+    vocabulary::Condition { agreement, as_of_step, reason }
+}
+
+/// The word for a phase, and since which step it is in service.
+#[must_use]
+pub fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
+    match phase {
+        Phase::Waiting => (ModulePhase::Waiting, None),
+        Phase::Initialising => (ModulePhase::Initialising, None),
+        Phase::InService { since } => (ModulePhase::InService, Some(since)),
+    }
+}

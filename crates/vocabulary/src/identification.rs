@@ -1,0 +1,113 @@
+//! What kind of fault a component has, and how large it is.
+
+use crate::fault::FaultKind;
+use crate::{ComponentPath, ModuleName, RunId, Step, StructureName};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::encoding::Message;
+
+/// What kind of fault a component has and how large it is, as far as that is known. Published when it is first known
+/// and whenever it changes materially; given to whoever asks for the latest as long as the component is faulty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Identification {
+    /// The structure.
+    pub structure: StructureName,
+    /// The module.
+    pub module: ModuleName,
+    /// The component.
+    pub component: ComponentPath,
+    /// The run that the steps are counted in.
+    pub run: RunId,
+    /// The sequence number of the transition that declared the fault.
+    pub sequence: u64,
+    /// The latest step that counted.
+    pub as_of_step: Step,
+    /// Whether the first candidate is probable enough to be called the kind of the fault.
+    pub decided: bool,
+    /// What it may be, the most probable first; empty if it could not be identified.
+    pub candidates: Vec<Candidate>,
+    /// What was measured, and what the first candidate makes of it. Only in answer to a question, and only as long as
+    /// what was measured is kept.
+    pub signature: Option<Signature>,
+    /// When this was found \[ns since 1970\].
+    pub time_unix_ns: u64,
+}
+
+/// A kind that a fault may be of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Candidate {
+    /// Of a cylinder `internal_leakage`, `external_leakage_a`, `external_leakage_b`, `hard_over` or `stiction`; of a gage
+    /// `bias`, `drift`, `random_walk`, `gain`, `zero_output`, `stuck`, `intermittent` or `no_signal`. Later versions may
+    /// know others.
+    pub kind: String,
+    /// How probable it is, from 0 to 1.
+    pub probability: f64,
+    /// How large it is if it is of this kind, where that means anything.
+    pub size: Option<FaultSize>,
+}
+
+/// How large a fault is, with its 95 % interval.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FaultSize {
+    /// The middle of what it may be, in `unit`.
+    pub value: f64,
+    /// It is less than this with a probability of 2.5 %, in `unit`.
+    pub low: f64,
+    /// It is more than this with a probability of 2.5 %, in `unit`.
+    pub high: f64,
+    /// `m` of a bias and of what a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a
+    /// gain, `m²` of a leak's coefficient. Later versions may know others.
+    pub unit: String,
+}
+
+/// What was measured of a fault, and what the most probable kind makes of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Signature {
+    /// Of `measured` and `fitted`: `m` of a gage, how much it reads too much; `m³` of a cylinder, how much more oil a chamber
+    /// holds than its valve was commanded to let in. Later versions may know others.
+    pub unit: String,
+    /// The steps, in their order.
+    pub points: Vec<SignaturePoint>,
+}
+
+/// A step of a signature.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SignaturePoint {
+    /// The step.
+    pub step: Step,
+    /// What was measured, in the signature's unit.
+    pub measured: f64,
+    /// What the first candidate says that should have been measured, in the signature's unit.
+    pub fitted: f64,
+}
+
+/// Most points of a signature: as many as a drawing has columns.
+pub const MAX_SIGNATURE_POINTS: usize = 120;
+
+impl Identification {
+    /// The kind, if it is decided.
+    #[must_use]
+    pub fn kind(&self) -> Option<&Candidate> {
+        self.candidates.first().filter(|_| self.decided)
+    }
+
+    /// The same without what was measured, which is not kept.
+    #[must_use]
+    pub fn without_signature(mut self) -> Identification {
+        self.signature = None;
+        self
+    }
+}
+
+impl Candidate {
+    /// The kind, if it is one that this version knows.
+    #[must_use]
+    pub fn known_kind(&self) -> Option<FaultKind> {
+        FaultKind::ALL.into_iter().find(|kind| kind.as_str() == self.kind)
+    }
+}
+
+impl Message for Identification {
+    const WHAT: &'static str = "identification";
+}

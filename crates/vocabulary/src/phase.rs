@@ -1,0 +1,60 @@
+//! Whether a module's verdicts can be relied on.
+
+use crate::{ModuleName, RunId, Step, StructureName};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::encoding::Message;
+
+/// The phase that a diagnoser is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ModulePhase {
+    /// No sample yet.
+    Waiting,
+    /// Some channel cannot be judged: it rests on too few vectors, or samples are missing.
+    Initialising,
+    /// Every channel is watched.
+    InService,
+    /// Samples have stopped coming: nothing is known of the present.
+    Stale,
+}
+
+impl ModulePhase {
+    /// The name in messages.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            ModulePhase::Waiting => "waiting",
+            ModulePhase::Initialising => "initialising",
+            ModulePhase::InService => "in_service",
+            ModulePhase::Stale => "stale",
+        }
+    }
+}
+
+/// A module entered another phase; published when it happens, and given to whoever asks for the
+/// present one.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct PhaseChange {
+    /// The structure.
+    pub structure: StructureName,
+    /// The module.
+    pub module: ModuleName,
+    /// The phase it is in now.
+    pub phase: ModulePhase,
+    /// The phase it was in before; `null` at the start of the process.
+    pub before: Option<ModulePhase>,
+    /// The run that the step is counted in.
+    pub run: Option<RunId>,
+    /// The latest step processed.
+    pub step: Option<Step>,
+    /// Why, in words.
+    pub reason: String,
+    /// When this was published \[ns since 1970\].
+    pub time_unix_ns: u64,
+}
+
+impl Message for PhaseChange {
+    const WHAT: &'static str = "change of phase";
+}

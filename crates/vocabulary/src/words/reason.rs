@@ -1,0 +1,168 @@
+//! Why a component is in the state that it is in.
+
+use crate::printable;
+use crate::{Doubt, FaultTransition, GivenOrder, GivenOrderKind, Symptom, Verdict};
+
+use super::aside::{asides, by_whom};
+use super::doubt::why_unconfirmed;
+use super::quantity::residual;
+use super::time::utc;
+
+/// In words; empty if there is nothing to say beside the state.
+pub fn reason(transition: &FaultTransition) -> String {
+    let mut reasons = Vec::new();
+    if transition.state().is_fault() {
+        reasons.extend(symptom(transition));
+        if transition.is_verified() {
+            reasons.push("it agrees with its reference again".to_owned());
+        }
+    }
+    if let Verdict::Explained { by, since } = &transition.verdict {
+        reasons.push(format!("explained by {by}, which changed at step {since}"));
+    }
+    if let Some(root) = transition.disputed.as_ref().filter(|_| transition.state().is_fault()) {
+        let module = &root.module;
+        reasons.push(format!("disputed: {root} explained it, but {module} raises no alarm for it"));
+    }
+    if let Verdict::Unconfirmed { doubt } = &transition.verdict {
+        reasons.push(why_unconfirmed(doubt));
+        if let Doubt::Silent(modules) = doubt {
+            let because = modules.iter().zip(&transition.silent_because);
+            reasons.extend(because.map(|(module, why)| format!("{module}: {}", printable(why))));
+        }
+    }
+    if let Some(unknown) = &transition.unknown {
+        let since = utc(unknown.since_unix_ns);
+        reasons.push(format!("not monitored since {since}: {}", printable(&unknown.reason)));
+    }
+    reasons.extend(asides(transition));
+    reasons.extend(transition.state_order.as_deref().map(ordered));
+    reasons.extend(transition.order.as_ref().and_then(|order| beside(transition, order)));
+    if !transition.durable {
+        reasons.push("NOT IN THE JOURNAL".to_owned());
+    }
+    reasons.join("; ")
+}
+
+/// The order, unless what it began is said already.
+fn beside(transition: &FaultTransition, given: &GivenOrder) -> Option<String> {
+    match given.kind {
+        GivenOrderKind::Shelve(_) if transition.shelved.is_some() => None,
+        GivenOrderKind::Suppress(_) if transition.suppressed.is_some() => None,
+        GivenOrderKind::Lapse { .. } if transition.aside().is_some() => {
+            Some("one of two ways in which it was set aside is over".to_owned())
+        }
+        _ => Some(ordered(given)),
+    }
+}
+
+fn symptom(transition: &FaultTransition) -> Option<String> {
+    let departs = |what: &str| {
+        let since = match (transition.before_service, transition.onset_step) {
+            (true, _) | (_, None) => "already when it was first compared".to_owned(),
+            (false, Some(step)) => format!("since step {step} at the earliest"),
+        };
+        Some(format!("{what} departs from its reference, {since}"))
+    };
+    match transition.symptom {
+        Symptom::Change => None,
+        Symptom::NoSignal => Some("no signal".to_owned()),
+        Symptom::Departure => {
+            let evidence = transition.evidence.as_ref();
+            let size = evidence
+                .map(|e| residual(transition.component.component.kind(), e.residual - e.level));
+            departs(&size.map_or("its mean".to_owned(), |size| format!("its mean, off by {size},")))
+        }
+        Symptom::OilContent => departs("its oil content"),
+        Symptom::Scatter => departs("its noise"),
+    }
+}
+
+/// What was ordered, by whom and why.
+#[must_use]
+pub fn ordered(given: &GivenOrder) -> String {
+    let what = match given.kind {
+        GivenOrderKind::Lapse { .. } => {
+            return "counts again: the time for which it was set aside is over".to_owned();
+        }
+        GivenOrderKind::ReTare => "replaced, and its reference re-tared,".to_owned(),
+        GivenOrderKind::Acknowledge => "acknowledged".to_owned(),
+        GivenOrderKind::Reset { force: false } => "reset".to_owned(),
+        GivenOrderKind::Reset { force: true } => "reset by force".to_owned(),
+        GivenOrderKind::Shelve(span) => format!("shelved until {}", utc(span.until_unix_ns)),
+        GivenOrderKind::Unshelve => "unshelved".to_owned(),
+        GivenOrderKind::Suppress(span) => format!("suppressed until {}", utc(span.until_unix_ns)),
+        GivenOrderKind::Unsuppress => "no longer suppressed, ordered".to_owned(),
+    };
+    let note =
+        given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));
+    format!("{what} by {}{note}", by_whom(&given.by, given.on_behalf_of.as_deref()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Shelving, Span};
+
+    const SPAN: Span = Span { since_unix_ns: 1, until_unix_ns: 2_000_000_000 };
+
+    fn shelving(until_unix_ns: u64) -> Shelving {
+        Shelving {
+            since_unix_ns: 1,
+            until_unix_ns,
+            by: "web".to_owned(),
+            on_behalf_of: Some("ada".to_owned()),
+            reason: "painting\u{1b}[2J".to_owned(),
+        }
+    }
+
+    fn given(kind: GivenOrderKind) -> GivenOrder {
+        GivenOrder {
+            kind,
+            by: "web".to_owned(),
+            on_behalf_of: Some("ada".to_owned()),
+            note: Some("painting".to_owned()),
+        }
+    }
+
+    fn transition(shelved: bool, suppressed: bool, order: GivenOrderKind) -> FaultTransition {
+        let component = "m1/sensor/g1".parse().unwrap();
+        let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 5);
+        FaultTransition {
+            shelved: shelved.then(|| shelving(2_000_000_000)),
+            suppressed: suppressed.then(|| shelving(3_000_000_000)),
+            order: Some(given(order)),
+            ..untouched
+        }
+    }
+
+    #[test]
+    fn what_is_set_aside_says_until_when_by_whom_and_why_and_says_it_once() {
+        let shelved =
+            r"shelved until 1970-01-01T00:00:02.000Z by ada (through web): painting\u{1b}[2J";
+        let suppressed =
+            r"suppressed until 1970-01-01T00:00:03.000Z by ada (through web): painting\u{1b}[2J";
+        let of = |transition: FaultTransition| reason(&transition);
+        assert_eq!(of(transition(true, false, GivenOrderKind::Shelve(SPAN))), shelved);
+        let both = format!("{shelved}; {suppressed}");
+        assert_eq!(of(transition(true, true, GivenOrderKind::Suppress(SPAN))), both);
+        let acknowledged = format!("{shelved}; acknowledged by ada (through web): painting");
+        assert_eq!(of(transition(true, false, GivenOrderKind::Acknowledge)), acknowledged);
+        let mut later = transition(true, false, GivenOrderKind::Shelve(SPAN));
+        later.state_order = Some(Box::new(given(GivenOrderKind::Acknowledge)));
+        assert_eq!(of(later), acknowledged, "who acknowledged it is still known");
+        let over = format!("{shelved}; one of two ways in which it was set aside is over");
+        assert_eq!(of(transition(true, false, GivenOrderKind::Lapse { now_unix_ns: 5 })), over);
+    }
+
+    #[test]
+    fn what_counts_again_says_why() {
+        let of = |order| reason(&transition(false, false, order));
+        let lapsed = "counts again: the time for which it was set aside is over";
+        assert_eq!(of(GivenOrderKind::Lapse { now_unix_ns: 5 }), lapsed);
+        let unshelved = "unshelved by ada (through web): painting";
+        assert_eq!(of(GivenOrderKind::Unshelve), unshelved);
+        let unsuppressed = "no longer suppressed, ordered by ada (through web): painting";
+        assert_eq!(of(GivenOrderKind::Unsuppress), unsuppressed);
+    }
+}
