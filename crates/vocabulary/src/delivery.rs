@@ -113,6 +113,12 @@ pub struct GapFiller<T> {
     lost: BTreeMap<u64, u64>,
 }
 
+impl<T> Default for GapFiller<T> {
+    fn default() -> Self {
+        Self::starting_at(0)
+    }
+}
+
 impl<T> GapFiller<T> {
     /// Of a stream of which this number is due next.
     #[must_use]

@@ -45,7 +45,7 @@ pub(super) enum Wish {
 }
 
 /// Where a module stands.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Line {
     /// Transitions as they were published, in the order of their numbers.
     filler: GapFiller<FaultTransition>,
@@ -72,27 +72,6 @@ pub(super) struct Line {
     heard: Option<Instant>,
     /// Several processes run as the module, each with numbers of its own.
     shared: bool,
-}
-
-impl Default for Line {
-    /// The module has appeared.
-    fn default() -> Self {
-        Self {
-            filler: GapFiller::starting_at(0),
-            is_begun: false,
-            latest: Mark::default(),
-            old_until_unix_ns: 0,
-            present: BTreeMap::new(),
-            end: 0,
-            behind_since: None,
-            fallen_since: None,
-            reported: 0,
-            look: true,
-            retries: Retries::default(),
-            heard: None,
-            shared: false,
-        }
-    }
 }
 
 impl Line {

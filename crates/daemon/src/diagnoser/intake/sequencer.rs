@@ -53,7 +53,7 @@ impl Sequencer {
         Self {
             depth,
             room,
-            filler: GapFiller::starting_at(0),
+            filler: GapFiller::default(),
             waiting: VecDeque::new(),
             asked: None,
             replied: None,
@@ -105,7 +105,7 @@ impl Sequencer {
     /// for.
     pub(crate) fn clear(&mut self, now: Instant) -> usize {
         let thrown = self.len();
-        self.filler = GapFiller::starting_at(0);
+        self.filler = GapFiller::default();
         self.waiting.clear();
         self.asked = None;
         self.respite = Some(now + RESPITE);
