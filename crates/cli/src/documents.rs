@@ -16,7 +16,7 @@ const FOLDERS: [&str; 12] = [
     "crates/diagnosis",
     "crates/pki",
     "crates/study",
-    "crates/wire",
+    "crates/vocabulary",
     "deploy",
     "deploy/compose",
     "deploy/debian",

@@ -216,7 +216,7 @@ mod tests {
         (status.next_step, status.late_steps) = (Step(12), 3);
         status.faults = vec![PresentFault {
             component: "module1/sensor/g2".parse().unwrap(),
-            fault: vocabulary::fault::Fault::ZeroOutput {}.into(),
+            fault: vocabulary::fault::Fault::ZeroOutput {},
         }];
         assert_eq!(of_plant(&status), "running, step 12, 1 fault injected, 3 steps late");
     }

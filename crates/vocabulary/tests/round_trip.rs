@@ -528,7 +528,7 @@ fn statuses_are_read_back() {
         samples_unsent: 0,
         faults: vec![PresentFault {
             component: "module1/actuator/a1".parse().unwrap(),
-            fault: Fault::HardOver {}.into(),
+            fault: Fault::HardOver {},
         }],
         time_unix_ns: 10,
     };

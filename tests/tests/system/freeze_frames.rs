@@ -143,7 +143,7 @@ async fn every_fault_of_the_demo_has_one() {
         let words = ["fault", "show", component, "--svg", file.to_str().unwrap()];
         let shown = trusswatch(&deployment, &words).await;
         assert_eq!(shown.code, Some(0), "{shown:?}");
-        assert!(shown.out.contains("┴ detection step"), "{}", shown.out);
+        assert!(shown.out.contains("┊ detection step"), "{}", shown.out);
         let drawn = std::fs::read_to_string(file).unwrap();
         assert!(drawn.contains(component) && drawn.contains("D / γ"), "{drawn}");
     }

@@ -215,8 +215,8 @@ nothing measured is kept any more";
             },
             ..state("m1/sensor/g1", FaultState::Explained)
         };
-        let expected =
-            "m1/sensor/g1 of tower, no fault declared: explained; explained by m2/actuator/a3";
+        let expected = "m1/sensor/g1 of tower, no fault declared: explained; explained by \
+                        m2/actuator/a3, which changed at step 3100";
         assert_eq!(text(&explained, None), expected);
     }
 }

@@ -128,7 +128,7 @@ pub(crate) fn plant_status(phase: PlantPhase) -> PlantStatus {
         samples_unsent: 0,
         faults: vec![PresentFault {
             component: "module1/sensor/g2".parse().unwrap(),
-            fault: vocabulary::fault::Fault::ZeroOutput {}.into(),
+            fault: vocabulary::fault::Fault::ZeroOutput {},
         }],
         time_unix_ns: 0,
     })

@@ -66,10 +66,10 @@ impl Board {
     }
 
     pub(crate) fn faults(&self, plant: &::plant::Plant) {
-        let present = plant.faults().iter().map(|(component, fault)| PresentFault {
-            component: component.clone(),
-            fault: (*fault).into(),
-        });
+        let present = plant
+            .faults()
+            .iter()
+            .map(|(component, fault)| PresentFault { component: component.clone(), fault: *fault });
         self.status().faults = present.collect();
     }
 
