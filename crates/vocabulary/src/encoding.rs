@@ -9,10 +9,10 @@
 
 use crate::quotation;
 use schemars::JsonSchema;
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde::de::{DeserializeOwned, Error};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::error::Category;
+use serde_json::{Map, Value};
 
 /// The version that this crate reads and writes.
 pub const VERSION: u64 = 1;
@@ -27,6 +27,17 @@ pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
 pub trait Message: Serialize + DeserializeOwned + JsonSchema {
     /// What an error calls it, e.g. `sample`.
     const WHAT: &'static str;
+}
+
+/// Reads a sum type whose fields stand among those of what it is part of. Its tag is a word: read as it comes, `flatten`
+/// takes a number for the variant's index.
+pub(crate) fn tagged_by_word<'de, D, T>(deserializer: D) -> Result<T, D::Error>
+where
+    D: Deserializer<'de>,
+    T: DeserializeOwned,
+{
+    let fields = Map::deserialize(deserializer)?;
+    T::deserialize(Value::Object(fields)).map_err(Error::custom)
 }
 
 /// Bytes that are no message of the kind expected.

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::encoding::tagged_by_word;
 use crate::shelving::Span;
 
 /// What was ordered.
@@ -48,7 +49,7 @@ impl GivenOrderKind {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct GivenOrder {
     /// What was ordered.
-    #[serde(flatten)]
+    #[serde(flatten, deserialize_with = "tagged_by_word")]
     pub kind: GivenOrderKind,
     /// By whom.
     pub by: String,

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::condition::{Agreement, Condition};
-use crate::encoding::Message;
+use crate::encoding::{Message, tagged_by_word};
 use crate::evidence::Evidence;
 use crate::fault_state::FaultState;
 use crate::given_order::GivenOrder;
@@ -54,7 +54,7 @@ pub struct FaultTransition {
     /// The component.
     pub component: ComponentPath,
     /// The new verdict.
-    #[serde(flatten)]
+    #[serde(flatten, deserialize_with = "tagged_by_word")]
     pub verdict: Verdict,
     /// What the state rests on.
     pub symptom: Symptom,

@@ -6,6 +6,7 @@ use crate::{ComponentPath, ModuleName, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::encoding::tagged_by_word;
 use crate::fault_state::FaultState;
 
 /// The verdict of a module on one of its components.
@@ -19,7 +20,7 @@ pub enum Verdict {
     /// A change that cannot be judged.
     Unconfirmed {
         /// Why.
-        #[serde(flatten)]
+        #[serde(flatten, deserialize_with = "tagged_by_word")]
         doubt: Doubt,
     },
     /// A change that another component's fault explains.

@@ -49,10 +49,13 @@ fn a_word_that_is_not_known_makes_a_message_unreadable() {
         words(&entry.schema(), &mut known);
         places(&example(&entry), &known, "", &mut found);
         for place in found {
-            let mut message = example(&entry);
-            *message.pointer_mut(&place).unwrap() = json!("an_unknown_word");
-            let error = entry.check(message.to_string().as_bytes()).unwrap_err();
-            assert!(matches!(error, DecodeError::WrongMessage { .. }), "{}{place}", entry.name);
+            // Nor is a number a word.
+            for unknown in [json!("an_unknown_word"), json!(0)] {
+                let mut message = example(&entry);
+                *message.pointer_mut(&place).unwrap() = unknown;
+                let error = entry.check(message.to_string().as_bytes()).unwrap_err();
+                assert!(matches!(error, DecodeError::WrongMessage { .. }), "{}{place}", entry.name);
+            }
             seen.insert(format!("{}{place}", entry.name));
         }
     }
