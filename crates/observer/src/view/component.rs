@@ -123,7 +123,9 @@ impl EventLine {
             // Their reason says since when.
             Symptom::Departure | Symptom::OilContent | Symptom::Scatter => None,
         };
-        let began = began.filter(|_| transition.state() != FaultState::Normal);
+        // What an operator ordered is the news, not when the change was that came before.
+        let began = began
+            .filter(|_| transition.state() != FaultState::Normal && transition.order.is_none());
         let why = Some(reason(transition)).filter(|reason| !reason.is_empty());
         Self {
             time_unix_ns: transition.time_unix_ns,

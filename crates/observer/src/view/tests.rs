@@ -291,7 +291,9 @@ fn each_kind_of_event_has_its_line() {
         FaultTransition { detection_step: Some(vocabulary::Step(5)), ..journaled("m1", 1, 0) };
     let fault = line(News::Fault(Box::new(latched)));
     assert_eq!(fault, of("m1/sensor/g1", "latched", "changed at step 5"));
-    let fault = line(News::Fault(Box::new(acknowledged("m1", 2))));
+    let seen =
+        FaultTransition { detection_step: Some(vocabulary::Step(5)), ..acknowledged("m1", 2) };
+    let fault = line(News::Fault(Box::new(seen)));
     let why = "acknowledged by ada@station: looks loose";
     assert_eq!(fault, of("m1/sensor/g1", "acknowledged", why));
     let found = line(News::Identification(Box::new(identification(false, &["bias", "drift"]))));
