@@ -263,11 +263,20 @@ pub(super) fn identify(components: &mut [FaultTransition], found: &Identificatio
     }
 }
 
-/// Nothing is known of a component while its module does not monitor it.
+/// Nothing is known of a component while its module does not monitor it, nor if the condition that comes with its state
+/// does not allow to call it normal. A diagnoser answers *unknown* then, but what a view shows does not rest on that.
 pub(super) fn doubt(state: &mut FaultTransition, lack: Option<&Unknown>) {
-    if let Some(unknown) = lack.filter(|_| state.state() == FaultState::Normal) {
-        silence(state, unknown);
+    if state.state() == FaultState::Normal
+        && let Some(unknown) = lack.cloned().or_else(|| unverifiable(state))
+    {
+        silence(state, &unknown);
     }
+}
+
+fn unverifiable(state: &FaultTransition) -> Option<Unknown> {
+    let condition = state.condition.as_ref().filter(|known| !known.agreement.allows_normal())?;
+    let reason = condition.reason.clone().unwrap_or_else(|| reference(Some(condition)));
+    Some(Unknown { since_unix_ns: state.time_unix_ns, reason })
 }
 
 /// The same of a module that does not answer: of a fault it is said, too.

@@ -274,6 +274,29 @@ mod tests {
     }
 
     #[test]
+    fn a_condition_that_does_not_allow_normal_is_not_shown_as_normal() {
+        let shown = |agreement| {
+            let mut structures = Structures::default();
+            structures.status(testing::status("m1", &[]), SECOND);
+            let condition = Some(Condition { agreement, as_of_step: None, reason: None });
+            let told = FaultTransition { condition, ..transition(7, 1, FaultState::Normal) };
+            structures.state(told, None, SECOND);
+            state(&structures.scene(1, SECOND))
+        };
+        assert_eq!(shown(Agreement::Agrees), FaultState::Normal);
+        assert_eq!(shown(Agreement::NotVerified), FaultState::Normal);
+        for agreement in [
+            Agreement::NotCompared,
+            Agreement::Doubtful,
+            Agreement::Departed,
+            Agreement::OneOf,
+            Agreement::CannotTell,
+        ] {
+            assert_eq!(shown(agreement), FaultState::Unknown, "{agreement:?}");
+        }
+    }
+
+    #[test]
     fn the_plant_is_no_module_of_the_scene() {
         let mut structures = Structures::default();
         for who in ["plant", "m1"] {
