@@ -124,7 +124,7 @@ impl Observer {
 
     /// Hands all news to `take`, the latest of every component before now included.
     pub(crate) async fn hear(&self, take: impl Fn(News) + Send + 'static) -> Hearing {
-        let mut live = Live::over(&self.session, None, Vec::new()).await.unwrap();
+        let mut live = Live::events(&self.session, None).await.unwrap();
         let mut hearing = JoinSet::new();
         hearing.spawn(async move {
             while let Some(event) = live.next_event().await {

@@ -35,7 +35,7 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|error| Failure::runtime(format!("signals cannot be received: {error}")))?;
     let link = &arguments.link.target()?;
     let session = link.open().await?;
-    let live = Live::over(&session, link.structure.clone(), Vec::new());
+    let live = Live::events(&session, link.structure.clone());
     let mut live = live.await.map_err(link::refused)?;
     let outcome = loop {
         let event = tokio::select! {

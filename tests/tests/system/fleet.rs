@@ -44,7 +44,7 @@ async fn of_a_structure_only_faults_phases_and_presence_leave_and_orders_enter()
     let mut fleet = Fleet::of(&[("tower", tower()), ("mast", Schedule::default())]).await;
     let observer = fleet.session("observer.wall").await;
     let above = Ears::of(&observer).await;
-    let mut feed = Live::over(&observer, None, Vec::new()).await.unwrap();
+    let mut feed = Live::events(&observer, None).await.unwrap();
     let within = fleet.session_within(0, "observer.wall").await;
     let inside = Ears::of(&within).await;
     let neighbour = fleet.session_within(1, "observer.wall").await;

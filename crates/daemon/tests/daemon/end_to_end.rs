@@ -93,7 +93,7 @@ async fn listen(observer: &Session, rig: &Rig) -> Live {
     let (structure, modules) = (&rig.plant.structure.name, rig.modules());
     let everybody = observer::wait_for(observer, structure, &modules, false, LIMIT);
     everybody.await.unwrap();
-    Live::over(observer, None, Vec::new()).await.unwrap()
+    Live::events(observer, None).await.unwrap()
 }
 
 /// Queries every module for the present states.

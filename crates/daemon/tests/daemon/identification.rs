@@ -45,7 +45,7 @@ fn rig(state: &std::path::Path) -> (Rig, ComponentPath) {
 }
 
 async fn subscribe(observer: &Session) -> Live {
-    Live::over(observer, None, Vec::new()).await.unwrap()
+    Live::events(observer, None).await.unwrap()
 }
 
 /// The next identification in which the kind is decided. Any other one must be of the same fault.

@@ -48,7 +48,7 @@ impl Live {
         F: Future<Output = Result<Session, E>> + Send + 'static,
         E: Display + Send + 'static,
     {
-        let live = Self::run(open, true, structure, expected);
+        let live = Self::run((open, true), structure, expected, true);
         Self { events: None, ..live }
     }
 
@@ -61,9 +61,29 @@ impl Live {
         structure: Option<StructureName>,
         expected: Vec<ModuleName>,
     ) -> Result<Self, AttendanceError> {
+        Self::on(session, structure, expected, true).await
+    }
+
+    /// The same for events alone: no module is asked for the states of its components.
+    ///
+    /// # Errors
+    /// The network refuses.
+    pub async fn events(
+        session: &Session,
+        structure: Option<StructureName>,
+    ) -> Result<Self, AttendanceError> {
+        Self::on(session, structure, Vec::new(), false).await
+    }
+
+    async fn on(
+        session: &Session,
+        structure: Option<StructureName>,
+        expected: Vec<ModuleName>,
+        asks: bool,
+    ) -> Result<Self, AttendanceError> {
         let session = session.clone();
         let open = move || ready(Ok::<_, Infallible>(session.clone()));
-        let live = Self::run(open, false, structure, expected);
+        let live = Self::run((open, false), structure, expected, asks);
         live.network().await?;
         Ok(live)
     }
@@ -82,10 +102,10 @@ impl Live {
     }
 
     fn run<F, E>(
-        open: impl Fn() -> F + Send + 'static,
-        reopens: bool,
+        (open, reopens): (impl Fn() -> F + Send + 'static, bool),
         structure: Option<StructureName>,
         expected: Vec<ModuleName>,
+        asks: bool,
     ) -> Self
     where
         F: Future<Output = Result<Session, E>> + Send + 'static,
@@ -94,7 +114,7 @@ impl Live {
         let (scenes, scene) = channel(Arc::default());
         let (sessions, session) = channel(None);
         let (outlet, events) = broadcast::channel(QUEUE);
-        let show = Show::new(structure.as_ref(), expected, scenes, outlet);
+        let show = Show::new(structure.as_ref(), expected, asks, scenes, outlet);
         let mut task = JoinSet::new();
         task.spawn(task::run((open, reopens), structure, show, sessions));
         Self { scene, session, events: Some(events), _task: task }
@@ -112,7 +132,7 @@ impl Live {
         self.scene.clone()
     }
 
-    /// The next event of [`Live::over`], in their order: the latest of every component and every module first. `None` once
+    /// The next event of [`Live::over`] or [`Live::events`], in their order: the latest of every component and every module first. `None` once
     /// the session is closed.
     pub async fn next_event(&mut self) -> Option<Arc<Event>> {
         let event = self.events.as_mut()?.recv().await;

@@ -30,7 +30,8 @@ pub async fn present(
     expected: &[ModuleName],
     timeout: Duration,
 ) -> Result<Arc<Scene>, AttendanceError> {
-    look(session, structure, expected, timeout, hold).await
+    let live = Live::over(session, structure.cloned(), expected.to_vec()).await?;
+    look(live, timeout, hold).await
 }
 
 /// The same without waiting for the states of components: which modules there are or should be.
@@ -42,17 +43,15 @@ pub async fn attendance(
     structure: Option<&StructureName>,
     timeout: Duration,
 ) -> Result<Arc<Scene>, AttendanceError> {
-    look(session, structure, &[], timeout, |scene, _| hold_for_statuses(scene)).await
+    let live = Live::events(session, structure.cloned()).await?;
+    look(live, timeout, |scene, _| hold_for_statuses(scene)).await
 }
 
 async fn look(
-    session: &Session,
-    structure: Option<&StructureName>,
-    expected: &[ModuleName],
+    live: Live,
     timeout: Duration,
     hold: fn(&Scene, Duration) -> Duration,
 ) -> Result<Arc<Scene>, AttendanceError> {
-    let live = Live::over(session, structure.cloned(), expected.to_vec()).await?;
     let mut scenes = live.scenes();
     let end = Instant::now() + timeout;
     let mut first_message = None;

@@ -81,6 +81,8 @@ pub(super) async fn run<F, E>(
 /// What is known, and where it is shown.
 pub(super) struct Show {
     known: Structures,
+    /// Whether modules are asked for the states of their components.
+    asks: bool,
     scenes: watch::Sender<Arc<Scene>>,
     events: broadcast::Sender<Arc<Event>>,
     number: u64,
@@ -92,11 +94,12 @@ impl Show {
     pub(super) fn new(
         structure: Option<&StructureName>,
         expected: Vec<ModuleName>,
+        asks: bool,
         scenes: watch::Sender<Arc<Scene>>,
         events: broadcast::Sender<Arc<Event>>,
     ) -> Self {
         let known = Structures::new(structure, expected);
-        Self { known, scenes, events, number: 0, shown: Instant::now(), changed: true }
+        Self { known, asks, scenes, events, number: 0, shown: Instant::now(), changed: true }
     }
 
     fn now(&mut self) {
@@ -158,7 +161,7 @@ async fn listen(
             Some(_) = answering.join_next() => {}
             _ = ticks.tick() => show.if_due(),
         }
-        if answering.is_empty() && Instant::now() >= ask_at {
+        if show.asks && answering.is_empty() && Instant::now() >= ask_at {
             ask_at = Instant::now() + ASK_EVERY;
             show.known.asked();
             answering.spawn(ask(session.clone(), structure.cloned(), outlet.clone()));
