@@ -15,8 +15,8 @@ use vocabulary::words::{NOTHING, utc};
 
 /// Print events as they happen, one line each, until interrupted
 ///
-/// Every change of a verdict, every material change of what is known of a fault, every change of a module's phase, every diagnoser
-/// that comes or goes, and every module as which several processes run; at the start the latest of each. Diagnosers that are absent or disappear are waited for.
+/// Prints changes of verdicts, new identifications of faults, changes of modules' phases, diagnosers that appear or
+/// disappear, and modules that several processes run as; first the latest of each. Waits for absent diagnosers.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Print one JSON object a line

@@ -14,7 +14,7 @@ pub(crate) enum Colour {
     Dim,
 }
 
-/// The colour of what asks for this much attention.
+/// The colour of a tone; none if it is calm.
 pub(crate) fn tone_colour(tone: Tone) -> Option<Colour> {
     match tone {
         Tone::Alarm => Some(Colour::Red),

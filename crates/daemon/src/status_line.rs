@@ -82,42 +82,11 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vocabulary::{
-        Counters, InquiryCounters, IntakeCounters, JournalStatus, PeerStatus, PresentFault,
-        PublisherCounters, RunId, Step,
-    };
+    use vocabulary::{PeerStatus, PresentFault, RunId, Step};
 
     fn module(phase: ModulePhase) -> ModuleStatus {
-        ModuleStatus {
-            structure: "tower".parse().unwrap(),
-            module: "module1".parse().unwrap(),
-            software: String::new(),
-            thresholds: String::new(),
-            reference: None,
-            phase,
-            in_service_since_step: None,
-            run: None,
-            step: None,
-            lag_ms: None,
-            sample_age_ms: None,
-            queued_samples: 0,
-            latched: 0,
-            unconfirmed: 0,
-            unknown: 0,
-            verified: 0,
-            shelved: 0,
-            suppressed: None,
-            waiting_questions: 0,
-            next_sequence: 1,
-            journal: JournalStatus::default(),
-            peers: Vec::new(),
-            another_process: false,
-            intake: IntakeCounters::default(),
-            inquiries: InquiryCounters::default(),
-            diagnosis: Counters::default(),
-            publisher: PublisherCounters::default(),
-            time_unix_ns: 0,
-        }
+        let waiting = ModuleStatus::waiting("tower".parse().unwrap(), "module1".parse().unwrap());
+        ModuleStatus { phase, ..waiting }
     }
 
     fn peer(name: &str, present: bool) -> PeerStatus {

@@ -159,7 +159,7 @@ fn closed() -> Failure {
     Failure::network("the session was closed")
 }
 
-/// Prints what is observed until the show is over.
+/// Prints observed events until the demo ends.
 async fn listen(show: &mut Show, live: &mut Live, printer: &mut Printer) -> Result<(), Failure> {
     let mut scenes = live.scenes();
     let mut deadline = Deadline::new();

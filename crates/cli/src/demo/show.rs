@@ -1,4 +1,4 @@
-//! From what is observed to what is reported, and when the show is over. No clock: time is the plant's.
+//! Turns observed events into reported ones, and decides when the demo ends. No clock: time is the plant's.
 
 use std::collections::BTreeMap;
 
@@ -151,7 +151,7 @@ impl Show {
         if transition.state() == FaultState::Latched {
             self.named.entry(transition.component.clone()).or_insert(measured);
         }
-        // That a change is over is no finding.
+        // A return to normal is not reported.
         if transition.state() != FaultState::Normal {
             entries.push(Entry::Verdict { step, transition: Box::new(transition.clone()) });
         }

@@ -96,35 +96,13 @@ pub(crate) fn identification(decided: bool, kinds: &[&str]) -> Identification {
 }
 
 pub(crate) fn status(name: &str, phase: ModulePhase) -> ModuleStatus {
+    let waiting = ModuleStatus::waiting("tower".parse().unwrap(), name.parse().unwrap());
     ModuleStatus {
-        structure: "tower".parse().unwrap(),
-        module: name.parse().unwrap(),
-        software: String::new(),
-        thresholds: String::new(),
-        reference: None,
         phase,
-        in_service_since_step: None,
-        run: None,
         step: Some(Step(4711)),
         lag_ms: Some(1.2),
         sample_age_ms: Some(3.0),
-        queued_samples: 0,
-        latched: 0,
-        unconfirmed: 0,
-        unknown: 0,
-        verified: 0,
-        shelved: 0,
-        suppressed: None,
-        waiting_questions: 0,
-        next_sequence: 1,
-        journal: vocabulary::JournalStatus::default(),
-        peers: Vec::new(),
-        another_process: false,
-        intake: vocabulary::IntakeCounters::default(),
-        inquiries: vocabulary::InquiryCounters::default(),
-        diagnosis: vocabulary::Counters::default(),
-        publisher: vocabulary::PublisherCounters::default(),
-        time_unix_ns: 0,
+        ..waiting
     }
 }
 

@@ -209,8 +209,8 @@ pub(super) struct ConditionArguments {
     /// Length of a case in which nothing is wrong [s]; e.g. 600 with `--situations healthy` for many hours
     #[arg(long, value_name = "S", value_parser = |x: &str| within(x, 1.0..=86_400.0))]
     pub(super) healthy_seconds: Option<f64>,
-    /// Let every module work without its peers: its reference knows the module alone, and what another module's fault
-    /// does to it it takes for a fault of its own, which is no defect here
+    /// Let every module work without its peers: its reference knows the module alone, so it reports the
+    /// effects of another module's fault as its own; that does not count as a defect here
     #[arg(long)]
     pub(super) alone: bool,
     #[command(flatten)]

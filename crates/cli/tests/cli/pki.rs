@@ -210,7 +210,7 @@ fn a_gateway_connects_to_the_router_of_another_name_with_the_certificate_of_the_
     access(&[&["--gateway", "hub.tower"], &TO_FLEET[..]].concat())
         .fails(2, &["`tower` is the structure itself"]);
     access(&[&["--gateway", "hub"], &TO_FLEET[..]].concat())
-        .fails(2, &["`hub` is no router of a fleet; `hub.fleet` is"]);
+        .fails(2, &["invalid fleet router `hub`: expected `NAME.fleet`, e.g. `hub.fleet`"]);
     access(&[&["--mode", "peer"], &gateway[..], &TO_FLEET].concat())
         .fails(2, &["a gateway is a router"]);
 }

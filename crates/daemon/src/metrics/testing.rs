@@ -6,9 +6,8 @@ use serde_json::Value;
 use shell::health::ProcessReport;
 use shell::supervision::Sign;
 use vocabulary::{
-    Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
-    ModuleStatus, PeerOutcome, PeerStatus, PlantPhase, PlantStatus, PresentFault,
-    PublisherCounters, RunId, Step,
+    FaultState, JournalStatus, ModulePhase, ModuleStatus, PeerOutcome, PeerStatus, PlantPhase,
+    PlantStatus, PresentFault, RunId, Step,
 };
 
 use super::{AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport};
@@ -41,25 +40,14 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
         disputed: 0,
     };
     let status = ModuleStatus {
-        structure,
-        module,
         software: "0.2.0".into(),
         thresholds: "0123456789abcdef".into(),
-        reference: None,
         phase,
         in_service_since_step: Some(Step(0)),
         run: Some(RunId(0)),
         step: Some(Step(0)),
         lag_ms: Some(0.5),
         sample_age_ms: Some(0.5),
-        queued_samples: 0,
-        latched: 0,
-        unconfirmed: 0,
-        unknown: 0,
-        verified: 0,
-        shelved: 0,
-        suppressed: None,
-        waiting_questions: 0,
         next_sequence: 0,
         journal: JournalStatus {
             directory: Some("/var/lib".into()),
@@ -67,12 +55,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
             ..JournalStatus::default()
         },
         peers: vec![peer("module2", true), peer("module3", false)],
-        another_process: false,
-        intake: IntakeCounters::default(),
-        inquiries: InquiryCounters::default(),
-        diagnosis: Counters::default(),
-        publisher: PublisherCounters::default(),
-        time_unix_ns: 0,
+        ..ModuleStatus::waiting(structure, module)
     };
     let component = |name: &str, state, ratio| ComponentReport {
         component: name.parse().unwrap(),

@@ -93,7 +93,8 @@ impl FromStr for Gateway {
             }
         };
         let named = router.strip_prefix("router.").unwrap_or(router);
-        let wrong = || format!("`{named}` is no router of a fleet; `hub.fleet` is");
+        let wrong =
+            || format!("invalid fleet router `{named}`: expected `NAME.fleet`, e.g. `hub.fleet`");
         let router = format!("router.{named}").parse::<CommonName>().map_err(|_| wrong())?;
         if !matches!(router.issued.holder, Holder::Router(_)) {
             return Err(wrong());
@@ -106,7 +107,7 @@ fn operator(text: &str) -> Result<OperatorName, String> {
     let text = text.trim();
     match text.parse::<Holder>() {
         Ok(Holder::Operator(name)) => name.to_string().parse().map_err(|error| format!("{error}")),
-        _ => Err(format!("`{text}` is no operator; only commands of e.g. `operator.ada` come in")),
+        _ => Err(format!("invalid operator `{text}`: expected e.g. `operator.ada`")),
     }
 }
 

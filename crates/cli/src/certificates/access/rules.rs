@@ -221,7 +221,7 @@ impl<'a> AccessControl<'a> {
         self.policies.push(json!({ "subjects": [id], "rules": rules }));
     }
 
-    /// Adds a rule, which allows nobody anything before [`Self::permit`] names it.
+    /// Adds a rule. It takes effect once [`Self::permit`] grants it to a holder.
     fn allow(&mut self, id: &str, flow: &str, messages: &[&str], keys: Vec<String>) {
         self.rules.push(json!({
             "id": id,

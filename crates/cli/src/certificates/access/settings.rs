@@ -141,7 +141,7 @@ fn check_endpoints(endpoints: &[String]) -> Result<(), Failure> {
     let is_tls = |text: &str| endpoint(text).is_ok_and(|read| read.protocol().as_str() == "tls");
     match endpoints.iter().find(|text| !is_tls(text)) {
         Some(text) => Err(Failure::input(format!(
-            "`{text}` is no endpoint of TLS; write e.g. `tls/192.0.2.10:7447`"
+            "invalid TLS endpoint `{text}`; write e.g. `tls/192.0.2.10:7447`"
         ))),
         None => Ok(()),
     }

@@ -83,9 +83,8 @@ impl Outbox {
         Ok((outbox, drained))
     }
 
-    /// Something that must not be lost: into the journal, and then onto the network. If there is no room, the network has
-    /// taken nothing for very long. Then it is lost to subscribers, and that is counted; those who ask get what the
-    /// journal has.
+    /// Hands an event to the journal, then queues it for publishing. If the network has been stalled for so long that the
+    /// queue is full, the event is dropped for subscribers and counted; queries still return it.
     pub(crate) fn event(&self, event: Outgoing) {
         // Held until it is in both queues, so that they have the same order whoever hands it in.
         let mut books = self.books.lock();
