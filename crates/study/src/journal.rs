@@ -68,8 +68,12 @@ impl Header {
     pub fn of(directory: &Path) -> Result<Self, StudyError> {
         let path = directory.join(FILE);
         let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
+        Self::first_of(&path, &text)
+    }
+
+    fn first_of(path: &Path, text: &str) -> Result<Self, StudyError> {
         let first = text.lines().next().unwrap_or_default();
-        serde_json::from_str(first).map_err(|error| unreadable(&path, &error))
+        serde_json::from_str(first).map_err(|error| unreadable(path, &error))
     }
 
     /// In what another request differs, if it does.
@@ -185,7 +189,7 @@ pub fn read_all<R: DeserializeOwned>(
         let path = directory.join(FILE);
         let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let shard = Header::of(directory)?.shard;
+        let shard = Header::first_of(&path, &text)?.shard;
         let done = parse(&path, &text[..whole], &Header { shard, ..header.clone() })?;
         all.plants.extend(done.plants);
         all.rows.extend(done.rows);
