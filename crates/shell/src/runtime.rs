@@ -58,17 +58,30 @@ where
         .enable_all()
         .build()
         .map_err(|error| Failure::running("the runtime cannot be started", error))?;
-    let outcome = runtime.block_on(async {
-        let shutdown = shutdown::on_request(flags)
-            .map_err(|error| Failure::running("requests to end cannot be received", error))?;
-        end_on_panic(shutdown.clone());
-        let witness = shutdown.clone();
-        process(shutdown).await?;
-        witness.failure().map_or(Ok(()), |reason| Err(Failure::Running(reason)))
-    });
+    let shutdown = runtime
+        .block_on(async { shutdown::on_request(flags) })
+        .map_err(|error| Failure::running("requests to end cannot be received", error))?;
+    end_on_panic(shutdown.clone());
+    let outcome = end_of(|| runtime.block_on(process(shutdown.clone())), &shutdown);
     // A task that never yields, like a session that waits for its router, must not keep the process.
     runtime.shutdown_timeout(ENDING);
     outcome
+}
+
+/// How a process ended. What a panic elsewhere left behind, such as a poisoned lock of Zenoh's, may make this thread
+/// panic too while it closes the session: the first panic is the reason.
+fn end_of(
+    process: impl FnOnce() -> Result<(), Failure>,
+    shutdown: &Shutdown,
+) -> Result<(), Failure> {
+    match catch_unwind(AssertUnwindSafe(process)) {
+        Ok(outcome) => outcome?,
+        Err(panic) => {
+            let reason = shutdown.failure().unwrap_or_else(|| message(&*panic));
+            return Err(Failure::Running(reason));
+        }
+    }
+    shutdown.failure().map_or(Ok(()), |reason| Err(Failure::Running(reason)))
 }
 
 fn end_on_panic(shutdown: Shutdown) {
@@ -99,6 +112,11 @@ mod tests {
         let panics = std::thread::Builder::new().name("worker".into());
         panics.spawn(|| panic!("on purpose")).unwrap().join().unwrap_err();
         assert_eq!(shutdown.failure().unwrap(), "the thread `worker` has panicked");
+        // As Zenoh does when its session is closed after that.
+        let Err(Failure::Running(reason)) = end_of(|| panic!("PoisonError"), &shutdown) else {
+            panic!("a process that panicked ended without a failure");
+        };
+        assert_eq!(reason, "the thread `worker` has panicked");
         let _ = std::panic::take_hook();
     }
 }
