@@ -1,7 +1,7 @@
 # shellcheck shell=bash
-# Shared by the scripts beside this file, which begin in the repository's root.
+# Shared by the scripts in this directory, which run in the repository's root.
 export CARGO_TERM_COLOR=never PYTHONDONTWRITEBYTECODE=1
-# What `.ci/tools` installs, kept from one run to the next.
+# Installed by `.ci/tools`, kept between runs.
 export TOOLS=${XDG_CACHE_HOME:-$HOME/.cache}/trusswatch
 export PATH=$TOOLS/bin:$TOOLS/python/bin:$PATH
 WORK=$(mktemp -d)
@@ -9,7 +9,7 @@ STAGES=$WORK/stages
 PASSED=
 
 # stage NAME MINUTES COMMAND…: runs a stage of a check. The check ends if it fails or exceeds its time budget. With
-# PASSED set to a folder, a stage that passed before is not run again.
+# PASSED set to a directory, stages that passed before are skipped.
 stage() {
   local name=$1 minutes=$2 began=$SECONDS code=0 row passed
   passed=${PASSED:+$PASSED/${name//[^A-Za-z0-9]/_}}
@@ -22,7 +22,7 @@ stage() {
   echo "$row" | tee -a "$STAGES" >>"${passed:-/dev/null}"
 }
 
-# Ends with a table of what each stage took.
+# Prints a table of the stages' times at the end.
 summary() {
   local code=$?
   [ ! -s "$STAGES" ] || { echo; cat "$STAGES"; printf '%-52s %5d s\n' "in all" "$SECONDS"; }

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Kills, stops, pauses and cuts off the rig's containers, some of them while a fault occurs, and checks what
-the others report meanwhile and that the verdicts are the right ones afterwards.
+"""Kills, stops, pauses and cuts off the rig's containers, some of them while a fault occurs. Checks what the
+others report meanwhile and that the verdicts are right afterwards.
 
-    deploy/compose/chaos.py        (the rig is up, and no component is faulty; needs root, for kill -9)
+    deploy/compose/chaos.py        (needs the running rig without faults, and root for kill -9)
 """
 
 import os
@@ -13,14 +13,14 @@ from expectations import require, until
 from rig import APART, MODULES, NETWORK, Watcher, docker, ever_faulty, nothing_is_wrong, play, run
 
 LEAK = ("external_leakage_a", "--area-m2", "3e-7")
-# Thirteen times the noise of a gage on a column: a jump is no effect of anything, and is latched though a peer is
+# Thirteen times the noise of a gage on a column: too abrupt to be an effect, so it is latched although a peer is
 # silent.
 BIAS = ("bias", "--offset-m", "1.2e-5")
 LATCHED_BEFORE = "module2/actuator/a4"
 
 
 class Stage:
-    """The rig, what the observer receives from it, and what was injected into it."""
+    """The rig, the events that the observer receives, and the injected faults."""
 
     def __init__(self, table, rig, watcher):
         self.table, self.rig, self.watcher = table, rig, watcher
@@ -29,7 +29,7 @@ class Stage:
         self.free_from = 0
 
     def inject(self, component, *fault):
-        """Gives a component a fault when the one before it explains nothing any more."""
+        """Injects a fault once the previous one no longer explains changes."""
         self.rig.until_step(self.free_from)
         since = self.watcher.mark()
         step = self.rig.inject(component, *fault)
@@ -43,20 +43,20 @@ class Stage:
         return known and (known["state"], known["sequence"])
 
     def calm(self):
-        """Everything is as it should be again, but for the faults."""
+        """Everything is healthy again except for the faults."""
         self.rig.in_service()
         for service in self.rig.containers:
             self.rig.healthy(service)
 
     def crash(self, service):
-        """kill -9, from this computer: docker does not restart what it has killed itself."""
+        """kill -9 from the host, because docker does not restart containers that it has killed itself."""
         before = self.rig.restarts(service)
         os.kill(self.rig.pid(service), signal.SIGKILL)
         until(f"{service} is restarted", 30, lambda: self.rig.restarts(service) > before and self.rig.pid(service))
 
 
 def unconfirmed_meanwhile(stage, component, silent, since):
-    """While the peer is away, no component is reported faulty: the change is unconfirmed."""
+    """While the peer is unreachable, no component is reported faulty: the change is unconfirmed."""
     doubt = stage.watcher.fault(component, "unconfirmed", 20, since)
     require(doubt["doubt"] == "silent" and doubt["of"] == [silent], f"{component} is unconfirmed, {doubt}, not for {silent}")
     named = [n for n in stage.watcher.events[since:] if n["news"] == "fault" and n["state"] == "latched"]
@@ -65,7 +65,7 @@ def unconfirmed_meanwhile(stage, component, silent, since):
 
 
 def confirmed_after(stage, component, since, start):
-    """Once it is back, the verdict follows."""
+    """After its return, the verdict follows."""
     verdict = stage.watcher.fault(component, "latched", 30, since)
     return f"{verdict['state']} {time.monotonic() - start:.1f} s after"
 
@@ -135,7 +135,7 @@ def paused_plant(stage):
 
 
 def itself_stale(rig):
-    """What module2 reports of itself, queried in its own container."""
+    """The status of module2, queried in its own container."""
     health = ["docker", "exec", rig.containers["module2"], "trusswatch", "health", "127.0.0.1:9464"]
     until("module2 notices", 20, lambda: run(*health, check=False).stdout.startswith("stale"))
     return "stale"
@@ -198,7 +198,7 @@ def killed_observer(stage):
 
 
 def nothing_else(stage):
-    """All that was ever called faulty is what was injected, and it is held still."""
+    """Only injected faults were ever reported, and all of them are still present."""
     transitions, injected = stage.rig.transitions()[stage.before:], sorted(stage.injected)
     require(ever_faulty(transitions) == injected, f"injected {injected}, ever called faulty {ever_faulty(transitions)}")
     held = sorted(c["component"] for c in stage.rig.picture()["components"].values() if c["state"] not in ("normal", "unknown", "explained"))

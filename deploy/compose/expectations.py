@@ -1,4 +1,4 @@
-"""What is expected and what was seen: waited for, required, printed in a table."""
+"""Expectations: wait for them, require them, and print them in a table."""
 
 import time
 
@@ -6,11 +6,11 @@ START = time.monotonic()
 
 
 class Late(Exception):
-    """Something did not happen in time."""
+    """An expected event did not happen in time."""
 
 
 def until(what, seconds, probe):
-    """Calls `probe` until it returns something true, and returns that."""
+    """Calls `probe` until it returns a true value, and returns that value."""
     end = time.monotonic() + seconds
     while not (answer := probe()):
         if time.monotonic() > end:
@@ -25,12 +25,12 @@ def require(holds, otherwise):
 
 
 def seen(what, *details):
-    """Reports at once what is as expected."""
+    """Reports a fulfilled expectation at once."""
     print(f"   {time.monotonic() - START:5.1f} s  ok: {': '.join([what, *map(str, details)])}", flush=True)
 
 
 class Table:
-    """What was done, what was expected of it and what was seen."""
+    """One row: action, expectation and observation."""
 
     HEADING = ("what", "expected", "seen")
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Gives the rig's plant six faults, one after the other, and checks that exactly these are named. It then
-resets them, so that the rig is as it was.
+"""Injects six faults into the rig's plant, one after the other, and checks that exactly these are isolated. It then
+resets them, which restores the rig.
 
-    deploy/compose/faults.py        (the rig is up)
+    deploy/compose/faults.py        (needs the running rig)
 """
 
 from expectations import require, until
@@ -29,7 +29,7 @@ CONFINED = {
 
 
 def order(rig):
-    """Puts every fault and every repair into the plant's schedule; from which steps on."""
+    """Schedules every fault and every repair in the plant; returns the steps."""
     first = rig.step() + 4000
     steps = {}
     for number, (component, *fault) in enumerate(FAULTS):
@@ -66,7 +66,7 @@ def story(table, rig):
     with Watcher(rig) as watcher:
         transitions = named(table, rig, watcher)
         gone = [event["who"] for event in watcher.events if event["news"] == "presence" and not event["there"]]
-        # A computer that is busy with other things may be late once; unstable links break by the dozen.
+        # A busy computer may be late once; unstable links break dozens of times.
         require(len(gone) <= 2, f"went away without a disturbance: {gone}")
     present = rig.picture()["components"].values()
     held = sorted(c["component"] for c in present if c["state"] not in ("normal", "unknown", "explained"))

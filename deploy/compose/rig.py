@@ -1,4 +1,4 @@
-"""The running rig, seen and handled from this computer: by docker, and by the program in the observer."""
+"""The running rig, controlled from the host through docker and through the program in the observer."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ from expectations import START, Late, Table, require, until
 PROJECT = "trusswatch"
 NETWORK = f"{PROJECT}_tower"
 MODULES = ["module1", "module2"]
-# Steps from a fault until it explains nothing any more and has left the statistics, as has its repair if
+# Steps until a fault no longer explains changes and has left the statistics, together with its repair if
 # that came within REPAIRED_AFTER steps.
 APART = 5800
 REPAIRED_AFTER = 1200
@@ -29,14 +29,14 @@ def docker(*command, **options):
 
 
 class Rig:
-    """The containers, which must be up already."""
+    """The containers, which must be running."""
 
     def __init__(self):
         self.containers = {}
         for service in ["plant", *MODULES, "observer"]:
             require(self._find(service), f"{service} is not there; bring the rig up with `docker compose -f deploy/compose/compose.yaml up --detach`")
         self.has_router = bool(self._find("router"))
-        # With certificates an observer may only read.
+        # With certificates, an observer may only read.
         self.orderer = "operator" if self._find("operator") else "observer"
         # The observer's own connection flags.
         words = docker("inspect", "--format", "{{range .Config.Cmd}}{{println .}}{{end}}", self.containers["observer"]).split()
@@ -55,7 +55,7 @@ class Rig:
         return run("docker", "exec", self.containers[by], "trusswatch", *words, *self.link, check=check)
 
     def picture(self):
-        """What `trusswatch faults` sees: modules and components by name."""
+        """The output of `trusswatch faults`: modules and components by name."""
         done = self.trusswatch("faults", "--all", "--json", "--expect", ",".join(MODULES), check=False)
         try:
             seen = json.loads(done.stdout)
@@ -70,22 +70,22 @@ class Rig:
         return seen["modules"][module]["phase"] if seen and seen["modules"][module]["answers"] else "not answering"
 
     def transitions(self):
-        """The journals of all modules; nothing may be missing from them."""
+        """The journals of all modules, which must be complete."""
         document = json.loads(self.trusswatch("history", "--json", "--module", ",".join(MODULES)).stdout)
         missing = document["silent"] + document["gaps"] + [m for m in document["modules"] if m["broken_off"]]
         require(not missing, f"the journals are not whole: {missing}")
         return document["transitions"]
 
     def reset(self, components):
-        """Acknowledges and resets the components. The simulated structure begins again before, with new cylinders: those
-        that were repaired hold another amount of oil, and would depart from their references."""
+        """Acknowledges and resets the components. First restarts the simulated structure, with new cylinders: repaired ones
+        hold another amount of oil and would depart from their references."""
         run("docker", "restart", "--time", "5", self.containers["plant"])
         self.in_service()
         self.trusswatch("ack", *components, "--by", "rig", by=self.orderer)
         self.trusswatch("reset", *components, "--by", "rig", "--force", by=self.orderer)
 
     def inject(self, component, *fault, at_step=None):
-        """Gives a component a fault, or repairs it; from which step on."""
+        """Injects a fault into a component, or repairs it; returns the step."""
         step = [] if at_step is None else ["--at-step", at_step]
         done = self.trusswatch("inject", component, *fault, *step, "--json", "--structure", "tower", by=self.orderer)
         return json.loads(done.stdout)["effective_step"]
@@ -106,14 +106,14 @@ class Rig:
         return settings[NETWORK]["IPAMConfig"]["IPv4Address"]
 
     def confinement(self, service):
-        """Who a container's first process is and what it may do: by the kernel, and by docker."""
+        """User and privileges of a container's first process, from the kernel and from docker."""
         with open(f"/proc/{self.pid(service)}/status") as file:
             status = dict(line.split(":", 1) for line in file.read().splitlines())
         words = {name: status[name].split()[0] for name in ("Uid", "Gid", "CapEff", "CapBnd", "NoNewPrivs", "Seccomp")}
         words["ReadonlyRootfs"] = docker("inspect", "--format", "{{.HostConfig.ReadonlyRootfs}}", self.containers[service])
         return words
 
-    # Things that are waited for.
+    # Conditions to wait for.
 
     def healthy(self, service, seconds=60):
         until(f"{service} is healthy", seconds, lambda: self.health(service) in ("healthy", ""))
@@ -130,8 +130,8 @@ class Rig:
         until(f"step {step}", seconds, lambda: self.step() >= step)
 
     def in_real_time(self, seconds=60):
-        """Waits until the plant has made up for the time that it was paused: until then it publishes more than a
-        second's samples in a second, and it keeps no more than the latest 8192 for whoever missed some."""
+        """Waits until the plant has caught up after a pause: until then it publishes faster than real time, and it keeps only
+        the latest 8192 samples for recovery."""
         def keeps_time():
             start, first = time.monotonic(), self.step()
             time.sleep(1)
@@ -141,7 +141,7 @@ class Rig:
 
 
 class Watcher:
-    """Every event that the observer receives, from now on."""
+    """The events that the observer receives from now on."""
 
     def __init__(self, rig):
         self.changed = threading.Condition()
@@ -165,7 +165,7 @@ class Watcher:
         self.process.wait()
 
     def mark(self):
-        """The present place among the events."""
+        """The present position in the events."""
         with self.changed:
             return len(self.events)
 

@@ -1,4 +1,4 @@
-"""Shared by the stories: real programs, used as an operator, an integrator or an administrator uses them.
+"""Fixtures of the stories, which use the real programs as an operator, an integrator or an administrator does.
 
     pytest tests/stories                  those of the check
     pytest tests/stories -m nightly       the long ones
@@ -22,20 +22,20 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = Path(os.environ.get("TRUSSWATCH_PROGRAMS", ROOT / "target/release"))
-# Package and image are built of the same programs.
+# Package and image contain the same programs.
 os.environ.setdefault("PROFILE", PROGRAMS.name)
 CLONE_NEWNET = 0x40000000
 LIBC = ctypes.CDLL(None)
 # The simulated tower and its two diagnosers, as configured.
 SHIPPED = {"plant": 7447, "module1": 7448, "module2": 7449}
-# No single step of a story takes longer, however busy the machine.
+# Time limit of a single step of a story, also on a busy machine.
 LIMIT_S = 60
 
 sys.path.insert(0, str(ROOT / "deploy/compose"))
 
 
 def cannot(what, why):
-    """Ends a story that cannot be tried on this machine."""
+    """Skips a story that cannot run on this machine."""
     if os.environ.get("CI"):
         pytest.fail(f"{what}: {why}; with CI set, a skipped story has failed", pytrace=False)
     pytest.skip(f"{what}: {why}")
@@ -48,7 +48,7 @@ def needs(*programs):
 
 
 def until(what, probe, seconds=LIMIT_S, pause_s=0.05):
-    """Calls `probe` until it returns something true, and returns that."""
+    """Calls `probe` until it returns a true value, and returns that value."""
     end = time.monotonic() + seconds
     while not (answer := probe()):
         assert time.monotonic() < end, f"{what}: not within {seconds} s"
@@ -57,7 +57,7 @@ def until(what, probe, seconds=LIMIT_S, pause_s=0.05):
 
 
 def trusswatch(*words, check=True, timeout=LIMIT_S):
-    """Runs the command line to its end; its standard output, or with check=False the finished process."""
+    """Runs a command line; returns its standard output, or with check=False the finished process."""
     command = [PROGRAMS / "trusswatch", *map(str, words)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
     if not check:
@@ -67,7 +67,7 @@ def trusswatch(*words, check=True, timeout=LIMIT_S):
 
 
 def documented(name):
-    """The shell command that follows the line `<!-- NAME command -->` in one of the documents."""
+    """The shell command after the line `<!-- NAME command -->` in a document."""
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True)
     for document in listed.stdout.split():
         text = (ROOT / document).read_text()
@@ -78,13 +78,13 @@ def documented(name):
 
 
 def free_ports(count):
-    """Ports of this machine that were free a moment ago, all different."""
+    """Different ports of this machine that were free a moment ago."""
     with contextlib.ExitStack() as taken:
         return [taken.enter_context(socket.create_server(("127.0.0.1", 0))).getsockname()[1] for _ in range(count)]
 
 
 class Rig:
-    """Processes of a story, their logs in its folder; all end with it."""
+    """Processes of a story, with logs in its directory; all end with the story."""
 
     def __init__(self, folder):
         self.folder, self.processes, self.ports = folder, {}, dict(SHIPPED)
@@ -92,13 +92,13 @@ class Rig:
     def start(self, name, *command, **options):
         options.setdefault("stdout", (self.folder / f"{name}.out").open("ab"))
         options.setdefault("stderr", (self.folder / f"{name}.log").open("ab"))
-        # A group of its own: what a shell started ends with it.
+        # Its own process group, so that children of a shell end with it.
         command = [str(word) for word in command]
         self.processes[name] = subprocess.Popen(command, cwd=ROOT, start_new_session=True, **options)
         return self.processes[name]
 
     def with_free_ports(self):
-        """Copies the shipped configurations, with ports that were free a moment ago; their folder."""
+        """Copies the shipped configurations with free ports; returns their directory."""
         configs = self.folder / "configs"
         shutil.copytree(ROOT / "configs", configs)
         self.ports = dict(zip(SHIPPED, free_ports(len(SHIPPED))))
@@ -120,7 +120,7 @@ class Rig:
         return self.start(module, PROGRAMS / "trusswatch-diagnoser", "run", configs / f"{module}.toml", "--state-dir", state)
 
     def end(self, name, how=signal.SIGTERM):
-        """Ends one and returns its exit code."""
+        """Stops a process and returns its exit code."""
         process = self.processes.pop(name)
         process.send_signal(how)
         return process.wait(timeout=LIMIT_S)
@@ -155,7 +155,7 @@ def pytest_runtest_makereport(item, call):
 
 @contextlib.contextmanager
 def back_in_this_network():
-    """Returns the process, whose network changes within, to its present one."""
+    """Restores the process's present network afterwards."""
     with open("/proc/self/ns/net") as before:
         try:
             yield
@@ -165,7 +165,7 @@ def back_in_this_network():
 
 @pytest.fixture(scope="session")
 def another_network():
-    """An empty network, where it may be had; one for all stories, since the threads of Zenoh's library stay in it."""
+    """An empty network namespace, if permitted; one for all stories, since the threads of Zenoh's library stay in it."""
     with back_in_this_network():
         if LIBC.unshare(CLONE_NEWNET) != 0:
             return None
@@ -175,8 +175,8 @@ def another_network():
 
 @pytest.fixture
 def own_network(another_network):
-    """The story is in a network of its own: shipped configurations have fixed ports. Stories that use Zenoh's library
-    themselves all do so there.
+    """Runs the story in the separate network, because shipped configurations have fixed ports. All stories that use Zenoh's
+    library run there.
     """
     with back_in_this_network():
         if another_network:

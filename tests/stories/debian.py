@@ -1,4 +1,4 @@
-"""Makes the Debian that machines begin with, once, of the host's own release and from its own mirror; prints its path."""
+"""Makes the base Debian of the machines, once, with the host's release and mirror; prints its path."""
 
 import os
 import platform
@@ -13,7 +13,7 @@ CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "trus
 
 
 def mirror():
-    """Where this computer's apt has its release from."""
+    """The mirror of this computer's release in apt."""
     sources = ["apt-get", "indextargets", "--format", "$(RELEASE) $(COMPONENT) $(REPO_URI)", "Created-By: Packages"]
     for line in subprocess.run(sources, capture_output=True, text=True, check=True).stdout.splitlines():
         release, component, place = line.split()
@@ -23,7 +23,7 @@ def mirror():
 
 
 def tree():
-    """The folder with it."""
+    """Its directory."""
     tree = CACHE / f"debian-{SUITE}-{PACKAGES.replace(',', '-')}"
     if not tree.exists():
         making = tree.with_suffix(".part")

@@ -1,5 +1,5 @@
-"""One thread of a process, held as a debugger holds it, while the others go on: a loop that hangs, and
-nothing else."""
+"""Holds one thread of a process, as a debugger does, while the others continue: simulates a loop that hangs
+alone."""
 
 import ctypes
 import os
@@ -13,7 +13,7 @@ _ptrace.restype = ctypes.c_long
 
 
 def hold(thread):
-    """Stops the thread until it is killed."""
+    """Stops the thread until this holder is killed."""
     for request in SEIZE, INTERRUPT:
         if _ptrace(request, thread, None, None) != 0:
             error = ctypes.get_errno()
@@ -22,8 +22,8 @@ def hold(thread):
 
 
 def has_died(thread):
-    """Has a held thread that was killed ended? It stays a zombie, and its process with it, until the holder has waited
-    for it: ask again until this is true."""
+    """Whether a held thread that was killed has ended. It and its process remain zombies until the holder has waited
+    for it: call again until this is true."""
     try:
         return os.waitpid(thread, os.WNOHANG | ANY_THREAD)[0] == thread
     except ChildProcessError:

@@ -1,5 +1,5 @@
-"""Machines with a real systemd: containers of systemd-nspawn on a small Debian, each with a disk that
-survives a loss of power and a network card of its own."""
+"""Machines with a real systemd: systemd-nspawn containers of a small Debian, each with a disk that
+survives a power loss and its own network card."""
 
 import os
 import re
@@ -21,7 +21,7 @@ def run(*command, check=True, **options):
 
 
 class Bridge:
-    """What joins the machines and the host, which has this address in it."""
+    """The bridge between the machines and the host, which has this address on it."""
 
     def __init__(self, host):
         self.host = host
@@ -52,7 +52,7 @@ class Machine:
         options = f"lowerdir={tree},upperdir={upper},workdir={scratch}"
         run("mount", "-t", "overlay", "overlay", "-o", options, self.root)
         (self.root / "etc/hostname").write_text(name + "\n")
-        # An identity of its own; without one it would be reconfigured at its first boot.
+        # A machine id of its own; without one systemd would treat this as a first boot.
         (self.root / "etc/machine-id").write_text(uuid.uuid4().hex + "\n")
 
     def boot(self):
@@ -66,7 +66,7 @@ class Machine:
         self.do("ip", "link", "set", "host0", "up")
 
     def _child(self):
-        """The machine's first process, once it is what it will be; before, nspawn has others."""
+        """The machine's init process; before it nspawn starts others."""
         if self.nspawn.poll() is not None:
             raise RuntimeError(f"{self.name} does not boot:\n{self.log.read_text()[-2000:]}")
         children = run("ps", "-o", "pid=,comm=", "--ppid", self.nspawn.pid, check=False).stdout.splitlines()
@@ -84,7 +84,7 @@ class Machine:
         return run(*self.enter(*map(str, command)), check=check).stdout
 
     def try_to(self, *command):
-        """Runs a command in the machine, which may fail."""
+        """Runs a command in the machine; the command may fail."""
         return run(*self.enter(*map(str, command)), check=False)
 
     def succeeds(self, *command):
@@ -101,7 +101,7 @@ class Machine:
         return dict(line.split("=", 1) for line in output.splitlines() if "=" in line)
 
     def process(self, number):
-        """The host's number of a process that has this number in the machine."""
+        """The host's process id of a process with this id in the machine."""
         inside = os.readlink(f"/proc/{self.leader}/ns/pid")
         for folder in Path("/proc").glob("[0-9]*"):
             try:

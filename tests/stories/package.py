@@ -1,4 +1,4 @@
-"""The Debian package, built once in a run of the stories; or the one that TRUSSWATCH_PACKAGE names."""
+"""The Debian package: built once per run of the stories, or the file TRUSSWATCH_PACKAGE."""
 
 import functools
 import os

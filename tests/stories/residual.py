@@ -1,12 +1,12 @@
-"""The residual of one gage, computed anew from a recording and the exported model, with numpy and the library mcap.
+"""The residual of one gage, recomputed from a recording and the exported model with numpy and the library mcap.
 
-Nothing of trusswatch is run. Of the export only geometry, sections, masses, supports, damping, actuators and gages are
-read. The residual of a gage is its elongation y less that of the module's local model (eq. 14 of the paper):
+No code of trusswatch runs. From the export only geometry, sections, masses, supports, damping, actuators and gages are
+read. The residual of a gage is its elongation y minus that of the module's local model (eq. 14 of the paper):
 
     r_k = y_k - l^T u_k,    M u'' + D u' + K u = F f,    D = alpha M + beta K,
 
 with f the observed forces, f = p_A A_A - p_B A_B, whose mean over each step acts during it; the first sample of a
-run settles the model, u = K^-1 F f. K is condensed to the translations, for rotations have no mass. In modes
+run settles the model, u = K^-1 F f. K is condensed to the translations, because rotations have no mass. In modes
 phi_j of K phi = w^2 M phi each step is exact: with x = zeta w dt and th^2 = (w dt)^2 - x^2,
 S = e^-x sin th / th, C = e^-x cos th,
 
@@ -18,13 +18,13 @@ import json
 import numpy as np
 from mcap.reader import make_reader
 
-# A longer gap settles the model anew [s].
+# After a longer gap the model is settled again [s].
 LONGEST_GAP_S = 0.2
 DIRECTIONS = ["x", "y", "z", "rx", "ry", "rz"]
 
 
 def stiffness_of(member, start, end):
-    """12 x 12, in global coordinates: translations and rotations of both ends."""
+    """12 x 12 stiffness in global coordinates: translations and rotations of both ends."""
     length = np.linalg.norm(end - start)
     axis = (end - start) / length
     axial = member["e_pa"] * member["area_m2"] / length
@@ -111,7 +111,7 @@ class Model:
         slow, fast = np.exp(1j * angle - decay), np.exp(-1j * angle - decay)
         cosine = (0.5 * (slow + fast)).real
         sine = (0.5 * (slow - fast) / (1j * angle)).real
-        # 1 - C - x S without the difference of like numbers, where the step is short.
+        # 1 - C - x S without cancellation for short steps.
         short = turn < 1.0
         few = np.where(short, angle, 0.1)
         careful = -np.expm1(-decay) + np.exp(-decay) * (
@@ -137,7 +137,7 @@ class Model:
 
 
 def read(file, module):
-    """Samples and recorded residuals by run and step, the setup, where runs begin, and what was lost."""
+    """Samples and recorded residuals by run and step, the setup, starts of runs, and losses."""
     samples, messages, setup, begins, lost = {}, [], None, set(), set()
     with open(file, "rb") as stream:
         for _, channel, message in make_reader(stream).iter_messages():
@@ -163,7 +163,7 @@ def read(file, module):
 
 
 def residuals(file, export, gage):
-    """Those that were recorded, and the same computed."""
+    """Recorded and computed residuals."""
     module, _, name = gage.split("/")
     samples, messages, setup, begins, lost = read(file, module)
     step_s, hydraulics = setup["step_s"], setup["hydraulics"]

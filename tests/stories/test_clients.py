@@ -1,5 +1,5 @@
-"""Clients that are not trusswatch's: the recipes of crates/vocabulary/README.md run as printed, every message is valid by its
-schema, and a recording gives others the same numbers.
+"""Third-party clients: the recipes of crates/vocabulary/README.md run as printed, every message conforms to its
+schema, and other programs compute the same numbers from a recording.
 """
 
 import collections
@@ -22,7 +22,7 @@ from conftest import LIMIT_S, PROGRAMS, ROOT, documented, trusswatch, until
 from residual import residuals
 
 STATES = {"normal", "unknown", "tentative", "unconfirmed", "explained", "latched", "acknowledged"}
-# With the programs of the packages from PyPI; their output is not held back.
+# Finds the programs of the PyPI packages; their output is not buffered.
 ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "PYTHONUNBUFFERED": "1"}
 
 
@@ -32,13 +32,13 @@ def schemas():
 
 
 def recipe(name, endpoint=""):
-    """The command that runs the one of the documents, on the programs under test."""
+    """The documents' command, adapted to the programs under test."""
     text = documented(name).replace("tcp/HOST:PORT", endpoint).replace("./target/release", str(PROGRAMS))
     return [sys.executable, "-c", text] if text.startswith("import") else ["bash", "-c", text]
 
 
 def ask(name, endpoint):
-    """What a recipe that ends by itself prints: a message a line."""
+    """The output of a recipe that ends by itself: one message per line."""
     command = recipe(name, endpoint)
     done = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, cwd=ROOT, timeout=LIMIT_S)
     assert done.returncode == 0, f"{name}: {done.stderr}"
@@ -46,7 +46,7 @@ def ask(name, endpoint):
 
 
 def only_faulty(endpoint, *components):
-    """Whether these are faulty by now; others never may be."""
+    """Whether these components are faulty by now; no other may ever be."""
     states = ask("present", endpoint)
     assert {item["state"] for item in states} <= STATES, states
     faulty = {item["component"] for item in states if item["state"] in ("latched", "acknowledged")}
@@ -59,7 +59,7 @@ def latched(transitions):
 
 
 def named_exactly(printed):
-    """The components that the demo says it made faulty, and these with their kinds: it named them all, and no others."""
+    """The components that the demo made faulty, with their kinds: it isolated all of them and no others."""
     summary = json.loads(printed.splitlines()[-1])
     assert summary["event"] == "summary" and summary["exact"] is True, summary
     assert len(set(summary["pids"])) >= 3, summary["pids"]
@@ -89,7 +89,7 @@ def test_recipes_give_what_the_demo_did(rig):
     assert demo.wait(timeout=2 * LIMIT_S) == 0
     injected, kinds = named_exactly(printed.read_text())
 
-    # Every fault that was injected was watched, and no other; under its own key.
+    # Exactly the injected faults were received, each under its own key.
     until("every fault was watched", lambda: latched(item for _, item in watched()) >= injected)
     assert latched(item for _, item in watched()) == injected
     for key, item in watched():
@@ -102,7 +102,7 @@ def test_recipes_give_what_the_demo_did(rig):
     since = [line.split() for line in lines("transitions")]
     assert {line[0] for line in since if line[1:4] == ["latched", "since", "step"]} == injected, since
 
-    # What was queried meanwhile: every component once, every module's journal.
+    # Queries meanwhile: every component once, every module's journal.
     assert len({item["component"] for item in states}) == len(states) == 24, states
     assert latched(states) and latched(states) <= injected, states
     assert {page["module"] for page in pages} == {"module1", "module2"}, pages
@@ -133,7 +133,7 @@ def test_messages_on_the_bus_and_their_recording(rig, own_network, schemas):
     assert reply["component"] == "module1/sensor/g2" and reply["effective_step"] > 0, reply
     until("both are faulty", lambda: only_faulty(module1, "module1/sensor/g2", "module2/sensor/g7"))
 
-    # The recording gives the same verdicts again, and others the same residuals.
+    # Replay gives the same verdicts, and the Python computation the same residuals.
     assert rig.end("recorder", signal.SIGINT) == 0
     rig.end_all()
     [recording] = recordings.glob("*.mcap")
@@ -180,7 +180,7 @@ class Bus:
 
     def check(self, name, payload):
         self.seen[name] += 1
-        # Samples come a thousand times a second; every hundredth is enough.
+        # Samples arrive a thousand times a second; every hundredth is enough.
         if name == "sample" and self.seen[name] % 100 != 1:
             return None
         message = json.loads(payload.to_string())
@@ -211,13 +211,13 @@ class Bus:
         return replies
 
     def has_seen_all(self):
-        """Makes a stroke; makes a fault and acknowledges it; asks every module for what it knows."""
+        """Strokes a cylinder, injects and acknowledges a fault, and sends every query to every module."""
         faults = self.ask("*/fault/**")
         for key in ("identification/**", "history?limit=3", "input?to=9", "configuration", "freeze-frame"):
             self.ask(f"*/{key}")
         in_service = list(self.phases.values()) == ["in_service"] * 2
         if self.stroke_over is None and in_service:
-            # The controller is out of action for two seconds; a fault in them would be answered late.
+            # The controller is inactive for two seconds; the response to a fault then would be late.
             self.stroke_over = time.monotonic() + 3
             stroke = {"v": 1, "component": "module1/actuator/a3", "force_n": 100, "duration_s": 2}
             assert self.ask("plant/command/stroke", stroke), "the plant did not begin the stroke"
@@ -237,7 +237,7 @@ class Bus:
 
 
 def test_a_message_is_valid_by_its_schema_if_the_programs_take_it(schemas, tmp_path):
-    """The examples, counter-examples made from them, and the kept inputs of the fuzzer."""
+    """The examples, counter-examples derived from them, and the kept inputs of the fuzzer."""
     for name, schema in schemas.items():
         jsonschema.Draft202012Validator.check_schema(schema)
         example = schema["examples"][0]
@@ -248,7 +248,7 @@ def test_a_message_is_valid_by_its_schema_if_the_programs_take_it(schemas, tmp_p
 
 
 def agreed(name, schema, tried, folder):
-    """Whether the programs take each of these texts; of each message, the schema says the same."""
+    """Whether the programs accept each of these texts; the schema must agree."""
     valid = jsonschema.Draft202012Validator(schema)
     file = folder / "messages"
     file.write_text("\n".join(text for text, _ in tried))
@@ -263,7 +263,7 @@ def agreed(name, schema, tried, folder):
 
 
 def places(value, path=()):
-    """The paths to everything within a message."""
+    """The paths of all values within a message."""
     inside = {dict: lambda: value.items(), list: lambda: enumerate(value)}
     for key, item in inside.get(type(value), tuple)():
         yield path + (key,)
@@ -271,7 +271,7 @@ def places(value, path=()):
 
 
 def counter_examples(example):
-    """The example with one place left out, or filled with something else."""
+    """The example with one value removed or replaced."""
     numbers, texts = [0, 2, -1, 1.5, 1e300, 2**64], ["", "x", "11 µm", "a/b"]
     others = [None, True, *numbers, *texts, [], [1.5], {}, {"kind": "bias"}]
     for path in places(example):
@@ -290,7 +290,7 @@ def counter_examples(example):
 
 
 def kept_inputs(name):
-    """What the fuzzer found, as far as it is one line of JSON without a field given twice."""
+    """The fuzzer's inputs that are one line of JSON without duplicate fields."""
 
     def once(pairs):
         if len(dict(pairs)) < len(pairs):

@@ -1,6 +1,6 @@
-"""The rig of deploy/compose: its image made without pulling any; brought up, given faults that must be named exactly, its
-containers killed, stopped, paused and cut off, taken down without a trace. The same in a star around a router with mutual
-TLS; and the star without it comes up, too.
+"""The rig of deploy/compose: built without pulling an image, started, given faults that must be isolated exactly, its
+containers killed, stopped, paused and cut off, and removed completely. The same as a star around a router with mutual
+TLS; the star without TLS is started, too.
 """
 
 import os
@@ -28,14 +28,14 @@ def run(*command, check=True):
 
 
 def everything():
-    """All that docker has on this computer."""
+    """All objects that docker has on this computer."""
     kinds = [("ps", "--all"), ("network", "ls"), ("volume", "ls"), ("images", "--all")]
     return {thing for kind in kinds for thing in run("docker", *kind, "--quiet").split()}
 
 
 @pytest.fixture(scope="module")
 def compose():
-    """Runs docker compose, of version 2 or 1.29; at the end nothing is left of the rig."""
+    """Runs docker compose, version 2 or 1.29, and removes the rig at the end."""
     def works(*command):
         try:
             return subprocess.run(command, capture_output=True).returncode == 0
@@ -63,7 +63,7 @@ def image(compose):
 
 @pytest.fixture
 def up(compose, image, request):
-    """Brings the rig up with these files until the story ends."""
+    """Runs the rig with these files until the story ends."""
     files = []
 
     def up(*words):

@@ -1,5 +1,5 @@
-"""The package under a real systemd, on machines of their own: an operator's two, with crashes, hangs, losses of power, an
-upgrade, removal and purge; and three bare ones on which a new user types what deploy/secure.md says.
+"""The package under a real systemd on separate machines: two of an operator, with crashes, hangs, power losses, an
+upgrade, removal and purge; and three bare ones on which a new user follows deploy/secure.md.
 """
 
 import contextlib
@@ -38,7 +38,7 @@ def boot(own_network, request):
     probe = ["unshare", "--mount", "--net", "--pid", "--uts", "--ipc", "--fork", "mount", "-t", "tmpfs", "none", tempfile.gettempdir()]
     if subprocess.run(probe, capture_output=True).returncode != 0:
         cannot("machines", "no namespaces or mounts here")
-    # Ended from outside, the story leaves no machine behind.
+    # If the story is terminated, no machine keeps running.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     machines = {}
     with contextlib.ExitStack() as ends:
@@ -68,7 +68,7 @@ UNIT1, UNIT2 = "trusswatch-diagnoser@module1.service", "trusswatch-diagnoser@mod
 PLANT_UNIT = "trusswatch-plant.service"
 ETC = "etc/trusswatch"
 G2, G3, A4 = "module1/sensor/g2", "module1/sensor/g3", "module2/actuator/a4"
-# Steps from a fault until it explains nothing any more and has left the statistics.
+# Steps until a fault no longer explains changes and has left the statistics.
 APART = 5500
 
 
@@ -113,12 +113,12 @@ class Subscriber:
             self.faults.clear()
 
     def step(self, module, step):
-        """Waits until a module has come to a step."""
+        """Waits until a module has reached a step."""
         with self.changed:
             assert self.changed.wait_for(lambda: self.steps.get(module, -1) >= step, LIMIT_S), f"{module}: {self.steps}"
 
     def inject(self, component, **fault):
-        """Gives a component of the plant a fault; from which step on."""
+        """Injects a fault into the plant; returns its first step."""
         order = json.dumps({"v": 1, "component": component, "fault": fault})
         reply = next(iter(self.session.get("trusswatch/tower/plant/command/inject", payload=order, timeout=LIMIT_S)))
         assert reply.ok is not None, reply.err and reply.err.payload.to_string()
@@ -126,7 +126,7 @@ class Subscriber:
 
 
 def held(endpoint, component):
-    """The state and the sequence number of a component as its module reports them to an operator on the host."""
+    """State and sequence number of a component, as its module reports them to an operator on the host."""
     done = trusswatch("faults", "--json", "--mode", "peer", "--connect", endpoint, check=False)
     components = json.loads(done.stdout)["components"] if done.stdout.startswith("{") else []
     return next(((c["state"], c["sequence"]) for c in components if c["component"] == component), None)
@@ -151,7 +151,7 @@ def in_service(machine, unit):
 
 
 def logged(machine, unit, words, *options):
-    """The lines of a unit's journal with these words; empty without any."""
+    """The lines of a unit's journal that contain these words."""
     done = machine.try_to("journalctl", "--quiet", "--unit", unit, "--output=cat", f"--grep={words}", *options)
     return done.stdout.strip() if done.returncode == 0 else ""
 
@@ -169,7 +169,7 @@ def installed(first):
 
 
 def as_shipped(first):
-    """The shipped configuration is that of one computer with everything."""
+    """The shipped configuration runs everything on one computer."""
     first.do("systemctl", "enable", UNIT1, UNIT2)
     first.do("systemctl", "start", "trusswatch.target")
     assert is_active(first, UNIT1) and is_active(first, UNIT2)
@@ -183,7 +183,7 @@ def as_shipped(first):
 
 
 def journal(first):
-    """Entries have fields of their own, and these in the text."""
+    """Journal entries have the structured fields, and their values are in the text."""
     line = logged(first, UNIT1, "scheduling and limits")
     assert 'policy="other"' in line and "open_files" in line
     entry = json.loads(first.do("journalctl", "--unit", UNIT1, "--output=json", "--lines=1", "TRUSSWATCH_POLICY=other"))
@@ -191,7 +191,7 @@ def journal(first):
 
 
 def edit_network(machine, file, listen, connect):
-    """What the owner of two computers has to edit."""
+    """The edits for two computers."""
     file = machine.root / ETC / file
     text = file.read_text()
     file.write_text(f"{text[:text.index('[network]')]}[network]\nlisten = {json.dumps([listen])}\nconnect = {json.dumps(connect)}\n")
@@ -224,7 +224,7 @@ def faults_are_seen(first, subscriber):
 
 
 def comes_back(machine, unit, strike, meanwhile=lambda: None):
-    """Calls `strike` with the process number of a service; after how long another process of it is active [s]."""
+    """Calls `strike` with the process id of a service; returns the time until another process of it is active [s]."""
     before = machine.show(unit, "MainPID", "NRestarts")
     # The clock of systemd's own timestamps.
     start = time.clock_gettime(time.CLOCK_MONOTONIC)
@@ -258,7 +258,7 @@ def stopped(machine, unit):
 
 
 def loop_hangs(machine, unit, name):
-    """The thread of that name alone is held: all others go on, and none may feed the watchdog in its stead."""
+    """Holds only the thread of that name: no other thread may send the watchdog heartbeat."""
     pid = machine.process(machine.show(unit, "MainPID")["MainPID"])
     thread = next(int(task.name) for task in Path(f"/proc/{pid}/task").iterdir() if (task / "comm").read_text().strip() == name)
     try:
@@ -276,13 +276,13 @@ def not_tried(what):
 
 
 def loss_of_power(first, second, subscriber):
-    """A fault while the peer's computer is off is unconfirmed, and latched when it is back; its own faults are kept."""
+    """A fault while the peer's computer is off is unconfirmed and becomes latched after its return; the peer keeps its own faults."""
     in_service(first, UNIT1)
     in_service(second, UNIT2)
     before = held(MODULE2, A4)
     subscriber.forget()
     second.lose_power()
-    # Small: a jump is no effect of anything, and is latched without module2.
+    # Small, because a jump cannot be an effect and would be latched without module2.
     subscriber.inject(G3, kind="bias", offset_m=1.2e-5)
     assert subscriber.fault(G3, "unconfirmed")["of"] == ["module2"]
     second.boot()
@@ -292,7 +292,7 @@ def loss_of_power(first, second, subscriber):
 
 
 def broken_configuration(first):
-    """A misspelt key: failed without a restart, and the place is reported."""
+    """A misspelled key: the unit fails without a restart, and the log names the place."""
     file = first.root / ETC / "module1.toml"
     good = file.read_text()
     file.write_text(good.replace("gage_noise_strain", "gage_noise_strian"))
@@ -352,7 +352,7 @@ def next_version(work):
 
 
 def upgrade(first, work):
-    """An edited file stays, the new one lies beside it; the service is restarted with the same faults."""
+    """An edited file is kept, the new one is put beside it; the service is restarted with the same faults."""
     etc = first.root / ETC
     edited, faults, before = (etc / "module1.toml").read_text(), held(MODULE1, G2), first.show(UNIT1, "MainPID")
     install(first, next_version(work))
@@ -365,7 +365,7 @@ def upgrade(first, work):
 
 
 def remove(first):
-    """Everything is stopped; configuration, journal and what is enabled are kept."""
+    """Everything is stopped; configuration, journal and enabled units are kept."""
     first.do("dpkg", "--remove", "trusswatch")
     assert not first.succeeds("systemctl", "is-active", UNIT1)
     assert not first.succeeds("pgrep", "trusswatch")
@@ -403,7 +403,7 @@ def test_package_on_two_computers(boot, tmp_path):
     purge(first)
 
 
-# A new user's three.
+# A new user's three computers.
 
 DOCUMENT = "deploy/secure.md"
 ADDRESSES = {"ground": "192.0.2.10", "module1": "192.0.2.11", "module2": "192.0.2.12"}
@@ -414,14 +414,14 @@ UNITS = {
     "module2": ["trusswatch-diagnoser@module2"],
 }
 LOOK = f"trusswatch faults --json --tls pki/operator.ada --connect tls/{ADDRESSES['ground']}:{PORT}"
-# What the document has killed, and how often.
+# The units that the document kills, and how often.
 RESTARTS = {"trusswatch-diagnoser@module1": 1}
-# Links of TLS whose two directions were not kept apart broke within two seconds; a step is a millisecond.
+# TLS links without the fix broke within two seconds; a step is a millisecond.
 UNBROKEN_STEPS = 15_000
 
 
 def follow_the_document(machines):
-    """Types every step; the modules' certificates are carried to them before the first thing that is typed there."""
+    """Runs every step; copies a module's certificates to its computer before the first command there."""
     steps = walkthrough.steps((ROOT / DOCUMENT).read_text())
     assert len(steps) > 10
     reached = {walkthrough.EVERYWHERE, "ground"}
@@ -433,14 +433,14 @@ def follow_the_document(machines):
 
 
 def modules(ground):
-    """What `trusswatch faults` shows the new user, while all modules are in service."""
+    """The output of `trusswatch faults` for the new user, once all modules are in service."""
     code, printed = walkthrough.type_in(ground, LOOK)
     shown = json.loads(printed) if code == 0 else None
     return shown and all(module["phase"] == "in_service" for module in shown["modules"]) and shown
 
 
 def only_that_fault(ground):
-    """Faulty, or possibly so, is what the document injected and had acknowledged."""
+    """The only faulty or suspect component is the one that the document injected and acknowledged."""
     shown = modules(ground)
     suspects = ("tentative", "latched", "acknowledged", "unconfirmed")
     return shown and {c["component"]: c["state"] for c in shown["components"] if c["state"] in suspects} == {G2: "acknowledged"}
@@ -466,7 +466,7 @@ def only_the_router_listens(machines):
 
 
 def handshake(ground, holder):
-    """What TLS makes of us as this holder, or without a certificate: the protocol and the router's name."""
+    """Connects over TLS as this holder, or without a certificate: returns the protocol and the router's name."""
     library = ground.root / "root/pki"
     context = ssl.create_default_context(cafile=str(library / "module1/authority.pem"))
     if holder:
@@ -490,7 +490,7 @@ def links_are_secured(machines):
 
 
 def no_link_breaks(machines):
-    """A link that breaks is set up again and leaves no other trace than in the journal."""
+    """A broken link is re-established; only the journal shows that it broke."""
     def step():
         shown = modules(machines["ground"])
         return shown and min(module["step"] for module in shown["modules"])
@@ -503,7 +503,7 @@ def no_link_breaks(machines):
 
 
 def all_lose_power(machines):
-    """Without any command, the fault is still there."""
+    """Without a command, the fault persists."""
     for machine in machines.values():
         machine.lose_power()
     for machine in machines.values():

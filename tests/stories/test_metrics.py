@@ -1,5 +1,5 @@
 """Health and metrics of a plant and two diagnosers over HTTP: read by Prometheus' strict parser and by Prometheus itself,
-with the configuration and the alert rules of deploy/README.md. Which number of a status is which metric is compared in
+with the configuration and the alerting rules of deploy/README.md. The mapping of status fields to metrics is tested in
 crates/daemon/src/metrics.
 """
 
@@ -30,7 +30,7 @@ FLOOD_S = 4
 
 
 def get(name, path):
-    """Status and body."""
+    """HTTP status and body."""
     try:
         with urllib.request.urlopen(f"http://{ADDRESSES[name]}{path}", timeout=10) as answer:
             return answer.status, answer.read().decode()
@@ -41,7 +41,7 @@ def get(name, path):
 
 
 def answers(name, path, status, words):
-    """Waits until a process answers so."""
+    """Waits until a process gives this answer."""
     def probe():
         got, body = get(name, path)
         return got == status and words in body
@@ -49,14 +49,14 @@ def answers(name, path, status, words):
 
 
 def families(name):
-    """All metrics, by a strict parser."""
+    """All metrics, read by a strict parser."""
     status, text = get(name, "/metrics")
     assert status == 200, text
     return list(text_string_to_metric_families(text))
 
 
 def metrics(name):
-    """Every sample, by its name and by those labels that not all have."""
+    """Every sample by its name and its distinguishing labels."""
     samples = {}
     for sample in (sample for family in families(name) for sample in family.samples):
         labels = {label: value for label, value in sample.labels.items() if label not in ("structure", "module")}
@@ -71,7 +71,7 @@ def value(name, metric, *labels):
 
 
 def health(name, *flags):
-    """What `trusswatch health` ends with: exit code and words."""
+    """Exit code and text of `trusswatch health`."""
     done = trusswatch("health", ADDRESSES[name], *flags, check=False)
     return done.returncode, done.stdout + done.stderr
 
@@ -85,7 +85,7 @@ def well_formed(name):
 
 
 class Statuses:
-    """What the processes publish of themselves on the network."""
+    """The statuses that the processes publish on the network."""
 
     def __init__(self, endpoints):
         settings = {"mode": "peer", "connect": {"endpoints": endpoints, "timeout_ms": -1, "exit_on_failure": False},
@@ -98,7 +98,7 @@ class Statuses:
         self.heard[str(sample.key_expr).split("/")[2]].append(json.loads(sample.payload.to_string()))
 
     def module_agrees(self, name):
-        """The metrics are those of a status that is published, and of all components of the module."""
+        """The metrics equal those of a published status, for all components of the module."""
         def both():
             samples = metrics(name)
             at_s = samples[("trusswatch_status_timestamp_seconds",)]
@@ -111,7 +111,7 @@ class Statuses:
         assert sum(states.values()) == 12
 
     def plant_agrees(self):
-        """The plant's metrics are taken when queried: they lie between two statuses."""
+        """The plant's metrics are taken at the scrape, so they lie between two statuses."""
         before = until("a status of the plant", lambda: list(self.heard["plant"]))[-1]
         samples = metrics("plant")
         at_s = samples[("trusswatch_status_timestamp_seconds",)]
@@ -149,7 +149,7 @@ def withstands_hostile_clients(name):
 
 
 def hangs(process, name, thread):
-    """The loop's thread alone is held: all others go on, the one that serves health among them."""
+    """Holds only the loop's thread; all others continue, including the one that serves health."""
     tasks = {(task / "comm").read_text().strip(): int(task.name) for task in Path(f"/proc/{process.pid}/task").iterdir()}
     try:
         hold(tasks[thread])
@@ -171,7 +171,7 @@ def documented_file(name):
 
 @pytest.fixture
 def configs(own_network, tmp_path):
-    """The shipped configurations, with health switched on by taking the comment off."""
+    """The shipped configurations with health enabled by uncommenting it."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
     for name, address in ADDRESSES.items():
         file = tmp_path / "configs" / f"{name}.toml"
@@ -183,7 +183,7 @@ def configs(own_network, tmp_path):
 
 @pytest.fixture
 def alerts(rig, own_network, tmp_path):
-    """Starts Prometheus as documented, but quicker; returns a function that queries it."""
+    """Starts Prometheus as documented but with shorter intervals; returns a function that queries it."""
     if not (PROMETHEUS / "prometheus").exists():
         cannot("Prometheus", "run .ci/tools prometheus")
     quick = "global: {scrape_interval: 250ms, scrape_timeout: 250ms, evaluation_interval: 250ms}\n"
@@ -204,7 +204,7 @@ def alerts(rig, own_network, tmp_path):
 
 
 def test_readiness_in_the_life_of_a_process(rig, configs):
-    """From the start, over a plant that stops, to loops that hang and processes that have ended."""
+    """From startup, through a plant that stops, to hung loops and ended processes."""
     plant, module1 = rig.plant(configs), rig.diagnoser("module1", configs)
     answers("plant", "/readyz", 503, "waiting for the diagnosers of module2")
     answers("plant", "/healthz", 200, "the loop is live")
@@ -263,7 +263,7 @@ def inject_bias(rig):
 
 
 def test_alerts_of_prometheus(rig, configs, alerts):
-    """The documented rules alert to a fault and to a module without samples, and to nothing else."""
+    """The documented rules alert on a fault and on a module without samples, and on nothing else."""
     plant = rig.plant(configs)
     for module in "module1", "module2":
         rig.diagnoser(module, configs)

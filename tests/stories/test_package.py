@@ -1,5 +1,5 @@
-"""The Debian package: its files, clean by lintian, configurations that are valid as shipped, units without mistakes and
-well confined. The checks of the units are themselves tested on units broken on purpose.
+"""The Debian package: files, no lintian warning, valid shipped configurations, correct and confined units. The unit checks
+are themselves tested on units that are broken on purpose.
 """
 
 import re
@@ -12,7 +12,7 @@ from conftest import ROOT, needs
 
 UNITS = "lib/systemd/system"
 DIAGNOSER = "trusswatch-diagnoser@module1.service"
-# At most so much exposed, of 100.
+# Highest permitted exposure, of 100.
 EXPOSURE = 15
 
 pytestmark = pytest.mark.timeout(package.LIMIT_S)
@@ -24,7 +24,7 @@ def run(*command):
 
 @pytest.fixture(scope="module")
 def unpacked(tmp_path_factory):
-    """The folder with the package's files, and beside it one with its control files."""
+    """The directory of the package's files; its control files are in another one beside it."""
     needs("lintian", "systemd-analyze", "man", "dpkg-deb")
     folder = tmp_path_factory.mktemp("package")
     subprocess.run(["dpkg-deb", "--extract", package.built(), folder / "root"], check=True)
@@ -64,7 +64,7 @@ def test_manual_pages_and_completions_have_no_mistakes(unpacked):
 
 
 def problems(root, unit):
-    """What is wrong with a unit: something in it is misspelt, its program is not there, or it is too exposed."""
+    """The problems of a unit: misspelled settings, a missing program, too much exposure."""
     checks = [["verify", f"--root={root}", "--man=no", "--recursive-errors=no", unit]]
     if unit.endswith(".service"):
         checks.append(["security", f"--root={root}", "--offline=true", f"--threshold={EXPOSURE}", unit])

@@ -1,6 +1,6 @@
-"""The web page in a real browser, with the simulated tower behind it.
+"""The web page in a real browser, connected to the simulated tower.
 
-Screenshots go to TRUSSWATCH_PICTURES, if set; with BLESS=1 the pictures of the documents are made anew.
+Screenshots go to TRUSSWATCH_PICTURES, if set; BLESS=1 regenerates the pictures of the documents.
 """
 
 import json
@@ -28,7 +28,7 @@ LOOKS = {"light": ("light", DESK), "dark": ("dark", DESK), "phone": ("light", PH
 
 
 class Site:
-    """The page's process and the tower's, and a browser that looks at the page."""
+    """The processes of the page and the tower, and a browser that opens the page."""
 
     def __init__(self, rig, browser):
         self.rig, self.browser, self.axe = rig, browser, Axe()
@@ -52,13 +52,13 @@ class Site:
         until("the page is served", serves)
 
     def page(self, path="/", scheme="light", size=DESK, **more):
-        """A page in a browser of its own, without anybody's session."""
+        """A page in a fresh browser without a session."""
         page = self.browser.new_context(color_scheme=scheme, viewport=size, base_url=self.address, **more).new_page()
         page.goto(path)
         return page
 
     def link(self, person, *words):
-        """A link to sign in with."""
+        """A sign-in link."""
         return re.search(r"http://\S+", trusswatch("web", "link", person, *self.state, "--address", self.address, *words))[0]
 
     def signed_in(self, link):
@@ -70,7 +70,7 @@ class Site:
         trusswatch("inject", gage, "bias", f"--offset-m={offset_m}", *self.network)
 
     def orders(self):
-        """Every order that the journals hold: given through whom, by whom, why."""
+        """Every command in the journals: operator, person and reason."""
         entries = json.loads(trusswatch("history", *self.network, "--json"))["transitions"]
         orders = [entry["order"] for entry in entries if entry.get("order")]
         return [(order["by"], order["on_behalf_of"], order["note"]) for order in orders]
@@ -91,7 +91,7 @@ def site(rig):
 
 
 def attention(page, component):
-    """The first line on a component in the list of what needs attention."""
+    """The first line about a component in the list of alarms."""
     return page.locator("#alarms li").filter(has_text=component).first
 
 
@@ -129,7 +129,7 @@ def it_fills_when_the_structure_comes(site, page):
 
 
 def a_fault_is_shown_within_a_second(site, page):
-    """In the list and in the drawing, without a reload."""
+    """The list and the drawing update without a reload."""
     page.evaluate("window.notReloaded = true")
     site.inject(GAGE, 1.5e-4)
     injected = time.monotonic()
@@ -141,7 +141,7 @@ def a_fault_is_shown_within_a_second(site, page):
 
 
 def an_observer_is_refused(site):
-    """Who signs in to look may not give orders, not even by a request of his own."""
+    """A view-only session cannot issue commands, even with a forged request."""
     page = site.signed_in(site.link("eve", "--view-only"))
     page.goto(f"/component/{GAGE}")
     expect(page.locator("body")).to_contain_text("eve")
@@ -157,7 +157,7 @@ def an_observer_is_refused(site):
 
 
 def ada_acknowledges(site):
-    """Her link is good for once, and the journal has her name."""
+    """The operator's link works once, and the journal records her name."""
     link = site.link("ada")
     page = site.signed_in(link)
     again = site.signed_in(link)
@@ -186,7 +186,7 @@ def ada_shelves(page):
 
 
 def every_look_is_accessible_and_fits(site):
-    """Light and dark, on a desk and on a phone; each leaves a picture."""
+    """Light and dark, desktop and phone; each saves a picture."""
     paths = {
         "overview": "/",
         "component": f"/component/{GAGE}",
@@ -238,7 +238,7 @@ def without_script_and_by_keyboard(site):
 
 
 def a_killed_diagnoser_is_among_the_alarms(site, page):
-    """And nothing of its module is called normal."""
+    """No component of its module is shown as normal."""
     page.goto("/")
     expect(page.locator("#counts")).to_contain_text("are normal")
     site.rig.end("module2", signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""Claims of the study for the shipped settings, checked with the program itself on seeds that were not used for tuning."""
+"""The study's claims for the shipped settings, checked with seeds that were not used for tuning."""
 
 import csv
 import json
@@ -114,7 +114,7 @@ def test_settings_and_number_of_scenarios_of_the_paper():
 
 @long
 def test_random_histories():
-    """Faults that come, go and overlap, lost samples, restarts."""
+    """Faults that come, go and overlap, with lost samples and restarts."""
     found = study("conditions", "--situations", "histories", "--cases", 200)["all"]
     assert found["healthy_named"] == 0
     assert found["first_faults"]["found"] >= 0.92 * found["first_faults"]["all"] > 0
@@ -137,7 +137,7 @@ def test_kind_and_size_of_faults():
     kinds = "bias", "drift", "gain", "internal_leakage", "external_leakage_a", "external_leakage_b"
     sizes = [size for kind, size in found["sizes_within_a_second"].items() if kind in kinds]
     stated, covered = (sum(size[what] for size in sizes) for what in ("stated", "covered"))
-    # Of intervals of 95 %, fewer hold the size by chance once in a thousand campaigns.
+    # Coverage of 95 % intervals that is undercut by chance once in a thousand campaigns.
     assert covered >= 0.88 * stated > 50
 
 
@@ -157,7 +157,7 @@ def test_ten_hours_with_a_storm():
 
 
 def peak_memory_mib(scenarios):
-    """Of a campaign; not from `rusage`, where a child's begins with what its parent had."""
+    """Peak memory of a campaign; not from `rusage`, where a child's value starts with its parent's."""
     command = [PROGRAMS / "trusswatch", "study", "run", "--seed", SEED, "--json", "--scenarios", str(scenarios)]
     child, peak = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL), 0
     while child.poll() is None:

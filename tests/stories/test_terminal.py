@@ -1,4 +1,4 @@
-"""The terminal view in a real terminal (tmux, 80×24), used by keys alone."""
+"""The terminal view in a real terminal (tmux, 80×24), operated by keys alone."""
 
 import json
 import os
@@ -15,7 +15,7 @@ GAGE = "module1/sensor/g2"
 
 
 class Terminal:
-    """A shell in tmux, which has a server of its own."""
+    """A shell in tmux with its own server."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -95,7 +95,7 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     configs = rig.with_free_ports()
     plant, module1, _ = rig.endpoints()
 
-    # Started before anything else, the view says where it looks, and fills by itself.
+    # Started first, the view shows its endpoint, and updates once modules appear.
     terminal.view(module1)
     terminal.shows("no module answers yet; looking at tcp/", "NO NETWORK: no connection")
     rig.plant(configs)
@@ -106,7 +106,7 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.shows("KEYS", "SYMBOLS")
     terminal.keys("Escape")
 
-    # A fault is shown within a second of its publication, by the module's journal.
+    # A fault is shown within a second of its publication time in the journal.
     trusswatch("inject", GAGE, "bias", "--offset-m", "1.5e-4", "--connect", plant)
     terminal.shows(rf"▲ +{GAGE} +latched")
     shown = time.time()
@@ -114,7 +114,7 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     latched = [one for one in transitions if one["component"] == GAGE and one["state"] == "latched"]
     assert shown - latched[-1]["time_unix_ns"] / 1e9 < 1
 
-    # Its component has live plots, a kind and a freeze frame.
+    # Its component page has live plots, a kind and a freeze frame.
     terminal.keys("Enter")
     terminal.shows(rf"{GAGE} of tower: latched", "residual", "╌", "[⠁-⣿]")
     terminal.shows("┊ onset and detection", "┊", r"kind +\w")
@@ -131,7 +131,7 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.shows(rf"△ +{GAGE} +acknowledged", f"{GAGE}: acknowledged: now acknowledged")
     assert "acknowledged by ada: seen on site" in trusswatch("history", "--connect", module1)
 
-    # It is shelved, for which a reason is needed, and unshelved.
+    # It is shelved, which requires a reason, and unshelved.
     terminal.keys("s")
     terminal.shows("for +2h_")
     terminal.keys("Enter", "Enter")
@@ -152,7 +152,7 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.keys("f")
     until("live again", lambda: "FROZEN" not in terminal.screen())
 
-    # A killed diagnoser does not answer, among the modules and among the alarms.
+    # A killed diagnoser is listed as not answering among modules and alarms.
     rig.end("module2", signal.SIGKILL)
     terminal.shows(r"✖ +module2 +NOT ANSWERING +- +\d+ s ago", r"✖ +module2 +NOT ANSWERING +\d+ s ")
 
@@ -184,7 +184,7 @@ def test_the_terminal_is_given_back_however_the_view_ends(terminal, rig):
         os.kill(terminal.program(), number)
         terminal.is_as_before()
 
-    # The view is a client of module1's diagnoser: without that there is no network, and nothing is known to be normal.
+    # The view is a client of module1's diagnoser: without it there is no connection, and no component is shown as normal.
     terminal.view(module1)
     terminal.shows("module1 +in service")
     rig.end("module1", signal.SIGKILL)
@@ -211,7 +211,7 @@ def test_the_certificate_says_who_may_give_orders(terminal, tmp_path, holder, an
     pki = tmp_path / "pki"
     trusswatch("pki", "authority", "tower", "--dir", pki)
     trusswatch("pki", "issue", holder, "--dir", pki)
-    # Nobody listens there; who may give orders is known all the same.
+    # No process listens there; the permission to issue commands is known all the same.
     terminal.view("tls/127.0.0.1:1", f"--tls {pki}/{holder}")
     terminal.keys("a")
     terminal.shows(answer)

@@ -1,11 +1,10 @@
-"""What a document has a new user type, and on which computer: read from it, so that they cannot differ. A line
-`<!-- COMPUTER KIND -->` stands before the commands; text right behind them is what they print, with … for what differs
-each time.
+"""The commands of a document and their computers, read from the document itself. A line `<!-- COMPUTER KIND -->` precedes
+the commands; a text block directly after them is their expected output, with … for the parts that vary.
 
-| kind | how it is typed |
+| kind | execution |
 |---|---|
 | `command` | once; every command succeeds |
-| `look` | again and again until it prints what stands in the document |
+| `look` | repeated until it prints the documented output |
 | `refused` | once; every command fails |
 """
 
@@ -41,13 +40,13 @@ def steps(document):
 
 
 def missing(printed, output):
-    """The first line of the document that the output lacks, if there is one; others may stand between."""
+    """The first documented line that is missing from the output, if any; other lines may be in between."""
     lines = iter(output.splitlines())
     for line in printed:
         if line.strip() in ("", ANYTHING):
             continue
         parts = re.split(rf"\s*{ANYTHING}\s*", line.strip())
-        # How wide the columns of a table are depends on what stands in them.
+        # The widths of a table's columns depend on their contents.
         pattern = ".*".join(r"\s+".join(map(re.escape, part.split())) for part in parts)
         if not any(re.fullmatch(pattern, seen.strip()) for seen in lines):
             return line
@@ -55,13 +54,13 @@ def missing(printed, output):
 
 
 def type_in(machine, command):
-    """Types a command as root in its home directory; the exit code and what it prints."""
+    """Runs a command as root in its home directory; returns the exit code and the output."""
     done = machine.try_to("sh", "-c", f"cd && export HOME=$PWD && {command}")
     return done.returncode, done.stdout
 
 
 def show(machine, command, output):
-    # What apt writes over and over in one line.
+    # Progress that apt rewrites in one line.
     output = re.sub(r"(?m)^\(Reading database \.\.\. (\d+%)?\n", "", output)
     print(f"{machine.name}# {command}\n{output}", end="" if output.endswith("\n") or not output else "\n", flush=True)
 
@@ -91,6 +90,6 @@ def again(machine, step):
 
 
 def follow(step, machines):
-    """Types what a step says where it says."""
+    """Runs a step on its computers."""
     for machine in step.computers(machines):
         (again if step.kind == "look" else once)(machine, step)
