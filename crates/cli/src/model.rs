@@ -8,7 +8,7 @@ use truss::Structure;
 use vocabulary::ModuleName;
 
 use crate::failure::Failure;
-use crate::versioned;
+use crate::output;
 
 /// Show what a description of a structure amounts to: figures, drawing, model
 ///
@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.toml {
         write!(out, "{}", structure.to_toml())?;
     } else if arguments.json {
-        write!(out, "{}", versioned::text(&structure.export().map_err(unusable)?)?)?;
+        write!(out, "{}", output::text(&structure.export().map_err(unusable)?)?)?;
     } else {
         write!(out, "{}", structure.summary().map_err(unusable)?)?;
     }

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::{Place, day, refused, unreadable};
 use crate::failure::Failure;
+use crate::output;
 use crate::table::{TextTable, WidthArguments, table};
-use crate::versioned;
 
 /// List certificates with their ends; exit code 1 if something is wrong with one
 #[derive(Debug, clap::Args)]
@@ -59,11 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         revoked.iter().map(|issued| past(&library, &authority, issued)).collect();
     let mut out = io::stdout().lock();
     if arguments.json {
-        write!(
-            out,
-            "{}",
-            versioned::text(&Document { certificates: &entries, revoked: &revoked })?
-        )?;
+        write!(out, "{}", output::text(&Document { certificates: &entries, revoked: &revoked })?)?;
     } else {
         let until = day(authority.certificate().lifetime);
         writeln!(out, "authority of {}, until {until}", authority.structure())?;

@@ -10,8 +10,8 @@ use vocabulary::{Component, ComponentPath, ModuleName};
 
 use super::references::Written;
 use crate::failure::Failure;
+use crate::output;
 use crate::table::{TextTable, table, terminal_width};
-use crate::versioned;
 
 /// What was learnt of all modules.
 #[derive(Debug, Serialize)]
@@ -75,7 +75,7 @@ impl<'a> Report<'a> {
     pub(super) fn print(&self, json: bool) -> Result<(), Failure> {
         let mut out = io::stdout().lock();
         if json {
-            write!(out, "{}", versioned::text(self)?)?;
+            write!(out, "{}", output::text(self)?)?;
         } else {
             self.modules.iter().try_for_each(|module| module.print(&mut out))?;
         }

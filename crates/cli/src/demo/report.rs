@@ -10,9 +10,9 @@ use vocabulary::{
     fault::Fault,
 };
 
+use crate::output;
 use crate::paint::{Colour, Paint, tone_colour};
 use crate::table::{table, terminal_width};
-use crate::versioned;
 use vocabulary::words::{NOTHING, brief, or_nothing, printable};
 
 /// A process of the demo.
@@ -121,7 +121,7 @@ impl Printer {
         let mut out = io::stdout().lock();
         let time_s = step(entry).map(|step| step.0 as f64 * self.step_s);
         if self.json {
-            write!(out, "{}", versioned::line(&Timed { entry, time_s })?)?;
+            write!(out, "{}", output::line(&Timed { entry, time_s })?)?;
         } else if matches!(entry, Entry::Started { .. } | Entry::Summary(_)) {
             writeln!(out, "{}", self.text(entry))?;
         } else if self.is_new(entry) {

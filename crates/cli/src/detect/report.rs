@@ -8,8 +8,8 @@ use super::arguments::Arguments;
 use super::detector::Reading;
 use super::plan::Plan;
 use super::tally::{ChannelTally, Tally};
+use crate::output;
 use crate::table::{TextTable, table, terminal_width};
-use crate::versioned;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
@@ -65,7 +65,7 @@ impl<'a, W: Write> Report<'a, W> {
 
     fn json(&mut self, index: u64, readings: &[Reading]) -> io::Result<()> {
         let channels = Channels { names: self.channels, readings };
-        write!(self.out, "{}", versioned::line(&JsonRow { index, channels })?)
+        write!(self.out, "{}", output::line(&JsonRow { index, channels })?)
     }
 
     fn text(&mut self, row: u64, usable: bool, readings: &[Reading]) -> io::Result<()> {

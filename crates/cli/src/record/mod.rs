@@ -15,7 +15,7 @@ use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 use crate::link::Link;
-use crate::versioned;
+use crate::output;
 
 /// From one line in the log to the next, where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(60);
@@ -111,7 +111,7 @@ fn print<D: serde::Serialize>(
     document: &D,
     text: impl FnOnce() -> String,
 ) -> Result<(), Failure> {
-    let text = if arguments.json { versioned::text(document)? } else { text() };
+    let text = if arguments.json { output::text(document)? } else { text() };
     Ok(io::stdout().lock().write_all(text.as_bytes())?)
 }
 

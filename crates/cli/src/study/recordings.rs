@@ -18,8 +18,8 @@ use super::arguments::ExportArguments;
 use super::files::{self, cannot_write};
 use super::interrupt;
 use crate::failure::Failure;
+use crate::output;
 use crate::progress::Progress;
-use crate::versioned;
 
 /// What came of the runs, by their number.
 type Recorded = BTreeMap<u64, (Record, Vec<RecordedChange>)>;
@@ -84,7 +84,7 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
 fn print(written: &Written, json: bool) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if json {
-        write!(out, "{}", versioned::line(written)?)?;
+        write!(out, "{}", output::line(written)?)?;
     } else {
         let Written { directory, scenarios, nominal_runs, changes } = written;
         writeln!(
