@@ -1,6 +1,6 @@
 //! The modules that are commissioned together.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use daemon::config::{PlantConfig, load_uncalibrated};
 use diagnosis::ModuleSetup;
@@ -19,7 +19,7 @@ pub(super) fn load(
 ) -> Result<Vec<ModuleSetup>, Failure> {
     let mut setups: Vec<ModuleSetup> = Vec::new();
     for file in files {
-        let setup = read(file)?;
+        let setup = load_uncalibrated(file)?.setup;
         if setups.iter().any(|earlier| earlier.module == setup.module) {
             let problem = format!("`{}` was given before; give each module once", setup.module);
             return Err(Failure::usage(format!("{}: {problem}", file.display())));
@@ -32,13 +32,6 @@ pub(super) fn load(
     }
     check_peers(&setups)?;
     Ok(setups)
-}
-
-fn read(file: &Path) -> Result<ModuleSetup, Failure> {
-    let loaded = load_uncalibrated(file);
-    let module = loaded
-        .map_err(|errors| Failure::inputs(errors.0.iter().map(ToString::to_string).collect()))?;
-    Ok(module.setup)
 }
 
 /// The windows of all modules must end at the same instants.

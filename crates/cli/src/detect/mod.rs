@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use crate::csv_rows::Rows;
+use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
 
 pub(crate) use arguments::Arguments;
@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         modules => Some(modules.iter().flat_map(|module| module.columns.clone()).collect()),
     };
     let (input, name) = open(&arguments.file)?;
-    let rows = Rows::new(input, name, arguments.delimiter, |_| Ok(columns))?;
+    let rows = CsvRows::new(input, name, arguments.delimiter, |_| Ok(columns))?;
     let plan = match &modules[..] {
         [] => Plan::alike(arguments.group(rows.channels().len())),
         _ => module::plan(modules),
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn judge(
     arguments: &Arguments,
     plan: &Plan,
-    mut rows: Rows<Box<dyn Read>>,
+    mut rows: CsvRows<Box<dyn Read>>,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     let channels = rows.channels();

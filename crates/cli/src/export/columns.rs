@@ -5,17 +5,17 @@ use diagnosis::ModuleSetup;
 use vocabulary::Component;
 
 /// A row: what is not a number is missing.
-pub(super) struct Row {
+pub(super) struct TableRow {
     /// The step.
     pub(super) step: u64,
     /// When its sample was published \[ns since 1970\].
     pub(super) published_ns: u64,
-    /// Under the names of [`Columns::values`].
+    /// Under the names of [`TableColumns::values`].
     pub(super) values: Vec<f64>,
 }
 
 /// What stands in which column.
-pub(super) struct Columns {
+pub(super) struct TableColumns {
     step_s: Option<f64>,
     actuators: Vec<String>,
     gages: Vec<String>,
@@ -23,7 +23,7 @@ pub(super) struct Columns {
     channels: Vec<Component>,
 }
 
-impl Columns {
+impl TableColumns {
     /// Named by the configuration; without it, numbered from 1 as in the samples.
     pub(super) fn new(
         record: &ModuleRecord,
@@ -76,7 +76,7 @@ impl Columns {
         record: &ModuleRecord,
         index: usize,
         divergences: Option<&vocabulary::Divergences>,
-    ) -> Option<Row> {
+    ) -> Option<TableRow> {
         let sample = record.samples.get(index)?;
         let published_ns = record.samples.head(index).map_or(0, |head| head.time_unix_ns);
         let step = sample.step.0;
@@ -96,7 +96,7 @@ impl Columns {
             let divergence = channel.and_then(|channel| channel.divergence).unwrap_or(f64::NAN);
             row.extend([residual, divergence]);
         }
-        Some(Row { step, published_ns, values: row })
+        Some(TableRow { step, published_ns, values: row })
     }
 }
 

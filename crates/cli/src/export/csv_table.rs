@@ -4,19 +4,19 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
-use super::columns::Row;
+use super::columns::TableRow;
 
 /// Writes a table: step, time and time of publication \[s\], then the other values by name.
 pub(super) fn write(
     file: &Path,
     names: &[String],
-    rows: impl Iterator<Item = Row>,
+    rows: impl Iterator<Item = TableRow>,
 ) -> io::Result<()> {
     let mut out = csv::Writer::from_writer(BufWriter::new(File::create(file)?));
     let (time, values) = names.split_at(1);
     let first = ["step".to_owned(), time.concat(), "published_s".to_owned()];
     out.write_record(first.iter().chain(values))?;
-    for Row { step, published_ns, values } in rows {
+    for TableRow { step, published_ns, values } in rows {
         let (time, values) = values.split_at(1);
         out.write_field(step.to_string())?;
         out.write_field(time.iter().copied().map(number).collect::<String>())?;

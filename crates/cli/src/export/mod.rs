@@ -16,7 +16,7 @@ use vocabulary::{ModuleName, RunId, Step};
 
 use crate::failure::Failure;
 use crate::replay::read;
-use columns::Columns;
+use columns::TableColumns;
 
 /// Write a recording as tables (CSV, or Parquet in a build for it), for pandas, MATLAB or a spreadsheet
 ///
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "FILE.mcap")]
     files: Vec<PathBuf>,
     #[command(flatten)]
-    places: Places,
+    places: TableDirectories,
     /// Only these modules
     #[arg(long = "module", value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     modules: Vec<ModuleName>,
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
 /// Where the tables go.
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = true)]
-struct Places {
+struct TableDirectories {
     /// Directory for tables as CSV; made if it is not there
     #[arg(long, value_name = "DIR")]
     csv: Option<PathBuf>,
@@ -50,28 +50,28 @@ struct Places {
 
 /// A kind of file that tables are written to.
 #[derive(Debug, Clone, Copy)]
-enum Form {
+enum TableFormat {
     Csv,
     #[cfg(feature = "parquet")]
     Parquet,
 }
 
-impl Form {
+impl TableFormat {
     fn extension(self) -> &'static str {
         match self {
-            Form::Csv => "csv",
+            TableFormat::Csv => "csv",
             #[cfg(feature = "parquet")]
-            Form::Parquet => "parquet",
+            TableFormat::Parquet => "parquet",
         }
     }
 }
 
-impl Places {
-    fn each(&self) -> Vec<(Form, &Path)> {
+impl TableDirectories {
+    fn each(&self) -> Vec<(TableFormat, &Path)> {
         let mut places = Vec::new();
-        places.extend(self.csv.as_deref().map(|directory| (Form::Csv, directory)));
+        places.extend(self.csv.as_deref().map(|directory| (TableFormat::Csv, directory)));
         #[cfg(feature = "parquet")]
-        places.extend(self.parquet.as_deref().map(|directory| (Form::Parquet, directory)));
+        places.extend(self.parquet.as_deref().map(|directory| (TableFormat::Parquet, directory)));
         places
     }
 }
@@ -92,7 +92,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The files that were written, each with how many rows.
 fn write_all(
-    form: Form,
+    form: TableFormat,
     directory: &Path,
     records: &[ModuleRecord],
 ) -> Result<Vec<(PathBuf, usize)>, Failure> {
@@ -133,13 +133,13 @@ fn runs(record: &ModuleRecord) -> BTreeMap<RunId, Vec<usize>> {
 }
 
 fn write_run(
-    form: Form,
+    form: TableFormat,
     file: &Path,
     record: &ModuleRecord,
     (run, rows): (RunId, &[usize]),
 ) -> io::Result<()> {
     let setup = latest_setup(record).ok();
-    let columns = Columns::new(record, rows.first().copied(), setup.as_ref());
+    let columns = TableColumns::new(record, rows.first().copied(), setup.as_ref());
     let divergences: BTreeMap<Step, &vocabulary::Divergences> = record
         .divergences
         .iter()
@@ -152,8 +152,8 @@ fn write_run(
     });
     let names = columns.values();
     match form {
-        Form::Csv => csv_table::write(file, &names, rows),
+        TableFormat::Csv => csv_table::write(file, &names, rows),
         #[cfg(feature = "parquet")]
-        Form::Parquet => parquet_table::write(file, &names, rows),
+        TableFormat::Parquet => parquet_table::write(file, &names, rows),
     }
 }
