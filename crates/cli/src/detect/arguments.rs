@@ -7,7 +7,7 @@ use diagnosis::divergence::{
     DivergenceSettings, Interval, MAX_INTERVAL, MAX_LAG, MAX_WINDOW, SettingsError,
 };
 
-use super::plan::{Group, Tuning};
+use super::channels::{ChannelGroup, Tuning};
 
 /// Run the change detector on your own numbers
 ///
@@ -76,7 +76,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     /// The settings of this many channels, from the flags.
-    pub(super) fn group(&self, channels: usize) -> Group {
+    pub(super) fn group(&self, channels: usize) -> ChannelGroup {
         let interval = match self.interval {
             0 => Interval::Growing,
             vectors => Interval::Sliding { vectors },
@@ -86,7 +86,7 @@ impl Arguments {
             prior_scatter: self.prior_scatter.unwrap_or(f64::NAN),
             threshold: self.threshold.unwrap_or(f64::INFINITY),
         };
-        Group {
+        ChannelGroup {
             settings: DivergenceSettings { window: self.window, lag: self.lag, interval },
             warm_up: self.warm_up,
             quiet_steps: self.quiet_steps,

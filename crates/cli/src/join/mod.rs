@@ -10,7 +10,7 @@ use daemon::config::{PlantFlags, load_diagnoser, load_plant};
 use pki::credentials::Service;
 use settings::ConfigErrors;
 
-use crate::check::kind::Kind;
+use crate::check::kind::FileKind;
 use crate::failure::Failure;
 
 /// Make diagnosers and plants clients of a router, by TLS
@@ -44,10 +44,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
     let text = fs::read_to_string(file)
         .map_err(|error| Failure::input(format!("{}: cannot be read: {error}", file.display())))?;
-    let kind = Kind::of(file, &text).ok();
+    let kind = FileKind::of(file, &text).ok();
     let service = match kind {
-        Some(Kind::Plant) => Service::Plant,
-        Some(Kind::Diagnoser) => Service::Diagnoser(instance_of(file)),
+        Some(FileKind::Plant) => Service::Plant,
+        Some(FileKind::Diagnoser) => Service::Diagnoser(instance_of(file)),
         _ => {
             let right = "only diagnosers and plants connect to a router";
             return Err(Failure::input(format!(
