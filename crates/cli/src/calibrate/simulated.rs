@@ -9,7 +9,7 @@ use study::NominalRuns;
 use super::arguments::NominalRunFlags;
 use super::{NominalData, origin};
 use crate::failure::Failure;
-use crate::progress::Progress;
+use crate::progress::WorkProgress;
 
 pub(super) fn simulate(
     plant: &Path,
@@ -26,7 +26,7 @@ pub(super) fn simulate(
         jobs: simulation.jobs(),
     };
     let setups: Vec<_> = modules.iter().map(|module| module.setup.clone()).collect();
-    let progress = Progress::of_runs("calibrating", simulation.runs);
+    let progress = WorkProgress::of_runs("calibrating", simulation.runs);
     let calibration =
         runs.calibrate(&plant.structure, &plant.parameters, &setups, &|| progress.advance());
     drop(progress);

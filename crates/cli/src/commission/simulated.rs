@@ -8,7 +8,7 @@ use vocabulary::{Component, ComponentPath};
 
 use super::arguments::SnippetFlags;
 use crate::failure::Failure;
-use crate::progress::Progress;
+use crate::progress::WorkProgress;
 
 impl SnippetFlags {
     /// The plant's configuration, if snippets are to be simulated.
@@ -31,7 +31,7 @@ impl SnippetFlags {
         plans: &[SnippetPlan],
     ) -> Result<Vec<Snippet>, Failure> {
         let site = self.site(plant)?;
-        let progress = Progress::of_snippets("commissioning", plans.len() as u64);
+        let progress = WorkProgress::of_snippets("commissioning", plans.len() as u64);
         record_snippets(&site, setups, plans, self.jobs(), &|| progress.advance())
             .map_err(|error| Failure::input(error.to_string()))
     }

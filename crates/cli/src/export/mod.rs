@@ -96,7 +96,7 @@ fn write_all(
     directory: &Path,
     records: &[ModuleRecord],
 ) -> Result<Vec<(PathBuf, usize)>, Failure> {
-    fs::create_dir_all(directory).map_err(|error| cannot_write(directory, &error))?;
+    fs::create_dir_all(directory).map_err(|error| Failure::unwritable(directory, error))?;
     let structures: BTreeSet<_> = records.iter().map(|record| &record.structure).collect();
     let mut written = Vec::new();
     for record in records {
@@ -107,18 +107,15 @@ fn write_all(
         for (run, rows) in runs(record) {
             let file = directory.join(format!("{prefix}-run-{run}.{}", form.extension()));
             write_run(form, &file, record, (run, &rows))
-                .map_err(|error| cannot_write(&file, &error))?;
+                .map_err(|error| Failure::unwritable(&file, error))?;
             written.push((file, rows.len()));
         }
     }
     let file = directory.join("verdicts.csv");
-    let count = verdicts::write(&file, records).map_err(|error| cannot_write(&file, &error))?;
+    let count =
+        verdicts::write(&file, records).map_err(|error| Failure::unwritable(&file, error))?;
     written.push((file, count));
     Ok(written)
-}
-
-fn cannot_write(file: &Path, error: &io::Error) -> Failure {
-    Failure::runtime(format!("cannot write `{}`: {error}", file.display()))
 }
 
 /// The places of the samples of each run, in order.

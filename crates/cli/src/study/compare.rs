@@ -14,7 +14,7 @@ use super::arguments::CompareArguments;
 use super::{conduct, interrupt};
 use crate::failure::Failure;
 use crate::output;
-use crate::progress::Progress;
+use crate::progress::WorkProgress;
 use crate::table::{TextTable, table};
 
 /// How thresholds of a residual are made that has none: as the shipped ones were, from fewer runs.
@@ -86,7 +86,7 @@ fn watched_by(
         mismatch: CALIBRATION_MISMATCH,
         jobs,
     };
-    let progress = Progress::of_runs("calibration", runs.runs);
+    let progress = WorkProgress::of_runs("calibration", runs.runs);
     let calibration = runs.calibrate(structure, parameters, setups, &|| progress.advance())?;
     for (setup, module) in setups.iter_mut().zip(&calibration.modules) {
         let largest = module.channels.iter().map(|channel| channel.peaks.largest());

@@ -14,7 +14,7 @@ use super::{files, interrupt};
 use crate::failure::Failure;
 use crate::output;
 use crate::paint::{Colour, Paint};
-use crate::progress::Progress;
+use crate::progress::WorkProgress;
 use crate::table::table;
 
 /// What was asked for and what came of it.
@@ -60,8 +60,8 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 pub(super) fn engine(jobs: usize, stop: &AtomicBool) -> Engine<'_> {
     const BEGIN: Begin = &|work, all| {
         let progress = match work {
-            Work::Commissioning => Progress::of_snippets("commissioning", all),
-            Work::Cases => Progress::of_runs("cases", all),
+            Work::Commissioning => WorkProgress::of_snippets("commissioning", all),
+            Work::Cases => WorkProgress::of_runs("cases", all),
         };
         Box::new(move || progress.advance())
     };
