@@ -253,8 +253,7 @@ fn cues(act: &Act) -> [(Step, DemoEvent); 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{identification, scene};
-    use observer::ModuleView;
+    use observer::testing::{self, identification, scene};
     use vocabulary::fault::Fault;
 
     const TIMING: DemoTiming = DemoTiming { step_s: 1e-3, warm_up: 50, effects: 25, interval: 20 };
@@ -284,8 +283,7 @@ mod tests {
     /// The modules report these steps and numbers of components that agree.
     fn seen(course: &mut DemoCourse, modules: &[(&str, u64, u64)]) -> Vec<DemoEvent> {
         let module = |(name, step, verified): &(&str, u64, u64)| {
-            let mut module: ModuleView =
-                crate::faults::testing::module(name, ModulePhase::InService, Vec::new());
+            let mut module = testing::module(name, ModulePhase::InService, Vec::new());
             let status = module.status.as_mut().unwrap();
             (status.step, status.verified) = (Some(Step(*step)), *verified);
             module

@@ -53,9 +53,8 @@ pub(super) fn report(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::identification;
-    use crate::faults::testing::{acknowledged, history, transition};
     use observer::ModuleHistory;
+    use observer::testing::{acknowledged, history, identification, journaled};
     use vocabulary::Identification;
 
     #[test]
@@ -64,7 +63,7 @@ mod tests {
             time_unix_ns: 500_000_000,
             ..identification(false, &["bias", "drift"])
         }];
-        let journal = history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)]);
+        let journal = history("m1", vec![journaled("m1", 1, 0), acknowledged("m1", 2)]);
         let histories = vec![ModuleHistory { identifications, ..journal }];
         let reading = JournalReading { histories, silent: Vec::new() };
         let paint = Paint::NONE;
@@ -91,7 +90,7 @@ mod tests {
 
     #[test]
     fn on_a_terminal_cells_take_several_lines_and_words_stay_whole() {
-        let histories = vec![history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)])];
+        let histories = vec![history("m1", vec![journaled("m1", 1, 0), acknowledged("m1", 2)])];
         let reading = JournalReading { histories, silent: Vec::new() };
         let journals = Journals::merge(&reading.histories);
         let text = report(&reading, &journals, Some(80), Paint::NONE);
