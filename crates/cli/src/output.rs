@@ -17,7 +17,7 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 
 /// An object and its version.
 #[derive(Serialize)]
-struct Versioned<'a, D> {
+struct VersionedDocument<'a, D> {
     v: u64,
     #[serde(flatten)]
     document: &'a D,
@@ -25,12 +25,12 @@ struct Versioned<'a, D> {
 
 /// The object on lines of its own, with a line end.
 pub(crate) fn text<D: Serialize>(document: &D) -> Result<String, serde_json::Error> {
-    Ok(serde_json::to_string_pretty(&Versioned { v: VERSION, document })? + "\n")
+    Ok(serde_json::to_string_pretty(&VersionedDocument { v: VERSION, document })? + "\n")
 }
 
 /// The object on one line, with a line end.
 pub(crate) fn line<D: Serialize>(document: &D) -> Result<String, serde_json::Error> {
-    Ok(serde_json::to_string(&Versioned { v: VERSION, document })? + "\n")
+    Ok(serde_json::to_string(&VersionedDocument { v: VERSION, document })? + "\n")
 }
 
 #[derive(Serialize)]

@@ -20,7 +20,7 @@ use study::commissioning::SnippetPlan;
 
 use crate::failure::Failure;
 use crate::output;
-use report::ModuleReport;
+use report::ReferenceReport;
 
 pub(crate) use arguments::Arguments;
 
@@ -38,17 +38,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     snippets_file::write(&arguments.out, &setups, &snippets)?;
     let files = reference_files::write(arguments, &references)?;
-    let modules: Vec<ModuleReport<'_>> = (setups.iter().zip(&references).zip(&files))
-        .map(|((setup, reference), file)| ModuleReport { setup, reference, file })
+    let modules: Vec<ReferenceReport<'_>> = (setups.iter().zip(&references).zip(&files))
+        .map(|((setup, reference), file)| ReferenceReport { setup, reference, file })
         .collect();
     output::print(&if arguments.json {
         output::text(&json!({
             "snippets": snippets.len(),
             "earlier_snippets": earlier,
-            "modules": modules.iter().map(ModuleReport::document).collect::<Vec<_>>(),
+            "modules": modules.iter().map(ReferenceReport::document).collect::<Vec<_>>(),
         }))?
     } else {
-        modules.iter().map(ModuleReport::text).collect()
+        modules.iter().map(ReferenceReport::text).collect()
     })
 }
 

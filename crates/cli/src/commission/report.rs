@@ -11,13 +11,13 @@ use crate::table::{TextTable, table, terminal_width};
 
 /// A module's reference and its file.
 #[derive(Debug)]
-pub(super) struct ModuleReport<'a> {
+pub(super) struct ReferenceReport<'a> {
     pub(super) setup: &'a ModuleSetup,
     pub(super) reference: &'a Reference,
     pub(super) file: &'a Path,
 }
 
-impl ModuleReport<'_> {
+impl ReferenceReport<'_> {
     /// For machines.
     pub(super) fn document(&self) -> Value {
         let Reference { module, hours, long, short, .. } = self.reference;

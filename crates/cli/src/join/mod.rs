@@ -42,8 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Changes a configuration; returns where its certificate is.
 fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
-    let text = fs::read_to_string(file)
-        .map_err(|error| Failure::input(format!("{}: cannot be read: {error}", file.display())))?;
+    let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
     let kind = FileKind::of(file, &text).ok();
     let service = match kind {
         Some(FileKind::Plant) => Service::Plant,
@@ -77,9 +76,7 @@ fn replace(
     text: &str,
     valid: impl Fn(&Path) -> Result<(), ConfigErrors>,
 ) -> Result<(), Failure> {
-    let unwritten = |error: io::Error| {
-        Failure::runtime(format!("{}: cannot be written: {error}", file.display()))
-    };
+    let unwritten = |error: io::Error| Failure::unwritable(file, error);
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let permissions = file.metadata().map_err(unwritten)?.permissions();
@@ -96,12 +93,9 @@ fn replace(
 }
 
 /// Names the file as its owner knows it.
-fn as_mistakes_of(file: &Path, beside: &Path, errors: ConfigErrors) -> Failure {
-    let messages = errors.0.into_iter().map(|mut error| {
-        if error.file == beside {
-            error.file = file.to_owned();
-        }
-        error.to_string()
-    });
-    Failure::inputs(messages.collect())
+fn as_mistakes_of(file: &Path, beside: &Path, mut errors: ConfigErrors) -> Failure {
+    for error in errors.0.iter_mut().filter(|error| error.file == beside) {
+        error.file = file.to_owned();
+    }
+    errors.into()
 }
