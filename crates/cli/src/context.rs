@@ -98,7 +98,7 @@ impl Context {
                     usual_places().iter().map(|place| place.display().to_string()).collect();
                 let places = places.join(" or ");
                 Err(Failure::input(format!(
-                    "there is no client file with `{name}`: write {places}"
+                    "no client file has a context `{name}`: write {places}"
                 )))
             }
         }

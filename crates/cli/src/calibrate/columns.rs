@@ -30,7 +30,7 @@ impl ChannelColumns {
             }
             if let Some(missing) = paths.iter().find(|path| !is_there(path)) {
                 return Err(format!(
-                    "there is no column `{missing}`; give all of a module's components"
+                    "missing column `{missing}`; give all of a module's components"
                 ));
             }
             modules.push((place, paths.len()));
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn a_module_without_one_of_its_components_is_refused() {
         let error = find(&["m1/actuator/a1", "m1/sensor/g1", "m2/sensor/g1"]).unwrap_err();
-        assert!(error.contains("no column `m2/actuator/a1`"), "{error}");
+        assert!(error.contains("missing column `m2/actuator/a1`"), "{error}");
     }
 
     #[test]

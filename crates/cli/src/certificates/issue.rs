@@ -76,7 +76,7 @@ fn issue_one(
 /// Give certificates a new lifetime; names, addresses and keys stay as they are
 ///
 /// Only `certificate.pem` is replaced, and only that has to be brought to the holder; its key need not
-/// even be here. The holder reads it at start; nobody else has to be restarted.
+/// even be here. The holder reads it at start; no other process has to be restarted.
 #[derive(Debug, clap::Args)]
 pub(super) struct RenewArguments {
     /// Holders of the certificates

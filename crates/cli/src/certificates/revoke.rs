@@ -68,8 +68,8 @@ fn next(arguments: &Arguments, revoked: &Revoked) -> String {
     if !revoked.addresses.is_empty() {
         let addresses: Vec<String> = revoked.addresses.iter().map(ToString::to_string).collect();
         text += &format!(
-            "\nClients of a router do not look at names: with the lost key somebody at {} can still pass for it \
-             until the certificate `{name}` ends. If that may be, give it another address, or make a new authority.",
+            "\nClients of a router do not check names: with the lost key a process at {} can still impersonate it \
+             until the certificate `{name}` expires. If that is possible, change the address or make a new authority.",
             addresses.join(" or ")
         );
     }

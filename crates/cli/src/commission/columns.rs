@@ -22,7 +22,7 @@ impl SignalColumns {
         let signals = signals(setup);
         if let Some(missing) = signals.iter().find(|name| !header.contains(name)) {
             return Err(format!(
-                "there is no column `{missing}`; give every signal of the module's components"
+                "missing column `{missing}`; give every signal of the module's components"
             ));
         }
         let step = header.iter().any(|name| name == STEP);

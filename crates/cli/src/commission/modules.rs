@@ -21,7 +21,7 @@ pub(super) fn load(
     for file in files {
         let setup = load_uncalibrated(file)?.setup;
         if setups.iter().any(|earlier| earlier.module == setup.module) {
-            let problem = format!("`{}` was given before; give each module once", setup.module);
+            let problem = format!("`{}` is given twice; give each module once", setup.module);
             return Err(Failure::usage(format!("{}: {problem}", file.display())));
         }
         setups.push(setup);
@@ -57,7 +57,7 @@ fn in_order_of(plant: &PlantConfig, setups: Vec<ModuleSetup>) -> Result<Vec<Modu
     if let Some(unknown) = setups.iter().find(|setup| place(setup).is_none()) {
         let known: Vec<String> = equipped.iter().map(|name| format!("`{name}`")).collect();
         return Err(Failure::input(format!(
-            "`{}` is no equipped module of the plant; these are {}",
+            "`{}` is not an equipped module of the plant; these are {}",
             unknown.module,
             known.join(", ")
         )));

@@ -44,7 +44,7 @@ pub(super) fn channels(
             ));
         }
         if channels[..place].iter().any(|earlier| earlier.name == channel.name) {
-            return Err(format!("line 1, {channel}: the name stands there twice; use each once"));
+            return Err(format!("line 1, {channel}: duplicate name; use each once"));
         }
     }
     Ok(channels)
@@ -66,12 +66,10 @@ fn find(columns: &[CsvColumn], wanted: &str) -> Result<CsvColumn, String> {
     let mut found = columns.iter().filter(|column| column.name == wanted);
     match (found.next(), found.next()) {
         (Some(column), None) => Ok(column.clone()),
-        (Some(_), Some(second)) => {
-            Err(format!("line 1, {second}: the name stands there twice; use each once"))
-        }
+        (Some(_), Some(second)) => Err(format!("line 1, {second}: duplicate name; use each once")),
         (None, _) => {
             let known: Vec<_> = columns.iter().map(|column| format!("`{}`", column.name)).collect();
-            Err(format!("line 1: there is no column `{wanted}`; use {}", known.join(", ")))
+            Err(format!("line 1: missing column `{wanted}`; use {}", known.join(", ")))
         }
     }
 }

@@ -159,7 +159,7 @@ impl<R: Read> CsvRows<R> {
         self.text.trim_ascii().is_empty()
     }
 
-    /// What is wrong with an empty line.
+    /// The problem of an empty line.
     fn empty_line(&self) -> String {
         match &self.header[..] {
             [only] => format!("{only}: empty; {RIGHT}"),
@@ -204,7 +204,7 @@ fn number(field: &[u8]) -> Result<f64, String> {
     match std::str::from_utf8(field).ok().and_then(|text| text.parse::<f64>().ok()) {
         Some(number) if number.is_finite() => Ok(number),
         Some(_) => Err(format!("`{}` is not finite", shown())),
-        None => Err(format!("`{}` is no number", shown())),
+        None => Err(format!("`{}` is not a number", shown())),
     }
 }
 
@@ -229,7 +229,7 @@ pub(crate) fn whole_step(step: f64) -> Result<u64, String> {
     if step.fract() == 0.0 && (0.0..=LARGEST_STEP).contains(&step) {
         return Ok(step as u64);
     }
-    Err(format!("step {step} is no step; use whole numbers from 0"))
+    Err(format!("invalid step {step}: expected a whole number from 0"))
 }
 
 #[cfg(test)]
@@ -275,7 +275,7 @@ mod tests {
         let found = rows("x,y\n1,\n1,two\nNaN,1\n1,-inf\n1e999,0\n1\n1,2,3\n\n5,6\n");
         let starts = [
             "line 2, column 2 `y`: empty",
-            "line 3, column 2 `y`: `two` is no number",
+            "line 3, column 2 `y`: `two` is not a number",
             "line 4, column 1 `x`: `NaN` is not finite",
             "line 5, column 2 `y`: `-inf` is not finite",
             "line 6, column 1 `x`: `1e999` is not finite",

@@ -108,7 +108,7 @@ pub(super) struct Act {
 /// Puts the stories in time.
 ///
 /// # Errors
-/// A component's path that is none.
+/// An invalid component path.
 pub(super) fn acts(timing: &DemoTiming) -> Result<Vec<Act>, ComponentError> {
     let mut next = timing.first();
     let act = |(title, path, fault, lasts_s)| {

@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
     /// any series are large
     #[arg(long, value_name = "VECTORS", default_value_t = 0)]
     warm_up: u64,
-    /// Rows below the threshold after which a change is over, at least 1
+    /// Rows below the threshold after which a change has ended, at least 1
     #[arg(long, value_name = "ROWS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     quiet_steps: u64,
     /// Only these columns, separated by commas

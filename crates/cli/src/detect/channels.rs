@@ -24,7 +24,7 @@ pub(super) struct ChannelGroup {
     pub(super) settings: DivergenceSettings,
     /// Vectors that must have been taken before a change counts.
     pub(super) warm_up: u64,
-    /// Rows below the threshold after which a change is over.
+    /// Rows below the threshold after which a change has ended.
     pub(super) quiet_steps: u64,
     pub(super) channels: Vec<Tuning>,
 }
@@ -92,7 +92,7 @@ pub(super) fn load(
         let module = ModuleChannels::new(&load_diagnoser(file)?.module_setup());
         if modules.iter().any(|earlier| earlier.name == module.name) {
             return Err(Failure::usage(format!(
-                "{}: `{}` was given before; give each module once",
+                "{}: `{}` is given twice; give each module once",
                 file.display(),
                 module.name
             )));

@@ -1,7 +1,6 @@
 //! `trusswatch export`: a recording as tables.
 
 mod columns;
-mod csv_table;
 #[cfg(feature = "parquet")]
 mod parquet_table;
 mod verdicts;
@@ -149,7 +148,7 @@ fn write_run(
     });
     let names = columns.values();
     match form {
-        TableFormat::Csv => csv_table::write(file, &names, rows),
+        TableFormat::Csv => columns::write_csv(file, &names, rows),
         #[cfg(feature = "parquet")]
         TableFormat::Parquet => parquet_table::write(file, &names, rows),
     }

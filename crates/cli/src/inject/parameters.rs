@@ -38,7 +38,7 @@ pub(super) fn kinds() -> impl TypedValueParser<Value = FaultKind> {
     let names = FaultKind::ALL.map(FaultKind::as_str);
     PossibleValuesParser::new(names).try_map(|name| {
         let kind = FaultKind::ALL.into_iter().find(|kind| kind.as_str() == name);
-        kind.ok_or_else(|| format!("`{name}` is no fault"))
+        kind.ok_or_else(|| format!("unknown fault `{name}`"))
     })
 }
 

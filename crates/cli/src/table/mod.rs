@@ -77,7 +77,7 @@ pub(crate) fn table(heading: &[&str]) -> TextTable {
 }
 
 impl TextTable {
-    /// Adds a row with a cell for each column. A cell is one line, whoever its text is from.
+    /// Adds a row with a cell for each column. Control characters in a cell are escaped: its text may come from elsewhere.
     pub(crate) fn add_row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
         self.rows.push(cells.into_iter().map(|cell| printable(&cell.into())).collect());
     }

@@ -31,7 +31,7 @@ pub(super) struct AccessFlags {
     /// A further name of the page, NAME or NAME:PORT; those in its certificate need not be named. May be repeated
     #[arg(long = "page-name", value_name = "NAME")]
     names: Vec<String>,
-    /// Whoever has not signed in sees nothing
+    /// Show nothing before sign-in
     #[arg(long)]
     pub(super) require_sign_in: bool,
 }
@@ -62,7 +62,7 @@ impl AccessFlags {
 
 /// Make a link by which a person signs in to the page, once
 ///
-/// Prints the link; give it to the person by a way that nobody else reads. Run this as root or as the user that
+/// Prints the link; hand it to the person over a private channel. Run this as root or as the user that
 /// `trusswatch web` runs as, on its computer. The person's name stands in the journals with every order.
 #[derive(Debug, clap::Args)]
 pub(super) struct OneTimeLinkArguments {

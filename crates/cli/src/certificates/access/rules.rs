@@ -214,7 +214,7 @@ impl<'a> AccessRules<'a> {
         }
     }
 
-    /// Allows whoever shows a certificate of this name these rules.
+    /// Grants these rules to the certificate of this name.
     fn permit(&mut self, name: &CommonName, rules: &[&str]) {
         let id = name.to_string();
         self.subjects.push(json!({ "id": id, "cert_common_names": [id] }));
