@@ -4,9 +4,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::failure::EXIT_CODES;
 use crate::{
-    calibrate, certificates, check, commission, completions, demo, detect, export, fault, faults,
-    follow, generate, health, history, inject, join, model, order, record, replay, replicate,
-    router, schema, stroke, study, watch, web,
+    calibrate, certificates, check, commission, demo, detect, export, fault, faults, follow,
+    generate, health, history, inject, join, model, order, record, replay, replicate, router,
+    schema, stroke, study, watch, web,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -20,11 +20,11 @@ use crate::{
 )]
 pub(crate) struct CommandLine {
     #[command(subcommand)]
-    pub(crate) command: Command,
+    pub(crate) command: TopCommand,
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+pub(crate) enum TopCommand {
     Faults(faults::Arguments),
     Fault(fault::Arguments),
     Follow(follow::Arguments),
@@ -43,7 +43,7 @@ pub(crate) enum Command {
     Join(join::Arguments),
     Replicate(replicate::Arguments),
     Schema(schema::Arguments),
-    Completions(completions::Arguments),
+    Completions(generate::CompletionsArguments),
     Demo(demo::Arguments),
     Inject(inject::Arguments),
     Stroke(stroke::Arguments),

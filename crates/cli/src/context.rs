@@ -98,7 +98,7 @@ impl Context {
                     usual_places().iter().map(|place| place.display().to_string()).collect();
                 let places = places.join(" or ");
                 Err(Failure::input(format!(
-                    "there is no client file with `{name}`: write {places}"
+                    "no client file has a context `{name}`: write {places}"
                 )))
             }
         }
@@ -106,8 +106,7 @@ impl Context {
 
     fn read(file: &Path, name: Option<&str>) -> Result<Self, Failure> {
         let here = file.display();
-        let text = fs::read_to_string(file)
-            .map_err(|error| Failure::input(format!("cannot read `{here}`: {error}")))?;
+        let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
         let ClientFile { default, context } = toml::from_str(&text).map_err(|error| {
             let before = error.span().map_or("", |span| &text[..span.start]);
             let line = before.matches('\n').count() + 1;

@@ -1,8 +1,12 @@
 //! How a command ends when it does not end well: an exit code and lines on standard error.
 
+use std::fmt::Display;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
+use observer::AttendanceError;
+use settings::ConfigErrors;
 use vocabulary::printable_lines;
 
 /// The exit codes, for `--help`.
@@ -17,99 +21,76 @@ Exit codes:
     5  ack, reset: done, but not saved on the module's disk
   130  interrupted before it was done";
 
-/// Kinds of failure, each with its exit code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    /// The reader closed the output. Not an error.
-    OutputClosed,
-    /// The operation failed.
-    Runtime,
-    /// Invalid arguments.
-    Usage,
-    /// A file that cannot be used.
-    Input,
-    /// The network.
-    Network,
-    /// Done, but not saved.
-    NotSaved,
-    /// A signal ended it early.
-    Interrupted,
-}
-
-impl Kind {
-    fn exit_code(self) -> u8 {
-        match self {
-            Kind::OutputClosed => 0,
-            Kind::Runtime => 1,
-            Kind::Usage => 2,
-            Kind::Input => 3,
-            Kind::Network => 4,
-            Kind::NotSaved => 5,
-            Kind::Interrupted => 130,
-        }
-    }
-}
-
 /// Why a command failed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Failure {
-    kind: Kind,
+    exit_code: u8,
     messages: Vec<String>,
 }
 
 impl Failure {
-    fn new(kind: Kind, message: impl Into<String>) -> Failure {
-        Failure { kind, messages: vec![message.into()] }
+    fn new(exit_code: u8, message: impl Into<String>) -> Failure {
+        Failure { exit_code, messages: vec![message.into()] }
     }
 
     /// The operation failed.
     pub(crate) fn runtime(message: impl Into<String>) -> Failure {
-        Failure::new(Kind::Runtime, message)
+        Failure::new(1, message)
     }
 
     /// The operation failed, and the reason was printed already.
     pub(crate) fn reported() -> Failure {
-        Failure { kind: Kind::Runtime, messages: Vec::new() }
+        Failure { exit_code: 1, messages: Vec::new() }
     }
 
     /// A signal ended it before it was done.
     pub(crate) fn interrupted(message: impl Into<String>) -> Failure {
-        Failure::new(Kind::Interrupted, message)
+        Failure::new(130, message)
     }
 
     /// Invalid arguments.
     pub(crate) fn usage(message: impl Into<String>) -> Failure {
-        Failure::new(Kind::Usage, message)
+        Failure::new(2, message)
     }
 
     /// A file that cannot be used.
     pub(crate) fn input(message: impl Into<String>) -> Failure {
-        Failure::new(Kind::Input, message)
+        Failure::new(3, message)
     }
 
     /// Files that cannot be used, for each of these reasons.
     pub(crate) fn inputs(messages: Vec<String>) -> Failure {
-        Failure { kind: Kind::Input, messages }
+        Failure { exit_code: 3, messages }
+    }
+
+    /// A file or directory that cannot be read.
+    pub(crate) fn unreadable(path: &Path, error: impl Display) -> Failure {
+        Failure::input(format!("cannot read `{}`: {error}", path.display()))
+    }
+
+    /// A file or directory that cannot be written.
+    pub(crate) fn unwritable(path: &Path, error: impl Display) -> Failure {
+        Failure::runtime(format!("cannot write `{}`: {error}", path.display()))
     }
 
     /// The network.
     pub(crate) fn network(message: impl Into<String>) -> Failure {
-        Failure::new(Kind::Network, message)
+        Failure::new(4, message)
     }
 
     /// The operation failed, for each of these reasons.
     pub(crate) fn runtimes(messages: Vec<String>) -> Failure {
-        Failure { kind: Kind::Runtime, messages }
+        Failure { exit_code: 1, messages }
     }
 
     /// Done, but not saved, for each of these reasons.
     pub(crate) fn not_saved(messages: Vec<String>) -> Failure {
-        Failure { kind: Kind::NotSaved, messages }
+        Failure { exit_code: 5, messages }
     }
 
     /// The network, for each of these reasons.
     pub(crate) fn networks(messages: Vec<String>) -> Failure {
-        Failure { kind: Kind::Network, messages }
+        Failure { exit_code: 4, messages }
     }
 
     /// The messages on one line.
@@ -124,11 +105,24 @@ impl Failure {
             // Standard error may be closed too.
             let _ = writeln!(stderr, "error: {}", printable_lines(message));
         }
-        ExitCode::from(self.kind.exit_code())
+        ExitCode::from(self.exit_code)
     }
 }
 
-/// Failures of writing to standard output.
+/// Configurations with mistakes.
+impl From<ConfigErrors> for Failure {
+    fn from(errors: ConfigErrors) -> Failure {
+        Failure::inputs(errors.0.iter().map(ToString::to_string).collect())
+    }
+}
+
+/// The network does not say who is there.
+impl From<AttendanceError> for Failure {
+    fn from(error: AttendanceError) -> Failure {
+        Failure::network(error.to_string())
+    }
+}
+
 impl From<shell::exit::Failure> for Failure {
     fn from(failure: shell::exit::Failure) -> Failure {
         let message = failure.to_string();
@@ -140,10 +134,12 @@ impl From<shell::exit::Failure> for Failure {
     }
 }
 
+/// Failures of writing to standard output.
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Failure {
         if error.kind() == io::ErrorKind::BrokenPipe {
-            Failure { kind: Kind::OutputClosed, messages: Vec::new() }
+            // The reader closed the output, which is not an error.
+            Failure { exit_code: 0, messages: Vec::new() }
         } else {
             Failure::runtime(format!("cannot write the output: {error}"))
         }

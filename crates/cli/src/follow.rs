@@ -1,16 +1,15 @@
 //! `trusswatch follow`: verdicts, kinds of faults, phases and presence as they are published, one line each.
 
-use std::io::{self, Write};
-
 use observer::{Event, EventLine, Live, News};
 use serde::Serialize;
+use serde_json::json;
 use shell::shutdown::{self, ShutdownFlags};
 use vocabulary::StructureName;
 
 use crate::failure::Failure;
 use crate::link::{self, Link};
+use crate::output;
 use crate::paint::{Paint, tone_colour};
-use crate::versioned;
 use vocabulary::words::{NOTHING, utc};
 
 /// Print events as they happen, one line each, until interrupted
@@ -35,8 +34,7 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|error| Failure::runtime(format!("signals cannot be received: {error}")))?;
     let link = &arguments.link.target()?;
     let session = link.open().await?;
-    let live = Live::events(&session, link.structure.clone());
-    let mut live = live.await.map_err(link::refused)?;
+    let mut live = Live::events(&session, link.structure.clone()).await?;
     let outcome = loop {
         let event = tokio::select! {
             event = live.next_event() => event,
@@ -53,27 +51,19 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
     outcome
 }
 
-/// An event for machines. A message has its own time.
-#[derive(Serialize)]
-struct Document<'a> {
-    #[serde(flatten)]
-    news: &'a News,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    time_unix_ns: Option<u64>,
+fn print(json: bool, names_structure: bool, event: &Event) -> Result<(), Failure> {
+    output::print(&if json {
+        output::line(&document(event))?
+    } else {
+        line(&EventLine::of(event), names_structure, Paint::of_stdout()) + "\n"
+    })
 }
 
-fn print(json: bool, names_structure: bool, event: &Event) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    if json {
-        let has_time =
-            matches!(event.news, News::Fault(_) | News::Identification(_) | News::Phase(_));
-        let time_unix_ns = (!has_time).then_some(event.time_unix_ns);
-        write!(out, "{}", versioned::line(&Document { news: &event.news, time_unix_ns })?)?;
-    } else {
-        let paint = Paint::of_stdout();
-        writeln!(out, "{}", line(&EventLine::of(event), names_structure, paint))?;
-    }
-    Ok(out.flush()?)
+/// For machines. A message has its own time.
+fn document(event: &Event) -> impl Serialize {
+    let has_time = matches!(event.news, News::Fault(_) | News::Identification(_) | News::Phase(_));
+    let time = if has_time { json!({}) } else { json!({ "time_unix_ns": event.time_unix_ns }) };
+    output::with(&event.news, time)
 }
 
 /// For people: when, where if several structures may be seen, who, what, why.
@@ -101,9 +91,8 @@ mod tests {
         let expected = "m1                    MISSED          transitions 3 to 4 could not be fetched: refused";
         assert_eq!(text(false), format!("1970-01-01T00:00:00.000Z  {expected}"));
         assert_eq!(text(true), format!("1970-01-01T00:00:00.000Z  tower       {expected}"));
-        let document = Document { news: &event.news, time_unix_ns: Some(7) };
         let expected = "{\"v\":1,\"news\":\"missed\",\"structure\":\"tower\",\"module\":\"m1\",\"from\":3,\
                         \"to\":4,\"reason\":\"refused\",\"time_unix_ns\":7}\n";
-        assert_eq!(versioned::line(&document).unwrap(), expected);
+        assert_eq!(output::line(&document(&event)).unwrap(), expected);
     }
 }

@@ -8,13 +8,12 @@ mod certificates;
 mod check;
 mod command_line;
 mod commission;
-mod completions;
 mod context;
 mod csv_rows;
 mod demo;
 mod detect;
 #[cfg(test)]
-mod documents;
+mod documents_test;
 mod export;
 mod failure;
 mod fault;
@@ -28,9 +27,9 @@ mod join;
 mod link;
 mod model;
 mod order;
+mod output;
 mod paint;
 mod plant_order;
-mod program;
 mod progress;
 mod record;
 mod replay;
@@ -41,55 +40,57 @@ mod shipped;
 mod stroke;
 mod study;
 mod table;
-mod versioned;
 mod watch;
 mod web;
-mod web_access;
 
+use std::ffi::OsStr;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::FromArgMatches;
 
-use command_line::{Command, CommandLine};
+use command_line::{CommandLine, TopCommand};
 
 /// Parses the command line and runs the subcommand. Called by the name of another program of ours, it is
 /// that program.
 #[must_use]
 pub fn run() -> ExitCode {
-    if let Some(main) = program::by_name() {
+    if let Some(main) = other_program() {
         return main();
     }
     let parsed = CommandLine::from_arg_matches(&command_line::command().get_matches());
     // What clap matched is what the types were derived from.
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
-        Command::Model(arguments) => model::run(&arguments),
-        Command::Detect(arguments) => detect::run(&arguments),
-        Command::Replay(arguments) => replay::run(&arguments),
-        Command::Export(arguments) => export::run(&arguments),
-        Command::Demo(arguments) => demo::run(&arguments),
-        Command::Calibrate(arguments) => calibrate::run(&arguments),
-        Command::Commission(arguments) => commission::run(&arguments),
-        Command::Check(arguments) => check::run(&arguments),
-        Command::Faults(arguments) => faults::run(&arguments),
-        Command::Follow(arguments) => follow::run(&arguments),
-        Command::Ack(arguments) => order::acknowledge(&arguments),
-        Command::Reset(arguments) => order::reset(&arguments),
-        Command::Health(arguments) => health::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments, command_line::command()),
-        Command::Generate(arguments) => generate::run(&arguments, programs()),
-        Command::Fault(arguments) => fault::run(&arguments),
-        Command::Watch(arguments) => watch::run(&arguments),
-        Command::History(arguments) => history::run(&arguments),
-        Command::Inject(arguments) => inject::run(&arguments),
-        Command::Stroke(arguments) => stroke::run(&arguments),
-        Command::Study(arguments) => study::run(&arguments),
-        Command::Replicate(arguments) => replicate::run(&arguments),
-        Command::Pki(arguments) => certificates::run(&arguments),
-        Command::Schema(arguments) => schema::run(&arguments),
-        Command::Join(arguments) => join::run(&arguments),
-        Command::Record(arguments) => record::run(&arguments),
-        Command::Web(arguments) => web::run(&arguments),
-        Command::Router(arguments) => return router::run(arguments),
+        TopCommand::Model(arguments) => model::run(&arguments),
+        TopCommand::Detect(arguments) => detect::run(&arguments),
+        TopCommand::Replay(arguments) => replay::run(&arguments),
+        TopCommand::Export(arguments) => export::run(&arguments),
+        TopCommand::Demo(arguments) => demo::run(&arguments),
+        TopCommand::Calibrate(arguments) => calibrate::run(&arguments),
+        TopCommand::Commission(arguments) => commission::run(&arguments),
+        TopCommand::Check(arguments) => check::run(&arguments),
+        TopCommand::Faults(arguments) => faults::run(&arguments),
+        TopCommand::Follow(arguments) => follow::run(&arguments),
+        TopCommand::Ack(arguments) => order::acknowledge(&arguments),
+        TopCommand::Reset(arguments) => order::reset(&arguments),
+        TopCommand::Health(arguments) => health::run(&arguments),
+        TopCommand::Completions(arguments) => {
+            generate::completions(&arguments, command_line::command())
+        }
+        TopCommand::Generate(arguments) => generate::run(&arguments, programs()),
+        TopCommand::Fault(arguments) => fault::run(&arguments),
+        TopCommand::Watch(arguments) => watch::run(&arguments),
+        TopCommand::History(arguments) => history::run(&arguments),
+        TopCommand::Inject(arguments) => inject::run(&arguments),
+        TopCommand::Stroke(arguments) => stroke::run(&arguments),
+        TopCommand::Study(arguments) => study::run(&arguments),
+        TopCommand::Replicate(arguments) => replicate::run(&arguments),
+        TopCommand::Pki(arguments) => certificates::run(&arguments),
+        TopCommand::Schema(arguments) => schema::run(&arguments),
+        TopCommand::Join(arguments) => join::run(&arguments),
+        TopCommand::Record(arguments) => record::run(&arguments),
+        TopCommand::Web(arguments) => web::run(&arguments),
+        TopCommand::Router(arguments) => return router::run(arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -100,4 +101,34 @@ pub fn run() -> ExitCode {
 /// The command lines of all three programs.
 fn programs() -> [clap::Command; 3] {
     [command_line::command(), daemon::diagnoser::command_line(), daemon::plant::command_line()]
+}
+
+/// A whole program.
+type Main = fn() -> ExitCode;
+
+/// The other programs by their names: for images in which every byte counts, one file is all of them.
+const OTHERS: [(&str, Main); 2] =
+    [("trusswatch-diagnoser", daemon::diagnoser::main), ("trusswatch-plant", daemon::plant::main)];
+
+/// The program by whose name this file was called, unless that is `trusswatch` or no name of ours.
+fn other_program() -> Option<Main> {
+    named(&std::env::args_os().next()?)
+}
+
+fn named(called: &OsStr) -> Option<Main> {
+    let name = Path::new(called).file_name()?;
+    OTHERS.iter().find(|(known, _)| name == *known).map(|(_, main)| *main)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_name_counts_not_the_way_there() {
+        let is_other = |called: &str| named(OsStr::new(called)).is_some();
+        assert!(is_other("trusswatch-diagnoser") && is_other("/bin/trusswatch-plant"));
+        assert!(!is_other("/bin/trusswatch") && !is_other("trusswatch-diagnoser/other"));
+        assert!(!is_other(""));
+    }
 }

@@ -4,7 +4,6 @@ use std::future::Future;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use observer::AttendanceError;
 use session::{Mode, Network, NetworkFlags};
 use tokio::runtime::{Builder, Runtime};
 use vocabulary::{OperatorName, StructureName};
@@ -62,7 +61,7 @@ enum LinkMode {
 
 /// A place on the network and what is wanted of it: flags, environment and client file together.
 #[derive(Debug, Clone)]
-pub(crate) struct Target {
+pub(crate) struct LinkTarget {
     network: Network,
     /// Only this structure; otherwise every one that is seen.
     pub(crate) structure: Option<StructureName>,
@@ -79,7 +78,7 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
 
 impl Link {
     /// Resolves what the flags leave open.
-    pub(crate) fn target(&self) -> Result<Target, Failure> {
+    pub(crate) fn target(&self) -> Result<LinkTarget, Failure> {
         let NetworkFlags { listen, connect, tls } = self.network.clone();
         let mode = self.mode.map(|mode| match mode {
             LinkMode::Client => Mode::Client,
@@ -101,11 +100,11 @@ impl Link {
         let usual = if listen.is_empty() { Mode::Client } else { Mode::Peer };
         let mode = zenoh.is_none().then_some(mode.unwrap_or(usual));
         let network = Network { mode, listen, connect, zenoh, tls, lease_ms: None };
-        Ok(Target { network, structure, timeout: self.timeout })
+        Ok(LinkTarget { network, structure, timeout: self.timeout })
     }
 }
 
-impl Target {
+impl LinkTarget {
     /// The operator whose certificate is shown, if it is one's.
     pub(crate) fn operator(&self) -> Option<OperatorName> {
         self.network.operator()
@@ -134,6 +133,19 @@ impl Target {
         zenoh::open(settings).await.map_err(|_| {
             let (places, timeout) = (self.places(), self.timeout);
             Failure::network(format!("no connection to {places} within {timeout:?}"))
+        })
+    }
+
+    /// Opens a session, does this with it, and closes it whatever came of that.
+    pub(crate) fn with_session<T>(
+        &self,
+        work: impl AsyncFnOnce(&Session) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        block_on(async {
+            let session = self.open().await?;
+            let outcome = work(&session).await;
+            session::close(&session).await;
+            outcome
         })
     }
 
@@ -182,9 +194,4 @@ fn runtime() -> Result<Runtime, Failure> {
 
 fn unusable(error: impl std::fmt::Display) -> Failure {
     Failure::network(error.to_string())
-}
-
-/// The network refuses.
-pub(crate) fn refused(error: AttendanceError) -> Failure {
-    unusable(error)
 }

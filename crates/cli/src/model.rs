@@ -8,7 +8,7 @@ use truss::Structure;
 use vocabulary::ModuleName;
 
 use crate::failure::Failure;
-use crate::versioned;
+use crate::output;
 
 /// Show what a description of a structure amounts to: figures, drawing, model
 ///
@@ -44,13 +44,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             return Ok(());
         }
         fs::write(svg, figure::structure::drawing(&structure))
-            .map_err(|e| Failure::runtime(format!("cannot write `{}`: {e}", svg.display())))?;
+            .map_err(|error| Failure::unwritable(svg, error))?;
     }
     let unusable = |e| Failure::input(format!("{}: {e}", arguments.file.display()));
     if arguments.toml {
         write!(out, "{}", structure.to_toml())?;
     } else if arguments.json {
-        write!(out, "{}", versioned::text(&structure.export().map_err(unusable)?)?)?;
+        write!(out, "{}", output::text(&structure.export().map_err(unusable)?)?)?;
     } else {
         write!(out, "{}", structure.summary().map_err(unusable)?)?;
     }
@@ -60,8 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Reads a description, or reports every mistake in it.
 pub(crate) fn read(file: &Path) -> Result<Structure, Failure> {
     let name = file.display();
-    let text = fs::read_to_string(file)
-        .map_err(|e| Failure::input(format!("cannot read `{name}`: {e}")))?;
+    let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
     Structure::from_toml(&text).map_err(|errors| {
         Failure::inputs(errors.iter().map(|error| format!("{name}: {error}")).collect())
     })

@@ -7,7 +7,7 @@ use vocabulary::{Mention, StructureName};
 use zenoh::Session;
 
 use crate::failure::Failure;
-use crate::link::{self, Link, Target};
+use crate::link::{Link, LinkTarget};
 use vocabulary::words::printable;
 
 /// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` gets the
@@ -18,24 +18,17 @@ pub(crate) fn give<R>(
     send: impl AsyncFnOnce(&Session, &StructureName, Duration) -> Result<R, OrderError>,
 ) -> Result<(StructureName, R), Failure> {
     let link = &link.target()?;
-    link::block_on(async {
-        let session = link.open().await?;
-        let given = async {
-            let structure = home(&session, link).await?;
-            let sent = send(&session, &structure, link.timeout).await;
-            let reply = sent.map_err(|error| not_obeyed(component, error))?;
-            Ok((structure, reply))
-        };
-        let given = given.await;
-        session::close(&session).await;
-        given
+    link.with_session(async |session| {
+        let structure = home(session, link).await?;
+        let sent = send(session, &structure, link.timeout).await;
+        let reply = sent.map_err(|error| not_obeyed(component, error))?;
+        Ok((structure, reply))
     })
 }
 
 /// The structure whose plant is there. One of several is not guessed at.
-async fn home(session: &Session, link: &Target) -> Result<StructureName, Failure> {
-    let seen = observer::plants(session, link.structure.as_ref(), link.timeout).await;
-    let mut seen = seen.map_err(link::refused)?;
+async fn home(session: &Session, link: &LinkTarget) -> Result<StructureName, Failure> {
+    let mut seen = observer::plants(session, link.structure.as_ref(), link.timeout).await?;
     if seen.len() > 1 {
         let names: Vec<String> = seen.iter().map(|name| format!("`{name}`")).collect();
         let names = names.join(" and ");
@@ -43,14 +36,12 @@ async fn home(session: &Session, link: &Target) -> Result<StructureName, Failure
             "there are plants of {names}; say which with --structure"
         )));
     }
-    seen.pop_first().ok_or_else(|| no_plant(link))
-}
-
-fn no_plant(link: &Target) -> Failure {
     let (places, within) = (link.places(), link.timeout);
-    Failure::network(format!(
-        "no plant was there at {places} within {within:?}; no command was sent"
-    ))
+    seen.pop_first().ok_or_else(|| {
+        Failure::network(format!(
+            "no plant was there at {places} within {within:?}; no command was sent"
+        ))
+    })
 }
 
 fn not_obeyed(component: &Mention, error: OrderError) -> Failure {

@@ -1,4 +1,4 @@
-//! Progress of long work on standard error: a bar with the time left on a terminal, now and then a
+//! WorkProgress of long work on standard error: a bar with the time left on a terminal, now and then a
 //! line elsewhere.
 
 use std::io::{self, IsTerminal, Write};
@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 const LINES: u64 = 10;
 
 /// How far work has come that several threads do.
-pub(crate) struct Progress {
+pub(crate) struct WorkProgress {
     what: &'static str,
     unit: &'static str,
     bar: ProgressBar,
@@ -19,23 +19,23 @@ pub(crate) struct Progress {
     all: u64,
 }
 
-impl Progress {
+impl WorkProgress {
     /// Counts runs.
-    pub(crate) fn of_runs(what: &'static str, all: u64) -> Progress {
-        Progress::new(what, "runs", all)
+    pub(crate) fn of_runs(what: &'static str, all: u64) -> WorkProgress {
+        WorkProgress::new(what, "runs", all)
     }
 
     /// Counts snippets of healthy data.
-    pub(crate) fn of_snippets(what: &'static str, all: u64) -> Progress {
-        Progress::new(what, "snippets", all)
+    pub(crate) fn of_snippets(what: &'static str, all: u64) -> WorkProgress {
+        WorkProgress::new(what, "snippets", all)
     }
 
-    fn new(what: &'static str, unit: &'static str, all: u64) -> Progress {
+    fn new(what: &'static str, unit: &'static str, all: u64) -> WorkProgress {
         let template = format!("{{msg}} {{wide_bar}} {{pos}} of {{len}} {unit}, {{eta}} left");
         let style = ProgressStyle::with_template(&template)
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         let bar = ProgressBar::new(all).with_style(style).with_message(what);
-        Progress {
+        WorkProgress {
             what,
             unit,
             bar,
@@ -58,7 +58,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for WorkProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -21,7 +21,7 @@ use zenoh::Session;
 const FORWARDING: &str = "forwarding messages under access control";
 /// From one query without a recipient to the next.
 const EVERY: Duration = Duration::from_millis(250);
-/// How long it may take until it is certain that there is no answer.
+/// The query ends without an answer within this time.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Route messages between modules, operators and observers, and enforce access control
@@ -76,7 +76,7 @@ async fn serve(session: &Session, supervisor: &Supervisor, mut shutdown: Shutdow
     }
 }
 
-/// Sends a query without a recipient, and waits until it is final that there is no answer.
+/// Sends a query without a recipient, and waits for its end; false if it was answered or failed.
 async fn ends_unanswered(session: &Session) -> bool {
     let Ok(replies) = session.get(UNOWNED).timeout(TIMEOUT).await else { return false };
     while let Ok(reply) = replies.recv_async().await {

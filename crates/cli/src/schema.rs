@@ -107,13 +107,13 @@ fn open(file: &Path) -> Result<Box<dyn BufRead>, Failure> {
     if file == Path::new("-") {
         return Ok(Box::new(io::stdin().lock()));
     }
-    let opened = File::open(file).map_err(|error| unreadable(file, &error))?;
+    let opened = File::open(file).map_err(|error| Failure::unreadable(file, error))?;
     Ok(Box::new(BufReader::new(opened)))
 }
 
 /// The next line without its end. No more of it is kept than shows that it is too long for a message.
 fn next(lines: &mut impl BufRead, file: &Path) -> Result<Option<Vec<u8>>, Failure> {
-    let failed = |error: io::Error| unreadable(file, &error);
+    let failed = |error: io::Error| Failure::unreadable(file, error);
     let mut line = Vec::new();
     let enough = MAX_MESSAGE_BYTES as u64 + 1;
     if lines.by_ref().take(enough).read_until(b'\n', &mut line).map_err(failed)? == 0 {
@@ -125,8 +125,4 @@ fn next(lines: &mut impl BufRead, file: &Path) -> Result<Option<Vec<u8>>, Failur
         lines.skip_until(b'\n').map_err(failed)?;
     }
     Ok(Some(line))
-}
-
-fn unreadable(file: &Path, error: &io::Error) -> Failure {
-    Failure::input(format!("cannot read `{}`: {error}", file.display()))
 }

@@ -51,9 +51,9 @@ impl Shipped {
     pub(crate) fn write_as(self, directory: &Path, text: &str) -> Result<PathBuf, Failure> {
         let file = directory.join(self.path);
         let folder = file.parent().unwrap_or(directory);
-        fs::create_dir_all(folder).and_then(|()| fs::write(&file, text)).map_err(|error| {
-            Failure::runtime(format!("cannot write `{}`: {error}", file.display()))
-        })?;
+        fs::create_dir_all(folder)
+            .and_then(|()| fs::write(&file, text))
+            .map_err(|error| Failure::unwritable(&file, error))?;
         Ok(file)
     }
 }

@@ -13,6 +13,7 @@
 //! | `freeze_frame` | what a module saw around the latching of its latest faults |
 //! | `diagnoser_orders` | acknowledge, reset, shelve and suppress |
 //! | `plant_orders` | faults and stroke tests for the simulated plant |
+//! | `testing` | made-up messages and views, for tests |
 
 mod diagnoser_orders;
 mod divergences;
@@ -24,8 +25,7 @@ mod live;
 mod plant_orders;
 mod presence;
 mod request;
-#[cfg(test)]
-mod testing;
+pub mod testing;
 mod view;
 
 pub use diagnoser_orders::{Command, order};

@@ -1,4 +1,6 @@
-//! Messages for the tests of this crate.
+//! Made-up messages and views, for tests: of this crate and of those who lay views out.
+
+#![expect(clippy::unwrap_used, reason = "names that are right")]
 
 use vocabulary::{
     Agreement, Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind,
@@ -8,7 +10,8 @@ use vocabulary::{
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
 
 /// A status of a module of the tower that names these peers.
-pub(crate) fn status(module: &str, peers: &[&str]) -> ModuleStatus {
+#[must_use]
+pub fn status(module: &str, peers: &[&str]) -> ModuleStatus {
     let waiting = ModuleStatus::waiting("tower".parse().unwrap(), module.parse().unwrap());
     ModuleStatus {
         phase: ModulePhase::InService,
@@ -23,32 +26,32 @@ pub(crate) fn status(module: &str, peers: &[&str]) -> ModuleStatus {
 }
 
 /// A component of the tower in a state since 1970-01-01T00:00:01Z.
-pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
+#[must_use]
+pub fn state(component: &str, state: FaultState) -> FaultTransition {
     let (structure, component) = ("tower".parse().unwrap(), component.parse().unwrap());
     let verdict = vocabulary::Verdict::example(state);
     FaultTransition { verdict, ..FaultTransition::untouched(structure, component, 1_000_000_000) }
 }
 
 /// A module of the tower in this phase that answers.
-pub(crate) fn module(
-    name: &str,
-    phase: ModulePhase,
-    components: Vec<FaultTransition>,
-) -> ModuleView {
+#[must_use]
+pub fn module(name: &str, phase: ModulePhase, components: Vec<FaultTransition>) -> ModuleView {
     let view = mute(name, None);
     let status = ModuleStatus { phase, ..status(name, &[]) };
     ModuleView { present: true, status: Some(status), heard_unix_ns: 1, components, ..view }
 }
 
 /// A module of the tower that does not answer.
-pub(crate) fn mute(name: &str, peer_of: Option<&str>) -> ModuleView {
+#[must_use]
+pub fn mute(name: &str, peer_of: Option<&str>) -> ModuleView {
     let peer_of = peer_of.iter().map(|name| name.parse().unwrap()).collect();
     let structure = Some("tower".parse().unwrap());
     ModuleView { peer_of, ..ModuleView::new(structure, name.parse().unwrap()) }
 }
 
 /// The same in another structure.
-pub(crate) fn at(structure: &str, mut module: ModuleView) -> ModuleView {
+#[must_use]
+pub fn at(structure: &str, mut module: ModuleView) -> ModuleView {
     module.structure = Some(structure.parse().unwrap());
     for component in &mut module.components {
         component.structure = structure.parse().unwrap();
@@ -57,17 +60,20 @@ pub(crate) fn at(structure: &str, mut module: ModuleView) -> ModuleView {
 }
 
 /// A scene of these modules, with a network.
-pub(crate) fn scene(modules: Vec<ModuleView>) -> Scene {
+#[must_use]
+pub fn scene(modules: Vec<ModuleView>) -> Scene {
     Scene { network: NetworkState::Open, modules, ..Scene::default() }
 }
 
 /// Its alarm is shelved by an operator.
-pub(crate) fn shelved(state: FaultTransition) -> FaultTransition {
+#[must_use]
+pub fn shelved(state: FaultTransition) -> FaultTransition {
     FaultTransition { shelved: Some(shelving("the gage is being rewired")), ..state }
 }
 
 /// Its alarm is suppressed while its module is maintained.
-pub(crate) fn suppressed(state: FaultTransition) -> FaultTransition {
+#[must_use]
+pub fn suppressed(state: FaultTransition) -> FaultTransition {
     FaultTransition { suppressed: Some(shelving("painting")), ..state }
 }
 
@@ -82,13 +88,15 @@ fn shelving(reason: &str) -> Shelving {
 }
 
 /// It agrees with its reference.
-pub(crate) fn agreeing(state: FaultTransition) -> FaultTransition {
+#[must_use]
+pub fn agreeing(state: FaultTransition) -> FaultTransition {
     let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
     FaultTransition { condition: Some(condition), ..state }
 }
 
 /// A kind of fault of the gage `m1/sensor/g2`, without sizes.
-pub(crate) fn identification(decided: bool, kinds: &[&str]) -> Identification {
+#[must_use]
+pub fn identification(decided: bool, kinds: &[&str]) -> Identification {
     let candidate = |kind: &&str| {
         let probability = if decided { 0.987 } else { 0.5 };
         Candidate { kind: (*kind).to_owned(), probability, size: None }
@@ -108,7 +116,8 @@ pub(crate) fn identification(decided: bool, kinds: &[&str]) -> Identification {
 }
 
 /// A journal that holds everything up to its last transition.
-pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> ModuleHistory {
+#[must_use]
+pub fn history(module: &str, transitions: Vec<FaultTransition>) -> ModuleHistory {
     let empty = ModuleHistory::new(&"tower".parse().unwrap(), &module.parse().unwrap(), 1);
     ModuleHistory {
         first_sequence: transitions.first().map(|transition| transition.sequence),
@@ -119,7 +128,8 @@ pub(crate) fn history(module: &str, transitions: Vec<FaultTransition>) -> Module
 }
 
 /// A latched fault of a module's gage `g1`, decided as of step 7.
-pub(crate) fn journaled(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
+#[must_use]
+pub fn journaled(module: &str, sequence: u64, time_unix_ns: u64) -> FaultTransition {
     FaultTransition {
         sequence,
         time_unix_ns,
@@ -129,7 +139,8 @@ pub(crate) fn journaled(module: &str, sequence: u64, time_unix_ns: u64) -> Fault
 }
 
 /// The same a second later, acknowledged.
-pub(crate) fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
+#[must_use]
+pub fn acknowledged(module: &str, sequence: u64) -> FaultTransition {
     let order = GivenOrder {
         kind: GivenOrderKind::Acknowledge,
         on_behalf_of: None,

@@ -56,12 +56,12 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "recorded", conflicts_with = "plant")]
     pub(super) skip_bad: bool,
     #[command(flatten)]
-    pub(super) simulation: Simulation,
+    pub(super) simulation: NominalRunFlags,
 }
 
 /// Which runs are simulated.
 #[derive(Debug, clap::Args)]
-pub(super) struct Simulation {
+pub(super) struct NominalRunFlags {
     /// Configuration of the plant
     #[arg(long, value_name = "FILE", required_unless_present = "recorded")]
     pub(super) plant: Option<PathBuf>,
@@ -79,12 +79,12 @@ pub(super) struct Simulation {
     pub(super) mismatch: f64,
     /// Runs at a time; by default as many as there are processors
     #[arg(long, value_name = "N")]
-    pub(super) jobs: Option<NonZeroUsize>,
+    jobs: Option<NonZeroUsize>,
 }
 
-/// What is to become of the divergences.
+/// How a threshold follows from divergences.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Wanted {
+pub(super) enum ThresholdRule {
     /// The largest, times a margin.
     Max {
         /// The margin.
@@ -97,9 +97,17 @@ pub(super) enum Wanted {
     },
 }
 
+impl NominalRunFlags {
+    /// Runs at a time.
+    pub(super) fn jobs(&self) -> usize {
+        let processors = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        self.jobs.map_or(processors, NonZeroUsize::get)
+    }
+}
+
 impl Arguments {
-    /// What is wanted, after all figures have been checked.
-    pub(super) fn check(&self) -> Result<Wanted, Failure> {
+    /// The rule, after all figures have been checked.
+    pub(super) fn check(&self) -> Result<ThresholdRule, Failure> {
         let refuse = |flag: &str, value: String, use_instead: &str| {
             Err(Failure::usage(format!("`{flag}` is {value}; use {use_instead}")))
         };
@@ -118,15 +126,15 @@ impl Arguments {
         if self.simulation.runs == 0 {
             return refuse("--runs", "0".into(), "at least 1");
         }
-        self.wanted()
+        self.rule()
     }
 
-    fn wanted(&self) -> Result<Wanted, Failure> {
+    fn rule(&self) -> Result<ThresholdRule, Failure> {
         match (self.method, self.margin, self.false_alarms_per_hour) {
             (Method::Max, margin, None) => {
-                Ok(Wanted::Max { margin: margin.unwrap_or(USUAL_MARGIN) })
+                Ok(ThresholdRule::Max { margin: margin.unwrap_or(USUAL_MARGIN) })
             }
-            (Method::Tail, None, Some(per_hour)) => Ok(Wanted::Tail { per_hour }),
+            (Method::Tail, None, Some(per_hour)) => Ok(ThresholdRule::Tail { per_hour }),
             (Method::Max, _, Some(_)) => Err(Failure::usage(
                 "`--false-alarms-per-hour` needs the tail; add `--method tail` or leave it out",
             )),

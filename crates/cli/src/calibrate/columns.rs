@@ -3,20 +3,17 @@
 use study::Recording;
 use vocabulary::ComponentPath;
 
-/// Name of the column that numbers the steps.
-const STEP: &str = "step";
-/// Up to here every whole number is a floating-point number.
-const LARGEST_STEP: f64 = (1_u64 << 53) as f64;
+use crate::csv_rows::{STEP, whole_step};
 
 /// The columns of a recording: possibly the step, then the channels of some modules.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Columns {
+pub(super) struct ChannelColumns {
     step: bool,
     /// Places of the modules whose channels are there, rising, with how many channels they have.
     modules: Vec<(usize, usize)>,
 }
 
-impl Columns {
+impl ChannelColumns {
     /// Finds the columns of those modules of which any is there.
     ///
     /// # Errors
@@ -24,7 +21,7 @@ impl Columns {
     pub(super) fn find(
         header: &[String],
         channels: &[Vec<ComponentPath>],
-    ) -> Result<Columns, String> {
+    ) -> Result<ChannelColumns, String> {
         let is_there = |path: &ComponentPath| header.contains(&path.to_string());
         let mut modules = Vec::new();
         for (place, paths) in channels.iter().enumerate() {
@@ -33,7 +30,7 @@ impl Columns {
             }
             if let Some(missing) = paths.iter().find(|path| !is_there(path)) {
                 return Err(format!(
-                    "there is no column `{missing}`; give all of a module's components"
+                    "missing column `{missing}`; give all of a module's components"
                 ));
             }
             modules.push((place, paths.len()));
@@ -45,10 +42,10 @@ impl Columns {
                 "no column is a component of the modules; name the columns by components{example}"
             ));
         }
-        Ok(Columns { step: header.iter().any(|name| name == STEP), modules })
+        Ok(ChannelColumns { step: header.iter().any(|name| name == STEP), modules })
     }
 
-    /// Their names, in the order of [`Columns::take`].
+    /// Their names, in the order of [`ChannelColumns::take`].
     pub(super) fn names(&self, channels: &[Vec<ComponentPath>]) -> Vec<String> {
         let step = self.step.then(|| STEP.to_owned());
         let of_modules = self.modules.iter().filter_map(|(place, _)| channels.get(*place));
@@ -61,7 +58,7 @@ impl Columns {
     /// In words, what is wrong with the step.
     pub(super) fn take(&self, row: &[f64], recordings: &mut [Recording]) -> Result<(), String> {
         let (step, mut rest) = match row {
-            [step, rest @ ..] if self.step => (Some(whole(*step)?), rest),
+            [step, rest @ ..] if self.step => (Some(whole_step(*step)?), rest),
             _ => (None, row),
         };
         for (place, channels) in &self.modules {
@@ -87,13 +84,6 @@ impl Columns {
     }
 }
 
-fn whole(step: f64) -> Result<u64, String> {
-    if step.fract() == 0.0 && (0.0..=LARGEST_STEP).contains(&step) {
-        return Ok(step as u64);
-    }
-    Err(format!("step {step} is no step; use whole numbers from 0"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,7 +95,7 @@ mod tests {
 
     fn find(header: &[&str]) -> Result<Vec<String>, String> {
         let header: Vec<String> = header.iter().map(ToString::to_string).collect();
-        Columns::find(&header, &channels()).map(|columns| columns.names(&channels()))
+        ChannelColumns::find(&header, &channels()).map(|columns| columns.names(&channels()))
     }
 
     #[test]
@@ -117,20 +107,12 @@ mod tests {
     #[test]
     fn a_module_without_one_of_its_components_is_refused() {
         let error = find(&["m1/actuator/a1", "m1/sensor/g1", "m2/sensor/g1"]).unwrap_err();
-        assert!(error.contains("no column `m2/actuator/a1`"), "{error}");
+        assert!(error.contains("missing column `m2/actuator/a1`"), "{error}");
     }
 
     #[test]
     fn a_table_of_something_else_is_refused_with_an_example() {
         let error = find(&["step", "a1", "g1"]).unwrap_err();
         assert!(error.contains("like `m1/actuator/a1`"), "{error}");
-    }
-
-    #[test]
-    fn a_step_is_a_whole_number() {
-        assert_eq!(whole(12.0), Ok(12));
-        for step in [-1.0, 0.5, 1e300] {
-            assert!(whole(step).is_err(), "{step}");
-        }
     }
 }

@@ -7,16 +7,16 @@ use daemon::config::Uncalibrated;
 use study::{Calibration, Recording};
 use vocabulary::ComponentPath;
 
-use super::columns::Columns;
-use super::data::{Data, Origin};
-use crate::csv_rows::Rows;
+use super::columns::ChannelColumns;
+use super::{NominalData, origin};
+use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
 
 pub(super) fn read(
     files: &[impl AsRef<Path>],
     skip_bad: bool,
     modules: &[Uncalibrated],
-) -> Result<Data, Failure> {
+) -> Result<NominalData, Failure> {
     let step_s = common_step(modules)?;
     let mut recordings = modules
         .iter()
@@ -33,7 +33,8 @@ pub(super) fn read(
         Calibration { modules: recordings.into_iter().map(Recording::finish).collect() };
     check_watched(&calibration)?;
     let names = files.iter().map(|file| file.as_ref().display().to_string()).collect();
-    Ok(Data { calibration, step_s, origin: Origin::Recorded { files: names } })
+    let provenance = origin(None, names, files.len() as u64);
+    Ok(NominalData { calibration, step_s, provenance })
 }
 
 fn common_step(modules: &[Uncalibrated]) -> Result<f64, Failure> {
@@ -64,11 +65,10 @@ fn read_file(
     recordings: &mut [Recording],
 ) -> Result<(), Failure> {
     let name = file.display().to_string();
-    let opened = File::open(file)
-        .map_err(|error| Failure::input(format!("cannot read `{name}`: {error}")))?;
-    let mut columns = Columns::default();
-    let mut rows = Rows::new(opened, name.clone(), b',', |header| {
-        columns = Columns::find(header, channels)?;
+    let opened = File::open(file).map_err(|error| Failure::unreadable(file, error))?;
+    let mut columns = ChannelColumns::default();
+    let mut rows = CsvRows::new(opened, name.clone(), b',', |header| {
+        columns = ChannelColumns::find(header, channels)?;
         Ok(Some(columns.names(channels)))
     })?;
     while let Some(row) = rows.next_row()? {

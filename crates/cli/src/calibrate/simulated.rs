@@ -1,36 +1,35 @@
 //! Divergences of simulated runs.
 
-use std::num::NonZeroUsize;
 use std::path::Path;
 
 use daemon::config::{PlantFlags, Uncalibrated, load_plant};
-use indicatif::{ProgressBar, ProgressStyle};
+use daemon::thresholds::Provenance;
 use study::NominalRuns;
 
-use super::arguments::Simulation;
-use super::data::{Data, Origin};
+use super::arguments::NominalRunFlags;
+use super::{NominalData, origin};
 use crate::failure::Failure;
+use crate::progress::WorkProgress;
 
 pub(super) fn simulate(
     plant: &Path,
-    simulation: &Simulation,
+    simulation: &NominalRunFlags,
     modules: &[Uncalibrated],
-) -> Result<Data, Failure> {
-    let plant = load_plant(plant, &PlantFlags::default()).map_err(|errors| {
-        Failure::inputs(errors.to_string().lines().map(str::to_owned).collect())
-    })?;
+) -> Result<NominalData, Failure> {
+    let plant = load_plant(plant, &PlantFlags::default())?;
     let step_s = plant.parameters.step_s;
     let runs = NominalRuns {
         first_seed: simulation.first_seed,
         runs: simulation.runs,
         steps: (simulation.seconds / step_s).round() as u64,
         mismatch: simulation.mismatch,
-        jobs: simulation.jobs.unwrap_or_else(processors).get(),
+        jobs: simulation.jobs(),
     };
     let setups: Vec<_> = modules.iter().map(|module| module.setup.clone()).collect();
-    let bar = progress_bar(simulation.runs);
-    let calibration = runs.calibrate(&plant.structure, &plant.parameters, &setups, &|| bar.inc(1));
-    bar.finish_and_clear();
+    let progress = WorkProgress::of_runs("calibrating", simulation.runs);
+    let calibration =
+        runs.calibrate(&plant.structure, &plant.parameters, &setups, &|| progress.advance());
+    drop(progress);
     let calibration = calibration.map_err(|error| Failure::input(error.to_string()))?;
     if calibration.watched_steps() == 0 {
         let message = format!(
@@ -39,21 +38,9 @@ pub(super) fn simulate(
         );
         return Err(Failure::usage(message));
     }
-    let origin = Origin::Simulated {
-        first_seed: simulation.first_seed,
-        runs: simulation.runs,
-        mismatch: simulation.mismatch,
-    };
-    Ok(Data { calibration, step_s, origin })
-}
-
-fn processors() -> NonZeroUsize {
-    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
-}
-
-fn progress_bar(runs: u64) -> ProgressBar {
-    let template = "{wide_bar} {pos} of {len} runs, {eta} left";
-    let style =
-        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(runs).with_style(style)
+    let last_seed = simulation.first_seed.saturating_add(simulation.runs.saturating_sub(1));
+    let seeds = format!("{}..={last_seed}", simulation.first_seed);
+    let mismatch = Some(simulation.mismatch).filter(|mismatch| *mismatch > 0.0);
+    let provenance = Provenance { mismatch, ..origin(Some(seeds), Vec::new(), simulation.runs) };
+    Ok(NominalData { calibration, step_s, provenance })
 }

@@ -27,8 +27,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     for directory in &arguments.directories {
-        let service = credentials::install(&Identity::in_directory(directory), &arguments.store)
-            .map_err(refused)?;
+        let service = credentials::install(&Identity::in_directory(directory), &arguments.store)?;
         writeln!(out, "{}", summary(&service, &arguments.store)?)?;
     }
     Ok(())
@@ -43,12 +42,14 @@ fn summary(service: &Service, store: &Path) -> Result<String, Failure> {
     Ok(format!("{}: {name} for {unit}, until {until}", store.display()))
 }
 
-fn refused(error: InstallError) -> Failure {
-    match error {
-        InstallError::Problems(problems) => {
-            Failure::inputs(problems.iter().map(ToString::to_string).collect())
+impl From<InstallError> for Failure {
+    fn from(error: InstallError) -> Failure {
+        match error {
+            InstallError::Problems(problems) => {
+                Failure::inputs(problems.iter().map(ToString::to_string).collect())
+            }
+            InstallError::File { .. } => Failure::runtime(error.to_string()),
+            _ => Failure::input(error.to_string()),
         }
-        InstallError::File { .. } => Failure::runtime(error.to_string()),
-        _ => Failure::input(error.to_string()),
     }
 }

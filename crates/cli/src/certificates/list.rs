@@ -1,20 +1,19 @@
 //! `trusswatch pki list`: who has a certificate, until when, and what is wrong with it.
 
-use std::io::{self, Write};
-
 use pki::{Authority, Certificate, CommonName, Generations, Holder, Issued, Library};
 use serde::Serialize;
+use serde_json::json;
 
-use super::{Place, day, refused, unreadable};
+use super::{CertificateDirectory, day};
 use crate::failure::Failure;
+use crate::output;
 use crate::table::{TextTable, WidthArguments, table};
-use crate::versioned;
 
 /// List certificates with their ends; exit code 1 if something is wrong with one
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    place: Place,
+    place: CertificateDirectory,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -22,16 +21,9 @@ pub(super) struct Arguments {
     width: WidthArguments,
 }
 
-/// All of them for machines.
-#[derive(Serialize)]
-struct Document<'a> {
-    certificates: &'a [Entry],
-    revoked: &'a [Past],
-}
-
 /// A certificate as it is listed.
 #[derive(Debug, Serialize)]
-struct Entry {
+struct ListedCertificate {
     holder: String,
     common_name: Option<String>,
     addresses: Vec<String>,
@@ -40,40 +32,32 @@ struct Entry {
     problems: Vec<String>,
 }
 
-/// A revoked one.
-#[derive(Debug, Serialize)]
-struct Past {
-    common_name: String,
-    until: Option<String>,
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let directory = &arguments.place.directory;
-    let authority = Authority::open(directory).map_err(refused)?;
+    let authority = Authority::open(directory)?;
     let library = arguments.place.library();
     let read = || Ok((library.holders()?, library.revoked()?, library.generations()?));
-    let (holders, revoked, generations) = read().map_err(|error| unreadable(directory, &error))?;
+    let (holders, revoked, generations) =
+        read().map_err(|error: std::io::Error| Failure::unreadable(directory, error))?;
     let entries = holders.iter().map(|holder| entry(&library, &authority, &generations, holder));
-    let entries: Vec<Entry> = entries.collect();
-    let revoked: Vec<Past> =
+    let entries: Vec<ListedCertificate> = entries.collect();
+    let revoked: Vec<(String, Option<String>)> =
         revoked.iter().map(|issued| past(&library, &authority, issued)).collect();
-    let mut out = io::stdout().lock();
-    if arguments.json {
-        write!(
-            out,
-            "{}",
-            versioned::text(&Document { certificates: &entries, revoked: &revoked })?
-        )?;
+    output::print(&if arguments.json {
+        let revoked = revoked
+            .iter()
+            .map(|(common_name, until)| json!({ "common_name": common_name, "until": until }));
+        let revoked: Vec<_> = revoked.collect();
+        output::text(&json!({ "certificates": entries, "revoked": revoked }))?
     } else {
         let until = day(authority.certificate().lifetime);
-        writeln!(out, "authority of {}, until {until}", authority.structure())?;
-        writeln!(out, "{}", in_columns(&entries).text(arguments.width.limit()))?;
-        for past in &revoked {
-            let until = past.until.as_deref().unwrap_or("-");
-            writeln!(out, "revoked: {}, until {until}", past.common_name)?;
+        let table = in_columns(&entries).text(arguments.width.limit());
+        let mut text = format!("authority of {}, until {until}\n{table}\n", authority.structure());
+        for (name, until) in &revoked {
+            text += &format!("revoked: {name}, until {}\n", until.as_deref().unwrap_or("-"));
         }
-    }
-    out.flush()?;
+        text
+    })?;
     let sound = entries.iter().all(|entry| entry.problems.is_empty());
     if sound { Ok(()) } else { Err(Failure::reported()) }
 }
@@ -83,7 +67,7 @@ fn entry(
     authority: &Authority,
     generations: &Generations,
     holder: &Holder,
-) -> Entry {
+) -> ListedCertificate {
     let identity = library.identity(holder);
     let certificate = Certificate::read(&identity.certificate).ok();
     let expected = CommonName::new(holder.clone(), authority.structure().clone()).ok();
@@ -101,7 +85,7 @@ fn entry(
         let right = format!("remove `{}` and issue `{holder}` again", place.display());
         problems.push(format!("{file}: is revoked; {right}"));
     }
-    Entry {
+    ListedCertificate {
         holder: holder.to_string(),
         addresses: addresses.map(ToString::to_string).collect(),
         common_name: certificate.as_ref().and_then(|read| read.common_name.clone()),
@@ -111,13 +95,14 @@ fn entry(
     }
 }
 
-fn past(library: &Library, authority: &Authority, issued: &Issued) -> Past {
+/// The common name of a revoked certificate, and when it ends.
+fn past(library: &Library, authority: &Authority, issued: &Issued) -> (String, Option<String>) {
     let read = Certificate::read(&library.place_of_revoked(issued)).ok();
     let name = CommonName { issued: issued.clone(), structure: authority.structure().clone() };
-    Past { common_name: name.to_string(), until: read.map(|read| day(read.lifetime)) }
+    (name.to_string(), read.map(|read| day(read.lifetime)))
 }
 
-fn in_columns(entries: &[Entry]) -> TextTable {
+fn in_columns(entries: &[ListedCertificate]) -> TextTable {
     let mut rows = table(&["certificate", "addresses", "until", "days left", "problems"]);
     for entry in entries {
         let or_dash = |text: String| if text.is_empty() { "-".to_owned() } else { text };

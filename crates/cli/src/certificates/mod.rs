@@ -1,12 +1,10 @@
 //! `trusswatch pki`: the structure's authority, certificates and access control.
 
 mod access;
-mod authority;
 mod install;
 mod issue;
 mod list;
 mod p12;
-mod renew;
 mod revoke;
 
 use std::path::{Path, PathBuf};
@@ -25,15 +23,15 @@ directory goes to the holder's computer, complete and unread by others; the auth
 #[command(arg_required_else_help = true, after_long_help = AFTER_HELP)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: PkiCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
-    Authority(authority::Arguments),
-    Issue(issue::Arguments),
+enum PkiCommand {
+    Authority(issue::AuthorityArguments),
+    Issue(issue::IssueArguments),
     Install(install::Arguments),
-    Renew(renew::Arguments),
+    Renew(issue::RenewArguments),
     Revoke(revoke::Arguments),
     List(list::Arguments),
     P12(p12::Arguments),
@@ -43,13 +41,13 @@ enum Command {
 
 /// Where certificates are kept.
 #[derive(Debug, clap::Args)]
-struct Place {
+struct CertificateDirectory {
     /// Directory of the authority and of every certificate that it has issued
     #[arg(long = "dir", value_name = "DIRECTORY", default_value = "pki")]
     directory: PathBuf,
 }
 
-impl Place {
+impl CertificateDirectory {
     fn library(&self) -> Library {
         Library::at(&self.directory)
     }
@@ -57,25 +55,27 @@ impl Place {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
-        Command::Authority(arguments) => authority::run(arguments),
-        Command::Issue(arguments) => issue::run(arguments),
-        Command::Install(arguments) => install::run(arguments),
-        Command::Renew(arguments) => renew::run(arguments),
-        Command::Revoke(arguments) => revoke::run(arguments),
-        Command::List(arguments) => list::run(arguments),
-        Command::P12(arguments) => p12::run(arguments),
-        Command::Access(arguments) => access::run(arguments),
-        Command::Fleet(arguments) => access::fleet::run(arguments),
+        PkiCommand::Authority(arguments) => issue::make_authority(arguments),
+        PkiCommand::Issue(arguments) => issue::issue(arguments),
+        PkiCommand::Install(arguments) => install::run(arguments),
+        PkiCommand::Renew(arguments) => issue::renew(arguments),
+        PkiCommand::Revoke(arguments) => revoke::run(arguments),
+        PkiCommand::List(arguments) => list::run(arguments),
+        PkiCommand::P12(arguments) => p12::run(arguments),
+        PkiCommand::Access(arguments) => access::run(arguments),
+        PkiCommand::Fleet(arguments) => access::fleet::run(arguments),
     }
 }
 
 /// A file or directory that cannot be used, or something that cannot be done.
-fn refused(error: IssueError) -> Failure {
-    match error {
-        IssueError::Write { .. } | IssueError::Making(_) | IssueError::NoRandomness => {
-            Failure::runtime(error.to_string())
+impl From<IssueError> for Failure {
+    fn from(error: IssueError) -> Failure {
+        match error {
+            IssueError::Write { .. } | IssueError::Making(_) | IssueError::NoRandomness => {
+                Failure::runtime(error.to_string())
+            }
+            _ => Failure::input(error.to_string()),
         }
-        _ => Failure::input(error.to_string()),
     }
 }
 
@@ -86,11 +86,6 @@ fn summary(directory: &Path) -> Result<String, Failure> {
         .map_err(|error| Failure::runtime(format!("{}: {error}", file.display())))?;
     let name = issued.common_name.unwrap_or_default();
     Ok(format!("{}: {name}, until {}", directory.display(), day(issued.lifetime)))
-}
-
-/// A directory of certificates that cannot be read.
-fn unreadable(directory: &Path, error: &std::io::Error) -> Failure {
-    Failure::input(format!("{}: cannot be read: {error}", directory.display()))
 }
 
 /// The day that a certificate ends on, as people write it.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use pki::Holder;
 use pki::browser::{self, BrowserFileError};
 
-use super::Place;
+use super::CertificateDirectory;
 use crate::failure::Failure;
 
 /// The password, where no file has it.
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "HOLDER")]
     holders: Vec<Holder>,
     #[command(flatten)]
-    place: Place,
+    place: CertificateDirectory,
     /// File with the password in its first line
     #[arg(long, value_name = "FILE")]
     password_file: Option<PathBuf>,
@@ -39,12 +39,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn write(holder: &Holder, place: &Place, given: Option<&str>) -> Result<(), Failure> {
+fn write(
+    holder: &Holder,
+    place: &CertificateDirectory,
+    given: Option<&str>,
+) -> Result<(), Failure> {
     let library = place.library();
     let file = library.directory().join(format!("{holder}.p12"));
-    let made = if given.is_none() { Some(browser::password().map_err(refused)?) } else { None };
+    let made = if given.is_none() { Some(browser::password()?) } else { None };
     let password = given.or(made.as_deref()).unwrap_or_default();
-    browser::write(&library.identity(holder), password, &file).map_err(refused)?;
+    browser::write(&library.identity(holder), password, &file)?;
     let mut out = io::stdout().lock();
     match &made {
         Some(made) => writeln!(out, "{}: {holder}, password {made}", file.display())?,
@@ -57,22 +61,23 @@ fn given_password(file: Option<&Path>) -> Result<Option<String>, Failure> {
     let Some(file) = file else {
         return Ok(std::env::var(VARIABLE).ok().filter(|password| !password.is_empty()));
     };
-    let text = fs::read_to_string(file)
-        .map_err(|error| Failure::input(format!("{}: cannot be read: {error}", file.display())))?;
+    let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
     Ok(Some(text.lines().next().unwrap_or_default().to_owned()))
 }
 
-fn refused(error: BrowserFileError) -> Failure {
-    match error {
-        BrowserFileError::Problems(problems) => {
-            Failure::inputs(problems.iter().map(ToString::to_string).collect())
+impl From<BrowserFileError> for Failure {
+    fn from(error: BrowserFileError) -> Failure {
+        match error {
+            BrowserFileError::Problems(problems) => {
+                Failure::inputs(problems.iter().map(ToString::to_string).collect())
+            }
+            BrowserFileError::Sealing { .. } | BrowserFileError::NoRandomness => {
+                Failure::runtime(error.to_string())
+            }
+            BrowserFileError::NoPerson(_) | BrowserFileError::Password(_) => {
+                Failure::usage(error.to_string())
+            }
+            BrowserFileError::Writing { .. } => Failure::input(error.to_string()),
         }
-        BrowserFileError::Sealing { .. } | BrowserFileError::NoRandomness => {
-            Failure::runtime(error.to_string())
-        }
-        BrowserFileError::NoPerson(_) | BrowserFileError::Password(_) => {
-            Failure::usage(error.to_string())
-        }
-        BrowserFileError::Writing { .. } => Failure::input(error.to_string()),
     }
 }

@@ -8,7 +8,7 @@ use pki::lifetime::HOLDER_DAYS;
 use pki::revocation::{self, RevokeError, Revoked};
 use pki::{Authority, Holder, Lifetime};
 
-use super::{Place, refused, summary};
+use super::{CertificateDirectory, summary};
 use crate::failure::Failure;
 
 /// Take the rights of a lost key: make another one, with a certificate of another name
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "days")]
     remove: bool,
     #[command(flatten)]
-    place: Place,
+    place: CertificateDirectory,
     /// Days until the new certificate has to be renewed; never beyond the authority's
     #[arg(long, default_value_t = HOLDER_DAYS, value_parser = clap::value_parser!(u16).range(1..=825))]
     days: u16,
@@ -33,14 +33,13 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { holder, remove, place, days } = arguments;
-    let (authority, library) =
-        (Authority::open(&place.directory).map_err(refused)?, place.library());
+    let (authority, library) = (Authority::open(&place.directory)?, place.library());
     let revoked = if *remove {
         revocation::remove(&authority, &library, holder)
     } else {
         revocation::replace(&authority, &library, holder, Lifetime::of_days(*days))
     };
-    let revoked = revoked.map_err(failure)?;
+    let revoked = revoked?;
     let mut out = io::stdout().lock();
     writeln!(out, "{}: {}, revoked", revoked.kept.display(), revoked.name)?;
     if !remove {
@@ -69,8 +68,8 @@ fn next(arguments: &Arguments, revoked: &Revoked) -> String {
     if !revoked.addresses.is_empty() {
         let addresses: Vec<String> = revoked.addresses.iter().map(ToString::to_string).collect();
         text += &format!(
-            "\nClients of a router do not look at names: with the lost key somebody at {} can still pass for it \
-             until the certificate `{name}` ends. If that may be, give it another address, or make a new authority.",
+            "\nClients of a router do not check names: with the lost key a process at {} can still impersonate it \
+             until the certificate `{name}` expires. If that is possible, change the address or make a new authority.",
             addresses.join(" or ")
         );
     }
@@ -91,12 +90,14 @@ fn installation(holder: &Holder, directory: &Path) -> String {
     }
 }
 
-fn failure(error: RevokeError) -> Failure {
-    match error {
-        RevokeError::Issue(error) => refused(error),
-        RevokeError::Removing { .. } => Failure::runtime(error.to_string()),
-        RevokeError::Unknown { .. } | RevokeError::Already { .. } => {
-            Failure::input(error.to_string())
+impl From<RevokeError> for Failure {
+    fn from(error: RevokeError) -> Failure {
+        match error {
+            RevokeError::Issue(error) => error.into(),
+            RevokeError::Removing { .. } => Failure::runtime(error.to_string()),
+            RevokeError::Unknown { .. } | RevokeError::Already { .. } => {
+                Failure::input(error.to_string())
+            }
         }
     }
 }

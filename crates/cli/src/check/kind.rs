@@ -6,7 +6,7 @@ use toml::Table;
 
 /// A kind of configuration file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum FileKind {
     Structure,
     Plant,
     Diagnoser,
@@ -16,20 +16,20 @@ pub(crate) enum Kind {
     Zenoh,
 }
 
-impl Kind {
+impl FileKind {
     /// Looks at the ending and at the keys that only one kind has.
     ///
     /// # Errors
     /// What is wrong, and in which line: no TOML, or keys of no kind.
-    pub(crate) fn of(file: &Path, text: &str) -> Result<Kind, (Option<usize>, String)> {
+    pub(crate) fn of(file: &Path, text: &str) -> Result<FileKind, (Option<usize>, String)> {
         let ending = file.extension().and_then(|ending| ending.to_str());
         if matches!(ending, Some("json5" | "json")) {
-            return Ok(Kind::Zenoh);
+            return Ok(FileKind::Zenoh);
         }
         let table: Table = text.parse().map_err(|error: toml::de::Error| {
             (error.span().map(|span| line_at(text, span.start)), error.message().to_owned())
         })?;
-        Kind::of_table(&table).ok_or_else(|| {
+        FileKind::of_table(&table).ok_or_else(|| {
             let problem = "nothing that is known: a structure has `modules`, a plant `structure` but \
                            no `module`, a diagnoser `module` and `structure`, thresholds \
                            `thresholds` and `provenance`, a reference `cylinder_threshold` and `cylinders`, a \
@@ -38,21 +38,21 @@ impl Kind {
         })
     }
 
-    fn of_table(table: &Table) -> Option<Kind> {
+    fn of_table(table: &Table) -> Option<FileKind> {
         let has = |key: &str| table.contains_key(key);
         let is_table = |key: &str| table.get(key).is_some_and(toml::Value::is_table);
         if has("modules") {
-            Some(Kind::Structure)
+            Some(FileKind::Structure)
         } else if has("provenance") || is_table("thresholds") {
-            Some(Kind::Thresholds)
+            Some(FileKind::Thresholds)
         } else if has("cylinder_threshold") && has("cylinders") {
-            Some(Kind::Reference)
+            Some(FileKind::Reference)
         } else if has("module") {
-            Some(Kind::Diagnoser)
+            Some(FileKind::Diagnoser)
         } else if has("structure") {
-            Some(Kind::Plant)
+            Some(FileKind::Plant)
         } else if has("faults") {
-            Some(Kind::Schedule)
+            Some(FileKind::Schedule)
         } else {
             None
         }
@@ -70,15 +70,18 @@ mod tests {
 
     #[test]
     fn a_file_is_what_its_keys_say() {
-        let kind = |text| Kind::of(Path::new("x.toml"), text);
-        assert_eq!(kind("name = 't'\n[[modules]]"), Ok(Kind::Structure));
-        assert_eq!(kind("structure = 's'\nseed = 1"), Ok(Kind::Plant));
-        assert_eq!(kind("module = 'm'\nstructure = 's'\nthresholds = 't'"), Ok(Kind::Diagnoser));
-        assert_eq!(kind("module = 'm'\n[thresholds]"), Ok(Kind::Thresholds));
+        let kind = |text| FileKind::of(Path::new("x.toml"), text);
+        assert_eq!(kind("name = 't'\n[[modules]]"), Ok(FileKind::Structure));
+        assert_eq!(kind("structure = 's'\nseed = 1"), Ok(FileKind::Plant));
+        assert_eq!(
+            kind("module = 'm'\nstructure = 's'\nthresholds = 't'"),
+            Ok(FileKind::Diagnoser)
+        );
+        assert_eq!(kind("module = 'm'\n[thresholds]"), Ok(FileKind::Thresholds));
         let reference = "module = 'm'\ncylinder_threshold = 6\n[[cylinders]]";
-        assert_eq!(kind(reference), Ok(Kind::Reference));
-        assert_eq!(kind("[[faults]]"), Ok(Kind::Schedule));
-        assert_eq!(Kind::of(Path::new("x.json5"), "{"), Ok(Kind::Zenoh));
+        assert_eq!(kind(reference), Ok(FileKind::Reference));
+        assert_eq!(kind("[[faults]]"), Ok(FileKind::Schedule));
+        assert_eq!(FileKind::of(Path::new("x.json5"), "{"), Ok(FileKind::Zenoh));
         assert_eq!(kind("colour = 1").unwrap_err().0, None);
         assert_eq!(kind("a = 1\nb = [").unwrap_err().0, Some(2));
     }

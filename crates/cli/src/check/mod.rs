@@ -1,6 +1,5 @@
 //! `trusswatch check`: are these files usable, and what are they?
 
-mod identity;
 pub(crate) mod kind;
 mod zenoh_settings;
 
@@ -16,7 +15,7 @@ use settings::{ConfigError, ConfigErrors};
 use truss::Structure;
 
 use crate::failure::Failure;
-use kind::Kind;
+use kind::FileKind;
 
 /// Check configuration files and certificates without starting anything
 ///
@@ -47,18 +46,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// What the file is, or what is wrong with it.
 fn check(file: &Path) -> Result<String, ConfigErrors> {
     if file.is_dir() {
-        return identity::check(file);
+        return zenoh_settings::check_identity(file);
     }
     let text = fs::read_to_string(file)
         .map_err(|error| mistake(file, None, format!("cannot be read: {error}")))?;
-    match Kind::of(file, &text).map_err(|(line, problem)| mistake(file, line, problem))? {
-        Kind::Structure => structure(file, &text),
-        Kind::Plant => plant(file),
-        Kind::Diagnoser => diagnoser(file),
-        Kind::Thresholds => thresholds(file, &text),
-        Kind::Reference => reference(file),
-        Kind::Schedule => Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len())),
-        Kind::Zenoh => zenoh_settings::check(file),
+    match FileKind::of(file, &text).map_err(|(line, problem)| mistake(file, line, problem))? {
+        FileKind::Structure => structure(file, &text),
+        FileKind::Plant => plant(file),
+        FileKind::Diagnoser => diagnoser(file),
+        FileKind::Thresholds => thresholds(file, &text),
+        FileKind::Reference => reference(file),
+        FileKind::Schedule => {
+            Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len()))
+        }
+        FileKind::Zenoh => zenoh_settings::check_settings(file),
     }
 }
 

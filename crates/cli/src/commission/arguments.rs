@@ -61,12 +61,12 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(super) json: bool,
     #[command(flatten)]
-    pub(super) simulation: Simulation,
+    pub(super) simulation: SnippetFlags,
 }
 
 /// Which snippets are simulated.
 #[derive(Debug, clap::Args)]
-pub(super) struct Simulation {
+pub(super) struct SnippetFlags {
     /// Configuration of the plant
     #[arg(long, value_name = "PLANT.toml", required_unless_present_any = ["recordings", "add"])]
     pub(super) plant: Option<PathBuf>,
@@ -96,7 +96,7 @@ pub(super) struct Simulation {
 impl Arguments {
     /// Checks the figures.
     pub(super) fn check(&self) -> Result<(), Failure> {
-        let Simulation { seconds, stroke_n, mismatch, .. } = &self.simulation;
+        let SnippetFlags { seconds, stroke_n, mismatch, .. } = &self.simulation;
         let [least, most] = SECONDS;
         if !(least..=most).contains(seconds) {
             let problem = format!("`--seconds` is {seconds}; use {least} to {most}");
@@ -121,7 +121,7 @@ impl Arguments {
     }
 }
 
-impl Simulation {
+impl SnippetFlags {
     /// Snippets at a time.
     pub(super) fn jobs(&self) -> usize {
         let processors = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);

@@ -3,39 +3,36 @@
 use diagnosis::{ModuleSetup, Sample};
 use vocabulary::{Component, RunId, Step};
 
-/// Name of the column that numbers the steps.
-const STEP: &str = "step";
-/// Up to here every whole number is a floating-point number.
-const LARGEST_STEP: f64 = (1_u64 << 53) as f64;
+use crate::csv_rows::{STEP, whole_step};
 
 /// The columns of a module's samples: possibly the step, then demands, pressures and elongations.
 #[derive(Debug, Default)]
-pub(super) struct Columns {
+pub(super) struct SignalColumns {
     step: bool,
     actuators: usize,
     names: Vec<String>,
 }
 
-impl Columns {
+impl SignalColumns {
     /// Finds the columns of a module's signals.
     ///
     /// # Errors
     /// In words, which of them is missing.
-    pub(super) fn find(header: &[String], setup: &ModuleSetup) -> Result<Columns, String> {
+    pub(super) fn find(header: &[String], setup: &ModuleSetup) -> Result<SignalColumns, String> {
         let signals = signals(setup);
         if let Some(missing) = signals.iter().find(|name| !header.contains(name)) {
             return Err(format!(
-                "there is no column `{missing}`; give every signal of the module's components"
+                "missing column `{missing}`; give every signal of the module's components"
             ));
         }
         let step = header.iter().any(|name| name == STEP);
         let names = step.then(|| STEP.to_owned()).into_iter().chain(signals).collect();
         let is_actuator = |component: &Component| matches!(component, Component::Actuator(_));
         let actuators = setup.components().iter().filter(|c| is_actuator(c)).count();
-        Ok(Columns { step, actuators, names })
+        Ok(SignalColumns { step, actuators, names })
     }
 
-    /// Their names, in the order of [`Columns::sample`].
+    /// Their names, in the order of [`SignalColumns::sample`].
     pub(super) fn names(&self) -> Vec<String> {
         self.names.clone()
     }
@@ -43,7 +40,7 @@ impl Columns {
     /// The step after these many rows, if steps are not numbered.
     pub(super) fn sample(&self, row: &[f64], rows_before: u64) -> Result<Sample, String> {
         let (step, signals) = match row {
-            [step, signals @ ..] if self.step => (whole(*step)?, signals),
+            [step, signals @ ..] if self.step => (whole_step(*step)?, signals),
             _ => (rows_before, row),
         };
         let (demands, rest) = signals.split_at(self.actuators.min(signals.len()));
@@ -71,11 +68,4 @@ fn signals(setup: &ModuleSetup) -> Vec<String> {
         .flat_map(|actuator| ["pressure_a_pa", "pressure_b_pa"].map(|signal| of(actuator, signal)));
     let elongations = gages.iter().map(|gage| of(gage, "elongation_m"));
     demands.chain(pressures).chain(elongations).collect()
-}
-
-fn whole(step: f64) -> Result<u64, String> {
-    if step.fract() == 0.0 && (0.0..=LARGEST_STEP).contains(&step) {
-        return Ok(step as u64);
-    }
-    Err(format!("step {step} is no step; use whole numbers from 0"))
 }

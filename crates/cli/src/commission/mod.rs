@@ -3,9 +3,9 @@
 mod arguments;
 mod columns;
 mod modules;
-mod provenance;
 mod recorded;
-mod references;
+mod reference_files;
+
 mod report;
 mod simulated;
 mod snippets_file;
@@ -15,12 +15,14 @@ use std::fs;
 use daemon::config::PlantConfig;
 use diagnosis::ModuleSetup;
 use diagnosis::state::Snippet;
+use serde_json::json;
 use study::commissioning::SnippetPlan;
 
 use crate::failure::Failure;
+use crate::output;
+use report::ReferenceReport;
 
 pub(crate) use arguments::Arguments;
-use report::Report;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.check()?;
@@ -29,14 +31,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut snippets = snippets_file::read(&arguments.add, &setups)?;
     let earlier = snippets.len();
     snippets.extend(new_snippets(arguments, plant.as_ref(), &setups, &snippets)?);
-    let references = references::learn_all(&setups, &snippets, arguments.false_alarms_per_hour)?;
+    let rate = arguments.false_alarms_per_hour;
+    let references = reference_files::learn_all(&setups, &snippets, rate)?;
     fs::create_dir_all(&arguments.out).map_err(|error| {
         Failure::runtime(format!("cannot make {}: {error}", arguments.out.display()))
     })?;
     snippets_file::write(&arguments.out, &setups, &snippets)?;
-    let provenance = provenance::command(arguments);
-    let written = references::write(&arguments.out, references, &provenance)?;
-    Report::of(&setups, &written, snippets.len(), earlier).print(arguments.json)
+    let files = reference_files::write(arguments, &references)?;
+    let modules: Vec<ReferenceReport<'_>> = (setups.iter().zip(&references).zip(&files))
+        .map(|((setup, reference), file)| ReferenceReport { setup, reference, file })
+        .collect();
+    output::print(&if arguments.json {
+        output::text(&json!({
+            "snippets": snippets.len(),
+            "earlier_snippets": earlier,
+            "modules": modules.iter().map(ReferenceReport::document).collect::<Vec<_>>(),
+        }))?
+    } else {
+        modules.iter().map(ReferenceReport::text).collect()
+    })
 }
 
 fn new_snippets(

@@ -1,6 +1,6 @@
 //! The modules that are commissioned together.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use daemon::config::{PlantConfig, load_uncalibrated};
 use diagnosis::ModuleSetup;
@@ -19,9 +19,9 @@ pub(super) fn load(
 ) -> Result<Vec<ModuleSetup>, Failure> {
     let mut setups: Vec<ModuleSetup> = Vec::new();
     for file in files {
-        let setup = read(file)?;
+        let setup = load_uncalibrated(file)?.setup;
         if setups.iter().any(|earlier| earlier.module == setup.module) {
-            let problem = format!("`{}` was given before; give each module once", setup.module);
+            let problem = format!("`{}` is given twice; give each module once", setup.module);
             return Err(Failure::usage(format!("{}: {problem}", file.display())));
         }
         setups.push(setup);
@@ -32,13 +32,6 @@ pub(super) fn load(
     }
     check_peers(&setups)?;
     Ok(setups)
-}
-
-fn read(file: &Path) -> Result<ModuleSetup, Failure> {
-    let loaded = load_uncalibrated(file);
-    let module = loaded
-        .map_err(|errors| Failure::inputs(errors.0.iter().map(ToString::to_string).collect()))?;
-    Ok(module.setup)
 }
 
 /// The windows of all modules must end at the same instants.
@@ -64,7 +57,7 @@ fn in_order_of(plant: &PlantConfig, setups: Vec<ModuleSetup>) -> Result<Vec<Modu
     if let Some(unknown) = setups.iter().find(|setup| place(setup).is_none()) {
         let known: Vec<String> = equipped.iter().map(|name| format!("`{name}`")).collect();
         return Err(Failure::input(format!(
-            "`{}` is no equipped module of the plant; these are {}",
+            "`{}` is not an equipped module of the plant; these are {}",
             unknown.module,
             known.join(", ")
         )));

@@ -9,8 +9,8 @@ use study::StepOrder;
 use study::commissioning::WindowCollector;
 use vocabulary::Step;
 
-use super::columns::Columns;
-use crate::csv_rows::Rows;
+use super::columns::SignalColumns;
+use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
 
 /// What a recording is called.
@@ -40,13 +40,12 @@ fn read_table(
     setup: &ModuleSetup,
 ) -> Result<Vec<WindowMeans>, Failure> {
     let name = file.display().to_string();
-    let opened = File::open(file)
-        .map_err(|error| Failure::input(format!("cannot read `{name}`: {error}")))?;
+    let opened = File::open(file).map_err(|error| Failure::unreadable(file, error))?;
     let mut collector =
         WindowCollector::new(setup).map_err(|error| Failure::input(error.to_string()))?;
-    let mut columns = Columns::default();
-    let mut rows = Rows::new(opened, name.clone(), b',', |header| {
-        columns = Columns::find(header, setup)?;
+    let mut columns = SignalColumns::default();
+    let mut rows = CsvRows::new(opened, name.clone(), b',', |header| {
+        columns = SignalColumns::find(header, setup)?;
         Ok(Some(columns.names()))
     })?;
     let (mut rows_before, mut last) = (0, None);

@@ -6,19 +6,15 @@ use diagnosis::state::Snippet;
 use study::commissioning::{Site, SnippetPlan, record_snippets, usual_snippets};
 use vocabulary::{Component, ComponentPath};
 
-use super::arguments::Simulation;
+use super::arguments::SnippetFlags;
 use crate::failure::Failure;
-use crate::progress::Progress;
+use crate::progress::WorkProgress;
 
-impl Simulation {
+impl SnippetFlags {
     /// The plant's configuration, if snippets are to be simulated.
     pub(super) fn load(&self) -> Result<Option<PlantConfig>, Failure> {
-        let load = |file| {
-            load_plant(file, &PlantFlags::default()).map_err(|errors| {
-                Failure::inputs(errors.0.iter().map(ToString::to_string).collect())
-            })
-        };
-        self.plant.as_deref().map(load).transpose()
+        let load = |file| load_plant(file, &PlantFlags::default());
+        Ok(self.plant.as_deref().map(load).transpose()?)
     }
 
     /// Which snippets are to be made.
@@ -35,7 +31,7 @@ impl Simulation {
         plans: &[SnippetPlan],
     ) -> Result<Vec<Snippet>, Failure> {
         let site = self.site(plant)?;
-        let progress = Progress::of_snippets("commissioning", plans.len() as u64);
+        let progress = WorkProgress::of_snippets("commissioning", plans.len() as u64);
         record_snippets(&site, setups, plans, self.jobs(), &|| progress.advance())
             .map_err(|error| Failure::input(error.to_string()))
     }

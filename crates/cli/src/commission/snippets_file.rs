@@ -19,16 +19,16 @@ const VERSION: u64 = 2;
 /// Whose snippets the file holds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Header {
+struct SnippetsHeader {
     v: u64,
     modules: Vec<ModuleName>,
     /// Fingerprint of each module's settings that its residuals depend on.
     settings: Vec<String>,
 }
 
-impl Header {
-    fn of(setups: &[ModuleSetup]) -> Header {
-        Header {
+impl SnippetsHeader {
+    fn of(setups: &[ModuleSetup]) -> SnippetsHeader {
+        SnippetsHeader {
             v: VERSION,
             modules: setups.iter().map(|setup| setup.module.clone()).collect(),
             settings: setups.iter().map(residual_settings).collect(),
@@ -39,7 +39,7 @@ impl Header {
     ///
     /// # Errors
     /// What keeps its snippets from being used.
-    fn places(&self, expected: &Header) -> Result<Vec<usize>, String> {
+    fn places(&self, expected: &SnippetsHeader) -> Result<Vec<usize>, String> {
         if self.v != VERSION {
             return Err(format!("its version is {}; this program reads {VERSION}", self.v));
         }
@@ -78,8 +78,7 @@ pub(super) fn read(files: &[PathBuf], setups: &[ModuleSetup]) -> Result<Vec<Snip
     let mut snippets = Vec::new();
     for file in files {
         let name = file.display();
-        let text = fs::read_to_string(file)
-            .map_err(|error| Failure::input(format!("cannot read `{name}`: {error}")))?;
+        let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
         let read = parse(&text, setups);
         snippets.extend(read.map_err(|problem| Failure::input(format!("{name}: {problem}")))?);
     }
@@ -89,10 +88,10 @@ pub(super) fn read(files: &[PathBuf], setups: &[ModuleSetup]) -> Result<Vec<Snip
 fn parse(text: &str, setups: &[ModuleSetup]) -> Result<Vec<Snippet>, String> {
     let mut lines = text.lines().enumerate();
     let Some((_, first)) = lines.next() else { return Err("it is empty".to_owned()) };
-    let header: Header = serde_json::from_str(first).map_err(|error| {
+    let header: SnippetsHeader = serde_json::from_str(first).map_err(|error| {
         format!("line 1: {error}; give the `{NAME}` of an earlier commissioning")
     })?;
-    let places = header.places(&Header::of(setups))?;
+    let places = header.places(&SnippetsHeader::of(setups))?;
     let snippet = |(place, line): (usize, &str)| {
         let read = serde_json::from_str(line).map_err(|error| error.to_string());
         let snippet = read.and_then(|snippet| in_order(snippet, &places));
@@ -153,7 +152,7 @@ pub(super) fn write(
     setups: &[ModuleSetup],
     snippets: &[Snippet],
 ) -> Result<(), Failure> {
-    let mut text = serde_json::to_string(&Header::of(setups))? + "\n";
+    let mut text = serde_json::to_string(&SnippetsHeader::of(setups))? + "\n";
     for snippet in snippets {
         text += &serde_json::to_string(snippet)?;
         text.push('\n');
@@ -161,5 +160,5 @@ pub(super) fn write(
     let (file, new) = (directory.join(NAME), directory.join(format!("{NAME}.new")));
     fs::write(&new, text)
         .and_then(|()| fs::rename(&new, &file))
-        .map_err(|error| Failure::runtime(format!("cannot write {}: {error}", file.display())))
+        .map_err(|error| Failure::unwritable(&file, error))
 }

@@ -4,14 +4,14 @@ use csv::ByteRecord;
 
 /// A column that is read as a channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Column {
+pub(super) struct CsvColumn {
     /// Place among the fields, from 0.
     pub(super) place: usize,
     /// Name in the header row.
     pub(super) name: String,
 }
 
-impl std::fmt::Display for Column {
+impl std::fmt::Display for CsvColumn {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "column {} `{}`", self.place + 1, self.name)
     }
@@ -24,7 +24,7 @@ impl std::fmt::Display for Column {
 pub(super) fn channels(
     header: &ByteRecord,
     wanted: Option<&[String]>,
-) -> Result<Vec<Column>, String> {
+) -> Result<Vec<CsvColumn>, String> {
     let columns = named(header);
     if is_data(&columns) {
         let first = &columns[0].name;
@@ -44,34 +44,32 @@ pub(super) fn channels(
             ));
         }
         if channels[..place].iter().any(|earlier| earlier.name == channel.name) {
-            return Err(format!("line 1, {channel}: the name stands there twice; use each once"));
+            return Err(format!("line 1, {channel}: duplicate name; use each once"));
         }
     }
     Ok(channels)
 }
 
-pub(super) fn named(header: &ByteRecord) -> Vec<Column> {
+pub(super) fn named(header: &ByteRecord) -> Vec<CsvColumn> {
     let name = |field: &[u8]| String::from_utf8_lossy(field.trim_ascii()).into_owned();
-    header.iter().enumerate().map(|(place, field)| Column { place, name: name(field) }).collect()
+    header.iter().enumerate().map(|(place, field)| CsvColumn { place, name: name(field) }).collect()
 }
 
 /// Numbers instead of names. Whole numbers may be names: some programs number unnamed columns.
-fn is_data(columns: &[Column]) -> bool {
+fn is_data(columns: &[CsvColumn]) -> bool {
     columns.iter().all(|column| column.name.parse::<f64>().is_ok())
         && columns.iter().any(|column| column.name.parse::<u64>().is_err())
 }
 
-fn find(columns: &[Column], wanted: &str) -> Result<Column, String> {
+fn find(columns: &[CsvColumn], wanted: &str) -> Result<CsvColumn, String> {
     let wanted = wanted.trim();
     let mut found = columns.iter().filter(|column| column.name == wanted);
     match (found.next(), found.next()) {
         (Some(column), None) => Ok(column.clone()),
-        (Some(_), Some(second)) => {
-            Err(format!("line 1, {second}: the name stands there twice; use each once"))
-        }
+        (Some(_), Some(second)) => Err(format!("line 1, {second}: duplicate name; use each once")),
         (None, _) => {
             let known: Vec<_> = columns.iter().map(|column| format!("`{}`", column.name)).collect();
-            Err(format!("line 1: there is no column `{wanted}`; use {}", known.join(", ")))
+            Err(format!("line 1: missing column `{wanted}`; use {}", known.join(", ")))
         }
     }
 }

@@ -13,7 +13,7 @@ use tokio::process::{Child, Command};
 use tokio::signal::unix::{Signal as Signals, SignalKind, signal};
 use tokio::time::{sleep, timeout};
 
-use super::report::Process;
+use super::report::ChildProcess;
 use crate::failure::Failure;
 
 /// How long processes may take to stop when asked to.
@@ -24,7 +24,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 const LINES_SHOWN: usize = 12;
 
 struct Running {
-    process: Process,
+    process: ChildProcess,
     child: Child,
     log: PathBuf,
 }
@@ -63,12 +63,12 @@ impl Children {
             .map_err(|e| cannot(program, e))?;
         // A process that has just been started has an id until it is waited for.
         let pid = child.id().unwrap_or_default();
-        self.0.push(Running { process: Process { name: name.to_owned(), pid }, child, log });
+        self.0.push(Running { process: ChildProcess { name: name.to_owned(), pid }, child, log });
         Ok(())
     }
 
     /// The processes.
-    pub(super) fn processes(&self) -> Vec<Process> {
+    pub(super) fn processes(&self) -> Vec<ChildProcess> {
         self.0.iter().map(|running| running.process.clone()).collect()
     }
 

@@ -1,29 +1,34 @@
 //! `trusswatch demo`: a plant and its diagnosers on this machine, faults, and what becomes of them.
 //!
-//! One stage a file: `story` says which faults, `rig` lays out the configurations, `children` runs the processes, `show`
-//! turns what is observed into entries and compares what was injected with what was diagnosed, `report` prints them.
+//! One stage a file: `story` says which faults, `setup` lays out the configurations, `children` runs the processes, `course`
+//! turns what is observed into events and compares what was injected with what was diagnosed, `report` prints them.
 
 mod children;
+mod course;
 mod report;
-mod rig;
-mod show;
+mod setup;
+
 mod story;
 
-use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::io::{self, Write};
-use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Speed;
-use observer::{Event, Live, News};
+use observer::Live;
 use tokio::time::{Instant, sleep_until, timeout_at};
-use vocabulary::Step;
+use vocabulary::keys::PLANT;
+use vocabulary::{Key, PlantTopic};
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample;
 
 use crate::failure::Failure;
+use crate::link;
 use children::{Children, Interrupts};
-use report::{Entry, Printer};
-use rig::Rig;
-use show::Show;
+use course::DemoCourse;
+use report::{DemoEvent, Printer};
+use setup::DemoSetup;
 
 /// How long the processes may take to appear.
 const APPEAR_WITHIN: Duration = Duration::from_secs(20);
@@ -55,30 +60,24 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // Zenoh needs more than one worker thread.
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(2)
-        .enable_all()
-        .build()
-        .map_err(|error| Failure::runtime(format!("cannot start the runtime: {error}")))?;
-    runtime.block_on(stage(arguments))
+    link::block_on(stage(arguments))
 }
 
 /// Sets everything up, lets the show run, and clears everything away whatever happened.
 async fn stage(arguments: &Arguments) -> Result<(), Failure> {
     let mut interrupts = Interrupts::listen()?;
-    let rig = Rig::set_up(arguments.speed, arguments.seed)?;
+    let setup = DemoSetup::set_up(arguments.speed, arguments.seed)?;
     let mut children = Children::default();
-    let started = rig.start_diagnosers(&mut children);
+    let started = setup.start_diagnosers(&mut children);
     let shown = match started {
         Ok(()) => tokio::select! {
-            shown = connect_and_show(arguments, &rig, &mut children) => shown,
+            shown = connect_and_show(arguments, &setup, &mut children) => shown,
             () = interrupts.next() => Err(Failure::interrupted("interrupted before the end")),
         },
         Err(failure) => Err(failure),
     };
     children.stop(&mut interrupts).await;
-    if let Some(kept) = rig.clear_away(arguments.keep_logs) {
+    if let Some(kept) = setup.clear_away(arguments.keep_logs) {
         // Standard error may be closed.
         let _ = writeln!(io::stderr(), "logs and configurations are in {}", kept.display());
     }
@@ -87,70 +86,129 @@ async fn stage(arguments: &Arguments) -> Result<(), Failure> {
 
 async fn connect_and_show(
     arguments: &Arguments,
-    rig: &Rig,
+    setup: &DemoSetup,
     children: &mut Children,
 ) -> Result<(), Failure> {
     // The parent listens for monitoring clients, and connects to the processes as they come up.
     let network = session::Network {
-        listen: vec![rig.own.clone()],
-        ..session::Network::peer_of(&rig.endpoints)
+        listen: vec![setup.own.clone()],
+        ..session::Network::peer_of(&setup.endpoints)
     };
-    let session =
-        session::open(&network).await.map_err(|error| Failure::network(error.to_string()))?;
+    let session = session::open(&network).await.map_err(network_failure)?;
     // Before any process runs: nothing is published earlier.
-    let live = Live::over(&session, Some(rig.structure.clone()), rig.modules.clone());
-    let mut live = live.await.map_err(|error| Failure::network(error.to_string()))?;
-    let early = diagnosers(rig, &mut live, children).await?;
-    rig.start_plant(children)?;
-    let mut printer = Printer::new(arguments.json, rig.pace.step_s);
+    let structure = &setup.structure;
+    let mut live = Live::over(&session, Some(structure.clone()), setup.modules.clone()).await?;
+    let status = Key::of_plant(structure, PlantTopic::Status).to_string();
+    let statuses = session.declare_subscriber(status).await.map_err(network_failure)?;
+    let (timing, acts) = (setup.timing, setup.acts.clone());
+    let mut course = DemoCourse::new(timing, acts, &setup.modules, setup.components);
+    let early = diagnosers(&mut course, &mut live, children).await?;
+    setup.start_plant(children)?;
+    let mut printer = Printer::new(arguments.json, timing.step_s);
     let processes = children.processes();
     let pids = processes.iter().map(|process| process.pid).collect();
-    let (structure, endpoint) = (rig.structure.to_string(), rig.own.clone());
-    printer.print(&Entry::Started { structure, processes, endpoint })?;
-    let mut show = Show::new(rig.pace, rig.acts.clone(), &rig.modules, rig.components);
-    let mut entries = Vec::new();
-    early.iter().for_each(|event| show.on_event(event, &mut entries));
-    for entry in entries {
-        printer.print(&entry)?;
+    let (structure, endpoint) = (structure.to_string(), setup.own.clone());
+    printer.print(&DemoEvent::Started { structure, processes, endpoint })?;
+    for event in early {
+        printer.print(&event)?;
     }
     let shown = tokio::select! {
-        shown = listen(&mut show, &mut live, &mut printer) => shown,
+        shown = listen(&mut course, &mut live, &statuses, &mut printer) => shown,
         failure = children.unexpected_end() => Err(failure),
     };
+    drop(statuses);
     session::close(&session).await;
     shown?;
-    let summary = show.summary(pids);
+    let summary = course.summary(pids);
     let exact = summary.exact;
-    printer.print(&Entry::Summary(summary))?;
+    printer.print(&DemoEvent::Summary(summary))?;
     if exact { Ok(()) } else { Err(Failure::reported()) }
 }
 
 /// Waits until every diagnoser is connected: what it publishes from then on is received. A plant that started before
-/// could inject the first fault earlier. Returns what was received meanwhile.
+/// could inject the first fault earlier. Returns what there is to report of what was received meanwhile.
 async fn diagnosers(
-    rig: &Rig,
+    course: &mut DemoCourse,
     live: &mut Live,
     children: &mut Children,
-) -> Result<Vec<Arc<Event>>, Failure> {
-    let mut missing: BTreeSet<String> = rig.modules.iter().map(ToString::to_string).collect();
+) -> Result<Vec<DemoEvent>, Failure> {
     let mut early = Vec::new();
     let deadline = Instant::now() + APPEAR_WITHIN;
-    while !missing.is_empty() {
+    loop {
+        let missing: Vec<&str> =
+            course.missing().iter().map(String::as_str).filter(|name| *name != PLANT).collect();
+        if missing.is_empty() {
+            return Ok(early);
+        }
         let event = tokio::select! {
             event = live.next_event() => event.ok_or_else(closed)?,
             failure = children.unexpected_end() => return Err(failure),
-            () = sleep_until(deadline) => return Err(still_waiting(missing)),
+            () = sleep_until(deadline) => return Err(still_waiting(&missing.join(", "))),
         };
-        if let News::Presence { who, there: true, .. } = &event.news {
-            missing.remove(who);
-        }
-        early.push(event);
+        course.on_event(&event, &mut early);
     }
-    Ok(early)
 }
 
-fn still_waiting(missing: impl IntoIterator<Item = String>) -> Failure {
-    let missing = missing.into_iter().collect::<Vec<_>>().join(", ");
+/// Prints observed events until the demo ends.
+async fn listen(
+    course: &mut DemoCourse,
+    live: &mut Live,
+    statuses: &Subscriber<FifoChannelHandler<Sample>>,
+    printer: &mut Printer,
+) -> Result<(), Failure> {
+    let mut scenes = live.scenes();
+    // By then processes have to appear or the plant to move.
+    let (mut deadline, mut seen) = (Instant::now() + APPEAR_WITHIN, None);
+    let mut end = None;
+    loop {
+        let mut events = Vec::new();
+        let observed = timeout_at(end.unwrap_or(deadline), async {
+            tokio::select! {
+                event = live.next_event() => {
+                    course.on_event(&*event.ok_or_else(closed)?, &mut events);
+                }
+                changed = scenes.changed() => {
+                    changed.map_err(|_| closed())?;
+                    course.on_scene(&scenes.borrow_and_update(), &mut events);
+                }
+                status = statuses.recv_async() => {
+                    let status = status.map_err(|_| closed())?;
+                    // One that cannot be read says nothing of samples.
+                    if let Ok(status) = vocabulary::decode(&status.payload().to_bytes()) {
+                        course.on_plant(&status, &mut events);
+                    }
+                }
+            }
+            Ok::<_, Failure>(())
+        });
+        match observed.await {
+            Ok(observed) => observed?,
+            Err(_) if end.is_some() => return Ok(()),
+            Err(_) => return Err(stalled(course)),
+        }
+        let now = Some((course.missing().len(), course.now()));
+        if now != seen {
+            (deadline, seen) = (Instant::now() + MOVE_WITHIN, now);
+        }
+        if course.is_over() {
+            end.get_or_insert_with(|| Instant::now() + STRAGGLERS);
+        }
+        for event in events {
+            printer.print(&event)?;
+        }
+    }
+}
+
+fn stalled(course: &DemoCourse) -> Failure {
+    let (missing, seconds) = (course.missing().join(", "), MOVE_WITHIN.as_secs());
+    if missing.is_empty() {
+        let step = course.now();
+        return Failure::runtime(format!("nothing moved beyond step {step} for {seconds} s"));
+    }
+    still_waiting(&missing)
+}
+
+fn still_waiting(missing: &str) -> Failure {
     let seconds = MOVE_WITHIN.as_secs();
     Failure::network(format!("still waiting for {missing} after {seconds} s"))
 }
@@ -159,68 +217,6 @@ fn closed() -> Failure {
     Failure::network("the session was closed")
 }
 
-/// Prints observed events until the demo ends.
-async fn listen(show: &mut Show, live: &mut Live, printer: &mut Printer) -> Result<(), Failure> {
-    let mut scenes = live.scenes();
-    let mut deadline = Deadline::new();
-    let mut end = None;
-    loop {
-        let mut entries = Vec::new();
-        let until = end.unwrap_or(deadline.until);
-        let observed = timeout_at(until, async {
-            tokio::select! {
-                event = live.next_event() => {
-                    show.on_event(&*event.ok_or_else(closed)?, &mut entries);
-                }
-                changed = scenes.changed() => {
-                    changed.map_err(|_| closed())?;
-                    show.on_scene(&scenes.borrow_and_update(), &mut entries);
-                }
-            }
-            Ok::<_, Failure>(())
-        });
-        match observed.await {
-            Ok(observed) => observed?,
-            Err(_) if end.is_some() => return Ok(()),
-            Err(_) => return Err(deadline.lost(show)),
-        }
-        deadline.look_at(show);
-        if show.is_over() {
-            end.get_or_insert_with(|| Instant::now() + STRAGGLERS);
-        }
-        for entry in entries {
-            printer.print(&entry)?;
-        }
-    }
-}
-
-/// The time by which processes have to appear and the plant to move.
-struct Deadline {
-    until: Instant,
-    seen: (usize, Step),
-}
-
-impl Deadline {
-    fn new() -> Deadline {
-        Deadline { until: Instant::now() + APPEAR_WITHIN, seen: (usize::MAX, Step(0)) }
-    }
-
-    fn look_at(&mut self, show: &Show) {
-        let seen = (show.missing().len(), show.now());
-        if seen != self.seen {
-            self.seen = seen;
-            self.until = Instant::now() + MOVE_WITHIN;
-        }
-    }
-
-    fn lost(&self, show: &Show) -> Failure {
-        let missing = show.missing();
-        let seconds = MOVE_WITHIN.as_secs();
-        if missing.is_empty() {
-            let step = show.now();
-            Failure::runtime(format!("nothing moved beyond step {step} for {seconds} s"))
-        } else {
-            still_waiting(missing.iter().cloned())
-        }
-    }
+fn network_failure(error: impl Display) -> Failure {
+    Failure::network(error.to_string())
 }

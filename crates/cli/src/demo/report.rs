@@ -1,23 +1,25 @@
-//! What the demo reports, one entry at a time: for people a line, for machines a JSON object.
+//! What the demo reports, one event at a time: for people a line, for machines a JSON object.
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 
 use observer::{EventLine, explained_by};
 use serde::Serialize;
+use serde_json::json;
 use vocabulary::{
     Candidate, ComponentPath, FaultState, FaultTransition, Identification, ModuleName, Step,
     fault::Fault,
 };
 
+use super::story::Act;
+use crate::output;
 use crate::paint::{Colour, Paint, tone_colour};
 use crate::table::{table, terminal_width};
-use crate::versioned;
 use vocabulary::words::{NOTHING, brief, or_nothing, printable};
 
 /// A process of the demo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(super) struct Process {
+pub(super) struct ChildProcess {
     pub(super) name: String,
     pub(super) pid: u32,
 }
@@ -25,9 +27,9 @@ pub(super) struct Process {
 /// Something to report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
-pub(super) enum Entry {
+pub(super) enum DemoEvent {
     /// The processes run.
-    Started { structure: String, processes: Vec<Process>, endpoint: String },
+    Started { structure: String, processes: Vec<ChildProcess>, endpoint: String },
     /// A process is there.
     Ready { process: String },
     /// Some channels are not monitored yet.
@@ -55,27 +57,18 @@ pub(super) enum Entry {
     /// Something is not as it should be.
     Trouble { text: String },
     /// What came of it.
-    Summary(Summary),
+    Summary(DemoSummary),
 }
 
 /// What was injected against what was diagnosed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Summary {
-    pub(super) injected: Vec<InjectedFault>,
+pub(super) struct DemoSummary {
+    pub(super) injected: Vec<Act>,
     pub(super) diagnosed: Vec<DiagnosedFault>,
     /// Every injected fault was named in its time, and nothing else was.
     pub(super) exact: bool,
     /// The process ids of the plant and the diagnosers.
     pub(super) pids: Vec<u32>,
-}
-
-/// A fault that was injected.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct InjectedFault {
-    pub(super) component: ComponentPath,
-    pub(super) fault: Fault,
-    pub(super) step: Step,
-    pub(super) repaired_step: Step,
 }
 
 /// A fault that was diagnosed.
@@ -93,7 +86,7 @@ pub(super) struct DiagnosedFault {
     pub(super) identified: Option<Candidate>,
 }
 
-/// Prints entries on standard output.
+/// Prints events on standard output.
 pub(super) struct Printer {
     json: bool,
     paint: Paint,
@@ -102,31 +95,24 @@ pub(super) struct Printer {
     read: BTreeSet<String>,
 }
 
-#[derive(Serialize)]
-struct Timed<'a> {
-    #[serde(flatten)]
-    entry: &'a Entry,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    time_s: Option<f64>,
-}
-
 impl Printer {
     pub(super) fn new(json: bool, step_s: f64) -> Printer {
         let paint = Paint::of_stdout();
         Printer { json, paint, step_s, read: BTreeSet::new() }
     }
 
-    /// Prints an entry, at once.
-    pub(super) fn print(&mut self, entry: &Entry) -> io::Result<()> {
+    /// Prints an event, at once.
+    pub(super) fn print(&mut self, event: &DemoEvent) -> io::Result<()> {
         let mut out = io::stdout().lock();
-        let time_s = step(entry).map(|step| step.0 as f64 * self.step_s);
+        let time_s = step(event).map(|step| step.0 as f64 * self.step_s);
         if self.json {
-            write!(out, "{}", versioned::line(&Timed { entry, time_s })?)?;
-        } else if matches!(entry, Entry::Started { .. } | Entry::Summary(_)) {
-            writeln!(out, "{}", self.text(entry))?;
-        } else if self.is_new(entry) {
+            let time = time_s.map_or(json!({}), |time_s| json!({ "time_s": time_s }));
+            write!(out, "{}", output::line(&output::with(event, time))?)?;
+        } else if matches!(event, DemoEvent::Started { .. } | DemoEvent::Summary(_)) {
+            writeln!(out, "{}", self.text(event))?;
+        } else if self.is_new(event) {
             let time = time_s.map_or_else(String::new, |time_s| format!("{time_s:.3} s"));
-            for line in self.text(entry).lines() {
+            for line in self.text(event).lines() {
                 let time = if line.is_empty() { "" } else { &time };
                 writeln!(out, "{}", format!("{time:>10}  {line}").trim_end())?;
             }
@@ -136,15 +122,15 @@ impl Printer {
 
     /// False for a change or an explanation that was printed in this story already: as a disturbance
     /// passes, channels rise above their thresholds again and again.
-    fn is_new(&mut self, entry: &Entry) -> bool {
-        match entry {
-            Entry::Verdict { transition, .. }
+    fn is_new(&mut self, event: &DemoEvent) -> bool {
+        match event {
+            DemoEvent::Verdict { transition, .. }
                 if matches!(transition.state(), FaultState::Tentative | FaultState::Explained) =>
             {
                 let (component, root) = (&transition.component, explained_by(transition));
                 self.read.insert(format!("{component} {}", or_nothing(root)))
             }
-            Entry::Injected { .. } => {
+            DemoEvent::Injected { .. } => {
                 self.read.clear();
                 true
             }
@@ -152,31 +138,35 @@ impl Printer {
         }
     }
 
-    fn text(&self, entry: &Entry) -> String {
+    fn text(&self, event: &DemoEvent) -> String {
         let paint = &self.paint;
-        match entry {
-            Entry::Started { structure, processes, endpoint } => {
+        match event {
+            DemoEvent::Started { structure, processes, endpoint } => {
                 started(structure, processes, endpoint)
             }
-            Entry::Ready { process } => format!("ready        {process}"),
-            Entry::WarmingUp { step, of_step } => format!("warming up   step {step} of {of_step}"),
-            Entry::InService { module, .. } => format!("in service   {module}"),
-            Entry::Compared { agree, of, .. } => {
+            DemoEvent::Ready { process } => format!("ready        {process}"),
+            DemoEvent::WarmingUp { step, of_step } => {
+                format!("warming up   step {step} of {of_step}")
+            }
+            DemoEvent::InService { module, .. } => format!("in service   {module}"),
+            DemoEvent::Compared { agree, of, .. } => {
                 format!("compared     {agree} of {of} components agree with their references")
             }
-            Entry::Injected { component, fault, story, .. } => {
+            DemoEvent::Injected { component, fault, story, .. } => {
                 let what = format!("INJECT       {component}: {fault}");
                 format!("\n{}\n{story}", paint.bold(&what))
             }
-            Entry::Repaired { component, .. } => format!("repair       {component}"),
-            Entry::Verdict { transition, .. } => self.line(&EventLine::of_transition(transition)),
-            Entry::Identified { identification, .. } => {
+            DemoEvent::Repaired { component, .. } => format!("repair       {component}"),
+            DemoEvent::Verdict { transition, .. } => {
+                self.line(&EventLine::of_transition(transition))
+            }
+            DemoEvent::Identified { identification, .. } => {
                 self.line(&EventLine::of_identification(identification))
             }
-            Entry::Trouble { text } => {
+            DemoEvent::Trouble { text } => {
                 paint.in_colour(Colour::Yellow, &format!("trouble      {}", printable(text)))
             }
-            Entry::Summary(summary) => self.summary(summary),
+            DemoEvent::Summary(summary) => self.summary(summary),
         }
     }
 
@@ -187,7 +177,7 @@ impl Printer {
         colour.map_or_else(|| text.clone(), |colour| self.paint.in_colour(colour, &text))
     }
 
-    fn summary(&self, summary: &Summary) -> String {
+    fn summary(&self, summary: &DemoSummary) -> String {
         let heading =
             ["fault", "component", "injected", "diagnosed", "identified", "delay", "verdict after"];
         let mut table = table(&heading);
@@ -197,7 +187,7 @@ impl Printer {
             table.add_row([
                 injected.fault.kind().to_string(),
                 injected.component.to_string(),
-                format!("step {}", injected.step),
+                format!("step {}", injected.injected),
                 named.map_or_else(|| "NOT NAMED".to_owned(), |named| named.component.to_string()),
                 named.map_or_else(|| NOTHING.to_owned(), identified),
                 ms(named.and_then(|named| named.delay_ms)),
@@ -225,19 +215,20 @@ impl Printer {
     }
 }
 
-/// The step that the entry is about.
-fn step(entry: &Entry) -> Option<Step> {
-    match entry {
-        Entry::WarmingUp { step, .. }
-        | Entry::InService { since_step: step, .. }
-        | Entry::Compared { step, .. }
-        | Entry::Injected { step, .. }
-        | Entry::Repaired { step, .. }
-        | Entry::Verdict { step, .. }
-        | Entry::Identified { step, .. } => Some(*step),
-        Entry::Started { .. } | Entry::Ready { .. } | Entry::Trouble { .. } | Entry::Summary(_) => {
-            None
-        }
+/// The step that the event is about.
+fn step(event: &DemoEvent) -> Option<Step> {
+    match event {
+        DemoEvent::WarmingUp { step, .. }
+        | DemoEvent::InService { since_step: step, .. }
+        | DemoEvent::Compared { step, .. }
+        | DemoEvent::Injected { step, .. }
+        | DemoEvent::Repaired { step, .. }
+        | DemoEvent::Verdict { step, .. }
+        | DemoEvent::Identified { step, .. } => Some(*step),
+        DemoEvent::Started { .. }
+        | DemoEvent::Ready { .. }
+        | DemoEvent::Trouble { .. }
+        | DemoEvent::Summary(_) => None,
     }
 }
 
@@ -246,7 +237,7 @@ fn identified(named: &DiagnosedFault) -> String {
     named.identified.as_ref().map_or_else(|| "not decided".to_owned(), brief)
 }
 
-fn started(structure: &str, processes: &[Process], endpoint: &str) -> String {
+fn started(structure: &str, processes: &[ChildProcess], endpoint: &str) -> String {
     let processes: Vec<_> =
         processes.iter().map(|process| format!("{} ({})", process.name, process.pid)).collect();
     // The line that shows the faults in another terminal.

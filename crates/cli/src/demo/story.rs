@@ -1,5 +1,6 @@
 //! The faults that the demo shows, one after the other, each in a component of its own.
 
+use serde::Serialize;
 use vocabulary::{ComponentError, ComponentPath, Step, fault::Fault};
 
 /// From the injection of a fault to the repair, in seconds of the plant: of one that changes something at once, and of one
@@ -7,17 +8,7 @@ use vocabulary::{ComponentError, ComponentPath, Step, fault::Fault};
 const REPAIRED_AFTER_S: f64 = 1.2;
 const CREPT_AFTER_S: f64 = 3.2;
 
-/// One fault and what it shows.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Story {
-    pub(super) title: &'static str,
-    pub(super) component: ComponentPath,
-    pub(super) fault: Fault,
-    /// From the injection to the repair \[s\].
-    pub(super) lasts_s: f64,
-}
-
-/// The stories in their order.
+/// What each fault shows, its component, and how long it lasts \[s\]; in their order.
 const STORIES: [(&str, &str, Fault, f64); 7] = [
     (
         "a gage reads too much; no other module knows of a cause, so the gage is faulty",
@@ -66,20 +57,9 @@ const STORIES: [(&str, &str, Fault, f64); 7] = [
     ),
 ];
 
-/// The stories.
-///
-/// # Errors
-/// A component's path that is none.
-pub(super) fn stories() -> Result<Vec<Story>, ComponentError> {
-    let story = |(title, path, fault, lasts_s)| {
-        Ok(Story { title, component: str::parse(path)?, fault, lasts_s })
-    };
-    STORIES.into_iter().map(story).collect()
-}
-
 /// Lengths in steps that the times of the stories follow from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pace {
+pub(super) struct DemoTiming {
     /// Length of a step \[s\].
     pub(super) step_s: f64,
     /// When every channel is watched.
@@ -90,7 +70,7 @@ pub(super) struct Pace {
     pub(super) interval: u64,
 }
 
-impl Pace {
+impl DemoTiming {
     fn steps(&self, seconds: f64) -> u64 {
         (seconds / self.step_s).round() as u64
     }
@@ -107,30 +87,39 @@ impl Pace {
     }
 }
 
-/// A story with its times.
-#[derive(Debug, Clone, PartialEq)]
+/// A fault, what it shows, and its times.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Act {
-    pub(super) story: Story,
+    #[serde(skip)]
+    pub(super) title: &'static str,
+    pub(super) component: ComponentPath,
+    pub(super) fault: Fault,
     /// The first step that shows the fault.
+    #[serde(rename = "step")]
     pub(super) injected: Step,
     /// The first step without it.
+    #[serde(rename = "repaired_step")]
     pub(super) repaired: Step,
     /// The first step at which nothing of it is left in the statistics.
+    #[serde(skip)]
     pub(super) over: Step,
 }
 
 /// Puts the stories in time.
-pub(super) fn acts(stories: Vec<Story>, pace: &Pace) -> Vec<Act> {
-    let mut next = pace.first();
-    let act = |story: Story| {
+///
+/// # Errors
+/// An invalid component path.
+pub(super) fn acts(timing: &DemoTiming) -> Result<Vec<Act>, ComponentError> {
+    let mut next = timing.first();
+    let act = |(title, path, fault, lasts_s)| {
         let injected = next;
-        let repaired = injected.plus(pace.steps(story.lasts_s));
-        let over = repaired.plus(pace.forgotten());
+        let repaired = injected.plus(timing.steps(lasts_s));
+        let over = repaired.plus(timing.forgotten());
         // Everything is forgotten, and the fault explains nothing any more.
-        next = over.plus(pace.effects);
-        Act { story, injected, repaired, over }
+        next = over.plus(timing.effects);
+        Ok(Act { title, component: str::parse(path)?, fault, injected, repaired, over })
     };
-    stories.into_iter().map(act).collect()
+    STORIES.into_iter().map(act).collect()
 }
 
 #[cfg(test)]
@@ -138,25 +127,26 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    const PACE: Pace = Pace { step_s: 1e-3, warm_up: 3000, effects: 250, interval: 2000 };
+    const TIMING: DemoTiming =
+        DemoTiming { step_s: 1e-3, warm_up: 3000, effects: 250, interval: 2000 };
 
     #[test]
     fn every_story_has_a_component_of_its_own_that_can_have_the_fault() {
-        let stories = stories().unwrap();
-        let components: BTreeSet<_> = stories.iter().map(|story| &story.component).collect();
-        assert_eq!(components.len(), stories.len());
-        for story in &stories {
-            assert_eq!(story.component.component.kind(), story.fault.kind().component_kind());
-            story.fault.check().unwrap();
+        let acts = acts(&TIMING).unwrap();
+        let components: BTreeSet<_> = acts.iter().map(|act| &act.component).collect();
+        assert_eq!(components.len(), acts.len());
+        for act in &acts {
+            assert_eq!(act.component.component.kind(), act.fault.kind().component_kind());
+            act.fault.check().unwrap();
         }
     }
 
     #[test]
     fn a_story_is_forgotten_and_explains_nothing_any_more_when_the_next_begins() {
-        let acts = acts(stories().unwrap(), &PACE);
-        assert!(acts[0].injected.0 > PACE.warm_up);
+        let acts = acts(&TIMING).unwrap();
+        assert!(acts[0].injected.0 > TIMING.warm_up);
         for pair in acts.windows(2) {
-            assert!(pair[1].injected.since(pair[0].repaired) > PACE.interval + PACE.effects);
+            assert!(pair[1].injected.since(pair[0].repaired) > TIMING.interval + TIMING.effects);
             assert!(pair[0].repaired < pair[0].over && pair[0].over < pair[1].injected);
         }
     }
@@ -165,8 +155,8 @@ mod tests {
     fn a_creeping_fault_lasts_for_two_whole_seconds_wherever_they_begin() {
         const MINIMUM_ISOLABLE_STRAIN_PER_S: f64 = 270e-6;
         const SHORTEST_GAGE_M: f64 = 3.0;
-        for Act { story, injected, repaired, .. } in acts(stories().unwrap(), &PACE) {
-            let Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 } = story.fault else {
+        for Act { fault, injected, repaired, .. } in acts(&TIMING).unwrap() {
+            let Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 } = fault else {
                 continue;
             };
             assert!(drift_m_per_s.abs() < 0.2 * MINIMUM_ISOLABLE_STRAIN_PER_S * SHORTEST_GAGE_M);

@@ -7,7 +7,7 @@ use diagnosis::divergence::{
     DivergenceSettings, Interval, MAX_INTERVAL, MAX_LAG, MAX_WINDOW, SettingsError,
 };
 
-use super::plan::{Group, Tuning};
+use super::channels::{ChannelGroup, Tuning};
 
 /// Run the change detector on your own numbers
 ///
@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
     /// any series are large
     #[arg(long, value_name = "VECTORS", default_value_t = 0)]
     warm_up: u64,
-    /// Rows below the threshold after which a change is over, at least 1
+    /// Rows below the threshold after which a change has ended, at least 1
     #[arg(long, value_name = "ROWS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     quiet_steps: u64,
     /// Only these columns, separated by commas
@@ -76,7 +76,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     /// The settings of this many channels, from the flags.
-    pub(super) fn group(&self, channels: usize) -> Group {
+    pub(super) fn group(&self, channels: usize) -> ChannelGroup {
         let interval = match self.interval {
             0 => Interval::Growing,
             vectors => Interval::Sliding { vectors },
@@ -86,7 +86,7 @@ impl Arguments {
             prior_scatter: self.prior_scatter.unwrap_or(f64::NAN),
             threshold: self.threshold.unwrap_or(f64::INFINITY),
         };
-        Group {
+        ChannelGroup {
             settings: DivergenceSettings { window: self.window, lag: self.lag, interval },
             warm_up: self.warm_up,
             quiet_steps: self.quiet_steps,

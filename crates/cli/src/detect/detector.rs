@@ -2,47 +2,53 @@
 
 use diagnosis::Monitor;
 use diagnosis::divergence::{DivergenceBank, Outcome, SettingsError, Violation};
+use serde::Serialize;
 use vocabulary::Step;
 
-use super::plan::{Group, Plan};
+use super::channels::{ChannelGroup, DetectionPlan};
 use crate::failure::Failure;
 
 /// One channel at one row.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Reading {
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub(super) struct ChannelReading {
     /// The divergence; `None` while undefined.
     pub(super) divergence: Option<f64>,
     /// Has the divergence risen to the threshold, after the warm-up, and not become quiet since?
     pub(super) change: bool,
     /// The channel was restarted.
+    #[serde(skip)]
     pub(super) restarted: Option<Violation>,
 }
 
 /// The detector of all channels.
-pub(super) struct Detector {
-    parts: Vec<Part>,
-    readings: Vec<Reading>,
+pub(super) struct TableDetector {
+    groups: Vec<GroupDetector>,
+    readings: Vec<ChannelReading>,
     row: Step,
 }
 
-impl Detector {
-    pub(super) fn new(plan: &Plan) -> Result<Detector, Failure> {
-        let parts = plan.groups.iter().map(Part::new).collect::<Result<Vec<_>, _>>();
-        let parts = parts.map_err(|error| Failure::usage(error.to_string()))?;
-        let channels = parts.iter().map(|part| part.monitors.len()).sum();
-        Ok(Detector { parts, readings: vec![Reading::default(); channels], row: Step(0) })
+impl TableDetector {
+    pub(super) fn new(plan: &DetectionPlan) -> Result<TableDetector, Failure> {
+        let groups = plan.groups.iter().map(GroupDetector::new).collect::<Result<Vec<_>, _>>();
+        let groups = groups.map_err(|error| Failure::usage(error.to_string()))?;
+        let channels = groups.iter().map(|group| group.monitors.len()).sum();
+        Ok(TableDetector {
+            groups,
+            readings: vec![ChannelReading::default(); channels],
+            row: Step(0),
+        })
     }
 
     /// Takes the next row; `None` is a gap.
-    pub(super) fn take(&mut self, values: Option<&[f64]>) -> &[Reading] {
+    pub(super) fn take(&mut self, values: Option<&[f64]>) -> &[ChannelReading] {
         let mut begin = 0;
-        for part in &mut self.parts {
-            let channels = begin..begin + part.monitors.len();
+        for group in &mut self.groups {
+            let channels = begin..begin + group.monitors.len();
             begin = channels.end;
             let readings = &mut self.readings[channels.clone()];
             match values {
-                Some(values) => part.take(self.row, &values[channels], readings),
-                None => part.gap(readings),
+                Some(values) => group.take(self.row, &values[channels], readings),
+                None => group.gap(readings),
             }
         }
         self.row = self.row.plus(1);
@@ -51,13 +57,13 @@ impl Detector {
 }
 
 /// The channels of a group, watched exactly as a diagnoser watches its own.
-struct Part {
+struct GroupDetector {
     bank: DivergenceBank,
     monitors: Vec<Monitor>,
 }
 
-impl Part {
-    fn new(group: &Group) -> Result<Part, SettingsError> {
+impl GroupDetector {
+    fn new(group: &ChannelGroup) -> Result<GroupDetector, SettingsError> {
         let prior_scatters: Vec<f64> =
             group.channels.iter().map(|tuning| tuning.prior_scatter).collect();
         let monitors = group
@@ -65,15 +71,15 @@ impl Part {
             .iter()
             .map(|channel| Monitor::new(channel.threshold, group.warm_up, group.quiet_steps));
         let monitors = monitors.collect();
-        Ok(Part { bank: DivergenceBank::new(group.settings, &prior_scatters)?, monitors })
+        Ok(GroupDetector { bank: DivergenceBank::new(group.settings, &prior_scatters)?, monitors })
     }
 
-    fn take(&mut self, row: Step, values: &[f64], readings: &mut [Reading]) {
+    fn take(&mut self, row: Step, values: &[f64], readings: &mut [ChannelReading]) {
         let outcomes = values.iter().zip(self.bank.push(values));
         let channels = readings.iter_mut().zip(&mut self.monitors);
         for ((reading, monitor), (&value, &outcome)) in channels.zip(outcomes) {
             monitor.observe(row, value, outcome);
-            *reading = Reading {
+            *reading = ChannelReading {
                 divergence: outcome.divergence(),
                 change: monitor.is_active(),
                 restarted: match outcome {
@@ -85,10 +91,10 @@ impl Part {
     }
 
     /// A row without a sample neither begins nor ends a change.
-    fn gap(&mut self, readings: &mut [Reading]) {
+    fn gap(&mut self, readings: &mut [ChannelReading]) {
         self.bank.gap();
         for (reading, monitor) in readings.iter_mut().zip(&self.monitors) {
-            *reading = Reading { change: monitor.is_active(), ..Reading::default() };
+            *reading = ChannelReading { change: monitor.is_active(), ..ChannelReading::default() };
         }
     }
 }

@@ -1,9 +1,8 @@
 //! `trusswatch detect`: the detector, alone, on a table of numbers.
 
 mod arguments;
+mod channels;
 mod detector;
-mod module;
-mod plan;
 mod report;
 mod tally;
 
@@ -11,26 +10,26 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use crate::csv_rows::Rows;
+use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
 
 pub(crate) use arguments::Arguments;
-use detector::Detector;
-use plan::Plan;
-use report::Report;
-use tally::Tally;
+use channels::DetectionPlan;
+use detector::TableDetector;
+use report::DetectionReport;
+use tally::TableTally;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let modules = module::load(&arguments.modules, arguments.columns.as_deref())?;
+    let modules = channels::load(&arguments.modules, arguments.columns.as_deref())?;
     let columns = match &modules[..] {
         [] => arguments.columns.clone(),
         modules => Some(modules.iter().flat_map(|module| module.columns.clone()).collect()),
     };
     let (input, name) = open(&arguments.file)?;
-    let rows = Rows::new(input, name, arguments.delimiter, |_| Ok(columns))?;
+    let rows = CsvRows::new(input, name, arguments.delimiter, |_| Ok(columns))?;
     let plan = match &modules[..] {
-        [] => Plan::alike(arguments.group(rows.channels().len())),
-        _ => module::plan(modules),
+        [] => DetectionPlan::alike(arguments.group(rows.channels().len())),
+        _ => DetectionPlan::of_modules(modules),
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let judged = judge(arguments, &plan, rows, &mut out);
@@ -41,14 +40,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn judge(
     arguments: &Arguments,
-    plan: &Plan,
-    mut rows: Rows<Box<dyn Read>>,
+    plan: &DetectionPlan,
+    mut rows: CsvRows<Box<dyn Read>>,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     let channels = rows.channels();
-    let mut detector = Detector::new(plan)?;
-    let mut report = Report::new(arguments, plan, &channels, out);
-    let mut tally = Tally::new(channels.len());
+    let mut detector = TableDetector::new(plan)?;
+    let mut report = DetectionReport { arguments, plan, channels: &channels, out };
+    let mut tally = TableTally::new(channels.len());
     while let Some(row) = rows.next_row()? {
         let usable = row.problem.is_none();
         if let Some(problem) = row.problem.filter(|_| !arguments.skip_bad) {
@@ -73,21 +72,21 @@ fn open(file: &Path) -> Result<(Box<dyn Read>, String), Failure> {
     let name = file.display().to_string();
     match File::open(file) {
         Ok(opened) => Ok((Box::new(opened), name)),
-        Err(error) => Err(Failure::input(format!("cannot read `{name}`: {error}"))),
+        Err(error) => Err(Failure::unreadable(file, error)),
     }
 }
 
 /// Warnings, the same for every form of the output.
-fn warn_on_stderr(name: &str, channels: &[String], tally: &Tally) {
+fn warn_on_stderr(name: &str, channels: &[String], tally: &TableTally) {
     let mut stderr = io::stderr().lock();
     // Standard error may be closed.
-    if tally.bad_rows() > 0 {
-        let (bad, all) = (tally.bad_rows(), tally.rows());
+    if tally.bad_rows > 0 {
+        let (bad, all) = (tally.bad_rows, tally.rows);
         let _ = writeln!(stderr, "{name}: {bad} of {all} rows were bad and count as gaps");
     }
-    for (channel, of_channel) in channels.iter().zip(tally.channels()) {
-        if let Some((violation, row)) = of_channel.first_restart() {
-            let times = of_channel.restarts();
+    for (channel, of_channel) in channels.iter().zip(&tally.channels) {
+        if let Some((violation, row)) = of_channel.first_restart {
+            let times = of_channel.restarts;
             let _ = writeln!(
                 stderr,
                 "{name}: channel `{channel}` was restarted {times} times, first at row {row}: \

@@ -2,51 +2,35 @@
 
 use std::io::{self, Write};
 
-use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde::{Serialize, Serializer};
 
 use super::arguments::Arguments;
-use super::detector::Reading;
-use super::plan::Plan;
-use super::tally::{ChannelTally, Tally};
+use super::channels::DetectionPlan;
+use super::detector::ChannelReading;
+use super::tally::{ChannelTally, TableTally};
+use crate::output;
 use crate::table::{TextTable, table, terminal_width};
-use crate::versioned;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
-    Json,
-    Rows,
-    Summary,
-}
 
 /// Writes the outcome.
-pub(super) struct Report<'a, W> {
-    form: Form,
-    plan: &'a Plan,
-    channels: &'a [String],
-    out: W,
+pub(super) struct DetectionReport<'a, W> {
+    pub(super) arguments: &'a Arguments,
+    pub(super) plan: &'a DetectionPlan,
+    pub(super) channels: &'a [String],
+    pub(super) out: W,
 }
 
-impl<'a, W: Write> Report<'a, W> {
-    pub(super) fn new(
-        arguments: &Arguments,
-        plan: &'a Plan,
-        channels: &'a [String],
-        out: W,
-    ) -> Self {
-        let form = match (arguments.json, arguments.all) {
-            (true, _) => Form::Json,
-            (false, true) => Form::Rows,
-            (false, false) => Form::Summary,
-        };
-        Report { form, plan, channels, out }
-    }
-
+impl<W: Write> DetectionReport<'_, W> {
     /// Prints one row.
-    pub(super) fn row(&mut self, row: u64, usable: bool, readings: &[Reading]) -> io::Result<()> {
-        match self.form {
-            Form::Json => self.json(row, readings),
-            Form::Rows => self.text(row, usable, readings),
-            Form::Summary => Ok(()),
+    pub(super) fn row(
+        &mut self,
+        row: u64,
+        usable: bool,
+        readings: &[ChannelReading],
+    ) -> io::Result<()> {
+        match (self.arguments.json, self.arguments.all) {
+            (true, _) => self.json(row, readings),
+            (false, true) => self.text(row, usable, readings),
+            (false, false) => Ok(()),
         }
     }
 
@@ -55,20 +39,20 @@ impl<'a, W: Write> Report<'a, W> {
     }
 
     /// Prints the summary.
-    pub(super) fn end(&mut self, name: &str, tally: &Tally) -> io::Result<()> {
-        if self.form == Form::Summary {
+    pub(super) fn end(&mut self, name: &str, tally: &TableTally) -> io::Result<()> {
+        if !self.arguments.json && !self.arguments.all {
             writeln!(self.out, "{}", self.heading(name, tally))?;
             writeln!(self.out, "{}", self.table(tally).text(terminal_width()))?;
         }
         self.out.flush()
     }
 
-    fn json(&mut self, index: u64, readings: &[Reading]) -> io::Result<()> {
-        let channels = Channels { names: self.channels, readings };
-        write!(self.out, "{}", versioned::line(&JsonRow { index, channels })?)
+    fn json(&mut self, index: u64, readings: &[ChannelReading]) -> io::Result<()> {
+        let channels = ReadingsByName { names: self.channels, readings };
+        write!(self.out, "{}", output::line(&JsonRow { index, channels })?)
     }
 
-    fn text(&mut self, row: u64, usable: bool, readings: &[Reading]) -> io::Result<()> {
+    fn text(&mut self, row: u64, usable: bool, readings: &[ChannelReading]) -> io::Result<()> {
         if row == 0 {
             write!(self.out, "{:>10}", "row")?;
             for channel in self.channels {
@@ -90,15 +74,15 @@ impl<'a, W: Write> Report<'a, W> {
         writeln!(self.out)
     }
 
-    fn heading(&self, name: &str, tally: &Tally) -> String {
-        let (rows, channels, words) = (tally.rows(), self.channels.len(), &self.plan.words);
+    fn heading(&self, name: &str, tally: &TableTally) -> String {
+        let (rows, channels, words) = (tally.rows, self.channels.len(), &self.plan.words);
         format!("{name}: {rows} rows, {channels} channels; rows are counted from 0\n{words}")
     }
 
-    fn table(&self, tally: &Tally) -> TextTable {
+    fn table(&self, tally: &TableTally) -> TextTable {
         let mut table =
             table(&["channel", "rows with D", "largest D", "at row", "changes", "at rows"]);
-        for (name, channel) in self.channels.iter().zip(tally.channels()) {
+        for (name, channel) in self.channels.iter().zip(&tally.channels) {
             table.add_row(self.summary(name, channel));
         }
         table.align_right(1..5);
@@ -107,48 +91,38 @@ impl<'a, W: Write> Report<'a, W> {
 
     fn summary(&self, name: &str, channel: &ChannelTally) -> [String; 6] {
         let dash = || "-".to_owned();
-        let (largest, at) = channel.largest().map_or_else(
+        let (largest, at) = channel.largest.map_or_else(
             || (dash(), dash()),
             |(divergence, row)| (format!("{divergence:.6}"), row.to_string()),
         );
         let has_threshold = self.plan.has_threshold();
-        let changes = if has_threshold { channel.changes().to_string() } else { dash() };
-        [name.to_owned(), channel.defined().to_string(), largest, at, changes, rows_text(channel)]
+        let changes = if has_threshold { channel.changes.to_string() } else { dash() };
+        [name.to_owned(), channel.defined.to_string(), largest, at, changes, rows_text(channel)]
     }
 }
 
 fn rows_text(channel: &ChannelTally) -> String {
-    let mut rows: Vec<String> = channel.first_changes().iter().map(u64::to_string).collect();
-    if channel.changes() > rows.len() as u64 {
+    let mut rows: Vec<String> = channel.first_changes.iter().map(u64::to_string).collect();
+    if channel.changes > rows.len() as u64 {
         rows.push("…".to_owned());
     }
     if rows.is_empty() { "-".to_owned() } else { rows.join(" ") }
 }
 
-#[derive(serde::Serialize)]
+#[derive(Serialize)]
 struct JsonRow<'a> {
     index: u64,
-    channels: Channels<'a>,
+    channels: ReadingsByName<'a>,
 }
 
 /// The channels in the order of their columns.
-struct Channels<'a> {
+struct ReadingsByName<'a> {
     names: &'a [String],
-    readings: &'a [Reading],
+    readings: &'a [ChannelReading],
 }
 
-#[derive(serde::Serialize)]
-struct JsonReading {
-    divergence: Option<f64>,
-    change: bool,
-}
-
-impl Serialize for Channels<'_> {
+impl Serialize for ReadingsByName<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.names.len()))?;
-        for (name, &Reading { divergence, change, .. }) in self.names.iter().zip(self.readings) {
-            map.serialize_entry(name, &JsonReading { divergence, change })?;
-        }
-        map.end()
+        serializer.collect_map(self.names.iter().zip(self.readings))
     }
 }

@@ -2,7 +2,7 @@
 
 use diagnosis::divergence::Violation;
 
-use super::detector::Reading;
+use super::detector::ChannelReading;
 
 /// How many changes are listed by their row.
 const CHANGES_LISTED: usize = 12;
@@ -10,47 +10,23 @@ const CHANGES_LISTED: usize = 12;
 /// What came of one channel.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ChannelTally {
-    defined: u64,
-    largest: Option<(f64, u64)>,
-    changes: u64,
-    first_changes: Vec<u64>,
+    /// Rows with a divergence.
+    pub(super) defined: u64,
+    /// The largest divergence and its row.
+    pub(super) largest: Option<(f64, u64)>,
+    /// How often the divergence rose to the threshold.
+    pub(super) changes: u64,
+    /// The rows of the first changes.
+    pub(super) first_changes: Vec<u64>,
     changed: bool,
-    restarts: u64,
-    first_restart: Option<(Violation, u64)>,
+    /// How often the channel was restarted.
+    pub(super) restarts: u64,
+    /// The reason and the row of the first restart.
+    pub(super) first_restart: Option<(Violation, u64)>,
 }
 
 impl ChannelTally {
-    /// Rows with a divergence.
-    pub(super) fn defined(&self) -> u64 {
-        self.defined
-    }
-
-    /// The largest divergence and its row.
-    pub(super) fn largest(&self) -> Option<(f64, u64)> {
-        self.largest
-    }
-
-    /// How often the divergence rose to the threshold.
-    pub(super) fn changes(&self) -> u64 {
-        self.changes
-    }
-
-    /// The rows of the first changes.
-    pub(super) fn first_changes(&self) -> &[u64] {
-        &self.first_changes
-    }
-
-    /// How often the channel was restarted.
-    pub(super) fn restarts(&self) -> u64 {
-        self.restarts
-    }
-
-    /// The reason and the row of the first restart.
-    pub(super) fn first_restart(&self) -> Option<(Violation, u64)> {
-        self.first_restart
-    }
-
-    fn take(&mut self, row: u64, reading: &Reading) {
+    fn take(&mut self, row: u64, reading: &ChannelReading) {
         if let Some(divergence) = reading.divergence {
             self.defined += 1;
             if self.largest.is_none_or(|(largest, _)| divergence > largest) {
@@ -73,19 +49,22 @@ impl ChannelTally {
 
 /// What came of a table.
 #[derive(Debug, Clone)]
-pub(super) struct Tally {
-    rows: u64,
-    bad_rows: u64,
-    channels: Vec<ChannelTally>,
+pub(super) struct TableTally {
+    /// Rows taken.
+    pub(super) rows: u64,
+    /// Rows that were bad.
+    pub(super) bad_rows: u64,
+    /// What came of each channel.
+    pub(super) channels: Vec<ChannelTally>,
 }
 
-impl Tally {
-    pub(super) fn new(channels: usize) -> Tally {
-        Tally { rows: 0, bad_rows: 0, channels: vec![ChannelTally::default(); channels] }
+impl TableTally {
+    pub(super) fn new(channels: usize) -> TableTally {
+        TableTally { rows: 0, bad_rows: 0, channels: vec![ChannelTally::default(); channels] }
     }
 
     /// Takes the next row.
-    pub(super) fn take(&mut self, usable: bool, readings: &[Reading]) {
+    pub(super) fn take(&mut self, usable: bool, readings: &[ChannelReading]) {
         for (channel, reading) in self.channels.iter_mut().zip(readings) {
             channel.take(self.rows, reading);
         }
@@ -93,24 +72,9 @@ impl Tally {
         self.bad_rows += u64::from(!usable);
     }
 
-    /// Rows taken.
-    pub(super) fn rows(&self) -> u64 {
-        self.rows
-    }
-
     /// Number of the row taken last, from 0.
     pub(super) fn last_row(&self) -> u64 {
         self.rows.saturating_sub(1)
-    }
-
-    /// Rows that were bad.
-    pub(super) fn bad_rows(&self) -> u64 {
-        self.bad_rows
-    }
-
-    /// What came of each channel.
-    pub(super) fn channels(&self) -> &[ChannelTally] {
-        &self.channels
     }
 }
 
@@ -120,11 +84,11 @@ mod tests {
 
     #[test]
     fn a_change_is_counted_where_it_begins() {
-        let mut tally = Tally::new(1);
+        let mut tally = TableTally::new(1);
         for change in [false, true, true, false, true] {
-            tally.take(true, &[Reading { change, ..Reading::default() }]);
+            tally.take(true, &[ChannelReading { change, ..ChannelReading::default() }]);
         }
-        assert_eq!(tally.channels()[0].changes(), 2);
-        assert_eq!(tally.channels()[0].first_changes(), [1, 4]);
+        assert_eq!(tally.channels[0].changes, 2);
+        assert_eq!(tally.channels[0].first_changes, [1, 4]);
     }
 }

@@ -1,21 +1,25 @@
-//! The columns of a module's table.
+//! The columns of a module's table, and the table as CSV.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
 
 use ::replay::ModuleRecord;
 use diagnosis::ModuleSetup;
 use vocabulary::Component;
 
 /// A row: what is not a number is missing.
-pub(super) struct Row {
+pub(super) struct TableRow {
     /// The step.
     pub(super) step: u64,
     /// When its sample was published \[ns since 1970\].
     pub(super) published_ns: u64,
-    /// Under the names of [`Columns::values`].
+    /// Under the names of [`TableColumns::values`].
     pub(super) values: Vec<f64>,
 }
 
 /// What stands in which column.
-pub(super) struct Columns {
+pub(super) struct TableColumns {
     step_s: Option<f64>,
     actuators: Vec<String>,
     gages: Vec<String>,
@@ -23,7 +27,7 @@ pub(super) struct Columns {
     channels: Vec<Component>,
 }
 
-impl Columns {
+impl TableColumns {
     /// Named by the configuration; without it, numbered from 1 as in the samples.
     pub(super) fn new(
         record: &ModuleRecord,
@@ -76,7 +80,7 @@ impl Columns {
         record: &ModuleRecord,
         index: usize,
         divergences: Option<&vocabulary::Divergences>,
-    ) -> Option<Row> {
+    ) -> Option<TableRow> {
         let sample = record.samples.get(index)?;
         let published_ns = record.samples.head(index).map_or(0, |head| head.time_unix_ns);
         let step = sample.step.0;
@@ -96,11 +100,40 @@ impl Columns {
             let divergence = channel.and_then(|channel| channel.divergence).unwrap_or(f64::NAN);
             row.extend([residual, divergence]);
         }
-        Some(Row { step, published_ns, values: row })
+        Some(TableRow { step, published_ns, values: row })
     }
 }
 
 /// Its name, as variables of programs may be called.
 fn column(component: &Component) -> String {
     component.to_string().replace(['/', '-', '.'], "_")
+}
+
+/// Writes a table: step, time and time of publication \[s\], then the other values by name.
+pub(super) fn write_csv(
+    file: &Path,
+    names: &[String],
+    rows: impl Iterator<Item = TableRow>,
+) -> io::Result<()> {
+    let mut out = csv::Writer::from_writer(BufWriter::new(File::create(file)?));
+    let (time, values) = names.split_at(1);
+    let first = ["step".to_owned(), time.concat(), "published_s".to_owned()];
+    out.write_record(first.iter().chain(values))?;
+    for TableRow { step, published_ns, values } in rows {
+        let (time, values) = values.split_at(1);
+        out.write_field(step.to_string())?;
+        out.write_field(time.iter().copied().map(number).collect::<String>())?;
+        let (whole, rest) = (published_ns / 1_000_000_000, published_ns % 1_000_000_000);
+        out.write_field(format!("{whole}.{rest:09}"))?;
+        for value in values {
+            out.write_field(number(*value))?;
+        }
+        out.write_record(None::<&[u8]>)?;
+    }
+    out.flush()
+}
+
+/// The shortest text that is read as the same bits; empty if it is not finite.
+fn number(value: f64) -> String {
+    if value.is_finite() { format!("{value:?}") } else { String::new() }
 }

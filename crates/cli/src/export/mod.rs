@@ -1,7 +1,6 @@
 //! `trusswatch export`: a recording as tables.
 
 mod columns;
-mod csv_table;
 #[cfg(feature = "parquet")]
 mod parquet_table;
 mod verdicts;
@@ -16,7 +15,7 @@ use vocabulary::{ModuleName, RunId, Step};
 
 use crate::failure::Failure;
 use crate::replay::read;
-use columns::Columns;
+use columns::TableColumns;
 
 /// Write a recording as tables (CSV, or Parquet in a build for it), for pandas, MATLAB or a spreadsheet
 ///
@@ -29,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "FILE.mcap")]
     files: Vec<PathBuf>,
     #[command(flatten)]
-    places: Places,
+    places: TableDirectories,
     /// Only these modules
     #[arg(long = "module", value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     modules: Vec<ModuleName>,
@@ -38,7 +37,7 @@ pub(crate) struct Arguments {
 /// Where the tables go.
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = true)]
-struct Places {
+struct TableDirectories {
     /// Directory for tables as CSV; made if it is not there
     #[arg(long, value_name = "DIR")]
     csv: Option<PathBuf>,
@@ -50,28 +49,28 @@ struct Places {
 
 /// A kind of file that tables are written to.
 #[derive(Debug, Clone, Copy)]
-enum Form {
+enum TableFormat {
     Csv,
     #[cfg(feature = "parquet")]
     Parquet,
 }
 
-impl Form {
+impl TableFormat {
     fn extension(self) -> &'static str {
         match self {
-            Form::Csv => "csv",
+            TableFormat::Csv => "csv",
             #[cfg(feature = "parquet")]
-            Form::Parquet => "parquet",
+            TableFormat::Parquet => "parquet",
         }
     }
 }
 
-impl Places {
-    fn each(&self) -> Vec<(Form, &Path)> {
+impl TableDirectories {
+    fn each(&self) -> Vec<(TableFormat, &Path)> {
         let mut places = Vec::new();
-        places.extend(self.csv.as_deref().map(|directory| (Form::Csv, directory)));
+        places.extend(self.csv.as_deref().map(|directory| (TableFormat::Csv, directory)));
         #[cfg(feature = "parquet")]
-        places.extend(self.parquet.as_deref().map(|directory| (Form::Parquet, directory)));
+        places.extend(self.parquet.as_deref().map(|directory| (TableFormat::Parquet, directory)));
         places
     }
 }
@@ -92,11 +91,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The files that were written, each with how many rows.
 fn write_all(
-    form: Form,
+    form: TableFormat,
     directory: &Path,
     records: &[ModuleRecord],
 ) -> Result<Vec<(PathBuf, usize)>, Failure> {
-    fs::create_dir_all(directory).map_err(|error| cannot_write(directory, &error))?;
+    fs::create_dir_all(directory).map_err(|error| Failure::unwritable(directory, error))?;
     let structures: BTreeSet<_> = records.iter().map(|record| &record.structure).collect();
     let mut written = Vec::new();
     for record in records {
@@ -107,18 +106,15 @@ fn write_all(
         for (run, rows) in runs(record) {
             let file = directory.join(format!("{prefix}-run-{run}.{}", form.extension()));
             write_run(form, &file, record, (run, &rows))
-                .map_err(|error| cannot_write(&file, &error))?;
+                .map_err(|error| Failure::unwritable(&file, error))?;
             written.push((file, rows.len()));
         }
     }
     let file = directory.join("verdicts.csv");
-    let count = verdicts::write(&file, records).map_err(|error| cannot_write(&file, &error))?;
+    let count =
+        verdicts::write(&file, records).map_err(|error| Failure::unwritable(&file, error))?;
     written.push((file, count));
     Ok(written)
-}
-
-fn cannot_write(file: &Path, error: &io::Error) -> Failure {
-    Failure::runtime(format!("cannot write `{}`: {error}", file.display()))
 }
 
 /// The places of the samples of each run, in order.
@@ -133,13 +129,13 @@ fn runs(record: &ModuleRecord) -> BTreeMap<RunId, Vec<usize>> {
 }
 
 fn write_run(
-    form: Form,
+    form: TableFormat,
     file: &Path,
     record: &ModuleRecord,
     (run, rows): (RunId, &[usize]),
 ) -> io::Result<()> {
     let setup = latest_setup(record).ok();
-    let columns = Columns::new(record, rows.first().copied(), setup.as_ref());
+    let columns = TableColumns::new(record, rows.first().copied(), setup.as_ref());
     let divergences: BTreeMap<Step, &vocabulary::Divergences> = record
         .divergences
         .iter()
@@ -152,8 +148,8 @@ fn write_run(
     });
     let names = columns.values();
     match form {
-        Form::Csv => csv_table::write(file, &names, rows),
+        TableFormat::Csv => columns::write_csv(file, &names, rows),
         #[cfg(feature = "parquet")]
-        Form::Parquet => parquet_table::write(file, &names, rows),
+        TableFormat::Parquet => parquet_table::write(file, &names, rows),
     }
 }

@@ -11,7 +11,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
 
-use super::columns::Row;
+use super::columns::TableRow;
 
 /// Rows that are kept in memory and written together.
 const GROUP: usize = 65_536;
@@ -20,7 +20,7 @@ const GROUP: usize = 65_536;
 pub(super) fn write(
     file: &Path,
     names: &[String],
-    rows: impl Iterator<Item = Row>,
+    rows: impl Iterator<Item = TableRow>,
 ) -> io::Result<()> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
@@ -29,7 +29,7 @@ pub(super) fn write(
     let mut out = SerializedFileWriter::new(File::create(file)?, schema, Arc::new(properties))?;
     let mut rows = rows.peekable();
     while rows.peek().is_some() {
-        let group: Vec<Row> = rows.by_ref().take(GROUP).collect();
+        let group: Vec<TableRow> = rows.by_ref().take(GROUP).collect();
         let mut writer = out.next_row_group()?;
         whole_numbers(&mut writer, group.iter().map(|row| row.step))?;
         whole_numbers(&mut writer, group.iter().map(|row| row.published_ns))?;
@@ -90,7 +90,7 @@ mod tests {
         let file = folder.path().join("table.parquet");
         let names = ["time_s", "sensor_g1_elongation_m"].map(str::to_owned);
         let last = GROUP as u64 + 2;
-        let row = |step: u64| Row {
+        let row = |step: u64| TableRow {
             step,
             published_ns: u64::MAX / 4 + step,
             values: vec![step as f64 / 3.0, if step == 5 { f64::NAN } else { 0.1 + step as f64 }],
@@ -106,7 +106,7 @@ mod tests {
         for step in [0, 4, last] {
             let read: Vec<Field> =
                 rows[step as usize].iter().map(|(_, field)| field.clone()).collect();
-            let Row { published_ns, values, .. } = row(step);
+            let TableRow { published_ns, values, .. } = row(step);
             let expected = [
                 Field::Long(step as i64),
                 Field::Long(published_ns as i64),

@@ -51,7 +51,8 @@ fn ambiguous(several: &[&FaultTransition], mention: &Mention) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{latched, module, scene, silent, state};
+    use crate::faults::testing::{latched, module};
+    use observer::testing::{mute, scene, state};
     use vocabulary::{FaultState, ModulePhase};
 
     fn tower() -> Scene {
@@ -99,7 +100,7 @@ mod tests {
         assert_eq!(failure(&tower(), "sensor/g9"), expected);
         assert_eq!(failure(&tower(), "m3/sensor/g1"), Failure::network("`m3` is not there"));
         let mut scene = tower();
-        scene.modules.push(silent("m3", Some("m1")));
+        scene.modules.push(mute("m3", Some("m1")));
         let expected = "m3 does not answer; nothing is known of its components";
         assert_eq!(failure(&scene, "m3/sensor/g1"), Failure::network(expected));
         assert_eq!(failure(&scene, "sensor/g9"), Failure::network(expected));

@@ -104,7 +104,8 @@ fn drawing(signature: &Signature, width: u16, paint: Paint) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{identification, latched, state};
+    use crate::faults::testing::latched;
+    use observer::testing::{identification, state};
     use vocabulary::{FaultSize, FaultState, Step};
 
     fn sized(kind: &str, unit: &str, probability: f64, [low, value, high]: [f64; 3]) -> Candidate {

@@ -1,20 +1,20 @@
 //! `trusswatch faults`: the present picture of a whole structure.
 
-mod document;
 mod report;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use std::io::{self, Write};
-
-use observer::{Scene, all_is_well, present};
-use vocabulary::ModuleName;
+use observer::{ModuleView, Scene, all_is_well, present, structures};
+use serde::Serialize;
+use serde_json::{Value, json};
+use vocabulary::words::utc;
+use vocabulary::{FaultState, FaultTransition, ModuleName, ModuleStatus};
 
 use crate::failure::Failure;
-use crate::link::{self, Link};
+use crate::link::Link;
+use crate::output;
 use crate::paint::Paint;
 use crate::table::WidthArguments;
-use crate::versioned;
 
 /// Show which components are faulty at present, and how the modules are
 ///
@@ -49,16 +49,17 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    link::block_on(look(arguments))
-}
-
-async fn look(arguments: &Arguments) -> Result<(), Failure> {
     let link = &arguments.link.target()?;
-    let session = link.open().await?;
-    let looked = present(&session, link.structure.as_ref(), &arguments.expect, link.timeout).await;
-    session::close(&session).await;
-    let scene = looked.map_err(link::refused)?;
-    print(arguments, &scene)?;
+    let scene = link.with_session(async |session| {
+        let structure = link.structure.as_ref();
+        Ok(present(session, structure, &arguments.expect, link.timeout).await?)
+    })?;
+    if arguments.json {
+        output::print(&output::text(&document(&scene, arguments.all))?)?;
+    } else if !scene.modules.is_empty() {
+        let (width, paint) = (arguments.width.limit(), Paint::of_stdout());
+        output::print(&report::report(&scene, arguments.all, width, paint))?;
+    }
     if !scene.has_heard_a_module() {
         return Err(link.no_module());
     }
@@ -68,14 +69,56 @@ async fn look(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn print(arguments: &Arguments, scene: &Scene) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    if arguments.json {
-        write!(out, "{}", versioned::text(&document::document(scene, arguments.all))?)?;
-    } else if !scene.modules.is_empty() {
-        let paint = Paint::of_stdout();
-        let width = arguments.width.limit();
-        write!(out, "{}", report::report(scene, arguments.all, width, paint))?;
-    }
-    Ok(out.flush()?)
+/// For machines: the structures, the most urgent first, all modules, and components that are other than normal, or whose
+/// alarm is shelved or suppressed, or all of them.
+fn document(scene: &Scene, all: bool) -> Value {
+    let is_shown = |component: &&FaultTransition| {
+        all || component.state() != FaultState::Normal || component.aside().is_some()
+    };
+    let components: Vec<_> = scene
+        .components()
+        .filter(is_shown)
+        .map(|state| output::with(state, json!({ "time": utc(state.time_unix_ns) })))
+        .collect();
+    json!({
+        "time": utc(scene.time_unix_ns),
+        "all_is_well": all_is_well(scene),
+        "structures": structures(scene),
+        "modules": scene.modules.iter().map(module).collect::<Vec<_>>(),
+        "components": components,
+        "problems": scene.problems,
+    })
+}
+
+/// A module with how many of its components are in which state.
+fn module(view: &ModuleView) -> impl Serialize {
+    let status = view.status.as_ref();
+    // A reason is given only as long as it is the reason of the present phase.
+    let change = view.latest_phase_change();
+    let counts = view.counts();
+    let fields = json!({
+        "structure": view.structure,
+        "module": view.module,
+        "answers": view.answers(),
+        "present": view.present,
+        "several_processes": view.has_several_processes(),
+        "expected": view.expected,
+        "peer_of": view.peer_of,
+        "phase": view.phase(),
+        "phase_reason": change.map(|change| &change.reason),
+        "phase_since": change.map(|change| utc(change.time_unix_ns)),
+        "in_service_since_step": status.and_then(|status| status.in_service_since_step),
+        "run": status.and_then(|status| status.run),
+        "step": status.and_then(|status| status.step),
+        "lag_ms": status.and_then(|status| status.lag_ms),
+        // If that is why the lag is what it is.
+        "clock_ahead_s": status.and_then(ModuleStatus::clock_difference).map(|d| d.ahead_s),
+        "sample_age_ms": status.and_then(|status| status.sample_age_ms),
+        "journal": status.map(|status| &status.journal),
+        "status_time": status.map(|status| utc(status.time_unix_ns)),
+        "not_normal": counts.total() - counts.normal,
+        // If the alarms of all components are suppressed, the suppression that ends first.
+        "suppressed": view.suppression(),
+    });
+    output::with(counts, fields)
 }

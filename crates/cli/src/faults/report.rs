@@ -145,9 +145,8 @@ fn if_any(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::{
-        agreeing, at, identification, latched, module, scene, silent, state, unknown_state,
-    };
+    use crate::faults::testing::{latched, module, unknown_state};
+    use observer::testing::{agreeing, at, identification, mute, scene, state};
     use vocabulary::{FaultState, FaultTransition, ModulePhase};
 
     fn text(modules: Vec<ModuleView>, all: bool, width: Option<u16>) -> String {
@@ -161,7 +160,7 @@ mod tests {
         let latched = FaultTransition { identification, ..latched("m1/sensor/g2") };
         let first = module("m1", ModulePhase::InService, vec![normal, latched]);
         let stale = module("m2", ModulePhase::Stale, vec![unknown_state("m2/sensor/g1")]);
-        vec![first, stale, silent("m3", Some("m1"))]
+        vec![first, stale, mute("m3", Some("m1"))]
     }
 
     #[test]
@@ -192,7 +191,7 @@ tower
             vec![
                 at("east", module("m1", ModulePhase::InService, normal())),
                 at("west", module("m1", ModulePhase::InService, vec![latched("m1/sensor/g1")])),
-                at("west", silent("m2", Some("m1"))),
+                at("west", mute("m2", Some("m1"))),
             ]
         };
         let some = text(modules(), false, None);

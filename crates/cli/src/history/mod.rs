@@ -1,20 +1,19 @@
 //! `trusswatch history`: what the modules' journals hold.
 
-mod document;
 mod reading;
 mod report;
 
-use std::io::{self, Write};
-
-use observer::Journals;
+use observer::{Entry, Journals, ModuleHistory};
+use serde_json::{Value, json};
+use vocabulary::words::utc;
 use vocabulary::{ComponentPath, ModuleName};
 
 use crate::failure::Failure;
-use crate::link::{self, Link};
+use crate::link::Link;
+use crate::output;
 use crate::paint::Paint;
 use crate::table::WidthArguments;
-use crate::versioned;
-use reading::Reading;
+use reading::JournalReading;
 
 /// Show what the modules' journals hold: every transition of every component, and what kinds of faults they are
 ///
@@ -67,11 +66,8 @@ impl Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let link = &arguments.link.target()?;
-    let reading = link::block_on(async {
-        let session = link.open().await?;
-        let reading = reading::read(&session, link, &arguments.named(), arguments.from).await;
-        session::close(&session).await;
-        reading
+    let reading = link.with_session(async |session| {
+        reading::read(session, link, &arguments.named(), arguments.from).await
     })?;
     // For people, silent modules are printed once: as errors.
     if arguments.json || reading.is_of_anybody() {
@@ -80,18 +76,66 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if reading.is_of_anybody() { Ok(()) } else { Err(reading.nothing_read(link)) }
 }
 
-fn print(arguments: &Arguments, reading: &Reading) -> Result<(), Failure> {
+fn print(arguments: &Arguments, reading: &JournalReading) -> Result<(), Failure> {
     let mut journals = Journals::merge(&reading.histories);
     journals.entries.retain(|entry| arguments.wants(entry.component()));
     let skipped = arguments.limit.map_or(0, |most| journals.entries.len().saturating_sub(most));
     journals.entries.drain(..skipped);
-    let mut out = io::stdout().lock();
-    if arguments.json {
-        write!(out, "{}", versioned::text(&document::document(reading, &journals))?)?;
+    output::print(&if arguments.json {
+        output::text(&document(reading, &journals))?
     } else {
-        let paint = Paint::of_stdout();
-        let width = arguments.width.limit();
-        write!(out, "{}", report::report(reading, &journals, width, paint))?;
+        report::report(reading, &journals, arguments.width.limit(), Paint::of_stdout())
+    })
+}
+
+/// For machines: the journals, what is in them, and what is missing from them.
+fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
+    let (mut transitions, mut identifications) = (Vec::new(), Vec::new());
+    for entry in &journals.entries {
+        let time = json!({ "time": utc(entry.time_unix_ns()) });
+        match *entry {
+            Entry::Transition(transition) => transitions.push(output::with(transition, time)),
+            Entry::Identification(found) => identifications.push(output::with(found, time)),
+        }
     }
-    Ok(out.flush()?)
+    let module = |history: &ModuleHistory| {
+        json!({
+            "structure": history.structure,
+            "module": history.module,
+            // The lowest sequence number that the journal still holds.
+            "first_sequence": history.first_sequence,
+            "next_sequence": history.next_sequence,
+            // How many were read, wanted or not.
+            "read": history.transitions.len(),
+            // Why reading ended before the journal did.
+            "broken_off": history.broken_off.as_ref().map(ToString::to_string),
+        })
+    };
+    let gaps = reading.histories.iter().flat_map(|history| {
+        history.gaps().into_iter().map(|gap| {
+            json!({
+                "structure": history.structure,
+                "module": history.module,
+                "from_sequence": gap.from,
+                "to_sequence": gap.to,
+            })
+        })
+    });
+    let contradictions = journals.contradictions.iter().map(|found| {
+        json!({
+            "structure": found.structure,
+            "ahead": found.ahead,
+            "behind": found.behind,
+            "at_least_s": found.by.as_secs(),
+        })
+    });
+    json!({
+        "modules": reading.histories.iter().map(module).collect::<Vec<_>>(),
+        "transitions": transitions,
+        "identifications": identifications,
+        "silent": reading.silent,
+        "gaps": gaps.collect::<Vec<_>>(),
+        // Modules whose times contradict the order of their steps.
+        "clocks": contradictions.collect::<Vec<_>>(),
+    })
 }

@@ -1,40 +1,39 @@
 //! The journals of several modules, read at the same time.
 
-use std::time::Duration;
-
 use observer::{ModuleHistory, ModuleView, attendance};
+use serde::Serialize;
 use tokio::task::JoinSet;
 use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::failure::Failure;
-use crate::link::{self, Target};
+use crate::link::LinkTarget;
 use vocabulary::words::printable;
 
 /// What was read.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Reading {
+pub(super) struct JournalReading {
     /// Of those that answered, by structure and name.
     pub(super) histories: Vec<ModuleHistory>,
     /// Those that did not.
-    pub(super) silent: Vec<Silent>,
+    pub(super) silent: Vec<SilentModule>,
 }
 
 /// A module that should have answered.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Silent {
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(super) struct SilentModule {
     pub(super) structure: Option<StructureName>,
     pub(super) module: ModuleName,
     pub(super) reason: String,
 }
 
-impl Reading {
+impl JournalReading {
     pub(super) fn is_of_anybody(&self) -> bool {
         !self.histories.is_empty()
     }
 
     /// Why there is nothing to report.
-    pub(super) fn nothing_read(&self, link: &Target) -> Failure {
+    pub(super) fn nothing_read(&self, link: &LinkTarget) -> Failure {
         if self.silent.is_empty() {
             return link.no_module();
         }
@@ -45,7 +44,7 @@ impl Reading {
 
     /// Everything that is missing, in words.
     pub(super) fn notes(&self) -> impl Iterator<Item = String> {
-        let silent = self.silent.iter().map(|Silent { module, reason, .. }| {
+        let silent = self.silent.iter().map(|SilentModule { module, reason, .. }| {
             format!("{module}: {reason}; nothing is known of its history")
         });
         silent.chain(self.histories.iter().flat_map(ModuleHistory::notes))
@@ -58,27 +57,34 @@ impl Reading {
         }
         let reason = history.broken_off.as_ref().map_or_else(String::new, ToString::to_string);
         let structure = Some(history.structure);
-        self.silent.push(Silent { structure, module: history.module, reason: printable(&reason) });
+        self.silent.push(SilentModule {
+            structure,
+            module: history.module,
+            reason: printable(&reason),
+        });
     }
 }
 
 /// Reads the journals of these modules, or of all there are.
 pub(super) async fn read(
     session: &Session,
-    link: &Target,
+    link: &LinkTarget,
     named: &[ModuleName],
     since: u64,
-) -> Result<Reading, Failure> {
-    let mut reading = Reading::default();
+) -> Result<JournalReading, Failure> {
+    let mut reading = JournalReading::default();
     let mut tasks = JoinSet::new();
     for (module, structures) in modules_to_query(session, link, named).await? {
         if structures.is_empty() {
             let reason = format!("not there (looked for {:?})", link.timeout);
-            reading.silent.push(Silent { structure: link.structure.clone(), module, reason });
+            reading.silent.push(SilentModule { structure: link.structure.clone(), module, reason });
             continue;
         }
         for structure in structures {
-            tasks.spawn(ask(session.clone(), structure, module.clone(), since, link.timeout));
+            let (session, module, timeout) = (session.clone(), module.clone(), link.timeout);
+            tasks.spawn(async move {
+                observer::history(&session, &structure, &module, since, timeout).await
+            });
         }
     }
     while let Some(done) = tasks.join_next().await {
@@ -93,31 +99,20 @@ pub(super) async fn read(
     Ok(reading)
 }
 
-async fn ask(
-    session: Session,
-    structure: StructureName,
-    module: ModuleName,
-    since: u64,
-    timeout: Duration,
-) -> ModuleHistory {
-    observer::history(&session, &structure, &module, since, timeout).await
-}
-
 /// The modules, each with the structures that it is in; none if it is not there. Modules that others
 /// name as their peers are asked too, should only their token be missing.
 async fn modules_to_query(
     session: &Session,
-    link: &Target,
+    link: &LinkTarget,
     named: &[ModuleName],
 ) -> Result<Vec<(ModuleName, Vec<StructureName>)>, Failure> {
     let structure = link.structure.as_ref();
     if !named.is_empty() {
-        let homes = observer::homes(session, structure, named, link.timeout).await;
-        let homes = homes.map_err(link::refused)?;
+        let homes = observer::homes(session, structure, named, link.timeout).await?;
         let home = |module: &ModuleName| homes.get(module).into_iter().flatten().cloned().collect();
         return Ok(named.iter().map(|module| (module.clone(), home(module))).collect());
     }
-    let scene = attendance(session, structure, link.timeout).await.map_err(link::refused)?;
+    let scene = attendance(session, structure, link.timeout).await?;
     let entry = |module: &ModuleView| {
         (module.module.clone(), module.structure.clone().into_iter().collect())
     };

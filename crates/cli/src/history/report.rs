@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use observer::Journals;
 
-use super::reading::Reading;
+use super::reading::JournalReading;
 use crate::paint::{Colour, Paint, tone_colour};
 use crate::table::table;
 use vocabulary::words::{NOTHING, or_nothing, utc};
@@ -13,7 +13,7 @@ const HEADING: [&str; 7] = ["time", "module", "sequence", "component", "state", 
 
 /// The text: the transitions, what kinds of faults they are, and what is missing from the journals.
 pub(super) fn report(
-    reading: &Reading,
+    reading: &JournalReading,
     journals: &Journals<'_>,
     width: Option<u16>,
     paint: Paint,
@@ -53,9 +53,8 @@ pub(super) fn report(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::testing::identification;
-    use crate::faults::testing::{acknowledged, history, transition};
     use observer::ModuleHistory;
+    use observer::testing::{acknowledged, history, identification, journaled};
     use vocabulary::Identification;
 
     #[test]
@@ -64,9 +63,9 @@ mod tests {
             time_unix_ns: 500_000_000,
             ..identification(false, &["bias", "drift"])
         }];
-        let journal = history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)]);
+        let journal = history("m1", vec![journaled("m1", 1, 0), acknowledged("m1", 2)]);
         let histories = vec![ModuleHistory { identifications, ..journal }];
-        let reading = Reading { histories, silent: Vec::new() };
+        let reading = JournalReading { histories, silent: Vec::new() };
         let paint = Paint::NONE;
         let text = report(&reading, &Journals::merge(&reading.histories), None, paint);
         let text: Vec<&str> = text.lines().map(str::trim_end).collect();
@@ -82,7 +81,7 @@ mod tests {
 
     #[test]
     fn journals_without_transitions_are_reported_as_such() {
-        let reading = Reading { histories: vec![history("m1", vec![])], silent: Vec::new() };
+        let reading = JournalReading { histories: vec![history("m1", vec![])], silent: Vec::new() };
         assert_eq!(
             report(&reading, &Journals::merge(&reading.histories), None, Paint::NONE),
             "no transitions\n"
@@ -91,8 +90,8 @@ mod tests {
 
     #[test]
     fn on_a_terminal_cells_take_several_lines_and_words_stay_whole() {
-        let histories = vec![history("m1", vec![transition("m1", 1, 0), acknowledged("m1", 2)])];
-        let reading = Reading { histories, silent: Vec::new() };
+        let histories = vec![history("m1", vec![journaled("m1", 1, 0), acknowledged("m1", 2)])];
+        let reading = JournalReading { histories, silent: Vec::new() };
         let journals = Journals::merge(&reading.histories);
         let text = report(&reading, &journals, Some(80), Paint::NONE);
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");

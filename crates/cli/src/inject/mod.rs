@@ -1,15 +1,15 @@
 //! `trusswatch inject`: faults for the simulated plant.
 
 mod parameters;
-mod report;
 
-use vocabulary::{Injection, Mention, Step, StructureName, fault::FaultKind};
+use serde_json::json;
+use vocabulary::{Injected, Injection, Mention, Step, StructureName, fault::FaultKind};
 use zenoh::Session;
 
 use crate::failure::Failure;
 use crate::link::Link;
-use crate::plant_order;
-use parameters::Parameters;
+use crate::{output, plant_order};
+use parameters::FaultParameters;
 
 const EXAMPLES: &str = "\
 Faults and what they take:
@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     )]
     kind: Option<FaultKind>,
     #[command(flatten)]
-    parameters: Parameters,
+    parameters: FaultParameters,
     /// Take the component's fault away
     #[arg(long)]
     repair: bool,
@@ -71,7 +71,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         observer::inject(session, structure, &injection, timeout).await
     };
     let (structure, injected) = plant_order::give(&arguments.link, &injection.component, send)?;
-    report::print(&structure, &injection, &injected, arguments.json)
+    let Injected { component, effective_step } = &injected;
+    let fault = injection.fault;
+    output::print(&if arguments.json {
+        // The fault is `null` for a repair.
+        output::line(&json!({
+            "structure": structure,
+            "component": component,
+            "fault": fault,
+            "effective_step": effective_step,
+        }))?
+    } else {
+        let what = fault.map_or("repaired".to_owned(), |fault| fault.kind().to_string());
+        format!("{component}: {what} from step {effective_step} on\n")
+    })
 }
 
 impl Arguments {

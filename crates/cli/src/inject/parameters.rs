@@ -6,7 +6,7 @@ use vocabulary::fault::{Fault, FaultKind};
 /// The parameters of all faults; each fault has its own among them.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Size of the fault")]
-pub(super) struct Parameters {
+pub(super) struct FaultParameters {
     /// Leak coefficient [m²]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     area_m2: Option<f64>,
@@ -38,11 +38,11 @@ pub(super) fn kinds() -> impl TypedValueParser<Value = FaultKind> {
     let names = FaultKind::ALL.map(FaultKind::as_str);
     PossibleValuesParser::new(names).try_map(|name| {
         let kind = FaultKind::ALL.into_iter().find(|kind| kind.as_str() == name);
-        kind.ok_or_else(|| format!("`{name}` is no fault"))
+        kind.ok_or_else(|| format!("unknown fault `{name}`"))
     })
 }
 
-impl Parameters {
+impl FaultParameters {
     /// The fault of this kind with these parameters, or none without a kind.
     pub(super) fn fault(&self, kind: Option<FaultKind>) -> Result<Option<Fault>, String> {
         let fault = kind.map(|kind| self.with(kind));
@@ -112,13 +112,13 @@ mod tests {
     use super::*;
 
     fn names(kind: FaultKind) -> Vec<&'static str> {
-        let parameters = Parameters::default().with(kind).parameters();
+        let parameters = FaultParameters::default().with(kind).parameters();
         parameters.into_iter().map(|(name, _)| name).collect()
     }
 
     #[test]
     fn every_fault_takes_its_own_parameters_and_no_others() {
-        let given = Parameters {
+        let given = FaultParameters {
             area_m2: Some(3e-7),
             offset_m: Some(-6e-4),
             drift_m_per_s: Some(2e-4),
@@ -130,7 +130,7 @@ mod tests {
         };
         for kind in FaultKind::ALL {
             let only = |name, value: Option<f64>| value.filter(|_| names(kind).contains(&name));
-            let own = Parameters {
+            let own = FaultParameters {
                 area_m2: only("area_m2", given.area_m2),
                 offset_m: only("offset_m", given.offset_m),
                 drift_m_per_s: only("drift_m_per_s", given.drift_m_per_s),
@@ -144,20 +144,20 @@ mod tests {
             let problem = given.fault(Some(kind)).unwrap_err();
             assert!(problem.contains("takes no --"), "{problem}");
             if let Some(first) = names(kind).first() {
-                let problem = Parameters::default().fault(Some(kind)).unwrap_err();
+                let problem = FaultParameters::default().fault(Some(kind)).unwrap_err();
                 assert_eq!(problem, format!("`{kind}` needs {}", flag(first)));
             }
         }
-        assert_eq!(Parameters::default().fault(None), Ok(None));
+        assert_eq!(FaultParameters::default().fault(None), Ok(None));
         assert!(given.fault(None).unwrap_err().contains("a repair takes no --area-m2"));
     }
 
     #[test]
     fn a_size_out_of_range_is_named() {
-        let given = Parameters { offset_m: Some(7.0), ..Parameters::default() };
+        let given = FaultParameters { offset_m: Some(7.0), ..FaultParameters::default() };
         let problem = given.fault(Some(FaultKind::Bias)).unwrap_err();
         assert!(problem.contains("offset_m") && problem.contains("±1 m"), "{problem}");
-        let given = Parameters { gain: Some(0.0), ..Parameters::default() };
+        let given = FaultParameters { gain: Some(0.0), ..FaultParameters::default() };
         let problem = given.fault(Some(FaultKind::Gain)).unwrap_err();
         assert!(problem.contains("`gain`") && problem.contains("`zero_output`"), "{problem}");
     }

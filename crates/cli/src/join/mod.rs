@@ -10,7 +10,7 @@ use daemon::config::{PlantFlags, load_diagnoser, load_plant};
 use pki::credentials::Service;
 use settings::ConfigErrors;
 
-use crate::check::kind::Kind;
+use crate::check::kind::FileKind;
 use crate::failure::Failure;
 
 /// Make diagnosers and plants clients of a router, by TLS
@@ -42,12 +42,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Changes a configuration; returns where its certificate is.
 fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
-    let text = fs::read_to_string(file)
-        .map_err(|error| Failure::input(format!("{}: cannot be read: {error}", file.display())))?;
-    let kind = Kind::of(file, &text).ok();
+    let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
+    let kind = FileKind::of(file, &text).ok();
     let service = match kind {
-        Some(Kind::Plant) => Service::Plant,
-        Some(Kind::Diagnoser) => Service::Diagnoser(instance_of(file)),
+        Some(FileKind::Plant) => Service::Plant,
+        Some(FileKind::Diagnoser) => Service::Diagnoser(instance_of(file)),
         _ => {
             let right = "only diagnosers and plants connect to a router";
             return Err(Failure::input(format!(
@@ -77,9 +76,7 @@ fn replace(
     text: &str,
     valid: impl Fn(&Path) -> Result<(), ConfigErrors>,
 ) -> Result<(), Failure> {
-    let unwritten = |error: io::Error| {
-        Failure::runtime(format!("{}: cannot be written: {error}", file.display()))
-    };
+    let unwritten = |error: io::Error| Failure::unwritable(file, error);
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let permissions = file.metadata().map_err(unwritten)?.permissions();
@@ -96,12 +93,9 @@ fn replace(
 }
 
 /// Names the file as its owner knows it.
-fn as_mistakes_of(file: &Path, beside: &Path, errors: ConfigErrors) -> Failure {
-    let messages = errors.0.into_iter().map(|mut error| {
-        if error.file == beside {
-            error.file = file.to_owned();
-        }
-        error.to_string()
-    });
-    Failure::inputs(messages.collect())
+fn as_mistakes_of(file: &Path, beside: &Path, mut errors: ConfigErrors) -> Failure {
+    for error in errors.0.iter_mut().filter(|error| error.file == beside) {
+        error.file = file.to_owned();
+    }
+    errors.into()
 }

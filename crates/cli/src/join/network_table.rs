@@ -31,7 +31,7 @@ fn place(text: &str) -> Result<Option<Range<usize>>, String> {
     };
     let start = text[..key.span().start].rfind('\n').map_or(0, |newline| newline + 1);
     let DeValue::Table(table) = value.get_ref() else {
-        return Err(format!("`{TABLE}` is no table"));
+        return Err(format!("`{TABLE}` is not a table"));
     };
     if !text[start..].starts_with('[') {
         return Err(format!("`{TABLE}` has no lines of its own; write it as a table `[{TABLE}]`"));
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn what_is_no_table_is_reported() {
-        assert_eq!(joined("network = 1").unwrap_err(), "`network` is no table");
+        assert_eq!(joined("network = 1").unwrap_err(), "`network` is not a table");
         for text in ["network = { listen = [] }", "network.listen = []"] {
             assert!(joined(text).unwrap_err().contains("write it as a table `[network]`"));
         }

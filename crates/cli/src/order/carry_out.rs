@@ -1,128 +1,186 @@
-//! Sends the commands, one after the other.
+//! Sends the commands, one after the other, and tells their outcomes.
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::time::Duration;
 
 use observer::{Command, OrderOutcome};
+use serde_json::{Value, json};
 use tokio::time::{Instant, sleep};
-use vocabulary::{Order, OrderKind, StructureName};
+use vocabulary::words::done;
+use vocabulary::{ComponentPath, Mention, ModuleName, Order, OrderKind, StructureName};
 use zenoh::Session;
 
-use super::homes::homes;
-use super::outcome::CommandOutcome;
-use super::subject::Subject;
 use crate::failure::Failure;
-use crate::link::Target;
+use crate::link::LinkTarget;
+use crate::output;
+use crate::paint::{Colour, Paint};
 
 /// From a refusal to the next attempt.
 const AGAIN_AFTER: Duration = Duration::from_millis(200);
 
-/// Which command, and how it is retried.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Manner {
-    pub(super) kind: OrderKind,
-    pub(super) force: bool,
-    pub(super) re_tare: bool,
-    /// For how long an alarm is set aside \[s\].
-    pub(super) for_s: Option<u64>,
-    /// How long to try again while it is refused.
-    pub(super) wait: Option<Duration>,
-}
-
-impl Manner {
-    /// Without anything else.
-    pub(super) fn of(kind: OrderKind) -> Self {
-        Self { kind, force: false, re_tare: false, for_s: None, wait: None }
-    }
-}
-
-/// A person, and the reason.
+/// What an order is about: a component, or a module with all its components.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Issuer {
-    pub(super) by: String,
-    pub(super) note: Option<String>,
+pub(super) enum OrderSubject {
+    Component(ComponentPath),
+    Module(ModuleName),
 }
 
-impl Issuer {
-    /// A command concerning a component or a module.
-    pub(super) fn order(&self, subject: &Subject, manner: Manner) -> Order {
-        let Issuer { by, note } = self.clone();
-        let Manner { force, re_tare, for_s, .. } = manner;
-        let component = subject.mention();
-        Order { component, by, on_behalf_of: None, note, for_s, force, re_tare }
+impl OrderSubject {
+    fn module(&self) -> &ModuleName {
+        match self {
+            OrderSubject::Component(path) => &path.module,
+            OrderSubject::Module(module) => module,
+        }
     }
+
+    fn component(&self) -> Option<&ComponentPath> {
+        match self {
+            OrderSubject::Component(path) => Some(path),
+            OrderSubject::Module(_) => None,
+        }
+    }
+
+    /// As an order names it.
+    pub(super) fn mention(&self) -> Option<Mention> {
+        self.component().map(|path| path.component.clone().into())
+    }
+}
+
+impl fmt::Display for OrderSubject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            OrderSubject::Component(path) => path.fmt(f),
+            OrderSubject::Module(module) => module.fmt(f),
+        }
+    }
+}
+
+/// A command and its outcome.
+#[derive(Debug)]
+pub(super) struct CommandOutcome<'a> {
+    structure: Option<StructureName>,
+    subject: &'a OrderSubject,
+    outcome: OrderOutcome,
 }
 
 /// Sends every command, whatever the outcome of the others.
-pub(super) async fn carry_out(
+pub(super) async fn carry_out<'a>(
     session: &Session,
-    target: &Target,
-    subjects: &[Subject],
-    (issuer, command): (&Issuer, &Command),
-    manner: Manner,
-) -> Result<Vec<CommandOutcome>, Failure> {
-    let homes = homes(session, target, subjects).await?;
+    target: &LinkTarget,
+    command: &Command,
+    orders: &'a [(OrderSubject, Order)],
+    wait: Option<Duration>,
+) -> Result<Vec<CommandOutcome<'a>>, Failure> {
+    let homes = homes(session, target, orders.iter().map(|(subject, _)| subject.module())).await?;
     let timeout = target.timeout;
     // One span of time for all: what the second waits for passes while the first is waited for.
-    let until = manner.wait.map(|wait| Instant::now() + wait);
+    let until = wait.map(|wait| Instant::now() + wait);
     let mut outcomes = Vec::new();
-    for subject in subjects {
-        let structure = homes.get(subject.module());
-        let outcome = match structure {
-            Some(structure) => {
-                let place = Place { session, structure, command, timeout };
-                place.give(subject, issuer, manner, until).await
-            }
+    for (subject, order) in orders {
+        let structure = homes.get(subject.module()).cloned();
+        let outcome = match &structure {
+            Some(structure) => loop {
+                let module = subject.module();
+                let sent = observer::order(session, structure, module, command, order, timeout);
+                let outcome = OrderOutcome::from(sent.await);
+                // A command without an answer is not repeated: it may have been carried out.
+                let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
+                if !is_refused || until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until) {
+                    break outcome;
+                }
+                sleep(AGAIN_AFTER).await;
+            },
             None => {
                 let why = format!("its diagnoser is not there (looked for {timeout:?})");
                 OrderOutcome::not_sent(&why)
             }
         };
-        outcomes.push(CommandOutcome {
-            structure: structure.cloned(),
-            subject: subject.clone(),
-            order: manner.kind,
-            by: issuer.by.clone(),
-            outcome,
-        });
+        outcomes.push(CommandOutcome { structure, subject, outcome });
     }
     Ok(outcomes)
 }
 
-/// Where commands go.
-struct Place<'a> {
-    session: &'a Session,
-    structure: &'a StructureName,
-    command: &'a Command,
-    timeout: Duration,
+/// The structure of each module; those that are not there are left out. A module that is there in
+/// several structures is not guessed at.
+async fn homes(
+    session: &Session,
+    target: &LinkTarget,
+    modules: impl Iterator<Item = &ModuleName>,
+) -> Result<BTreeMap<ModuleName, StructureName>, Failure> {
+    let modules: BTreeSet<ModuleName> = modules.cloned().collect();
+    let modules: Vec<ModuleName> = modules.into_iter().collect();
+    let seen = observer::homes(session, target.structure.as_ref(), &modules, target.timeout);
+    let mut homes = BTreeMap::new();
+    for (module, mut structures) in seen.await? {
+        if structures.len() > 1 {
+            let names: Vec<String> = structures.iter().map(|name| format!("`{name}`")).collect();
+            let names = names.join(" and ");
+            return Err(Failure::usage(format!(
+                "`{module}` is there in {names}; say which with --structure"
+            )));
+        }
+        homes.extend(structures.pop_first().map(|structure| (module, structure)));
+    }
+    Ok(homes)
 }
 
-impl Place<'_> {
-    /// Sends a command, and retries while it is refused and there is time. A command without an
-    /// answer is not repeated: it may have been carried out.
-    async fn give(
-        &self,
-        subject: &Subject,
-        issuer: &Issuer,
-        manner: Manner,
-        until: Option<Instant>,
-    ) -> OrderOutcome {
-        let order = issuer.order(subject, manner);
-        loop {
-            let (structure, module) = (self.structure, subject.module());
-            let result = observer::order(
-                self.session,
-                structure,
-                module,
-                self.command,
-                &order,
-                self.timeout,
-            );
-            let outcome = OrderOutcome::from(result.await);
-            let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
-            if !is_refused || until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until) {
-                return outcome;
-            }
-            sleep(AGAIN_AFTER).await;
+/// The outcomes for machines.
+pub(super) fn document(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str) -> Value {
+    let order = |CommandOutcome { structure, subject, outcome }: &CommandOutcome<'_>| {
+        let fields = json!({
+            "structure": structure,
+            "module": subject.module(),
+            // `null` if it is about the module.
+            "component": subject.component(),
+            "order": kind,
+            "by": by,
+        });
+        output::with(outcome.clone(), fields)
+    };
+    json!({ "orders": outcomes.iter().map(order).collect::<Vec<_>>() })
+}
+
+/// For people, a line for each command that was obeyed; the others are reported as errors.
+pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str) -> String {
+    let (what, paint) = (done(kind), Paint::of_stdout());
+    let line = |CommandOutcome { subject, outcome, .. }: &CommandOutcome<'_>| {
+        let OrderOutcome::Obeyed { state, sequence, .. } = outcome else { return None };
+        // The state is that of one of its components.
+        let now = match subject {
+            OrderSubject::Component(_) => format!("now {state}, transition {sequence}"),
+            OrderSubject::Module(_) => format!("up to transition {sequence}"),
+        };
+        let line = format!("{what:<12} {subject} by {by}: {now}");
+        Some(paint.in_colour(Colour::Green, &line) + "\n")
+    };
+    outcomes.iter().filter_map(line).collect()
+}
+
+/// How the command ends: silence weighs more than refusal, for it leaves open what is the case, and both weigh more
+/// than what was done but not saved.
+pub(super) fn conclude(outcomes: &[CommandOutcome<'_>], kind: OrderKind) -> Result<(), Failure> {
+    let (mut complaints, mut is_unheard, mut is_refused) = (Vec::new(), false, false);
+    for CommandOutcome { subject, outcome, .. } in outcomes {
+        if outcome.is_done() {
+            continue;
         }
+        let mut words = outcome.words(kind, &subject.to_string());
+        match outcome {
+            OrderOutcome::Unanswered { .. } => {
+                is_unheard = true;
+                words += "; check with `trusswatch faults`";
+            }
+            OrderOutcome::NotSent { .. } => is_unheard = true,
+            OrderOutcome::Refused { .. } => is_refused = true,
+            OrderOutcome::Obeyed { .. } => {}
+        }
+        complaints.push(words);
+    }
+    match (complaints.is_empty(), is_unheard, is_refused) {
+        (true, ..) => Ok(()),
+        (_, true, _) => Err(Failure::networks(complaints)),
+        (_, _, true) => Err(Failure::runtimes(complaints)),
+        _ => Err(Failure::not_saved(complaints)),
     }
 }

@@ -2,65 +2,127 @@
 
 mod arguments;
 mod carry_out;
-mod homes;
-pub(crate) mod issuer;
-mod outcome;
-mod report;
-mod set_aside;
-mod subject;
+
+use std::time::Duration;
 
 use observer::Command;
-use vocabulary::OrderKind;
+use vocabulary::{OperatorName, Order, OrderKind};
 
 use crate::failure::Failure;
-use crate::link;
-pub(crate) use arguments::{AcknowledgeArguments, ResetArguments};
-use arguments::{Orders, Signature};
-use carry_out::{Issuer, Manner, carry_out};
-pub(crate) use set_aside::{
-    ShelveArguments, SuppressArguments, UnshelveArguments, UnsuppressArguments, shelve, suppress,
-    unshelve, unsuppress,
+use crate::output;
+pub(crate) use arguments::{
+    AcknowledgeArguments, ResetArguments, ShelveArguments, SuppressArguments, UnshelveArguments,
+    UnsuppressArguments,
 };
-use subject::Subject;
+use arguments::{ComponentsFlags, IssuerFlags, SetAsideFlags};
+use carry_out::{OrderSubject, carry_out};
 
 /// Runs `trusswatch ack`.
 pub(crate) fn acknowledge(arguments: &AcknowledgeArguments) -> Result<(), Failure> {
-    run(&arguments.orders, Manner::of(OrderKind::Acknowledge))
+    give_each(OrderKind::Acknowledge, &arguments.orders, Order::default(), None)
 }
 
 /// Runs `trusswatch reset`.
 pub(crate) fn reset(arguments: &ResetArguments) -> Result<(), Failure> {
     let ResetArguments { orders, force, re_tare, wait } = arguments;
-    let manner = Manner::of(OrderKind::Reset);
-    run(orders, Manner { force: *force, re_tare: *re_tare, wait: *wait, ..manner })
+    let order = Order { force: *force, re_tare: *re_tare, ..Order::default() };
+    give_each(OrderKind::Reset, orders, order, *wait)
 }
 
-fn run(orders: &Orders, manner: Manner) -> Result<(), Failure> {
-    let Orders { components, note, signature } = orders;
-    let subjects: Vec<Subject> = components.iter().cloned().map(Subject::Component).collect();
-    give(&subjects, note.as_ref(), signature, manner)
+/// Runs `trusswatch fault shelve`.
+pub(crate) fn shelve(arguments: &ShelveArguments) -> Result<(), Failure> {
+    let ShelveArguments { components, set_aside, issuer } = arguments;
+    let subjects = components.iter().cloned().map(OrderSubject::Component).collect();
+    give(OrderKind::Shelve, subjects, set_aside.order(), None, issuer)
 }
 
-/// Gives an order about each of these; all are checked before any is sent.
-fn give(
-    subjects: &[Subject],
-    note: Option<&String>,
-    signature: &Signature,
-    manner: Manner,
-) -> Result<(), Failure> {
-    let target = signature.link.target()?;
-    let operator = target.operator();
-    let issuer = Issuer { by: signature.by(operator.as_ref())?, note: note.cloned() };
-    for subject in subjects {
-        issuer.order(subject, manner).check(manner.kind).map_err(Failure::usage)?;
+/// Runs `trusswatch fault unshelve`.
+pub(crate) fn unshelve(arguments: &UnshelveArguments) -> Result<(), Failure> {
+    give_each(OrderKind::Unshelve, &arguments.orders, Order::default(), None)
+}
+
+/// Runs `trusswatch fault suppress`.
+pub(crate) fn suppress(arguments: &SuppressArguments) -> Result<(), Failure> {
+    let SuppressArguments { module, set_aside, issuer } = arguments;
+    let subjects = vec![OrderSubject::Module(module.clone())];
+    give(OrderKind::Suppress, subjects, set_aside.order(), None, issuer)
+}
+
+/// Runs `trusswatch fault unsuppress`.
+pub(crate) fn unsuppress(arguments: &UnsuppressArguments) -> Result<(), Failure> {
+    let UnsuppressArguments { module, note, issuer } = arguments;
+    let subjects = vec![OrderSubject::Module(module.clone())];
+    let order = Order { note: note.clone(), ..Order::default() };
+    give(OrderKind::Unsuppress, subjects, order, None, issuer)
+}
+
+impl SetAsideFlags {
+    fn order(&self) -> Order {
+        let SetAsideFlags { for_s, reason } = self;
+        Order { for_s: Some(*for_s), note: Some(reason.clone()), ..Order::default() }
     }
-    let command = Command { kind: manner.kind, operator };
-    let outcomes = link::block_on(async {
-        let session = target.open().await?;
-        let outcomes = carry_out(&session, &target, subjects, (&issuer, &command), manner).await;
-        session::close(&session).await;
-        outcomes
+}
+
+fn give_each(
+    kind: OrderKind,
+    orders: &ComponentsFlags,
+    order: Order,
+    wait: Option<Duration>,
+) -> Result<(), Failure> {
+    let ComponentsFlags { components, note, issuer } = orders;
+    let subjects = components.iter().cloned().map(OrderSubject::Component).collect();
+    give(kind, subjects, Order { note: note.clone(), ..order }, wait, issuer)
+}
+
+/// Gives an order about each of these; all are checked before any is sent. `order` has all but the subject and the
+/// issuer. `wait`: how long to try again while it is refused.
+fn give(
+    kind: OrderKind,
+    subjects: Vec<OrderSubject>,
+    order: Order,
+    wait: Option<Duration>,
+    flags: &IssuerFlags,
+) -> Result<(), Failure> {
+    let target = flags.link.target()?;
+    let operator = target.operator();
+    let order = Order { by: issuer(flags.by.as_deref(), operator.as_ref())?, ..order };
+    let of_subject = |subject: OrderSubject| {
+        let order = Order { component: subject.mention(), ..order.clone() };
+        order.check(kind).map_err(Failure::usage)?;
+        Ok((subject, order))
+    };
+    let orders = subjects.into_iter().map(of_subject).collect::<Result<Vec<_>, Failure>>()?;
+    let command = Command { kind, operator };
+    let outcomes = target
+        .with_session(async |session| carry_out(session, &target, &command, &orders, wait).await)?;
+    output::print(&if flags.json {
+        output::text(&carry_out::document(&outcomes, kind, &order.by))?
+    } else {
+        carry_out::report(&outcomes, kind, &order.by)
     })?;
-    report::print(&outcomes, signature.json)?;
-    outcome::conclude(&outcomes)
+    carry_out::conclude(&outcomes, kind)
+}
+
+/// The name that is recorded: that of the operator whose certificate is shown, else the one that was given, else
+/// `USER@HOST`.
+pub(crate) fn issuer(by: Option<&str>, operator: Option<&OperatorName>) -> Result<String, Failure> {
+    if let (Some(by), Some(operator)) = (by, operator)
+        && by != operator.as_str()
+    {
+        return Err(Failure::usage(format!(
+            "--by {by}: the certificate is that of `{operator}`, whose name is recorded; leave --by out, or \
+             show the certificate of `{by}`"
+        )));
+    }
+    let shown = operator.map(ToString::to_string);
+    let by = shown.or_else(|| by.map(str::to_owned)).or_else(from_environment);
+    by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))
+}
+
+/// `USER@HOST` from the environment; `None` if it names no user.
+fn from_environment() -> Option<String> {
+    let variable = |name| std::env::var(name).ok().filter(|user: &String| !user.trim().is_empty());
+    let user = variable("USER").or_else(|| variable("LOGNAME"))?;
+    let host = nix::unistd::gethostname().ok()?;
+    Some(format!("{user}@{}", host.to_string_lossy()))
 }

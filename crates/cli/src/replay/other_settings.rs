@@ -13,8 +13,8 @@ use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleName};
 
 use super::reading::Reading;
 use crate::failure::Failure;
+use crate::output;
 use crate::table::table;
-use crate::versioned;
 use vocabulary::words::{NOTHING, reason};
 
 /// What became of a component.
@@ -134,7 +134,7 @@ fn take(fate: &mut Option<Fate>, message: &FaultTransition) {
 impl SideBySide {
     pub(super) fn written(&self, json: bool, width: Option<u16>) -> Result<String, Failure> {
         if json {
-            return Ok(versioned::text(self)?);
+            return Ok(output::text(self)?);
         }
         let mut table =
             table(&["component", "was", "detected s", "why", "would be", "detected s", "why"]);

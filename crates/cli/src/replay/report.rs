@@ -9,8 +9,8 @@ use vocabulary::FaultTransition;
 
 use super::exact::{Exact, Module, Process};
 use crate::failure::Failure;
+use crate::output;
 use crate::table::table;
-use crate::versioned;
 use vocabulary::words::{NOTHING, reason, utc};
 
 const HEADING: [&str; 8] =
@@ -238,7 +238,7 @@ fn document(exact: &Exact) -> Result<String, serde_json::Error> {
         divergences_without_process: module.unverified.1,
         processes: module.processes.iter().map(|one| of_process(module, one)).collect(),
     };
-    versioned::text(&Document {
+    output::text(&Document {
         seconds: exact.seconds(),
         took_s: exact.took_s,
         modules: exact.modules.iter().map(of_module).collect(),

@@ -13,9 +13,9 @@ use study::{Campaign, Done, NominalRuns, System};
 use super::arguments::CompareArguments;
 use super::{conduct, interrupt};
 use crate::failure::Failure;
-use crate::progress::Progress;
+use crate::output;
+use crate::progress::WorkProgress;
 use crate::table::{TextTable, table};
-use crate::versioned;
 
 /// How thresholds of a residual are made that has none: as the shipped ones were, from fewer runs.
 const CALIBRATION_FIRST_SEED: u64 = 1_000_000;
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if arguments.json {
         let comparison = Comparison { combinations: &combinations };
-        write!(out, "{}", versioned::text(&comparison)?)?;
+        write!(out, "{}", output::text(&comparison)?)?;
     } else {
         writeln!(out, "{}", side_by_side(&combinations).text(arguments.width.limit()))?;
     }
@@ -86,7 +86,7 @@ fn watched_by(
         mismatch: CALIBRATION_MISMATCH,
         jobs,
     };
-    let progress = Progress::of_runs("calibration", runs.runs);
+    let progress = WorkProgress::of_runs("calibration", runs.runs);
     let calibration = runs.calibrate(structure, parameters, setups, &|| progress.advance())?;
     for (setup, module) in setups.iter_mut().zip(&calibration.modules) {
         let largest = module.channels.iter().map(|channel| channel.peaks.largest());

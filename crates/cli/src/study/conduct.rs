@@ -12,10 +12,10 @@ use study::{Begin, Campaign, Done, Engine, LineKind, PlantRow, StudyError, Work,
 use super::arguments::{EngineArguments, MergeArguments, OutputArguments, Request};
 use super::{files, interrupt};
 use crate::failure::Failure;
+use crate::output;
 use crate::paint::{Colour, Paint};
-use crate::progress::Progress;
+use crate::progress::WorkProgress;
 use crate::table::table;
-use crate::versioned;
 
 /// What was asked for and what came of it.
 #[derive(Serialize)]
@@ -60,8 +60,8 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 pub(super) fn engine(jobs: usize, stop: &AtomicBool) -> Engine<'_> {
     const BEGIN: Begin = &|work, all| {
         let progress = match work {
-            Work::Commissioning => Progress::of_snippets("commissioning", all),
-            Work::Cases => Progress::of_runs("cases", all),
+            Work::Commissioning => WorkProgress::of_snippets("commissioning", all),
+            Work::Cases => WorkProgress::of_runs("cases", all),
         };
         Box::new(move || progress.advance())
     };
@@ -152,7 +152,7 @@ fn report<C: Campaign>(
     let summary = campaign.summarize(&done.rows);
     let plants = done.plants.values().collect();
     let document = Document { campaign: &header.campaign, complete, plants, summary: &summary };
-    let document = versioned::text(&document)?;
+    let document = output::text(&document)?;
     let (tables, notes) = campaign.tables(&done.rows, &summary);
     let heading = in_words(&header.campaign);
     let mut out = io::stdout().lock();

@@ -18,8 +18,8 @@ use super::arguments::ExportArguments;
 use super::files::{self, cannot_write};
 use super::interrupt;
 use crate::failure::Failure;
-use crate::progress::Progress;
-use crate::versioned;
+use crate::output;
+use crate::progress::WorkProgress;
 
 /// What came of the runs, by their number.
 type Recorded = BTreeMap<u64, (Record, Vec<RecordedChange>)>;
@@ -62,7 +62,7 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
     files::make(directory)?;
     let cases: Vec<u64> = (0..campaign.cases()).collect();
     let mut recorded = Recorded::new();
-    let progress = Progress::of_runs("recordings", campaign.cases());
+    let progress = WorkProgress::of_runs("recordings", campaign.cases());
     let keep = |case: &u64, record| {
         recorded.insert(*case, record);
         progress.advance();
@@ -84,7 +84,7 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
 fn print(written: &Written, json: bool) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if json {
-        write!(out, "{}", versioned::line(written)?)?;
+        write!(out, "{}", output::line(written)?)?;
     } else {
         let Written { directory, scenarios, nominal_runs, changes } = written;
         writeln!(

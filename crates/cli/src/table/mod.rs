@@ -1,23 +1,53 @@
 //! Tables for people: columns under a ruled heading, nothing else. One that is wider than it may be is
 //! folded: its cells take several lines.
 
-mod drawing;
-mod folding;
-mod layout;
 mod width;
 
-use comfy_table::CellAlignment;
+use comfy_table::{
+    CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width,
+    presets,
+};
 use vocabulary::printable;
+
+use crate::paint::{Colour, Paint};
 
 pub(crate) use width::{WidthArguments, terminal_width};
 
 /// Where cells are broken, unless a column says otherwise.
 const BLANK: char = ' ';
 
+/// Blanks beside each column.
+const MARGIN: usize = 2;
+/// What is left to each of the other columns before one keeps its words whole.
+const LEAST: usize = 8;
+
+/// The line under the heading.
+const RULE: char = '─';
+/// The line between two rows, which shows where a row ends and is not printed.
+const ROW_END: char = '\u{1e}';
+
+/// How far apart columns stand.
+#[derive(Debug, Clone, Copy)]
+struct Spacing {
+    style: TableStyle,
+    padding: (u16, u16),
+}
+
+/// Three blanks between columns, and two before the first.
+const ROOMY: Spacing =
+    Spacing { style: ruled(LineStyle::new(RULE, RULE, RULE, RULE)), padding: (1, 1) };
+/// Two blanks between columns, and none before the first.
+const DENSE: Spacing =
+    Spacing { style: ruled(LineStyle::none().fill(RULE).junction(RULE)), padding: (0, 1) };
+
+const fn ruled(rule: LineStyle) -> TableStyle {
+    presets::NOTHING.header_separator(rule).row_separator(LineStyle::none().fill(ROW_END))
+}
+
 /// A table that is being filled.
 #[derive(Debug, Clone)]
 pub(crate) struct TextTable {
-    columns: Vec<Column>,
+    columns: Vec<TextColumn>,
     rows: Vec<Vec<String>>,
     /// Columns that share one in a folded table; empty if each has its own.
     stacks: Vec<Vec<usize>>,
@@ -25,7 +55,7 @@ pub(crate) struct TextTable {
 
 /// A column without its cells.
 #[derive(Debug, Clone)]
-struct Column {
+struct TextColumn {
     heading: String,
     alignment: CellAlignment,
     /// The character that a line of a cell may end in place of.
@@ -34,7 +64,7 @@ struct Column {
 
 /// An empty table with this heading.
 pub(crate) fn table(heading: &[&str]) -> TextTable {
-    let column = |heading: &&str| Column {
+    let column = |heading: &&str| TextColumn {
         heading: (*heading).to_owned(),
         alignment: CellAlignment::Left,
         break_at: BLANK,
@@ -47,7 +77,7 @@ pub(crate) fn table(heading: &[&str]) -> TextTable {
 }
 
 impl TextTable {
-    /// Adds a row with a cell for each column. A cell is one line, whoever its text is from.
+    /// Adds a row with a cell for each column. Control characters in a cell are escaped: its text may come from elsewhere.
     pub(crate) fn add_row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
         self.rows.push(cells.into_iter().map(|cell| printable(&cell.into())).collect());
     }
@@ -71,5 +101,208 @@ impl TextTable {
     /// In a folded table, the cells of the columns of a stack stand one below the other.
     pub(crate) fn stack(&mut self, stacks: &[&[usize]]) {
         self.stacks = stacks.iter().map(|stack| stack.to_vec()).collect();
+    }
+
+    /// The text, no wider than `width`.
+    pub(crate) fn text(&self, width: Option<u16>) -> String {
+        self.painted(width, &[], Paint::NONE)
+    }
+
+    /// The text, no wider than `width`, each row in its colour. Painted line by line, for the codes of
+    /// colours would count as width in a cell.
+    pub(crate) fn painted(
+        &self,
+        width: Option<u16>,
+        colours: &[Option<Colour>],
+        paint: Paint,
+    ) -> String {
+        let drawn = self.fitting(width);
+        let lines: Vec<String> = drawn.lines().map(|line| line.trim_end().to_owned()).collect();
+        let rule = lines.iter().position(|line| line.starts_with(RULE));
+        let (heading, rows) = lines.split_at(rule.map_or(0, |rule| rule + 1));
+        let rows: Vec<&[String]> = rows.split(|line| is_row_end(line)).collect();
+        // Rows of several lines would run into each other.
+        let apart = rows.iter().any(|row| row.len() > 1);
+        let mut text = heading.to_vec();
+        for (number, row) in rows.into_iter().enumerate() {
+            if apart && number > 0 {
+                text.push(String::new());
+            }
+            let colour = colours.get(number).copied().flatten();
+            text.extend(row.iter().map(|line| match colour {
+                Some(colour) => paint.in_colour(colour, line),
+                None => line.clone(),
+            }));
+        }
+        text.join("\n")
+    }
+
+    fn fitting(&self, width: Option<u16>) -> Table {
+        let drawn = self.drawn(ROOMY);
+        match width {
+            Some(width) if is_wider(&drawn, width) => folded(self, width),
+            _ => drawn,
+        }
+    }
+
+    fn drawn(&self, spacing: Spacing) -> Table {
+        let mut drawn = Table::new();
+        drawn.load_style(spacing.style);
+        drawn.set_header(self.columns.iter().map(|column| column.heading.as_str()));
+        for row in &self.rows {
+            drawn.add_row(row);
+        }
+        for (column, described) in drawn.column_iter_mut().zip(&self.columns) {
+            column
+                .set_padding(spacing.padding)
+                .set_delimiter(described.break_at)
+                .set_cell_alignment(described.alignment);
+        }
+        drawn
+    }
+}
+
+fn is_row_end(line: &str) -> bool {
+    line.trim_start().starts_with(ROW_END)
+}
+
+/// All lines of a table are equally wide.
+fn is_wider(drawn: &Table, width: u16) -> bool {
+    drawn.lines().next().is_some_and(|line| line.chars().count() > usize::from(width))
+}
+
+/// The table, drawn in this width.
+fn folded(table: &TextTable, width: u16) -> Table {
+    let stacked = stacked(table);
+    let mut drawn = stacked.drawn(DENSE);
+    drawn.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
+    keep_words_whole(&mut drawn, &longest_words(&stacked), width);
+    drawn
+}
+
+fn stacked(table: &TextTable) -> TextTable {
+    let TextTable { columns, rows, stacks } = table;
+    if stacks.is_empty() {
+        return table.clone();
+    }
+    let cell = |row: &[String], stack: &[usize]| {
+        let cells = stack.iter().filter_map(|place| row.get(*place).map(String::as_str));
+        cells.collect::<Vec<&str>>().join("\n")
+    };
+    let row = |row: &Vec<String>| -> Vec<String> {
+        stacks.iter().map(|stack| cell(row, stack)).collect()
+    };
+    TextTable {
+        columns: stacks.iter().map(|stack| shared(columns, stack)).collect(),
+        rows: rows.iter().map(row).collect(),
+        stacks: Vec::new(),
+    }
+}
+
+/// The column that the columns of a stack share.
+fn shared(columns: &[TextColumn], stack: &[usize]) -> TextColumn {
+    let members: Vec<&TextColumn> = stack.iter().filter_map(|place| columns.get(*place)).collect();
+    let headings: Vec<&str> = members.iter().map(|column| column.heading.as_str()).collect();
+    let right = members.iter().all(|column| column.alignment == CellAlignment::Right);
+    let mut breaks = members.iter().map(|column| column.break_at);
+    TextColumn {
+        heading: headings.join("\n"),
+        alignment: if right { CellAlignment::Right } else { CellAlignment::Left },
+        break_at: breaks.find(|break_at| *break_at != BLANK).unwrap_or(BLANK),
+    }
+}
+
+/// The length of the longest word of each column.
+fn longest_words(table: &TextTable) -> Vec<usize> {
+    let of_text = |text: &str, break_at: char| {
+        let words = text.split(['\n', break_at]).map(|word| word.chars().count());
+        words.max().unwrap_or_default()
+    };
+    let of_column = |(place, column): (usize, &TextColumn)| {
+        let cells = table.rows.iter().filter_map(|row| row.get(place));
+        let cells = cells.map(|cell| of_text(cell, column.break_at));
+        cells.max().unwrap_or_default().max(of_text(&column.heading, column.break_at))
+    };
+    table.columns.iter().enumerate().map(of_column).collect()
+}
+
+/// From the first column on: what identifies a row stands there.
+fn keep_words_whole(drawn: &mut Table, words: &[usize], width: u16) {
+    let mut room = usize::from(width).saturating_sub(MARGIN * words.len());
+    let mut others: usize = words.iter().map(|word| LEAST.min(*word)).sum();
+    for (column, &word) in drawn.column_iter_mut().zip(words) {
+        others -= LEAST.min(word);
+        let fits = word + others <= room;
+        if fits {
+            // The blank that the column has at its end counts.
+            let whole = u16::try_from(word + 1).unwrap_or(u16::MAX);
+            column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(whole)));
+        }
+        room = room.saturating_sub(if fits { word } else { LEAST.min(word) });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REASON: &str = "acknowledged by ada@station: looks loose";
+
+    fn transitions() -> TextTable {
+        let mut rows = table(&["component", "time", "state", "why"]);
+        rows.add_row(["module1/actuator/a3", "2026-11-18T11:06:40.750Z", "acknowledged", REASON]);
+        rows.add_row(["module2/sensor/g1", "2026-11-18T11:06:41.000Z", "latched", "-"]);
+        rows.break_times(1);
+        rows.stack(&[&[0], &[2, 1], &[3]]);
+        rows
+    }
+
+    fn widest(text: &str) -> usize {
+        text.lines().map(|line| line.chars().count()).max().unwrap()
+    }
+
+    #[test]
+    fn a_folded_table_fits_and_its_words_are_whole() {
+        let text = transitions().text(Some(60));
+        assert!(widest(&text) <= 60, "{text}");
+        let words = REASON.split(' ').chain(["module1/actuator/a3", "latched", "2026-11-18"]);
+        for word in words.chain(["11:06:40.750Z", "module2/sensor/g1"]) {
+            assert!(text.contains(word), "`{word}` is not whole in\n{text}");
+        }
+        let blank_lines = text.lines().filter(|line| line.is_empty()).count();
+        assert_eq!(blank_lines, 1, "one between two rows: {text}");
+    }
+
+    #[test]
+    fn where_nothing_fits_words_are_torn_but_no_line_is_too_long() {
+        for width in [20, 30, 40] {
+            let text = transitions().text(Some(width));
+            assert!(widest(&text) <= usize::from(width), "{text}");
+        }
+    }
+
+    #[test]
+    fn without_a_limit_every_row_is_one_line() {
+        assert_eq!(transitions().text(None).lines().count(), 4);
+    }
+
+    #[test]
+    fn a_table_that_fits_is_the_same_with_a_limit() {
+        let mut counts = table(&["what", "count"]);
+        counts.add_row(["questions", "7"]);
+        counts.add_row(["changes", "12"]);
+        counts.align_right([1]);
+        let rule = "─".repeat(21);
+        let rows = "  questions       7\n  changes        12";
+        let expected = format!("  what        count\n{rule}\n{rows}");
+        for width in [None, Some(80), Some(21)] {
+            assert_eq!(counts.text(width), expected, "{width:?}");
+        }
+        assert_ne!(counts.text(Some(20)), expected);
+    }
+
+    #[test]
+    fn a_table_without_rows_is_its_heading() {
+        assert_eq!(table(&["what"]).text(None).lines().count(), 2);
     }
 }

@@ -24,8 +24,7 @@ impl WidthArguments {
     }
 }
 
-/// The width of the terminal that standard output is; `None` if it is none. Files and pipes get whole
-/// lines.
+/// The width of the terminal on standard output; `None` for files and pipes, which get whole lines.
 pub(crate) fn terminal_width() -> Option<u16> {
     let out = io::stdout();
     let variable = std::env::var("COLUMNS").ok();

@@ -225,9 +225,9 @@ fn recordings_that_cannot_be_used_are_refused() {
     let table = Path::new(&recording).join("upper.csv");
     let good = fs::read_to_string(&table).unwrap();
     for (from, to, said) in [
-        ("g2/elongation_m", "g2/strain", "there is no column `upper/sensor/g2/elongation_m`"),
+        ("g2/elongation_m", "g2/strain", "missing column `upper/sensor/g2/elongation_m`"),
         ("\n7,", "\n6,", "line 9: step 6 after step 6; give each step once, rising"),
-        ("\n7,", "\n6.5,", "line 9: step 6.5 is no step"),
+        ("\n7,", "\n6.5,", "line 9: invalid step 6.5"),
         ("\n7,", "\n7,x,", "upper.csv, line 9"),
     ] {
         fs::write(&table, good.replacen(from, to, 1)).unwrap();
@@ -247,7 +247,7 @@ fn arguments_that_do_not_go_together_are_refused() {
         (vec![&*lower, &upper, "--out", &out], "--plant"),
         (vec![&lower, "--plant", &plant, "--out", &out], "module `upper` too"),
         (vec![&lower, "--recording", "x", "--out", &out], "`lower` has the peer `upper`"),
-        (vec![&lower, &lower, "--plant", &plant, "--out", &out], "`lower` was given before"),
+        (vec![&lower, &lower, "--plant", &plant, "--out", &out], "`lower` is given twice"),
         (vec![&lower, "--plant", &plant], "--out"),
         (vec![&lower, "--plant", &plant, "--out", &out, "--recording", "x"], "--recording"),
         (vec![&lower, "--plant", &plant, "--out", &out, "--seconds", "1"], "`--seconds` is 1"),

@@ -133,7 +133,7 @@ fn bad_rows_are_refused_by_line_and_column() {
         ("x,y\n1,2\n\n3,4\n", "line 3, column 1 `x`: missing, 0 fields instead of 2"),
         ("x,y\n1,2\n3\n", "line 3, column 2 `y`: missing, 1 fields instead of 2"),
         ("x,y\n1,2\n3,4,5\n", "line 3, column 3: one too many, 3 fields instead of 2"),
-        ("x,y\n1,2\nfour,5\n", "line 3, column 1 `x`: `four` is no number"),
+        ("x,y\n1,2\nfour,5\n", "line 3, column 1 `x`: `four` is not a number"),
         ("x,y\n1,2\n3,NaN\n", "line 3, column 2 `y`: `NaN` is not finite"),
         ("x,y\n1,2\n-inf,4\n", "line 3, column 1 `x`: `-inf` is not finite"),
         ("x,y\n1,2\n1e999,4\n", "line 3, column 1 `x`: `1e999` is not finite"),
@@ -211,12 +211,12 @@ fn headers_that_cannot_be_meant_are_refused() {
         ("", "line 1: empty; put a header row"),
         ("\n1\n", "line 1: empty; put a header row"),
         ("0.5,0.25\n1,2\n", "line 1: `0.5` is a number; put a header row"),
-        ("x,x\n1,2\n", "line 1, column 2 `x`: the name stands there twice"),
+        ("x,x\n1,2\n", "line 1, column 2 `x`: duplicate name"),
         (",x\n1,2\n", "line 1, column 1: the column has no name"),
     ] {
         small(table, &[]).fails(3, &[said]);
     }
-    small("x,y\n1,2\n", &["--columns", "x,z"]).fails(3, &["no column `z`; use `x`, `y`"]);
+    small("x,y\n1,2\n", &["--columns", "x,z"]).fails(3, &["missing column `z`; use `x`, `y`"]);
     small("x,y\n1,2\n", &["--columns", "x,x"]).fails(3, &["column 1 `x`", "twice"]);
 }
 

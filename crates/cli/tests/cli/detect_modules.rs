@@ -105,7 +105,7 @@ fn the_summary_names_the_modules() {
 fn a_column_that_is_missing_is_named() {
     let one = modules(&["module1.toml"]);
     let table = "step,module1/actuator/a1\n0,1\n";
-    detect(table, &one, &[]).fails(3, &["no column `module1/actuator/a2`"]);
+    detect(table, &one, &[]).fails(3, &["missing column `module1/actuator/a2`"]);
     let outcome = detect(table, &one, &["--columns", "step"]);
     outcome.fails(2, &["no module given has a component `step`", "`module1/sensor/g8`"]);
     detect(table, &one, &["--columns", "module1/actuator/a1"]).succeeds();
@@ -126,7 +126,7 @@ fn modules_leave_no_room_for_settings_of_one_s_own() {
         run(&["detect", "-", "--config", &module, flag, "2"]).fails(2, &[flag, "--config"]);
     }
     let twice = modules(&["module1.toml", "module1.toml"]);
-    detect("x\n1\n", &twice, &[]).fails(2, &["`module1` was given before"]);
+    detect("x\n1\n", &twice, &[]).fails(2, &["`module1` is given twice"]);
     let none = ["detect", "-", "--config", "no-such-file.toml"];
     run(&none).fails(3, &["no-such-file.toml"]);
 }

@@ -259,7 +259,7 @@ fn a_revoked_certificate_is_named_by_no_rule() {
         "systemctl restart trusswatch-router",
         "trusswatch pki install module1 && rm -r module1",
         "systemctl restart trusswatch-diagnoser@module1\n",
-        "somebody at 127.0.0.1 can still pass for it",
+        "a process at 127.0.0.1 can still impersonate it",
     ] {
         assert!(revoked.stdout.contains(text), "`{text}` is not in: {}", revoked.stdout);
     }

@@ -20,7 +20,7 @@ fn a_journal_of_another_version_is_refused_in_one_line_and_left_as_it_is() {
     let unknown = r#"{"record":"weighing"}"#.to_owned();
     for (record, said) in [
         (other, "its version is 2, this program reads 1"),
-        (without, "its version is none, this program reads 1"),
+        (without, "it has no version, this program reads 1"),
         (unknown, "unknown variant `weighing`"),
     ] {
         let directory = tempfile::tempdir().unwrap();

@@ -7,12 +7,13 @@ mod settings;
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pki::Holder;
 use truss::Structure;
 
 use crate::failure::Failure;
+use crate::model;
 use parties::{Gateway, Linked, People, Side};
 use settings::{Common, gateway_endpoint};
 
@@ -28,7 +29,7 @@ pub(super) struct Arguments {
     structure: PathBuf,
     /// Kind of process that the settings are for
     #[arg(long, value_enum, default_value = "router")]
-    mode: Mode,
+    mode: EnforcedBy,
     #[command(flatten)]
     common: Common,
     /// A router that this one is linked to, with those on its side, behind further routers too, e.g.
@@ -57,7 +58,7 @@ struct ToFleet {
 
 /// The process that enforces it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Mode {
+enum EnforcedBy {
     /// A router, for clients
     Router,
     /// Each peer
@@ -67,7 +68,7 @@ enum Mode {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { mode, common, .. } = arguments;
     common.check_endpoints()?;
-    let structure = read(&arguments.structure)?;
+    let structure = model::read(&arguments.structure)?;
     let people = people(arguments)?;
     check_sides(&structure, &people)?;
     check_gateway(&structure, *mode, people.gateway.as_ref())?;
@@ -75,8 +76,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let heading = comment(&structure, *mode, &people);
     let access = rules::of_structure(&structure, &people);
     match mode {
-        Mode::Router => common.print_router(&heading, access, connect.as_deref()),
-        Mode::Peer => common.print_peer(&heading, access),
+        EnforcedBy::Router => common.print_router(&heading, access, connect.as_deref()),
+        EnforcedBy::Peer => common.print_peer(&heading, access),
     }
 }
 
@@ -93,11 +94,11 @@ impl ToFleet {
 /// A gateway is a router, of a structure that is not the fleet.
 fn check_gateway(
     structure: &Structure,
-    mode: Mode,
+    mode: EnforcedBy,
     gateway: Option<&Gateway>,
 ) -> Result<(), Failure> {
     let Some(gateway) = gateway else { return Ok(()) };
-    if mode != Mode::Router {
+    if mode != EnforcedBy::Router {
         return Err(Failure::usage("a gateway is a router; leave out `--mode peer`"));
     }
     let fleet = &gateway.router.structure;
@@ -121,7 +122,7 @@ fn check_sides(structure: &Structure, people: &People) -> Result<(), Failure> {
             {
                 let known: Vec<String> = modules().map(|known| format!("`{known}`")).collect();
                 return Err(Failure::usage(format!(
-                    "--router {router}: `{name}` is no equipped module of `{}`; there are {}",
+                    "--router {router}: `{name}` is not an equipped module of `{}`; there are {}",
                     structure.name,
                     known.join(", ")
                 )));
@@ -131,15 +132,6 @@ fn check_sides(structure: &Structure, people: &People) -> Result<(), Failure> {
     Ok(())
 }
 
-fn read(file: &Path) -> Result<Structure, Failure> {
-    let name = file.display();
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| Failure::input(format!("cannot read `{name}`: {error}")))?;
-    Structure::from_toml(&text).map_err(|errors| {
-        Failure::inputs(errors.iter().map(|error| format!("{name}: {error}")).collect())
-    })
-}
-
 fn people(arguments: &Arguments) -> Result<People, Failure> {
     let routers = arguments.routers.iter().cloned().collect();
     let gateway = arguments.to_fleet.gateway.clone();
@@ -147,10 +139,10 @@ fn people(arguments: &Arguments) -> Result<People, Failure> {
 }
 
 /// The heading of the settings: what they are for and how they were made.
-fn comment(structure: &Structure, mode: Mode, people: &People) -> String {
+fn comment(structure: &Structure, mode: EnforcedBy, people: &People) -> String {
     let (owner, others) = match mode {
-        Mode::Router => ("a router", "`client-tls.json5`"),
-        Mode::Peer => ("a module computer", "the same settings"),
+        EnforcedBy::Router => ("a router", "`client-tls.json5`"),
+        EnforcedBy::Peer => ("a module computer", "the same settings"),
     };
     let operators = named("operator", &people.operators);
     let observers = named("observer", &people.observers);

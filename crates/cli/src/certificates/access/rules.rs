@@ -47,7 +47,7 @@ const ORDERS: &str = "the fleet orders";
 /// The table `access_control` for what the modules of a structure, its plant and these people may do.
 pub(super) fn of_structure(structure: &Structure, people: &People) -> Value {
     let name = &structure.name;
-    let mut access = AccessControl::new(&people.generations);
+    let mut access = AccessRules::new(&people.generations);
     access.add_general_rules(structure);
     for module in structure.equipped() {
         let rule = speaks(&module.name);
@@ -77,7 +77,7 @@ pub(super) fn of_structure(structure: &Structure, people: &People) -> Value {
 /// The table `access_control` for what the gateways and the people of a fleet may do.
 pub(super) fn of_fleet(fleet: &Fleet) -> Value {
     let any = Crossing::of_any();
-    let mut access = AccessControl::new(&fleet.people.generations);
+    let mut access = AccessRules::new(&fleet.people.generations);
     access.allow(GET, OUTGOING, OWN, realm::everything());
     access.allow(ASKED, OUTGOING, REQUEST, realm::everything());
     access.allow(HEAR, INCOMING, LISTEN, realm::everything());
@@ -104,14 +104,14 @@ pub(super) fn of_fleet(fleet: &Fleet) -> Value {
 }
 
 /// The entries of the table `access_control`.
-struct AccessControl<'a> {
+struct AccessRules<'a> {
     rules: Vec<Value>,
     subjects: Vec<Value>,
     policies: Vec<Value>,
     generations: &'a Generations,
 }
 
-impl<'a> AccessControl<'a> {
+impl<'a> AccessRules<'a> {
     fn new(generations: &'a Generations) -> Self {
         Self { rules: Vec::new(), subjects: Vec::new(), policies: Vec::new(), generations }
     }
@@ -214,7 +214,7 @@ impl<'a> AccessControl<'a> {
         }
     }
 
-    /// Allows whoever shows a certificate of this name these rules.
+    /// Grants these rules to the certificate of this name.
     fn permit(&mut self, name: &CommonName, rules: &[&str]) {
         let id = name.to_string();
         self.subjects.push(json!({ "id": id, "cert_common_names": [id] }));

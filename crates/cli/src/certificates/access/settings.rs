@@ -11,7 +11,6 @@ use session::{
     wait_before_close_us,
 };
 
-use super::super::unreadable;
 use super::parties::People;
 use crate::failure::Failure;
 
@@ -118,7 +117,8 @@ impl Common {
         let Some(directory) = &self.directory else { return Ok(people) };
         let library = Library::at(directory);
         let read = || Ok((library.holders()?, library.generations()?));
-        let (holders, generations) = read().map_err(|error| unreadable(directory, &error))?;
+        let (holders, generations) =
+            read().map_err(|error: std::io::Error| Failure::unreadable(directory, error))?;
         people.generations = generations;
         for holder in holders {
             match holder {

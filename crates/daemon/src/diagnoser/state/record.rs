@@ -70,8 +70,9 @@ pub(super) fn check_version(records: &[String]) -> Result<(), String> {
     for text in records {
         match serde_json::from_str(text) {
             Ok(Head { record, v }) if record == "start" && v != Some(VERSION) => {
-                let found = v.map_or_else(|| "none".to_owned(), |v| v.to_string());
-                return Err(format!("its version is {found}, this program reads {VERSION}"));
+                let found =
+                    v.map_or("it has no version".to_owned(), |v| format!("its version is {v}"));
+                return Err(format!("{found}, this program reads {VERSION}"));
             }
             _ => {}
         }
@@ -98,7 +99,7 @@ mod tests {
         assert_eq!(check(&[start, start]), Ok(()));
         let refused = |text: &str| check(&[start, text]).unwrap_err();
         assert_eq!(refused(&other), "its version is 2, this program reads 1");
-        assert_eq!(refused(&without), "its version is none, this program reads 1");
+        assert_eq!(refused(&without), "it has no version, this program reads 1");
         assert!(refused(&unknown).contains("unknown variant `weighing`"));
     }
 

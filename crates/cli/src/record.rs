@@ -1,21 +1,23 @@
 //! `trusswatch record`: what is published, as MCAP files; and damaged files mended.
 
-mod report;
-
-use std::io::{self, IsTerminal, Write};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use daemon::recorder::{self, RecorderConfig, Report, Subject};
 use indicatif::ProgressBar;
-use recording::Limits;
+use recording::{Limits, Recovered};
+use serde_json::{Value, json};
 use shell::shutdown::ShutdownFlags;
 use shell::{logging, runtime};
 use vocabulary::ModuleName;
 
 use crate::failure::Failure;
 use crate::link::Link;
-use crate::versioned;
+use crate::output;
+use crate::table::{table, terminal_width};
 
 /// From one line in the log to the next, where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(60);
@@ -25,8 +27,8 @@ const MINUTE_NS: u64 = 60_000_000_000;
 /// Record what is published, as MCAP files, until interrupted
 ///
 /// Every message is kept as it was published, with its schema, for `trusswatch replay` and for any viewer of MCAP
-/// files; what a module's diagnoser was set up with as well. What was missed is fetched from whoever published it; what
-/// cannot be had is counted, in the file too. A new file begins by size and time, the oldest are deleted by quota.
+/// files; what a module's diagnoser was set up with as well. What was missed is fetched from its publisher; what
+/// cannot be fetched is counted, in the file too. A new file begins by size and time, the oldest are deleted by quota.
 /// Killed at any moment, it loses a second at most; `--recover` makes a finished file of an unfinished or damaged one.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -85,15 +87,15 @@ fn record(arguments: &Arguments) -> Result<(), Failure> {
         },
     };
     let mut last = Report::default();
-    let mut show = Show::new();
-    let (into, shows) = (&mut last, &mut show);
+    let mut line = ProgressLine::new();
+    let (into, shows) = (&mut last, &mut line);
     let outcome = runtime::until_done(arguments.shutdown, |shutdown| async move {
         *into = recorder::run(config, shutdown, |report| shows.report(report)).await?;
         Ok(())
     });
-    show.bar.finish_and_clear();
+    line.bar.finish_and_clear();
     outcome?;
-    print(arguments, &report::Summary::of(&last), || report::text(&last))
+    output::print(&if arguments.json { output::text(&document(&last))? } else { text(&last) })
 }
 
 fn recover(arguments: &Arguments, from: &Path) -> Result<(), Failure> {
@@ -102,27 +104,61 @@ fn recover(arguments: &Arguments, from: &Path) -> Result<(), Failure> {
         recording::RecoveryError::From(error) => Failure::input(error.to_string()),
         recording::RecoveryError::To(error) => Failure::runtime(error.to_string()),
     })?;
-    let document = report::Mended::of(from, &to, &recovered);
-    print(arguments, &document, || document.text())
+    let Recovered { messages, problems, ending } = &recovered;
+    output::print(&if arguments.json {
+        output::text(&json!({
+            "from": from,
+            "to": to,
+            "messages": messages,
+            "ending": ending.to_string(),
+            "problems": problems,
+        }))?
+    } else {
+        let problems: String = problems.iter().map(|problem| format!("  {problem}\n")).collect();
+        let (from, to) = (from.display(), to.display());
+        format!("{from}: {ending}\n{problems}{to}: {messages} messages\n")
+    })
 }
 
-fn print<D: serde::Serialize>(
-    arguments: &Arguments,
-    document: &D,
-    text: impl FnOnce() -> String,
-) -> Result<(), Failure> {
-    let text = if arguments.json { versioned::text(document)? } else { text() };
-    Ok(io::stdout().lock().write_all(text.as_bytes())?)
+/// What was recorded, for machines.
+fn document(report: &Report) -> Value {
+    json!({
+        "files": report.files,
+        "recorded": report.total(),
+        "fetched": report.fetched,
+        "lost": report.lost(),
+        "messages": report.messages,
+        "losses": report.losses,
+    })
+}
+
+/// The same for people.
+fn text(report: &Report) -> String {
+    let mut table = table(&["topic", "messages", "lost"]);
+    table.align_right([1, 2]);
+    let topics = report.messages.keys().chain(report.losses.keys());
+    let topics: BTreeSet<&String> = topics.collect();
+    for topic in topics {
+        let count = |of: &BTreeMap<String, u64>| of.get(topic).copied().unwrap_or(0).to_string();
+        table.add_row([topic.clone(), count(&report.messages), count(&report.losses)]);
+    }
+    let mut text = table.text(terminal_width());
+    for file in &report.files {
+        let _ = writeln!(text, "{}", file.display());
+    }
+    let (recorded, fetched, lost) = (report.total(), report.fetched, report.lost());
+    let _ = writeln!(text, "{recorded} messages recorded, {fetched} of them fetched; {lost} lost");
+    text
 }
 
 /// One line that changes on a terminal; elsewhere one a minute in the log.
-struct Show {
+struct ProgressLine {
     bar: ProgressBar,
     is_terminal: bool,
     logged: Instant,
 }
 
-impl Show {
+impl ProgressLine {
     fn new() -> Self {
         let is_terminal = io::stderr().is_terminal();
         let bar = if is_terminal { ProgressBar::new_spinner() } else { ProgressBar::hidden() };

@@ -1,13 +1,13 @@
 //! `trusswatch stroke`: stroke tests of the simulated plant.
 
-mod report;
-
-use vocabulary::{ComponentKind, Mention, Stroke, StructureName};
+use serde_json::json;
+use vocabulary::words::force;
+use vocabulary::{ComponentKind, Mention, Stroke, StrokeBegun, StructureName};
 use zenoh::Session;
 
 use crate::failure::Failure;
 use crate::link::Link;
-use crate::plant_order;
+use crate::{output, plant_order};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -63,7 +63,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         observer::stroke(session, structure, &stroke, timeout).await
     };
     let (structure, begun) = plant_order::give(&arguments.link, &stroke.component, send)?;
-    report::print(&structure, &stroke, &begun, arguments.json)
+    let Stroke { force_n, duration_s, largest_strain, .. } = stroke;
+    let StrokeBegun { component, first_step, last_step } = &begun;
+    output::print(&if arguments.json {
+        output::line(&json!({
+            "structure": structure,
+            "component": component,
+            "force_n": force_n,
+            "duration_s": duration_s,
+            "largest_strain": largest_strain,
+            "first_step": first_step,
+            "last_step": last_step,
+        }))?
+    } else {
+        let size = force(force_n);
+        format!("{component}: stroke of ±{size} from step {first_step} to step {last_step}\n")
+    })
 }
 
 impl Arguments {

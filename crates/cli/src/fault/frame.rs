@@ -1,6 +1,6 @@
-//! A freeze frame drawn with characters.
+//! The freeze frame of a component's fault: drawn with characters, and as CSV.
 
-use figure::freeze_frame::{ratios, shown_in, trace};
+use figure::freeze_frame::{ratios, seconds, shown_in, trace};
 use terminal::Plot;
 use vocabulary::{FreezeFrame, Step, Trace};
 
@@ -9,10 +9,10 @@ use crate::paint::Paint;
 /// Lines of a plot: title, curve, steps.
 const LINES: u16 = 10;
 /// No drawing is wider: dots would be few and far between.
-pub(in crate::fault) const WIDEST: u16 = 100;
+pub(super) const WIDEST: u16 = 100;
 
 /// What was measured, the residual and the divergence, with what the marks in them are.
-pub(in crate::fault) fn text(frame: &FreezeFrame, width: u16, paint: Paint) -> String {
+pub(super) fn text(frame: &FreezeFrame, width: u16, paint: Paint) -> String {
     let measured = trace(frame, &["reading", "force"]);
     let residual = trace(frame, &["residual"]);
     let traces = [measured, residual].into_iter().flatten().map(|trace| of_trace(frame, trace));
@@ -56,6 +56,25 @@ fn of_divergence(frame: &FreezeFrame) -> Plot {
     let powers = ratios(frame).into_iter().map(f64::log10);
     let title = "divergence over threshold (╌), power of ten".to_owned();
     Plot { level: Some(0.0), ..plot(frame, title, powers) }
+}
+
+/// The step, the time since the detection, and the traces with their units in the header; a value that is not there is
+/// empty.
+pub(super) fn csv(frame: &FreezeFrame) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let named = frame.traces.iter().map(|trace| format!("{} [{}]", trace.name, trace.unit));
+    writer.write_record(
+        ["step".to_owned(), "since detection [s]".to_owned()].into_iter().chain(named),
+    )?;
+    for (row, step) in frame.steps.iter().enumerate() {
+        let values = frame.traces.iter().map(|trace| {
+            let value = trace.values.get(row).copied().flatten();
+            value.map_or_else(String::new, |value| value.to_string())
+        });
+        let time = seconds(frame, step.0);
+        writer.write_record([step.to_string(), time.to_string()].into_iter().chain(values))?;
+    }
+    writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
 }
 
 #[cfg(test)]
@@ -115,5 +134,15 @@ mod tests {
             let widest = text.lines().map(|line| line.chars().count()).max();
             assert!(widest <= Some(usize::from(width).max(42)), "{text}");
         }
+    }
+
+    #[test]
+    fn every_step_has_a_row_and_what_is_undefined_is_empty() {
+        let text = String::from_utf8(csv(&frame()).unwrap()).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "step,since detection [s],reading [m],residual [m],divergence [1]");
+        assert_eq!(lines[1], "1000,-0.102,0.000001,0,");
+        assert_eq!(lines[199], "1199,0.097,0.000046,0.000045,50");
+        assert_eq!(lines.len(), 200);
     }
 }

@@ -8,18 +8,17 @@ use std::path::{Path, PathBuf};
 use daemon::config::{
     DiagnoserConfig, PlantFlags, Schedule, ScheduledFault, Speed, load_diagnoser, load_plant,
 };
-use settings::ConfigErrors;
 use tempfile::TempDir;
 use toml::Table;
 use vocabulary::{ModuleName, StructureName};
 
 use super::children::Children;
-use super::story::{self, Act, Pace};
+use super::story::{Act, DemoTiming, acts};
 use crate::failure::Failure;
 use crate::shipped::{MODULES, OTHERS, PLANT, Shipped, temporary_directory};
 
 /// The processes' configurations, and what follows from them.
-pub(super) struct Rig {
+pub(super) struct DemoSetup {
     plant: PathBuf,
     diagnoser: PathBuf,
     directory: TempDir,
@@ -35,14 +34,14 @@ pub(super) struct Rig {
     /// Where the processes listen.
     pub(super) endpoints: Vec<String>,
     /// Lengths in steps.
-    pub(super) pace: Pace,
+    pub(super) timing: DemoTiming,
     /// The stories.
     pub(super) acts: Vec<Act>,
 }
 
-impl Rig {
+impl DemoSetup {
     /// Lays everything out.
-    pub(super) fn set_up(speed: Speed, seed: u64) -> Result<Rig, Failure> {
+    pub(super) fn set_up(speed: Speed, seed: u64) -> Result<DemoSetup, Failure> {
         let own = std::env::current_exe().map_err(|error| {
             Failure::runtime(format!("cannot find out where this program is: {error}"))
         })?;
@@ -63,15 +62,14 @@ impl Rig {
             // Each module connects to the plant and to the modules before it.
             let (before, own) = (&endpoints[..=index], &endpoints[index + 1]);
             let file = write_config(place, module, own, before)?;
-            configs.push(load_diagnoser(&file).map_err(|errors| unusable(&errors))?);
+            configs.push(load_diagnoser(&file)?);
         }
-        let pace = pace(&configs);
-        let stories = story::stories().map_err(|error| Failure::runtime(error.to_string()))?;
-        let acts = story::acts(stories, &pace);
+        let timing = timing(&configs);
+        let acts = acts(&timing).map_err(|error| Failure::runtime(error.to_string()))?;
         write_schedule(place, &acts)?;
         check_plant(place)?;
         let flags = ["--seed", &seed.to_string(), "--speed", &speed.to_string()];
-        Ok(Rig {
+        Ok(DemoSetup {
             plant,
             diagnoser,
             flags: flags.iter().map(OsString::from).collect(),
@@ -80,7 +78,7 @@ impl Rig {
             components: configs.iter().map(components).sum(),
             own,
             endpoints,
-            pace,
+            timing,
             acts,
             directory,
         })
@@ -120,10 +118,6 @@ fn schedule_file(place: &Path) -> PathBuf {
     place.join("schedule.toml")
 }
 
-fn unusable(errors: &ConfigErrors) -> Failure {
-    Failure::inputs(errors.0.iter().map(ToString::to_string).collect())
-}
-
 /// Writes a shipped configuration with other endpoints.
 fn write_config(
     place: &Path,
@@ -149,20 +143,19 @@ fn write_schedule(place: &Path, acts: &[Act]) -> Result<(), Failure> {
     let faults = acts.iter().map(|act| ScheduledFault {
         at_step: act.injected,
         until_step: Some(act.repaired),
-        component: act.story.component.clone(),
-        fault: act.story.fault,
+        component: act.component.clone(),
+        fault: act.fault,
     });
     let schedule = Schedule { faults: faults.collect() };
     let text = toml::to_string(&schedule)
         .map_err(|error| Failure::runtime(format!("cannot write the schedule: {error}")))?;
     let file = schedule_file(place);
-    fs::write(&file, text)
-        .map_err(|error| Failure::runtime(format!("cannot write `{}`: {error}", file.display())))
+    fs::write(&file, text).map_err(|error| Failure::unwritable(&file, error))
 }
 
 fn check_plant(place: &Path) -> Result<(), Failure> {
     let flags = PlantFlags { schedule: Some(schedule_file(place)), ..PlantFlags::default() };
-    load_plant(&place.join(PLANT.path), &flags).map_err(|errors| unusable(&errors))?;
+    load_plant(&place.join(PLANT.path), &flags)?;
     Ok(())
 }
 
@@ -171,17 +164,18 @@ fn components(config: &DiagnoserConfig) -> u64 {
 }
 
 /// The longest of each length among the modules.
-fn pace(configs: &[DiagnoserConfig]) -> Pace {
-    let mut pace = Pace { step_s: 1e-3, warm_up: 0, effects: 0, interval: 0 };
+fn timing(configs: &[DiagnoserConfig]) -> DemoTiming {
+    let mut timing = DemoTiming { step_s: 1e-3, warm_up: 0, effects: 0, interval: 0 };
     for setup in configs.iter().map(DiagnoserConfig::module_setup) {
         let divergence = setup.detection.divergence;
         let vectors = divergence.interval.vectors().unwrap_or_default() as u64;
-        pace.step_s = setup.step_s;
-        pace.warm_up = pace.warm_up.max(setup.detection.warm_up_vectors + divergence.window as u64);
-        pace.effects = pace.effects.max(setup.isolation.effect_steps);
-        pace.interval = pace.interval.max(vectors);
+        timing.step_s = setup.step_s;
+        timing.warm_up =
+            timing.warm_up.max(setup.detection.warm_up_vectors + divergence.window as u64);
+        timing.effects = timing.effects.max(setup.isolation.effect_steps);
+        timing.interval = timing.interval.max(vectors);
     }
-    pace
+    timing
 }
 
 fn beside(directory: &Path, name: &str) -> Result<PathBuf, Failure> {

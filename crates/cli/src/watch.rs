@@ -6,8 +6,8 @@ use terminal::{Issuer, Settings};
 use vocabulary::ModuleName;
 
 use crate::failure::Failure;
-use crate::link::{self, Link, Target};
-use crate::order::issuer;
+use crate::link::{self, Link, LinkTarget};
+use crate::order;
 use crate::paint::Paint;
 
 /// Look at modules, faults and events on the terminal, and give orders by keys
@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-fn settings(arguments: &Arguments, target: &Target) -> Result<Settings, Failure> {
+fn settings(arguments: &Arguments, target: &LinkTarget) -> Result<Settings, Failure> {
     Ok(Settings {
         places: target.places(),
         structure: target.structure.clone(),
@@ -58,12 +58,12 @@ fn settings(arguments: &Arguments, target: &Target) -> Result<Settings, Failure>
 }
 
 /// Who gives orders. A certificate that is no operator's gives none: access control would not admit them.
-fn issuer(arguments: &Arguments, target: &Target) -> Result<Result<Issuer, String>, Failure> {
+fn issuer(arguments: &Arguments, target: &LinkTarget) -> Result<Result<Issuer, String>, Failure> {
     let operator = target.operator();
     if operator.is_none() && target.network().tls.is_some() {
         return Ok(Err("the certificate that is shown is not an operator's".to_owned()));
     }
-    match issuer::name(arguments.by.as_deref(), operator.as_ref()) {
+    match order::issuer(arguments.by.as_deref(), operator.as_ref()) {
         Ok(by) => Ok(Ok(Issuer { by, operator })),
         // Looking needs no name.
         Err(failure) if arguments.by.is_none() => Ok(Err(failure.in_words())),

@@ -1,0 +1,152 @@
+//! How the channels are watched: all alike, or each as in its module's configuration.
+
+use std::path::PathBuf;
+
+use daemon::config::load_diagnoser;
+use diagnosis::ModuleSetup;
+use diagnosis::divergence::{DivergenceSettings, Interval};
+use vocabulary::{ComponentPath, ModuleName};
+
+use crate::failure::Failure;
+
+/// How one channel is watched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tuning {
+    /// ε, in squared units of the channel.
+    pub(super) prior_scatter: f64,
+    /// γ; infinite if nothing is to count as a change.
+    pub(super) threshold: f64,
+}
+
+/// Channels that have their settings in common; they stand side by side.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ChannelGroup {
+    pub(super) settings: DivergenceSettings,
+    /// Vectors that must have been taken before a change counts.
+    pub(super) warm_up: u64,
+    /// Rows below the threshold after which a change has ended.
+    pub(super) quiet_steps: u64,
+    pub(super) channels: Vec<Tuning>,
+}
+
+/// The channels of a module, and the names of their columns.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ModuleChannels {
+    name: ModuleName,
+    pub(super) columns: Vec<String>,
+    group: ChannelGroup,
+}
+
+/// How all channels of a table are watched.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct DetectionPlan {
+    /// In the order of the channels.
+    pub(super) groups: Vec<ChannelGroup>,
+    /// The same in words.
+    pub(super) words: String,
+}
+
+impl DetectionPlan {
+    /// All channels alike.
+    pub(super) fn alike(group: ChannelGroup) -> DetectionPlan {
+        let DivergenceSettings { window, lag, interval } = group.settings;
+        let interval = match interval {
+            Interval::Growing => "all vectors since the start".to_owned(),
+            Interval::Sliding { vectors } => format!("the last {vectors} vectors"),
+        };
+        let threshold = match group.channels.first() {
+            Some(tuning) if tuning.threshold.is_finite() => {
+                format!("threshold {}", tuning.threshold)
+            }
+            _ => "no threshold: nothing counts as a change".to_owned(),
+        };
+        let words = format!("window {window}, lag {lag}, {interval}; {threshold}");
+        DetectionPlan { groups: vec![group], words }
+    }
+
+    /// Each channel as in its module's configuration.
+    pub(super) fn of_modules(modules: Vec<ModuleChannels>) -> DetectionPlan {
+        let names: Vec<_> = modules.iter().map(|module| format!("`{}`", module.name)).collect();
+        let words = format!("settings and thresholds of {}", names.join(", "));
+        DetectionPlan { groups: modules.into_iter().map(|module| module.group).collect(), words }
+    }
+
+    /// Can anything count as a change?
+    pub(super) fn has_threshold(&self) -> bool {
+        let mut channels = self.groups.iter().flat_map(|group| &group.channels);
+        channels.any(|tuning| tuning.threshold.is_finite())
+    }
+}
+
+/// Reads the configurations of diagnosers. Of their components only those in `wanted` are kept, if that
+/// is given.
+///
+/// # Errors
+/// A configuration with mistakes, one module twice, or something wanted that none of them has.
+pub(super) fn load(
+    files: &[PathBuf],
+    wanted: Option<&[String]>,
+) -> Result<Vec<ModuleChannels>, Failure> {
+    let mut modules: Vec<ModuleChannels> = Vec::new();
+    for file in files {
+        let module = ModuleChannels::new(&load_diagnoser(file)?.module_setup());
+        if modules.iter().any(|earlier| earlier.name == module.name) {
+            return Err(Failure::usage(format!(
+                "{}: `{}` is given twice; give each module once",
+                file.display(),
+                module.name
+            )));
+        }
+        modules.push(module);
+    }
+    // Without modules any column may be wanted.
+    if let Some(wanted) = wanted.filter(|_| !modules.is_empty()) {
+        check_wanted(&modules, wanted)?;
+        modules.iter_mut().for_each(|module| module.keep(wanted));
+        modules.retain(|module| !module.columns.is_empty());
+    }
+    Ok(modules)
+}
+
+fn check_wanted(modules: &[ModuleChannels], wanted: &[String]) -> Result<(), Failure> {
+    let known = |name: &str| modules.iter().any(|module| module.columns.iter().any(|c| c == name));
+    let Some(unknown) = wanted.iter().map(|name| name.trim()).find(|name| !known(name)) else {
+        return Ok(());
+    };
+    let all = modules.iter().flat_map(|module| &module.columns);
+    let all: Vec<_> = all.map(|column| format!("`{column}`")).collect();
+    Err(Failure::usage(format!(
+        "no module given has a component `{unknown}`; use {}",
+        all.join(", ")
+    )))
+}
+
+impl ModuleChannels {
+    fn new(setup: &ModuleSetup) -> ModuleChannels {
+        let module = setup.structure.module(&setup.module);
+        let components = module.into_iter().flat_map(|module| module.components());
+        let path = |component| ComponentPath { module: setup.module.clone(), component };
+        let tunings = setup.prior_scatters().into_iter().zip(&setup.thresholds);
+        let channels = tunings
+            .map(|(prior_scatter, &threshold)| Tuning { prior_scatter, threshold })
+            .collect();
+        ModuleChannels {
+            name: setup.module.clone(),
+            columns: components.map(|component| path(component).to_string()).collect(),
+            group: ChannelGroup {
+                settings: setup.detection.divergence,
+                warm_up: setup.detection.warm_up_vectors,
+                quiet_steps: setup.isolation.quiet_steps,
+                channels,
+            },
+        }
+    }
+
+    /// Leaves out the columns that are not wanted.
+    fn keep(&mut self, wanted: &[String]) {
+        let is_wanted = |column: &String| wanted.iter().any(|name| name.trim() == column);
+        let mut kept = self.columns.iter().map(is_wanted);
+        self.group.channels.retain(|_| kept.next() == Some(true));
+        self.columns.retain(is_wanted);
+    }
+}

@@ -1,0 +1,68 @@
+//! What commands print: text, or JSON objects that begin with the version of their format, as messages do.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+use serde_json::Value;
+use vocabulary::VERSION;
+
+use crate::failure::Failure;
+
+/// Prints text on standard output, at once.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// An object and its version.
+#[derive(Serialize)]
+struct VersionedDocument<'a, D> {
+    v: u64,
+    #[serde(flatten)]
+    document: &'a D,
+}
+
+/// The object on lines of its own, with a line end.
+pub(crate) fn text<D: Serialize>(document: &D) -> Result<String, serde_json::Error> {
+    Ok(serde_json::to_string_pretty(&VersionedDocument { v: VERSION, document })? + "\n")
+}
+
+/// The object on one line, with a line end.
+pub(crate) fn line<D: Serialize>(document: &D) -> Result<String, serde_json::Error> {
+    Ok(serde_json::to_string(&VersionedDocument { v: VERSION, document })? + "\n")
+}
+
+#[derive(Serialize)]
+struct Extended<M> {
+    #[serde(flatten)]
+    message: M,
+    #[serde(flatten)]
+    fields: Value,
+}
+
+/// The message with further fields, which are an object.
+pub(crate) fn with<M: Serialize>(message: M, fields: Value) -> impl Serialize {
+    Extended { message, fields }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[derive(Serialize)]
+    #[serde(tag = "news", rename_all = "snake_case")]
+    enum News {
+        Lost { count: u64 },
+    }
+
+    #[test]
+    fn the_version_stands_first_whatever_follows() {
+        let news = News::Lost { count: 3 };
+        assert_eq!(line(&news).unwrap(), "{\"v\":1,\"news\":\"lost\",\"count\":3}\n");
+        assert!(text(&news).unwrap().starts_with("{\n  \"v\": 1,\n  \"news\""));
+        let with_time = line(&with(&news, json!({ "time": 7 }))).unwrap();
+        assert_eq!(with_time, "{\"v\":1,\"news\":\"lost\",\"count\":3,\"time\":7}\n");
+    }
+}
