@@ -19,30 +19,30 @@ pub struct Excerpt {
     /// The latest step that counts.
     pub as_of: Step,
     pub(crate) step_s: f64,
-    pub(crate) seen: Seen,
-    pub(crate) measured: Measured,
+    pub(crate) seen: FaultOnset,
+    pub(crate) measured: MeasuredSeries,
 }
 
 /// What was seen of the onset.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Seen {
+pub(crate) enum FaultOnset {
     /// A change: it rose from `onset` until it was noticed at `detection`.
     Change { onset: Step, detection: Step },
     /// Nothing: it was noticed at `detection`, and may have begun long before.
     Departure { detection: Step },
 }
 
-impl Seen {
+impl FaultOnset {
     pub(crate) fn detection(self) -> Step {
         match self {
-            Seen::Change { detection, .. } | Seen::Departure { detection } => detection,
+            FaultOnset::Change { detection, .. } | FaultOnset::Departure { detection } => detection,
         }
     }
 }
 
 /// What was measured.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Measured {
+pub(crate) enum MeasuredSeries {
     Gage(GageSeries),
     Cylinder(CylinderSeries),
     /// There is no usable signal.
