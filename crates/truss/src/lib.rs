@@ -6,8 +6,8 @@
 //!    stands for (`generator`), and checks it, reporting every mistake at once (`validation`).
 //! 2. [`Structure::local`] cuts out one module's own part, clamped at its lower interface;
 //!    [`Structure::parts`] takes apart what does not touch, [`Structure::row`] sets copies side by side.
-//! 3. [`Mechanics::assemble`] puts the members together (`element`, `assembly`) and condenses the
-//!    rotations (`condensation`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
+//! 3. [`Mechanics::assemble`] puts the members together (`element`) and condenses the rotations
+//!    (`assembly`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
 //! 4. [`Modes::of`] splits the equations of motion into single oscillators.
 //! 5. [`ModalStepper`] steps them exactly under inputs held constant over a step;
 //!    [`LocalModel`] is such a stepper from a module's actuator forces to its gage elongations.
@@ -20,7 +20,6 @@
 mod assembly;
 mod check;
 mod cholesky;
-mod condensation;
 mod description;
 mod description_error;
 mod direction;
@@ -44,7 +43,7 @@ mod validation;
 mod writer;
 
 pub use assembly::{Dof, Mechanics};
-pub use description_error::{DescriptionError, DescriptionErrors, Problem};
+pub use description_error::{DescriptionError, DescriptionErrors, DescriptionProblem};
 pub use direction::{Direction, Support};
 pub use export::{
     Export, ExportedActuator, ExportedFixed, ExportedGage, ExportedMember, ExportedNode,
@@ -58,4 +57,4 @@ pub use model_error::ModelError;
 pub use perturbation::Perturbation;
 pub use row::copy_prefix;
 pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
-pub use summary::{ModeSummary, ModuleSummary, Summary};
+pub use summary::{ModeSummary, ModuleSummary, StructureSummary};

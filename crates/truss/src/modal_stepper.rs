@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use pulp::Arch;
 
 use crate::modal::Modes;
-use crate::oscillator::Transition;
+use crate::oscillator::OscillatorStep;
 
 /// Width of a block.
 const LANES: usize = 8;
@@ -31,7 +31,7 @@ pub struct ModalStepper {
     velocities: Vec<Block>,
 }
 
-/// [`Transition`]s of a block of modes, coefficient by coefficient.
+/// [`OscillatorStep`]s of a block of modes, coefficient by coefficient.
 #[derive(Debug, Clone)]
 struct TransitionBlock {
     displacement_keep: Block,
@@ -229,10 +229,10 @@ fn transition_block(modes: &Modes, dt_s: f64, block: usize) -> TransitionBlock {
     let transition = |lane: usize| {
         let omega = modes.angular_frequencies.get(mode(lane))?;
         let ratio = modes.damping_ratios.get(mode(lane))?;
-        Some(Transition::over(dt_s, *omega, *ratio))
+        Some(OscillatorStep::over(dt_s, *omega, *ratio))
     };
-    let all: [Option<Transition>; LANES] = std::array::from_fn(transition);
-    let take = |pick: fn(&Transition) -> f64| all.map(|t| t.as_ref().map_or(0.0, pick));
+    let all: [Option<OscillatorStep>; LANES] = std::array::from_fn(transition);
+    let take = |pick: fn(&OscillatorStep) -> f64| all.map(|t| t.as_ref().map_or(0.0, pick));
     TransitionBlock {
         displacement_keep: take(|t| t.displacement_keep),
         displacement_from_velocity: take(|t| t.displacement_from_velocity),
