@@ -11,12 +11,12 @@ use nalgebra::DMatrix;
 use truss::{Direction, Mechanics, Modes, Structure};
 
 use crate::error::PlantError;
+use crate::gains;
 use crate::loads::{heights_above_ground, level_map, loaded_levels};
 use crate::nominal::NominalModel;
 use crate::parameters::PlantParameters;
 use crate::wind::profile::{gust_deviation, mean_speed, turbulence_length};
 use crate::wind::spectrum::GustSpectrum;
-use crate::{kalman, lqr};
 
 /// Model and gains of the controller.
 #[derive(Debug, Clone)]
@@ -52,8 +52,8 @@ impl Design {
             .map(|length| (noise_factor * (parameters.gages.noise_strain * length)).powi(2))
             .collect();
         Ok(Self {
-            regulator: lqr::design(&model, parameters.controller.effort_weight)?,
-            filter: kalman::design(&model, &power, &variances, parameters.step_s)?,
+            regulator: gains::regulator(&model, parameters.controller.effort_weight)?,
+            filter: gains::filter(&model, &power, &variances, parameters.step_s)?,
             model,
         })
     }
@@ -93,12 +93,12 @@ fn white_force_power(
 
 /// A matrix stored column by column, so that a product runs over independent rows.
 #[derive(Debug, Clone)]
-struct Columns {
+struct ColumnMatrix {
     rows: usize,
     values: Vec<f64>,
 }
 
-impl Columns {
+impl ColumnMatrix {
     fn new(matrix: &DMatrix<f64>) -> Self {
         Self { rows: matrix.nrows(), values: matrix.as_slice().to_vec() }
     }
@@ -120,11 +120,11 @@ impl Columns {
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
     transitions: Vec<[[f64; 2]; 2]>,
-    force_map: Columns,
+    force_map: ColumnMatrix,
     /// −C and −K: both only ever appear with this sign.
-    minus_gage_map: Columns,
-    minus_regulator: Columns,
-    filter: Columns,
+    minus_gage_map: ColumnMatrix,
+    minus_regulator: ColumnMatrix,
+    filter: ColumnMatrix,
     demand_limit_n: f64,
     state: Vec<f64>,
     innovation: Vec<f64>,
@@ -142,10 +142,10 @@ impl Controller {
     ) -> Self {
         Self {
             transitions: design.model.transitions.clone(),
-            force_map: Columns::new(&design.model.force_map),
-            minus_gage_map: Columns::new(&-&design.model.gage_map),
-            minus_regulator: Columns::new(&-&design.regulator),
-            filter: Columns::new(&design.filter),
+            force_map: ColumnMatrix::new(&design.model.force_map),
+            minus_gage_map: ColumnMatrix::new(&-&design.model.gage_map),
+            minus_regulator: ColumnMatrix::new(&-&design.regulator),
+            filter: ColumnMatrix::new(&design.filter),
             demand_limit_n,
             state,
             innovation: vec![0.0; design.model.gage_map.nrows()],

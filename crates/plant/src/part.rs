@@ -21,14 +21,14 @@ use crate::parameters::PlantParameters;
 use crate::pressure_sensor::PressureSensors;
 use crate::signals::Signals;
 use crate::slow_elongations::SlowElongations;
-use crate::stroke::{Stroke, StrokeUnderWay};
+use crate::stroke::{StrokeTest, StrokeUnderWay};
 use crate::tower::Tower;
 use crate::wind_loads::WindConditions;
 use crate::wind_loads::WindLoads;
 
 /// A tower at work.
 #[derive(Debug, Clone)]
-pub(crate) struct Part {
+pub(crate) struct PlantPart {
     structure: ModalStepper,
     slow_elongations: SlowElongations,
     live_loads_kg: Vec<f64>,
@@ -48,24 +48,6 @@ pub(crate) struct Part {
     buffers: Buffers,
 }
 
-/// What a part is made of.
-pub(crate) struct Making<'a> {
-    /// The structure as it is.
-    pub(crate) truth: &'a Structure,
-    /// The nominal structure, on which its controller is designed.
-    pub(crate) nominal: &'a Structure,
-    /// Parameters as they are.
-    pub(crate) true_parameters: &'a PlantParameters,
-    /// The nominal parameters, for which its controller is designed.
-    pub(crate) nominal_parameters: &'a PlantParameters,
-    /// The wind that all parts stand in.
-    pub(crate) wind: WindConditions,
-    /// Of its gusts, loads and noise.
-    pub(crate) seed: u64,
-    /// Where the signals of its equipped modules go.
-    pub(crate) places: Vec<usize>,
-}
-
 /// Working values of one step, all modules concatenated.
 #[derive(Debug, Clone)]
 struct Buffers {
@@ -81,17 +63,30 @@ struct Buffers {
     inputs_n: Vec<f64>,
 }
 
-impl Part {
-    pub(crate) fn new(making: Making<'_>) -> Result<Self, PlantError> {
-        let design = Design::new(making.nominal, making.nominal_parameters)?;
-        let Making { truth, true_parameters, seed, .. } = making;
-        let tower = Tower::new(truth, true_parameters, making.wind.clone(), seed)?;
-        Self::assemble(tower, &design, making)
+impl PlantPart {
+    /// A part of the true structure with a controller that was designed on the nominal part. `places` are those of its
+    /// modules' signals, `seed` is that of its gusts, loads and noise.
+    pub(crate) fn new(
+        (truth, nominal): (&Structure, &Structure),
+        (true_parameters, nominal_parameters): (&PlantParameters, &PlantParameters),
+        wind: WindConditions,
+        seed: u64,
+        places: Vec<usize>,
+    ) -> Result<Self, PlantError> {
+        let design = Design::new(nominal, nominal_parameters)?;
+        let tower = Tower::new(truth, true_parameters, wind, seed)?;
+        Self::assemble(tower, &design, truth, true_parameters, seed, places)
     }
 
     /// Puts actuators, sensors and controller onto a tower, all in equilibrium.
-    fn assemble(tower: Tower, design: &Design, making: Making<'_>) -> Result<Self, PlantError> {
-        let Making { truth, true_parameters: parameters, seed, places, .. } = making;
+    fn assemble(
+        tower: Tower,
+        design: &Design,
+        truth: &Structure,
+        parameters: &PlantParameters,
+        seed: u64,
+        places: Vec<usize>,
+    ) -> Result<Self, PlantError> {
         let (step_s, hydraulics) = (parameters.step_s, &parameters.hydraulics);
         let wind_map = tower.wind_map();
         let slow_elongations = tower.slow_elongations(truth, parameters, seed)?;
@@ -190,7 +185,7 @@ impl Part {
     }
 
     /// Lets a cylinder make a stroke, from the present demands on. Returns how many steps it takes.
-    pub(crate) fn begin_stroke(&mut self, stroke: Stroke, actuator: usize) -> u64 {
+    pub(crate) fn begin_stroke(&mut self, stroke: StrokeTest, actuator: usize) -> u64 {
         let actuators = self.buffers.demands_n.len();
         let under_way = StrokeUnderWay::new(stroke, actuator, actuators, self.step_s);
         let steps = under_way.steps_left();
@@ -199,7 +194,7 @@ impl Part {
     }
 
     /// The stroke under way.
-    pub(crate) fn stroke(&self) -> Option<&Stroke> {
+    pub(crate) fn stroke(&self) -> Option<&StrokeTest> {
         self.stroke.as_ref().map(|under_way| &under_way.stroke)
     }
 
