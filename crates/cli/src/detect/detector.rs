@@ -1,7 +1,7 @@
 //! The divergences of all channels and what the thresholds make of them.
 
 use diagnosis::Monitor;
-use diagnosis::divergence::{DivergenceBank, Outcome, SettingsError, Violation};
+use diagnosis::divergence::{DivergenceBank, DivergenceOutcome, SettingsError, Violation};
 use vocabulary::Step;
 
 use super::plan::{Group, Plan};
@@ -77,8 +77,8 @@ impl Part {
                 divergence: outcome.divergence(),
                 change: monitor.is_active(),
                 restarted: match outcome {
-                    Outcome::Restarted(violation) => Some(violation),
-                    Outcome::Undefined | Outcome::Defined { .. } => None,
+                    DivergenceOutcome::Restarted(violation) => Some(violation),
+                    DivergenceOutcome::Undefined | DivergenceOutcome::Defined { .. } => None,
                 },
             };
         }
