@@ -7,8 +7,7 @@ use vocabulary::{RunId, Step};
 use crate::channels::Channels;
 use crate::event::Action;
 use crate::identification::{
-    CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSecond, GageSeries, GageStep,
-    MeasuredSeries, Prior,
+    CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries, Prior,
 };
 use crate::judging::Judging;
 use crate::ledger::Ledger;
@@ -308,8 +307,8 @@ impl Identifying {
                 channels.recent().rows(from, until).filter_map(step).collect()
             }
         };
-        let second = |(until, row): (Step, Row<'_>)| GageSecond {
-            until,
+        let second = |(until, row): (Step, Row<'_>)| GageStep {
+            step: until,
             off_m: predictor.off_m(&row),
             reading_m: row.readings_m()[gage],
         };

@@ -7,7 +7,7 @@
 //! 2. x = x⁺ + L (y − C x⁺)
 //! 3. u = −K x, limited
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use truss::{Direction, Mechanics, Modes, Structure};
 
 use crate::error::PlantError;
@@ -56,6 +56,41 @@ impl Design {
             filter: gains::filter(&model, &power, &variances, parameters.step_s)?,
             model,
         })
+    }
+
+    /// The state in which nothing moves: structure, actuators, filter and regulator under constant
+    /// loads.
+    ///
+    /// Forces equal demands, F = u = −K x. The structure's elongations are y = y₀ + G F, with y₀ under
+    /// the loads alone and G the static response of the true structure. The filter stands still when
+    /// x = x⁺ + L (y − C x⁺) with x⁺ = A x + B F. Inserting one into the other leaves a linear system
+    /// for x:
+    ///
+    /// (I − (I − L C)(A − B K) + L G K) x = L y₀
+    ///
+    /// `response`: G (gages × actuators) \[m/N\]; `elongations`: y₀ (gages) \[m\]. The estimated state and the forces \[N\].
+    pub(crate) fn at_rest(
+        &self,
+        response: &DMatrix<f64>,
+        elongations: &DVector<f64>,
+        demand_limit_n: f64,
+    ) -> Result<(Vec<f64>, Vec<f64>), PlantError> {
+        let model = &self.model;
+        let identity = DMatrix::identity(model.states(), model.states());
+        let correction = &identity - &self.filter * &model.gage_map;
+        let regulated = model.transition() - &model.force_map * &self.regulator;
+        let system = &identity - correction * regulated + &self.filter * response * &self.regulator;
+        let state =
+            system.lu().solve(&(&self.filter * elongations)).ok_or(PlantError::NoEquilibrium)?;
+        let forces = -(&self.regulator * &state);
+        let largest = forces.amax();
+        if !largest.is_finite() {
+            return Err(PlantError::NoEquilibrium);
+        }
+        if largest > demand_limit_n {
+            return Err(PlantError::DemandAtStart { demand_n: largest, limit_n: demand_limit_n });
+        }
+        Ok((state.as_slice().to_vec(), forces.as_slice().to_vec()))
     }
 }
 
@@ -184,7 +219,7 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Complex, DVector};
+    use nalgebra::Complex;
 
     use super::*;
 

@@ -35,7 +35,7 @@ impl DayCourse {
     }
 }
 
-/// Counts steps up to the next evaluation of what changes slowly.
+/// Counts the steps until slowly changing quantities are evaluated again.
 #[derive(Debug, Clone)]
 pub(crate) struct SlowClock {
     step_s: f64,

@@ -5,7 +5,7 @@
 //! first increment is in the first faulty sample. Drift: the same with δ constant. Gain: another k. Zero output: k = 0,
 //! the noise remains. Stuck: y is the last reading before, noise included. Intermittent: b while a bad contact is open.
 //! No signal: the reading is not a number. A healthy gage's k differs from 1 by what its glue and its leads make of it,
-//! and the reading is a multiple of what the converter resolves.
+//! and the reading is a multiple of the converter's resolution.
 //!
 //! Noise is drawn in every state, so that a repaired gage has the noise that it would have had.
 
@@ -65,7 +65,7 @@ pub(crate) enum GageState {
         deviation_m: f64,
         offset_m: f64,
     },
-    /// Multiple of what a healthy gage reads.
+    /// Factor on the reading of a healthy gage.
     Gain {
         gain: f64,
     },

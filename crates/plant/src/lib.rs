@@ -15,7 +15,6 @@ mod check;
 mod contact;
 pub mod controller;
 mod course;
-mod equilibrium;
 mod error;
 pub mod gage;
 mod gains;

@@ -12,7 +12,6 @@ use vocabulary::fault::Fault;
 
 use crate::contact::Contact;
 use crate::controller::{Controller, Design, beside, gage_lengths_m};
-use crate::equilibrium::Equilibrium;
 use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
 use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics, Spool};
@@ -92,35 +91,29 @@ impl PlantPart {
         let slow_elongations = tower.slow_elongations(truth, parameters, seed)?;
         let at_rest = DVector::from_column_slice(slow_elongations.elongations_m());
         let mean_wind = DVector::from_column_slice(tower.wind.at_start());
-        let equilibrium = Equilibrium::solve(
-            design,
+        let (state, forces_n) = design.at_rest(
             &tower.elongations(&tower.mechanics.actuator_map)?,
             &(tower.elongations(&wind_map)? * mean_wind + &at_rest),
             hydraulics.demand_limit_n,
         )?;
-        let inputs_n = [&equilibrium.forces_n, tower.wind.at_start()].concat();
+        let inputs_n = [&forces_n, tower.wind.at_start()].concat();
         let input_map = beside(&tower.mechanics.actuator_map, &wind_map);
         let modes = Modes::of(&tower.mechanics, truth.damping, None)?;
         let mut structure =
             ModalStepper::new(&modes, step_s, &input_map, &tower.mechanics.gage_map);
         structure.settle(&inputs_n);
         let gage_lengths_m = gage_lengths_m(truth);
-        let (actuators, gages) = (equilibrium.forces_n.len(), gage_lengths_m.len());
+        let (actuators, gages) = (forces_n.len(), gage_lengths_m.len());
         Ok(Self {
             structure,
             slow_elongations,
             live_loads_kg: tower.live_loads_kg,
             wind: tower.wind,
-            hydraulics: Hydraulics::new(hydraulics, step_s, &equilibrium.forces_n),
+            hydraulics: Hydraulics::new(hydraulics, step_s, &forces_n),
             hydraulic_parameters: hydraulics.clone(),
             gages: Gages::new(&parameters.gages, &gage_lengths_m, seed),
             pressure_sensors: PressureSensors::new(hydraulics, actuators, step_s, seed),
-            controller: Controller::new(
-                design,
-                hydraulics.demand_limit_n,
-                equilibrium.state,
-                equilibrium.forces_n,
-            ),
+            controller: Controller::new(design, hydraulics.demand_limit_n, state, forces_n),
             stroke: None,
             demand_limit_n: hydraulics.demand_limit_n,
             gage_lengths_m,

@@ -38,8 +38,8 @@ pub enum StrokeError {
         /// What would be right.
         expected: String,
     },
-    /// There is no such cylinder.
-    #[error("`{actuator}` is no actuator of the plant; use one of {known}")]
+    /// Unknown cylinder.
+    #[error("unknown actuator `{actuator}`: expected one of {known}")]
     Actuator {
         /// The one asked for.
         actuator: ComponentPath,

@@ -9,7 +9,7 @@ const LONGEST_PROBLEM: usize = 1000;
 /// One mistake in a description.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DescriptionProblem {
-    /// The text is no TOML, or a key is missing, unknown or of the wrong type.
+    /// Invalid TOML, or a key missing, unknown or of the wrong type.
     #[error("{0}")]
     Format(String),
     /// A text that cannot be a name.

@@ -10,7 +10,7 @@
 //!    (`assembly`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
 //! 4. [`Modes::of`] splits the equations of motion into single oscillators.
 //! 5. [`ModalStepper`] steps them exactly under inputs held constant over a step;
-//!    [`LocalModel`] is such a stepper from a module's actuator forces to its gage elongations.
+//!    [`ModalStepper::of_module`] makes one from a module's actuator forces to its gage elongations.
 //!
 //! Everything is text and numbers in, text and numbers out. Equation numbers are those of Gienger,
 //! Schaut, Sawodny and Tarin, *Modular distributed fault diagnosis for adaptive structures using
@@ -26,7 +26,6 @@ mod direction;
 mod element;
 mod export;
 mod generator;
-mod local_model;
 mod local_structure;
 mod member;
 mod modal;
@@ -49,7 +48,6 @@ pub use export::{
     Export, ExportedActuator, ExportedFixed, ExportedGage, ExportedMember, ExportedNode,
     ExportedResponse,
 };
-pub use local_model::LocalModel;
 pub use member::{Member, MemberKind};
 pub use modal::Modes;
 pub use modal_stepper::ModalStepper;

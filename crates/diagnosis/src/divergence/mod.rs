@@ -19,7 +19,7 @@ pub enum Violation {
     /// The scatter lost positive definiteness, or a number overflowed.
     #[error("scatter no longer positive definite and finite")]
     ScatterLost,
-    /// So many gaps that the oldest vector of the interval is no longer held.
+    /// Gaps have filled the history: the oldest vector of the interval was overwritten.
     #[error("too many gaps within one interval")]
     TooManyGaps,
     /// The divergence came out clearly negative, which none can be.

@@ -6,8 +6,8 @@ use vocabulary::{Component, RunId, Step};
 
 use super::level::Prior;
 use super::{
-    CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSecond, GageSeries, GageStep,
-    MeasuredSeries, identify,
+    CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries,
+    identify,
 };
 use crate::testing::hydraulics;
 
@@ -90,8 +90,8 @@ fn gage() -> impl Strategy<Value = Excerpt> {
             let step = |(step, (off_m, reading_m)): (Step, (f64, f64))| {
                 GageStep { step, off_m, reading_m }.if_usable()
             };
-            let second = |(until, value): (Step, f64)| GageSecond {
-                until: until.plus(4000),
+            let second = |(until, value): (Step, f64)| GageStep {
+                step: until.plus(4000),
                 off_m: value,
                 reading_m: value,
             };

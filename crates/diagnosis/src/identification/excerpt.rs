@@ -45,7 +45,7 @@ impl FaultOnset {
 pub(crate) enum MeasuredSeries {
     Gage(GageSeries),
     Cylinder(CylinderSeries),
-    /// There is no usable signal.
+    /// No usable signal.
     Nothing,
 }
 
@@ -53,7 +53,8 @@ pub(crate) enum MeasuredSeries {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GageSeries {
     pub(crate) steps: Arc<[GageStep]>,
-    pub(crate) seconds: Vec<GageSecond>,
+    /// Means over the second that ended with each step.
+    pub(crate) seconds: Vec<GageStep>,
     /// How far off a healthy gage may be \[m\].
     pub(crate) level_m: Prior,
     /// The noise of its own \[m\], as configured.
@@ -75,14 +76,6 @@ impl GageStep {
     pub(crate) fn if_usable(self) -> Option<Self> {
         (self.off_m.is_finite() && self.reading_m.is_finite()).then_some(self)
     }
-}
-
-/// Means of a gage over the second that ended with this step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GageSecond {
-    pub(crate) until: Step,
-    pub(crate) off_m: f64,
-    pub(crate) reading_m: f64,
 }
 
 /// A cylinder, step by step.

@@ -12,7 +12,7 @@ use nalgebra::{Const, SMatrix, SVector};
 
 /// How much a healthy level wanders in a second, in standard deviations of a step's noise; each as likely as the others.
 const WALKS: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
-/// Of these, those of which the likelihood before the onset is no less than the largest one's times e to minus this.
+/// Values count whose log-likelihood before the onset is within this of the largest one.
 const WALKS_WITHIN: f64 = 3.0;
 
 /// Where too little is known.

@@ -71,7 +71,7 @@ impl Mixture {
         largest + sum.ln()
     }
 
-    /// The size by the mixture's mean and variance; `None` if there is none.
+    /// The size by the mixture's mean and variance; `None` without a usable case.
     pub(super) fn size(&self) -> Option<Size> {
         let largest = self.largest();
         let weights: Vec<f64> =

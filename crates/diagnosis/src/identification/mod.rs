@@ -24,7 +24,7 @@ use vocabulary::{Component, RunId, Step, fault::FaultKind};
 pub use candidate::Candidate;
 pub use excerpt::Excerpt;
 pub(crate) use excerpt::{
-    CylinderSeries, CylinderStep, FaultOnset, GageSecond, GageSeries, GageStep, MeasuredSeries,
+    CylinderSeries, CylinderStep, FaultOnset, GageSeries, GageStep, MeasuredSeries,
 };
 pub(crate) use level::Prior;
 use level::Weighed;
@@ -44,7 +44,7 @@ struct Hypothesis<Series> {
     prior: f64,
     /// Its cases (what it leaves open, integrated out by their sum), and its size, if it has one.
     weigh: fn(&Series) -> (Mixture, Option<Size>),
-    /// What its likeliest case makes of what was measured.
+    /// The measured series and the fit of its likeliest case.
     show: fn(&Series, &Weighed) -> Vec<SignaturePoint>,
 }
 

@@ -6,7 +6,7 @@
 //!   nominal gain 1 (eq. 14; with the faulty gain a zero output would cancel itself).
 
 use serde::{Deserialize, Serialize};
-use truss::{LocalModel, ModelError, Structure};
+use truss::{ModalStepper, ModelError, Structure};
 
 use super::nominal_hydraulics::NominalHydraulics;
 use super::tracked_force::TrackedForce;
@@ -65,7 +65,7 @@ pub(crate) fn longest_gap_of_loops(hydraulics: &NominalHydraulics, step_s: f64) 
 pub struct ResidualGenerator {
     kind: ActuatorResidual,
     hydraulics: NominalHydraulics,
-    local: LocalModel,
+    local: ModalStepper,
     loops: Vec<TrackedForce>,
     contents_pa: Vec<f64>,
     /// At the latest sample, at the one before, and between the two.
@@ -98,8 +98,8 @@ impl ResidualGenerator {
         kind: ActuatorResidual,
         step_s: f64,
     ) -> Result<Self, ModelError> {
-        let local = LocalModel::new(local, step_s)?;
-        let actuators = local.actuator_count();
+        let local = ModalStepper::of_module(local, step_s)?;
+        let actuators = local.input_count();
         let steps = |seconds: f64| ((seconds / step_s).round() as u64).max(1);
         let time_constant_s = hydraulics.time_constant_s();
         Ok(Self {
@@ -115,7 +115,7 @@ impl ResidualGenerator {
             between: ModelInputs::none(actuators),
             missing: 0,
             swings_n: vec![0.0; actuators],
-            residuals: vec![0.0; actuators + local.gage_count()],
+            residuals: vec![0.0; actuators + local.output_count()],
             local,
             structure_follows: false,
             loops_follow: false,
@@ -180,7 +180,7 @@ impl ResidualGenerator {
         for (force_loop, pressures) in self.loops.iter_mut().zip(&sample.pressures_pa) {
             force_loop.lean(*pressures);
         }
-        self.local.elongations(of_gages);
+        self.local.outputs(of_gages);
         for (residual, measured) in of_gages.iter_mut().zip(&sample.elongations_m) {
             *residual = measured - *residual;
         }

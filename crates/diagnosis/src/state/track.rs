@@ -35,7 +35,7 @@ impl Departed {
 /// What one window says of a component.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum WindowOutcome {
-    /// There is no mean of it.
+    /// The window has no mean for it.
     Missing,
     /// This window says nothing of it; what was known holds.
     NotTold,

@@ -1,4 +1,4 @@
-//! Means of what a module measures, over windows that begin and end at the same steps in every module.
+//! Means of a module's measurements over windows that begin and end at the same steps in every module.
 //!
 //! A channel that lacked more than a tenth of its values in a window has no mean in it. The scatter of a gage is the
 //! variance of its white noise: a sixth of the mean square of the residual's second differences, in which the

@@ -62,7 +62,7 @@ fn leak(balance: &OilBalance, into: impl Fn([f64; 3]) -> [f64; 2]) -> (Mixture, 
     let priors = AREAS_M2.map(Prior::about_zero);
     let cases = balance.over_onsets(|first| {
         let mut weighed = balance.weigh(&balance.since(first, |sums| into(sums.leaks)), &priors);
-        // A leak lets oil out; what would have to let it in is none.
+        // A leak only lets oil out: a coefficient below 0 is impossible.
         for case in &mut weighed {
             if case.mean <= 0.0 {
                 case.log_likelihood = f64::NEG_INFINITY;

@@ -13,7 +13,7 @@ use crate::identification::signature::SignaturePoint;
 pub(super) const HYPOTHESIS: Hypothesis<OilBalance> =
     Hypothesis { kind: FaultKind::Stiction, prior: 1.0, weigh, show };
 
-/// As shares of what the open valve lets through; each order of magnitude is as likely as the other.
+/// Bands as shares of the open valve's flow; all orders of magnitude are equally likely.
 const BANDS: [f64; 2] = [0.003, 0.3];
 /// Bands that are tried at most, and at first.
 const PLACES: usize = 400;

@@ -93,7 +93,7 @@ struct ContactModel<'a> {
 #[derive(Default)]
 struct ContactPass {
     log_likelihood: f64,
-    /// Steps in which it is open, and the sum of what it reads too much in them \[m\].
+    /// Number of steps with the contact open, and the sum of their excess readings \[m\].
     open: f64,
     sum: f64,
 }

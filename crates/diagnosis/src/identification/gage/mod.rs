@@ -66,8 +66,8 @@ const DRIFT: Hypothesis<GageRecord> = Hypothesis {
     },
 };
 
-/// It reads a multiple of what it should: what it is off is a share of what the others say that it should read. A part of
-/// the structure that has become softer shows in the same way, as a gain above one.
+/// Its reading is multiplied by a factor: the error is proportional to the elongation that the other gages predict. A part
+/// of the structure that has become softer has the same effect, with a gain above one.
 const GAIN: Hypothesis<GageRecord> = Hypothesis {
     kind: FaultKind::Gain,
     prior: 1.0,

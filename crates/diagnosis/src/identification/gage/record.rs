@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::identification::axis::SearchAxis;
-use crate::identification::excerpt::{Excerpt, FaultOnset, GageSecond, GageSeries, GageStep};
+use crate::identification::excerpt::{Excerpt, FaultOnset, GageSeries, GageStep};
 use crate::identification::level::{
     LEAST_BEFORE, LevelFilter, Prior, Walked, Weighed, deviance, likely_walks,
 };
@@ -287,7 +287,7 @@ fn onsets(points: &[GagePoint]) -> Vec<Onset> {
 }
 
 /// Means over seconds before the steps, over steps and blocks, and over seconds after them.
-fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageSecond]) -> Vec<GagePoint> {
+fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageStep]) -> Vec<GagePoint> {
     let at_s = |step: &GageStep| grouping.at_s(step.step);
     let times: Vec<f64> = steps.iter().map(at_s).collect();
     let expected = RunningSums::new(steps.iter().map(|step| step.reading_m - step.off_m));
@@ -306,8 +306,8 @@ fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageSecond]) -> Ve
     };
     let points: Vec<GagePoint> = grouping.group(&times).into_iter().map(point).collect();
     let whole = (1.0 / grouping.step_s).round();
-    let second = |mean: &GageSecond| {
-        let until_s = grouping.at_s(mean.until);
+    let second = |mean: &GageStep| {
+        let until_s = grouping.at_s(mean.step);
         GagePoint {
             from_s: until_s - 1.0 + grouping.step_s,
             until_s,
@@ -348,7 +348,7 @@ impl RunningSums {
         self.sum(&of) / of.len() as f64
     }
 
-    /// The mean of what is near a range, the range itself excepted.
+    /// The mean of the neighbours on both sides of a range, without the range itself.
     fn mean_around(&self, of: Range<usize>, near: usize) -> f64 {
         let wider = of.start.saturating_sub(near)..(of.end + near).min(self.0.len() - 1);
         match wider.len() - of.len() {
