@@ -4,7 +4,7 @@
 use vocabulary::{Component, Step};
 
 use crate::coverage::Coverage;
-use crate::divergence::{DivergenceBank, DivergenceSettings, Outcome, Violation};
+use crate::divergence::{DivergenceBank, DivergenceOutcome, DivergenceSettings, Violation};
 use crate::monitor::{Monitor, Observation};
 use crate::phase::Phase;
 use crate::recent::Recent;
@@ -12,7 +12,7 @@ use crate::residual::ResidualGenerator;
 use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, SetupError};
 use crate::shift::Shifts;
-use crate::state::{Measured, WindowLength, WindowMeans, Windows};
+use crate::state::{MeansCollector, MeasuredStep, WindowLength, WindowMeans};
 use crate::unseen::Unseen;
 use crate::validity::{Supply, Validity};
 use vocabulary::Evidence;
@@ -46,7 +46,7 @@ pub(crate) struct Channels {
     unseen: Unseen,
     shifts: Shifts,
     /// Short ones and long ones; each with: did one end at the latest step?
-    windows: [(Windows, bool); 2],
+    windows: [(MeansCollector, bool); 2],
     recent: Recent,
     /// What is subtracted before a comparison with the reference: of a gage \[m\], of an oil content \[Pa\].
     tares: Vec<f64>,
@@ -106,7 +106,7 @@ impl Channels {
             windows: WindowLength::ALL.map(|length| {
                 let steps = setup.sampling().steps(length.seconds());
                 let gages = components.len() - setup.actuators();
-                (Windows::new(length, steps, setup.actuators(), gages), false)
+                (MeansCollector::new(length, steps, setup.actuators(), gages), false)
             }),
             recent: Recent::new(
                 setup.actuators(),
@@ -221,7 +221,7 @@ impl Channels {
                 continue;
             }
             let outcome = outcomes[channel];
-            if let Outcome::Restarted(violation) = outcome {
+            if let DivergenceOutcome::Restarted(violation) = outcome {
                 self.occurrences.push((channel, Occurrence::Restarted(violation)));
             }
             let occurrence = match monitor.observe(sample.step, self.latest[channel], outcome) {
@@ -260,7 +260,7 @@ impl Channels {
             *force = if good { *observed_n } else { f64::NAN };
             *content = if good { *observed_pa - self.tares[channel] } else { f64::NAN };
         }
-        let measured = Measured { residuals, forces_n, contents_pa };
+        let measured = MeasuredStep { residuals, forces_n, contents_pa };
         for (windows, ended) in &mut self.windows {
             *ended = windows.take(sample.step, measured);
         }

@@ -15,7 +15,9 @@ use crate::judging::Judging;
 use crate::ledger::Departure;
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::ModuleSetup;
-use crate::state::{Conclusion, Condition, Departed, Detectors, Finding, Reaction, WindowLength};
+use crate::state::{
+    Conclusion, Condition, Departed, Detectors, Reaction, WindowFinding, WindowLength,
+};
 use vocabulary::{Counters, Doubt, Evidence, Symptom, Verdict};
 
 /// Windows in which one of several suspects has to agree before it is no longer one.
@@ -135,10 +137,10 @@ impl Comparing {
         let Conclusion { until, findings } = conclusion;
         for (channel, finding) in findings {
             match finding {
-                Finding::Agrees { windows } => {
+                WindowFinding::Agrees { windows } => {
                     self.agree(channel, windows, until, channels, judging, actions);
                 }
-                Finding::Departed { departed, onset, before_service } => {
+                WindowFinding::Departed { departed, onset, before_service } => {
                     if judging.is_open(channel) {
                         continue;
                     }
@@ -147,7 +149,7 @@ impl Comparing {
                     let departure = Departure { symptom, onset, evidence, before_service };
                     judging.depart((self.run, channel), Verdict::Latched, departure, actions);
                 }
-                Finding::OneOf { components, onset } => {
+                WindowFinding::OneOf { components, onset } => {
                     // A conclusion that waited for answers does not know what has been declared since.
                     let is_known = judging.is_accounted_for((self.run, until), &components);
                     let tells_more = !is_known && narrows(judging, channel, &components);

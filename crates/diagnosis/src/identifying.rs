@@ -7,7 +7,7 @@ use vocabulary::{RunId, Step};
 use crate::channels::Channels;
 use crate::event::Action;
 use crate::identification::{
-    CylinderSeries, CylinderStep, Excerpt, GageSecond, GageSeries, GageStep, Measured, Prior, Seen,
+    CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries, Prior,
 };
 use crate::judging::Judging;
 use crate::ledger::Ledger;
@@ -42,7 +42,7 @@ const OF_REFERENCE: f64 = 0.1;
 #[derive(Debug, Clone)]
 struct Subject {
     sequence: u64,
-    seen: Seen,
+    seen: FaultOnset,
     /// If not, there is nothing more to be learnt.
     has_signal: bool,
     /// The next step at which it is identified; `None` if nothing more is to be learnt.
@@ -151,11 +151,11 @@ impl Identifying {
         self.known[channel] = sequence;
         let seen = seen(latest);
         let due = match seen {
-            Seen::Change { onset, .. } => {
+            FaultOnset::Change { onset, .. } => {
                 let stages = STAGES_S.map(|stage| onset.plus(self.sampling.steps(stage)));
                 stages.into_iter().find(|stage| *stage >= latest.decided)
             }
-            Seen::Departure { .. } => None,
+            FaultOnset::Departure { .. } => None,
         };
         self.subjects[channel] = Some(Subject {
             sequence,
@@ -177,12 +177,12 @@ impl Identifying {
         let Some(subject) = &mut self.subjects[channel] else { return };
         // Of a cylinder only the steps around the onset count.
         let is_over = !subject.has_signal || is_cylinder && subject.steps.is_some();
-        let (Seen::Change { onset: begun, .. } | Seen::Departure { detection: begun }) =
+        let (FaultOnset::Change { onset: begun, .. } | FaultOnset::Departure { detection: begun }) =
             subject.seen;
         let age = due.since(begun);
         let next = match subject.seen {
-            Seen::Change { .. } => stages.into_iter().find(|stage| *stage > age),
-            Seen::Departure { .. } => None,
+            FaultOnset::Change { .. } => stages.into_iter().find(|stage| *stage > age),
+            FaultOnset::Departure { .. } => None,
         };
         let next = match next {
             Some(stage) => begun.plus(stage),
@@ -202,7 +202,7 @@ impl Identifying {
     ) -> Option<Excerpt> {
         let has_signal = self.subjects[channel].as_ref()?.has_signal;
         let measured = match (has_signal, channel < self.actuators) {
-            (false, _) => Measured::Nothing,
+            (false, _) => MeasuredSeries::Nothing,
             (true, true) => self.cylinder(channel, as_of, channels)?,
             (true, false) => self.gage(channel, as_of, channels, ledger)?,
         };
@@ -219,25 +219,31 @@ impl Identifying {
     }
 
     /// From and until when single steps count.
-    fn span(&self, seen: Seen, as_of: Step) -> (Step, Step) {
+    fn span(&self, seen: FaultOnset, as_of: Step) -> (Step, Step) {
         match seen {
-            Seen::Change { onset, .. } => {
+            FaultOnset::Change { onset, .. } => {
                 let until = onset.plus(self.sampling.steps(AFTER_S));
                 (onset.minus(self.sampling.steps(BEFORE_S)), until.min(as_of))
             }
-            Seen::Departure { detection } => {
+            FaultOnset::Departure { detection } => {
                 let until = detection.plus(self.sampling.steps(AFTER_S));
                 (detection.minus(self.sampling.steps(BEFORE_DETECTION_S)), until.min(as_of))
             }
         }
     }
 
-    fn is_complete(&self, seen: Seen, as_of: Step) -> bool {
-        let (Seen::Change { onset: begun, .. } | Seen::Departure { detection: begun }) = seen;
+    fn is_complete(&self, seen: FaultOnset, as_of: Step) -> bool {
+        let (FaultOnset::Change { onset: begun, .. } | FaultOnset::Departure { detection: begun }) =
+            seen;
         begun.plus(self.sampling.steps(AFTER_S)) <= as_of
     }
 
-    fn cylinder(&mut self, channel: usize, as_of: Step, channels: &Channels) -> Option<Measured> {
+    fn cylinder(
+        &mut self,
+        channel: usize,
+        as_of: Step,
+        channels: &Channels,
+    ) -> Option<MeasuredSeries> {
         let subject = self.subjects[channel].as_ref()?;
         let seen = subject.seen;
         let steps: Arc<[CylinderStep]> = match &subject.steps {
@@ -260,7 +266,11 @@ impl Identifying {
             self.subjects[channel].as_mut()?.steps = Some(kept);
         }
         let null_flow = Prior::about_zero(NULL_FLOW * self.hydraulics.valve_flow_m3_per_s);
-        Some(Measured::Cylinder(CylinderSeries { steps, hydraulics: self.hydraulics, null_flow }))
+        Some(MeasuredSeries::Cylinder(CylinderSeries {
+            steps,
+            hydraulics: self.hydraulics,
+            null_flow,
+        }))
     }
 
     fn gage(
@@ -269,7 +279,7 @@ impl Identifying {
         as_of: Step,
         channels: &Channels,
         ledger: &Ledger,
-    ) -> Option<Measured> {
+    ) -> Option<MeasuredSeries> {
         let gage = channel - self.actuators;
         let without = self.left_out(channel, as_of, channels, ledger);
         let predictor = self.predictor(channel, &without)?;
@@ -297,8 +307,8 @@ impl Identifying {
                 channels.recent().rows(from, until).filter_map(step).collect()
             }
         };
-        let second = |(until, row): (Step, Row<'_>)| GageSecond {
-            until,
+        let second = |(until, row): (Step, Row<'_>)| GageStep {
+            step: until,
             off_m: predictor.off_m(&row),
             reading_m: row.readings_m()[gage],
         };
@@ -309,7 +319,7 @@ impl Identifying {
             self.subjects[channel].as_mut()?.steps = Some(kept);
         }
         let (level_m, noise_m) = (predictor.level_m, self.noise_m[channel]);
-        Some(Measured::Gage(GageSeries { steps, seconds, level_m, noise_m }))
+        Some(MeasuredSeries::Gage(GageSeries { steps, seconds, level_m, noise_m }))
     }
 
     /// How a gage follows from the others, without those that are known to be faulty; once its steps are complete, as then.
@@ -357,8 +367,8 @@ impl Identifying {
     }
 
     /// How the gages moved together before the onset.
-    fn learnt(&self, seen: Seen, channels: &Channels) -> Option<Gaussian> {
-        let Seen::Change { onset, .. } = seen else { return None };
+    fn learnt(&self, seen: FaultOnset, channels: &Channels) -> Option<Gaussian> {
+        let FaultOnset::Change { onset, .. } = seen else { return None };
         let from = onset.minus(self.sampling.steps(LEARN_S));
         let before = onset.minus(self.sampling.steps(BEFORE_S));
         let rows: Vec<Vec<f64>> = channels
@@ -407,12 +417,12 @@ impl Predictor {
     }
 }
 
-fn seen(latest: &Transition) -> Seen {
+fn seen(latest: &Transition) -> FaultOnset {
     let Transition { onset, detection, .. } = *latest;
     match latest.symptom {
-        Symptom::Change | Symptom::NoSignal => Seen::Change { onset, detection },
+        Symptom::Change | Symptom::NoSignal => FaultOnset::Change { onset, detection },
         Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
-            Seen::Departure { detection }
+            FaultOnset::Departure { detection }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use vocabulary::Step;
 
-use crate::divergence::Outcome;
+use crate::divergence::DivergenceOutcome;
 use vocabulary::Evidence;
 
 /// Time constant of the residual's slow mean, in times that a channel takes to be quiet: half a second of 40 ms.
@@ -107,19 +107,24 @@ impl Monitor {
     }
 
     /// Takes the channel's next residual with what the estimator made of it.
-    pub fn observe(&mut self, step: Step, residual: f64, outcome: Outcome) -> Observation {
+    pub fn observe(
+        &mut self,
+        step: Step,
+        residual: f64,
+        outcome: DivergenceOutcome,
+    ) -> Observation {
         let level = self.level.unwrap_or(residual);
         self.level = Some(level + (residual - level) / (LEVEL_QUIETS * self.quiet_steps as f64));
         let divergence = outcome.divergence();
         self.evidence = Evidence { step, residual, level, divergence, ..self.evidence };
         match outcome {
-            Outcome::Undefined => return Observation::Nothing,
-            Outcome::Restarted(_) => {
+            DivergenceOutcome::Undefined => return Observation::Nothing,
+            DivergenceOutcome::Restarted(_) => {
                 self.watched = false;
                 self.rising_since = None;
                 return Observation::Nothing;
             }
-            Outcome::Defined { age, .. } => {
+            DivergenceOutcome::Defined { age, .. } => {
                 self.watched = self.watched || age >= self.warm_up_vectors;
             }
         }
@@ -158,7 +163,7 @@ mod tests {
 
     fn observe(monitor: &mut Monitor, divergences: &[f64]) -> Vec<(usize, Observation)> {
         let observations = divergences.iter().enumerate().map(|(k, &divergence)| {
-            let outcome = Outcome::Defined { divergence, age: 10 };
+            let outcome = DivergenceOutcome::Defined { divergence, age: 10 };
             (k, monitor.observe(Step(k as u64), 0.0, outcome))
         });
         observations.filter(|(_, observation)| *observation != Observation::Nothing).collect()
@@ -183,7 +188,10 @@ mod tests {
         let mut monitor = Monitor::new(2.0, 5, 2);
         observe(&mut monitor, &[9.0]);
         for k in 1..10 {
-            assert_eq!(monitor.observe(Step(k), 0.0, Outcome::Undefined), Observation::Nothing);
+            assert_eq!(
+                monitor.observe(Step(k), 0.0, DivergenceOutcome::Undefined),
+                Observation::Nothing
+            );
         }
         assert!(monitor.is_active());
     }

@@ -1,7 +1,7 @@
 //! What holds of divergences whatever comes.
 
 use crate::definition::{Definition, error_in_tolerances};
-use diagnosis::divergence::{DivergenceBank, DivergenceSettings, Interval, Outcome};
+use diagnosis::divergence::{DivergenceBank, DivergenceOutcome, DivergenceSettings, Interval};
 use proptest::prelude::*;
 
 fn settings(window: usize, lag: usize, interval: usize) -> DivergenceSettings {
@@ -63,7 +63,7 @@ proptest! {
     ) {
         let mut bank = DivergenceBank::new(settings(3, 2, 10), &[1e-6]).unwrap();
         for sample in samples {
-            if let Outcome::Defined { divergence, .. } = bank.push(&[sample])[0] {
+            if let DivergenceOutcome::Defined { divergence, .. } = bank.push(&[sample])[0] {
                 prop_assert!(divergence.is_finite() && divergence >= 0.0);
             }
         }

@@ -7,16 +7,16 @@
 //! 2. x = x⁺ + L (y − C x⁺)
 //! 3. u = −K x, limited
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use truss::{Direction, Mechanics, Modes, Structure};
 
 use crate::error::PlantError;
+use crate::gains;
 use crate::loads::{heights_above_ground, level_map, loaded_levels};
 use crate::nominal::NominalModel;
 use crate::parameters::PlantParameters;
 use crate::wind::profile::{gust_deviation, mean_speed, turbulence_length};
 use crate::wind::spectrum::GustSpectrum;
-use crate::{kalman, lqr};
 
 /// Model and gains of the controller.
 #[derive(Debug, Clone)]
@@ -52,10 +52,45 @@ impl Design {
             .map(|length| (noise_factor * (parameters.gages.noise_strain * length)).powi(2))
             .collect();
         Ok(Self {
-            regulator: lqr::design(&model, parameters.controller.effort_weight)?,
-            filter: kalman::design(&model, &power, &variances, parameters.step_s)?,
+            regulator: gains::regulator(&model, parameters.controller.effort_weight)?,
+            filter: gains::filter(&model, &power, &variances, parameters.step_s)?,
             model,
         })
+    }
+
+    /// The state in which nothing moves: structure, actuators, filter and regulator under constant
+    /// loads.
+    ///
+    /// Forces equal demands, F = u = −K x. The structure's elongations are y = y₀ + G F, with y₀ under
+    /// the loads alone and G the static response of the true structure. The filter stands still when
+    /// x = x⁺ + L (y − C x⁺) with x⁺ = A x + B F. Inserting one into the other leaves a linear system
+    /// for x:
+    ///
+    /// (I − (I − L C)(A − B K) + L G K) x = L y₀
+    ///
+    /// `response`: G (gages × actuators) \[m/N\]; `elongations`: y₀ (gages) \[m\]. The estimated state and the forces \[N\].
+    pub(crate) fn at_rest(
+        &self,
+        response: &DMatrix<f64>,
+        elongations: &DVector<f64>,
+        demand_limit_n: f64,
+    ) -> Result<(Vec<f64>, Vec<f64>), PlantError> {
+        let model = &self.model;
+        let identity = DMatrix::identity(model.states(), model.states());
+        let correction = &identity - &self.filter * &model.gage_map;
+        let regulated = model.transition() - &model.force_map * &self.regulator;
+        let system = &identity - correction * regulated + &self.filter * response * &self.regulator;
+        let state =
+            system.lu().solve(&(&self.filter * elongations)).ok_or(PlantError::NoEquilibrium)?;
+        let forces = -(&self.regulator * &state);
+        let largest = forces.amax();
+        if !largest.is_finite() {
+            return Err(PlantError::NoEquilibrium);
+        }
+        if largest > demand_limit_n {
+            return Err(PlantError::DemandAtStart { demand_n: largest, limit_n: demand_limit_n });
+        }
+        Ok((state.as_slice().to_vec(), forces.as_slice().to_vec()))
     }
 }
 
@@ -93,12 +128,12 @@ fn white_force_power(
 
 /// A matrix stored column by column, so that a product runs over independent rows.
 #[derive(Debug, Clone)]
-struct Columns {
+struct ColumnMatrix {
     rows: usize,
     values: Vec<f64>,
 }
 
-impl Columns {
+impl ColumnMatrix {
     fn new(matrix: &DMatrix<f64>) -> Self {
         Self { rows: matrix.nrows(), values: matrix.as_slice().to_vec() }
     }
@@ -120,11 +155,11 @@ impl Columns {
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
     transitions: Vec<[[f64; 2]; 2]>,
-    force_map: Columns,
+    force_map: ColumnMatrix,
     /// −C and −K: both only ever appear with this sign.
-    minus_gage_map: Columns,
-    minus_regulator: Columns,
-    filter: Columns,
+    minus_gage_map: ColumnMatrix,
+    minus_regulator: ColumnMatrix,
+    filter: ColumnMatrix,
     demand_limit_n: f64,
     state: Vec<f64>,
     innovation: Vec<f64>,
@@ -142,10 +177,10 @@ impl Controller {
     ) -> Self {
         Self {
             transitions: design.model.transitions.clone(),
-            force_map: Columns::new(&design.model.force_map),
-            minus_gage_map: Columns::new(&-&design.model.gage_map),
-            minus_regulator: Columns::new(&-&design.regulator),
-            filter: Columns::new(&design.filter),
+            force_map: ColumnMatrix::new(&design.model.force_map),
+            minus_gage_map: ColumnMatrix::new(&-&design.model.gage_map),
+            minus_regulator: ColumnMatrix::new(&-&design.regulator),
+            filter: ColumnMatrix::new(&design.filter),
             demand_limit_n,
             state,
             innovation: vec![0.0; design.model.gage_map.nrows()],
@@ -184,7 +219,7 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Complex, DVector};
+    use nalgebra::Complex;
 
     use super::*;
 

@@ -16,12 +16,12 @@ pub(crate) const INTERVAL_S: f64 = 0.1;
 
 /// A value that goes between −1 and 1.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Course {
+pub(crate) struct DayCourse {
     /// Phases of day and clouds \[turns\].
     phases: [f64; 2],
 }
 
-impl Course {
+impl DayCourse {
     /// One that begins anywhere.
     pub(crate) fn draw(stream: Stream, seed: u64) -> Self {
         let mut generator = stream.generator(seed);
@@ -35,7 +35,7 @@ impl Course {
     }
 }
 
-/// Counts steps up to the next evaluation of what changes slowly.
+/// Counts the steps until slowly changing quantities are evaluated again.
 #[derive(Debug, Clone)]
 pub(crate) struct SlowClock {
     step_s: f64,
@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn a_course_repeats_after_a_day_stays_within_one_and_starts_anywhere() {
         let courses: Vec<_> =
-            (0..200).map(|channel| Course::draw(Stream::Temperature(channel), 3)).collect();
+            (0..200).map(|channel| DayCourse::draw(Stream::Temperature(channel), 3)).collect();
         for course in &courses {
             assert!((course.at(17.0) - course.at(17.0 + DAY_S)).abs() < 1e-9);
             let largest =

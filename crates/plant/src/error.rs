@@ -20,8 +20,8 @@ pub enum PlantError {
         "the true structure and the nominal one differ in their equipment: {0}; use the same actuators and gages in the same order"
     )]
     Equipment(String),
-    /// Controller and structure have no state of rest together.
-    #[error("the closed loop has no state of rest under mean wind; use another controller weight")]
+    /// Controller and structure have no common equilibrium.
+    #[error("the closed loop has no equilibrium under mean wind; use another controller weight")]
     NoEquilibrium,
     /// The mean wind alone asks for more than the actuators may give.
     #[error(

@@ -5,7 +5,7 @@
 //! first increment is in the first faulty sample. Drift: the same with δ constant. Gain: another k. Zero output: k = 0,
 //! the noise remains. Stuck: y is the last reading before, noise included. Intermittent: b while a bad contact is open.
 //! No signal: the reading is not a number. A healthy gage's k differs from 1 by what its glue and its leads make of it,
-//! and the reading is a multiple of what the converter resolves.
+//! and the reading is a multiple of the converter's resolution.
 //!
 //! Noise is drawn in every state, so that a repaired gage has the noise that it would have had.
 
@@ -65,7 +65,7 @@ pub(crate) enum GageState {
         deviation_m: f64,
         offset_m: f64,
     },
-    /// Multiple of what a healthy gage reads.
+    /// Factor on the reading of a healthy gage.
     Gain {
         gain: f64,
     },
@@ -80,7 +80,7 @@ pub(crate) enum GageState {
 }
 
 #[derive(Debug, Clone)]
-struct Gage {
+struct SimulatedGage {
     noise_m: f64,
     gain: f64,
     quantum_m: f64,
@@ -91,7 +91,7 @@ struct Gage {
     last_m: Option<f64>,
 }
 
-impl Gage {
+impl SimulatedGage {
     fn read(&mut self, elongation_m: f64) -> f64 {
         let Some(analogue_m) = self.analogue_m(elongation_m) else { return f64::NAN };
         let reading_m = if self.quantum_m > 0.0 {
@@ -144,13 +144,13 @@ pub(crate) fn normal(generator: &mut ChaCha8Rng) -> f64 {
 /// All gages of the structure.
 #[derive(Debug, Clone)]
 pub(crate) struct Gages {
-    gages: Vec<Gage>,
+    gages: Vec<SimulatedGage>,
 }
 
 impl Gages {
     /// Healthy gages on members of the given lengths \[m\].
     pub(crate) fn new(parameters: &GageParameters, lengths_m: &[f64], seed: u64) -> Self {
-        let gage = |(channel, &length_m): (usize, &f64)| Gage {
+        let gage = |(channel, &length_m): (usize, &f64)| SimulatedGage {
             noise_m: parameters.noise_strain * length_m,
             gain: gain(parameters, channel),
             quantum_m: parameters.quantum_strain * length_m,

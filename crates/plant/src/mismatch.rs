@@ -5,7 +5,6 @@
 //! levels are multiplied by factors of their own, uniform within 1 ± amount.
 
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use truss::{Perturbation, Structure};
 
 use crate::check::{Checks, ParameterErrors};
@@ -40,11 +39,15 @@ impl Mismatch {
             "a relative amount from 0 to 0.9",
         );
         checks.finish()?;
-        let mut factors = Factors { generator: Stream::Mismatch.generator(seed), amount };
+        let mut generator = Stream::Mismatch.generator(seed);
+        let mut draw = || {
+            let place: f64 = generator.random();
+            1.0 + amount * (2.0 * place - 1.0)
+        };
         let mut perturbation = Perturbation::identity(nominal);
-        perturbation.member_stiffness.iter_mut().for_each(|factor| *factor = factors.next());
-        perturbation.node_mass.iter_mut().for_each(|factor| *factor = factors.next());
-        perturbation.damping = factors.next();
+        perturbation.member_stiffness.iter_mut().for_each(|factor| *factor = draw());
+        perturbation.node_mass.iter_mut().for_each(|factor| *factor = draw());
+        perturbation.damping = draw();
         let mut parameters = parameters.clone();
         let hydraulics = &mut parameters.hydraulics;
         for value in [
@@ -54,7 +57,7 @@ impl Mismatch {
             &mut hydraulics.pressure_noise_pa,
             &mut parameters.gages.noise_strain,
         ] {
-            *value *= factors.next();
+            *value *= draw();
         }
         parameters.gages.gain_seed = seed;
         Ok(Self { perturbation, parameters })
@@ -64,17 +67,5 @@ impl Mismatch {
     #[must_use]
     pub fn structure(&self, nominal: &Structure) -> Structure {
         nominal.perturbed(&self.perturbation)
-    }
-}
-
-struct Factors {
-    generator: ChaCha8Rng,
-    amount: f64,
-}
-
-impl Factors {
-    fn next(&mut self) -> f64 {
-        let place: f64 = self.generator.random();
-        1.0 + self.amount * (2.0 * place - 1.0)
     }
 }

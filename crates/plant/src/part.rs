@@ -12,7 +12,6 @@ use vocabulary::fault::Fault;
 
 use crate::contact::Contact;
 use crate::controller::{Controller, Design, beside, gage_lengths_m};
-use crate::equilibrium::Equilibrium;
 use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
 use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics, Spool};
@@ -21,14 +20,14 @@ use crate::parameters::PlantParameters;
 use crate::pressure_sensor::PressureSensors;
 use crate::signals::Signals;
 use crate::slow_elongations::SlowElongations;
-use crate::stroke::{Stroke, StrokeUnderWay};
+use crate::stroke::{StrokeTest, StrokeUnderWay};
 use crate::tower::Tower;
 use crate::wind_loads::WindConditions;
 use crate::wind_loads::WindLoads;
 
 /// A tower at work.
 #[derive(Debug, Clone)]
-pub(crate) struct Part {
+pub(crate) struct PlantPart {
     structure: ModalStepper,
     slow_elongations: SlowElongations,
     live_loads_kg: Vec<f64>,
@@ -48,24 +47,6 @@ pub(crate) struct Part {
     buffers: Buffers,
 }
 
-/// What a part is made of.
-pub(crate) struct Making<'a> {
-    /// The structure as it is.
-    pub(crate) truth: &'a Structure,
-    /// The nominal structure, on which its controller is designed.
-    pub(crate) nominal: &'a Structure,
-    /// Parameters as they are.
-    pub(crate) true_parameters: &'a PlantParameters,
-    /// The nominal parameters, for which its controller is designed.
-    pub(crate) nominal_parameters: &'a PlantParameters,
-    /// The wind that all parts stand in.
-    pub(crate) wind: WindConditions,
-    /// Of its gusts, loads and noise.
-    pub(crate) seed: u64,
-    /// Where the signals of its equipped modules go.
-    pub(crate) places: Vec<usize>,
-}
-
 /// Working values of one step, all modules concatenated.
 #[derive(Debug, Clone)]
 struct Buffers {
@@ -81,51 +62,58 @@ struct Buffers {
     inputs_n: Vec<f64>,
 }
 
-impl Part {
-    pub(crate) fn new(making: Making<'_>) -> Result<Self, PlantError> {
-        let design = Design::new(making.nominal, making.nominal_parameters)?;
-        let Making { truth, true_parameters, seed, .. } = making;
-        let tower = Tower::new(truth, true_parameters, making.wind.clone(), seed)?;
-        Self::assemble(tower, &design, making)
+impl PlantPart {
+    /// A part of the true structure with a controller that was designed on the nominal part. `places` are those of its
+    /// modules' signals, `seed` is that of its gusts, loads and noise.
+    pub(crate) fn new(
+        (truth, nominal): (&Structure, &Structure),
+        (true_parameters, nominal_parameters): (&PlantParameters, &PlantParameters),
+        wind: WindConditions,
+        seed: u64,
+        places: Vec<usize>,
+    ) -> Result<Self, PlantError> {
+        let design = Design::new(nominal, nominal_parameters)?;
+        let tower = Tower::new(truth, true_parameters, wind, seed)?;
+        Self::assemble(tower, &design, truth, true_parameters, seed, places)
     }
 
     /// Puts actuators, sensors and controller onto a tower, all in equilibrium.
-    fn assemble(tower: Tower, design: &Design, making: Making<'_>) -> Result<Self, PlantError> {
-        let Making { truth, true_parameters: parameters, seed, places, .. } = making;
+    fn assemble(
+        tower: Tower,
+        design: &Design,
+        truth: &Structure,
+        parameters: &PlantParameters,
+        seed: u64,
+        places: Vec<usize>,
+    ) -> Result<Self, PlantError> {
         let (step_s, hydraulics) = (parameters.step_s, &parameters.hydraulics);
         let wind_map = tower.wind_map();
         let slow_elongations = tower.slow_elongations(truth, parameters, seed)?;
         let at_rest = DVector::from_column_slice(slow_elongations.elongations_m());
         let mean_wind = DVector::from_column_slice(tower.wind.at_start());
-        let equilibrium = Equilibrium::solve(
-            design,
+        let (state, forces_n) = design.at_rest(
             &tower.elongations(&tower.mechanics.actuator_map)?,
             &(tower.elongations(&wind_map)? * mean_wind + &at_rest),
             hydraulics.demand_limit_n,
         )?;
-        let inputs_n = [&equilibrium.forces_n, tower.wind.at_start()].concat();
+        let inputs_n = [&forces_n, tower.wind.at_start()].concat();
         let input_map = beside(&tower.mechanics.actuator_map, &wind_map);
         let modes = Modes::of(&tower.mechanics, truth.damping, None)?;
         let mut structure =
             ModalStepper::new(&modes, step_s, &input_map, &tower.mechanics.gage_map);
         structure.settle(&inputs_n);
         let gage_lengths_m = gage_lengths_m(truth);
-        let (actuators, gages) = (equilibrium.forces_n.len(), gage_lengths_m.len());
+        let (actuators, gages) = (forces_n.len(), gage_lengths_m.len());
         Ok(Self {
             structure,
             slow_elongations,
             live_loads_kg: tower.live_loads_kg,
             wind: tower.wind,
-            hydraulics: Hydraulics::new(hydraulics, step_s, &equilibrium.forces_n),
+            hydraulics: Hydraulics::new(hydraulics, step_s, &forces_n),
             hydraulic_parameters: hydraulics.clone(),
             gages: Gages::new(&parameters.gages, &gage_lengths_m, seed),
             pressure_sensors: PressureSensors::new(hydraulics, actuators, step_s, seed),
-            controller: Controller::new(
-                design,
-                hydraulics.demand_limit_n,
-                equilibrium.state,
-                equilibrium.forces_n,
-            ),
+            controller: Controller::new(design, hydraulics.demand_limit_n, state, forces_n),
             stroke: None,
             demand_limit_n: hydraulics.demand_limit_n,
             gage_lengths_m,
@@ -190,7 +178,7 @@ impl Part {
     }
 
     /// Lets a cylinder make a stroke, from the present demands on. Returns how many steps it takes.
-    pub(crate) fn begin_stroke(&mut self, stroke: Stroke, actuator: usize) -> u64 {
+    pub(crate) fn begin_stroke(&mut self, stroke: StrokeTest, actuator: usize) -> u64 {
         let actuators = self.buffers.demands_n.len();
         let under_way = StrokeUnderWay::new(stroke, actuator, actuators, self.step_s);
         let steps = under_way.steps_left();
@@ -199,7 +187,7 @@ impl Part {
     }
 
     /// The stroke under way.
-    pub(crate) fn stroke(&self) -> Option<&Stroke> {
+    pub(crate) fn stroke(&self) -> Option<&StrokeTest> {
         self.stroke.as_ref().map(|under_way| &under_way.stroke)
     }
 

@@ -6,13 +6,12 @@
 use truss::{ModelError, Structure};
 use vocabulary::{ComponentPath, ModuleName, Step, fault::Fault};
 
-use crate::equipment::check_equipment;
 use crate::error::PlantError;
 use crate::injection::{InjectError, Injections, Slot};
 use crate::parameters::PlantParameters;
-use crate::part::{Making, Part};
+use crate::part::PlantPart;
 use crate::signals::Signals;
-use crate::stroke::{Stroke, StrokeError};
+use crate::stroke::{StrokeError, StrokeTest};
 use crate::wind_loads::WindConditions;
 
 /// Between the seeds of neighbouring parts: so far apart that runs with neighbouring seeds have no part
@@ -21,7 +20,7 @@ const SEEDS_APART: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// What was drawn for a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Conditions {
+pub struct DrawnConditions {
     /// Largest base wind speed of the run \[m/s\].
     pub base_speed_m_per_s: f64,
     /// Where the wind blows to, from the x axis towards y \[rad\].
@@ -33,9 +32,9 @@ pub struct Conditions {
 /// The simulated tower, or towers.
 #[derive(Debug, Clone)]
 pub struct Plant {
-    parts: Vec<Part>,
+    parts: Vec<PlantPart>,
     injections: Injections,
-    conditions: Conditions,
+    conditions: DrawnConditions,
     next_step: Step,
     signals: Signals,
 }
@@ -73,23 +72,20 @@ impl Plant {
         let (true_parts, nominal_parts) = parts_alike(truth, nominal);
         let injections = Injections::new(&true_parts);
         let mut parts = Vec::with_capacity(true_parts.len());
-        for (number, (truth_part, nominal_part)) in (0..).zip(true_parts.iter().zip(&nominal_parts))
-        {
-            parts.push(Part::new(Making {
-                truth: truth_part,
-                nominal: nominal_part,
-                true_parameters,
-                nominal_parameters,
-                wind: wind.clone(),
-                seed: seed.wrapping_add(SEEDS_APART.wrapping_mul(number)),
-                places: places(truth, truth_part),
-            })?);
+        for (number, pair) in (0..).zip(true_parts.iter().zip(&nominal_parts)) {
+            parts.push(PlantPart::new(
+                pair,
+                (true_parameters, nominal_parameters),
+                wind.clone(),
+                seed.wrapping_add(SEEDS_APART.wrapping_mul(number)),
+                places(truth, pair.0),
+            )?);
         }
         if parts.is_empty() {
             return Err(ModelError::NothingMoves.into());
         }
         let loads = parts.iter().flat_map(|part| part.live_loads_kg().iter().copied());
-        let conditions = Conditions {
+        let conditions = DrawnConditions {
             base_speed_m_per_s: wind.speed.largest(),
             wind_direction_rad: wind.direction_rad,
             live_loads_kg: loads.collect(),
@@ -140,7 +136,7 @@ impl Plant {
     ///
     /// # Errors
     /// No such cylinder, a figure out of range, or a stroke that has not ended. Nothing has changed then.
-    pub fn begin_stroke(&mut self, stroke: Stroke) -> Result<Step, StrokeError> {
+    pub fn begin_stroke(&mut self, stroke: StrokeTest) -> Result<Step, StrokeError> {
         let unknown = || StrokeError::Actuator {
             actuator: stroke.actuator.clone(),
             known: self.injections.actuators().collect::<Vec<_>>().join(", "),
@@ -157,8 +153,8 @@ impl Plant {
     }
 
     /// The strokes under way.
-    pub fn strokes(&self) -> impl Iterator<Item = &Stroke> {
-        self.parts.iter().filter_map(Part::stroke)
+    pub fn strokes(&self) -> impl Iterator<Item = &StrokeTest> {
+        self.parts.iter().filter_map(PlantPart::stroke)
     }
 
     /// All components that may have a fault.
@@ -174,7 +170,7 @@ impl Plant {
 
     /// What was drawn for this run.
     #[must_use]
-    pub fn conditions(&self) -> &Conditions {
+    pub fn conditions(&self) -> &DrawnConditions {
         &self.conditions
     }
 
@@ -211,4 +207,29 @@ fn places(whole: &Structure, part: &Structure) -> Vec<usize> {
     let place =
         |module: &truss::Module| whole.equipped().position(|other| other.name == module.name);
     part.equipped().filter_map(place).collect()
+}
+
+/// Both structures must have the same channels.
+fn check_equipment(truth: &Structure, nominal: &Structure) -> Result<(), PlantError> {
+    let channels = |structure: &Structure| -> Vec<String> {
+        let mut names = Vec::new();
+        for module in &structure.modules {
+            let actuators = module.actuators.iter().map(|actuator| actuator.name.to_string());
+            let gages = module.gages.iter().map(|gage| gage.name.to_string());
+            names.extend(actuators.chain(gages).map(|name| format!("{}/{name}", module.name)));
+        }
+        names
+    };
+    let (truth, nominal) = (channels(truth), channels(nominal));
+    if truth == nominal {
+        return Ok(());
+    }
+    let named = |names: &[String], other: &[String]| -> Vec<String> {
+        names.iter().filter(|name| !other.contains(name)).map(|name| format!("`{name}`")).collect()
+    };
+    let mut different = named(&truth, &nominal);
+    different.extend(named(&nominal, &truth));
+    let different =
+        if different.is_empty() { "their order".to_owned() } else { different.join(", ") };
+    Err(PlantError::Equipment(different))
 }

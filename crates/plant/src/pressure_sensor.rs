@@ -3,7 +3,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::course::{Course, SlowClock};
+use crate::course::{DayCourse, SlowClock};
 use crate::gage::normal;
 use crate::hydraulics::HydraulicParameters;
 use crate::streams::Stream;
@@ -14,7 +14,7 @@ pub(crate) struct PressureSensors {
     noise_pa: f64,
     noise: Vec<ChaCha8Rng>,
     drift_pa: f64,
-    courses: Vec<[Course; 2]>,
+    courses: Vec<[DayCourse; 2]>,
     /// What each reads too much at present \[Pa\].
     offsets_pa: Vec<[f64; 2]>,
     clock: SlowClock,
@@ -28,7 +28,7 @@ impl PressureSensors {
         seed: u64,
     ) -> Self {
         let noise = (0..actuators).map(|channel| Stream::PressureNoise(channel).generator(seed));
-        let course = |sensor| Course::draw(Stream::PressureDrift(sensor), seed);
+        let course = |sensor| DayCourse::draw(Stream::PressureDrift(sensor), seed);
         let courses =
             (0..actuators).map(|actuator| [course(2 * actuator), course(2 * actuator + 1)]);
         let mut sensors = Self {

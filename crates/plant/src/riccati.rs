@@ -21,7 +21,7 @@ const MAX_PASSES: usize = 60;
 /// Relative change of X below which it stands.
 const TOLERANCE: f64 = 1e-14;
 
-/// Why there is no solution. Nothing was changed.
+/// Why the equation has no solution. Nothing was changed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RiccatiError {
     /// The four matrices do not fit together.

@@ -14,7 +14,7 @@ const BLENDING_S: f64 = 0.5;
 
 /// A stroke test of one cylinder.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stroke {
+pub struct StrokeTest {
     /// The cylinder.
     pub actuator: ComponentPath,
     /// Largest change of its demand, both ways, F \[N\].
@@ -38,8 +38,8 @@ pub enum StrokeError {
         /// What would be right.
         expected: String,
     },
-    /// There is no such cylinder.
-    #[error("`{actuator}` is no actuator of the plant; use one of {known}")]
+    /// Unknown cylinder.
+    #[error("unknown actuator `{actuator}`: expected one of {known}")]
     Actuator {
         /// The one asked for.
         actuator: ComponentPath,
@@ -51,7 +51,7 @@ pub enum StrokeError {
     Busy(ComponentPath),
 }
 
-impl Stroke {
+impl StrokeTest {
     /// Checks the figures against the largest demand \[N\].
     pub(crate) fn check(&self, demand_limit_n: f64) -> Result<(), StrokeError> {
         let within = |name, value: f64, least: f64, most: f64| {
@@ -69,7 +69,7 @@ impl Stroke {
 /// A stroke under way in one part of the plant.
 #[derive(Debug, Clone)]
 pub(crate) struct StrokeUnderWay {
-    pub(crate) stroke: Stroke,
+    pub(crate) stroke: StrokeTest,
     /// The actuator's number in the part.
     actuator: usize,
     /// The controller's demands at its first step \[N\].
@@ -82,7 +82,7 @@ pub(crate) struct StrokeUnderWay {
 
 impl StrokeUnderWay {
     /// Of one of so many actuators, by its number.
-    pub(crate) fn new(stroke: Stroke, actuator: usize, actuators: usize, step_s: f64) -> Self {
+    pub(crate) fn new(stroke: StrokeTest, actuator: usize, actuators: usize, step_s: f64) -> Self {
         Self { stroke, actuator, held_n: vec![0.0; actuators], step_s, steps: 0, cut: None }
     }
 
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     fn under_way() -> StrokeUnderWay {
-        let stroke = Stroke {
+        let stroke = StrokeTest {
             actuator: "module1/actuator/a2".parse().unwrap(),
             force_n: 50e3,
             duration_s: 8.0,
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn the_steps_that_are_left_are_counted_whatever_the_step() {
         for step_s in [1e-3, 1.0 / 3000.0, 0.7e-3, 0.02] {
-            let stroke = Stroke { duration_s: 2.1, ..under_way().stroke };
+            let stroke = StrokeTest { duration_s: 2.1, ..under_way().stroke };
             let mut stroke = StrokeUnderWay::new(stroke, 1, 2, step_s);
             let promised = stroke.steps_left();
             let mut steps = 1;
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn figures_out_of_range_are_named() {
-        let stroke = Stroke { duration_s: 0.5, ..under_way().stroke };
+        let stroke = StrokeTest { duration_s: 0.5, ..under_way().stroke };
         let error = stroke.check(120e3).unwrap_err();
         assert_eq!(error.to_string(), "`duration_s` of a stroke is 0.5; use 2 to 600");
     }

@@ -2,14 +2,14 @@
 //!
 //! A gage that is compensated for temperature reads what is elastic: the elongation of its member less its free
 //! expansion α·ΔT·l. It follows slowly, so the structure is taken at rest ([`truss::Mechanics::strain_response`]). Every
-//! pattern goes its own course between plus and minus its amplitude ([`Course`]).
+//! pattern goes its own course between plus and minus its amplitude ([`DayCourse`]).
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use truss::{Member, Structure};
 
 use crate::check::Checks;
-use crate::course::Course;
+use crate::course::DayCourse;
 use crate::streams::Stream;
 
 /// A member is a column if its slope is steeper than this cosine to the vertical.
@@ -65,7 +65,7 @@ impl TemperatureParameters {
 #[derive(Debug, Clone)]
 struct Pattern {
     elongations_m: DVector<f64>,
-    course: Course,
+    course: DayCourse,
 }
 
 /// What the gages read because of temperature.
@@ -86,7 +86,7 @@ impl Temperature {
         let mut add = |warming_k: Vec<f64>| {
             let strains = parameters.expansion_per_k * DVector::from_vec(warming_k);
             if strains.iter().any(|strain| *strain != 0.0) {
-                let course = Course::draw(Stream::Temperature(patterns.len()), seed);
+                let course = DayCourse::draw(Stream::Temperature(patterns.len()), seed);
                 patterns.push(Pattern { elongations_m: response * strains, course });
             }
         };

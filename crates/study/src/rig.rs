@@ -7,7 +7,7 @@ use diagnosis::{
     Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
     SetupError, Transition,
 };
-use plant::{InjectError, Plant, Stroke, StrokeError};
+use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use vocabulary::{ComponentPath, ModuleName, RunId, Step};
 
 use crate::case::{Injection, apply};
@@ -86,7 +86,7 @@ pub enum RigError {
     Inject(#[from] InjectError),
     /// A stroke does not.
     #[error(transparent)]
-    Stroke(#[from] StrokeError),
+    StrokeTest(#[from] StrokeError),
 }
 
 /// A plant and one diagnoser for each of its equipped modules.
@@ -166,7 +166,7 @@ impl Rig {
     ///
     /// # Errors
     /// See [`Plant::begin_stroke`].
-    pub fn begin_stroke(&mut self, stroke: Stroke) -> Result<(), RigError> {
+    pub fn begin_stroke(&mut self, stroke: StrokeTest) -> Result<(), RigError> {
         self.plant.begin_stroke(stroke)?;
         Ok(())
     }

@@ -10,7 +10,6 @@ use std::ops::RangeInclusive;
 use nalgebra::{DMatrix, DVector};
 
 use crate::cholesky::{Cholesky, Singular};
-use crate::condensation::condense;
 use crate::direction::Direction;
 use crate::element;
 use crate::model_error::ModelError;
@@ -195,6 +194,35 @@ fn assemble_stiffness(structure: &Structure, freedoms: &Freedoms) -> DMatrix<f64
         }
     }
     whole
+}
+
+/// Static condensation of the rotations. They carry neither mass nor load, so K_rt·u + K_rr·φ = 0 holds at all times and
+/// K = K_tt − K_tr·K_rr⁻¹·K_rt acts between translations alone, without approximation: the stiffness between the
+/// translations once the rotations follow freely \[N/m\].
+///
+/// The first `translations` rows and columns of `stiffness` are the translations.
+///
+/// # Errors
+/// A combination of rotations without resistance, counted from the first rotation.
+fn condense(stiffness: &DMatrix<f64>, translations: usize) -> Result<DMatrix<f64>, Singular> {
+    let rotations = stiffness.nrows() - translations;
+    let mut condensed = stiffness.view((0, 0), (translations, translations)).into_owned();
+    if rotations == 0 {
+        return Ok(condensed);
+    }
+    let own = stiffness.view((translations, translations), (rotations, rotations)).into_owned();
+    let coupling = stiffness.view((translations, 0), (rotations, translations)).into_owned();
+    let following = Cholesky::of(&own)?.solve(&coupling);
+    for column in 0..translations {
+        // Only the lower triangle is computed, so that the result is symmetric to the last bit.
+        for row in column..translations {
+            let relief: f64 =
+                (0..rotations).map(|r| coupling[(r, row)] * following[(r, column)]).sum();
+            condensed[(row, column)] -= relief;
+            condensed[(column, row)] = condensed[(row, column)];
+        }
+    }
+    Ok(condensed)
 }
 
 fn lumped_mass(structure: &Structure, dofs: &[Dof]) -> Result<DVector<f64>, ModelError> {

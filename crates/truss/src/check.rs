@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::description::Entry;
-use crate::description_error::{DescriptionError, Problem};
+use crate::description::DescriptionEntry;
+use crate::description_error::{DescriptionError, DescriptionProblem};
 use vocabulary::NameError;
 
 /// How many existing names are listed when one is not found.
@@ -15,36 +15,31 @@ pub(crate) struct Located<T> {
     pub(crate) value: T,
 }
 
-/// The line of a byte, counted from 1.
-pub(crate) fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
-}
-
 /// Where a number may lie.
 #[derive(Clone, Copy)]
-pub(crate) enum Range {
+pub(crate) enum NumberRange {
     Positive,
     NotNegative,
     Finite,
     Poisson,
 }
 
-impl Range {
+impl NumberRange {
     fn contains(self, value: f64) -> bool {
         match self {
-            Range::Positive => value.is_finite() && value > 0.0,
-            Range::NotNegative => value.is_finite() && value >= 0.0,
-            Range::Finite => value.is_finite(),
-            Range::Poisson => value > -1.0 && value <= 0.5,
+            NumberRange::Positive => value.is_finite() && value > 0.0,
+            NumberRange::NotNegative => value.is_finite() && value >= 0.0,
+            NumberRange::Finite => value.is_finite(),
+            NumberRange::Poisson => value > -1.0 && value <= 0.5,
         }
     }
 
     fn words(self) -> &'static str {
         match self {
-            Range::Positive => "a finite number above 0",
-            Range::NotNegative => "0 or a finite number above 0",
-            Range::Finite => "a finite number",
-            Range::Poisson => "a number above -1 and up to 0.5",
+            NumberRange::Positive => "a finite number above 0",
+            NumberRange::NotNegative => "0 or a finite number above 0",
+            NumberRange::Finite => "a finite number",
+            NumberRange::Poisson => "a number above -1 and up to 0.5",
         }
     }
 }
@@ -67,12 +62,12 @@ impl Check {
         1 + self.ends.partition_point(|&end| end < offset)
     }
 
-    pub(crate) fn report(&mut self, line: Option<usize>, problem: Problem) {
+    pub(crate) fn report(&mut self, line: Option<usize>, problem: DescriptionProblem) {
         self.errors.push(DescriptionError { line, problem });
     }
 
     pub(crate) fn form(&mut self, line: usize, message: String) {
-        self.report(Some(line), Problem::Form(message));
+        self.report(Some(line), DescriptionProblem::Form(message));
     }
 
     /// Reports a text that cannot be a name; the name otherwise.
@@ -86,71 +81,77 @@ impl Check {
         line: usize,
         owner: &str,
         (quantity, value): (&'static str, f64),
-        range: Range,
+        range: NumberRange,
     ) {
         if !range.contains(value) {
             let (owner, expected) = (owner.to_owned(), range.words());
-            self.report(Some(line), Problem::Number { quantity, owner, value, expected });
+            self.report(
+                Some(line),
+                DescriptionProblem::Number { quantity, owner, value, expected },
+            );
         }
     }
 
     /// The entry's value; `None` if it cannot be read, which is reported. A readable name is kept
-    /// in the register all the same, so that references to it are not reported too.
+    /// in the names all the same, so that references to it are not reported too.
     pub(crate) fn entry<T>(
         &mut self,
-        register: &mut Register,
-        entry: Entry<T>,
+        names: &mut KnownNames,
+        entry: DescriptionEntry<T>,
     ) -> Option<Located<T>> {
         let line = self.line(entry.offset);
         match entry.value {
             Ok(value) => Some(Located { line, value }),
             Err(complaint) => {
                 let owner = match &entry.name {
-                    Some(name) => format!("{} `{name}`", register.what),
-                    None => register.what.to_owned(),
+                    Some(name) => format!("{} `{name}`", names.what),
+                    None => names.what.to_owned(),
                 };
-                self.report(Some(line), Problem::Format(format!("{owner}: {complaint}")));
-                register.broken.extend(entry.name);
-                register.unreadable = true;
+                self.report(
+                    Some(line),
+                    DescriptionProblem::Format(format!("{owner}: {complaint}")),
+                );
+                names.broken.extend(entry.name);
+                names.unreadable = true;
                 None
             }
         }
     }
 
     /// Remembers a name; a second one of the same is reported.
-    pub(crate) fn register(&mut self, register: &mut Register, line: usize, name: &str) {
-        let index = register.order.len();
-        register.order.push(name.to_owned());
-        if let Some(&(_, first)) = register.places.get(name) {
+    pub(crate) fn remember(&mut self, names: &mut KnownNames, line: usize, name: &str) {
+        let index = names.order.len();
+        names.order.push(name.to_owned());
+        if let Some(&(_, first)) = names.places.get(name) {
             let first =
                 if first == line { String::new() } else { format!(", first in line {first}") };
-            let (what, name) = (register.what, name.to_owned());
-            self.report(Some(line), Problem::Duplicate { what, name, first });
+            let (what, name) = (names.what, name.to_owned());
+            self.report(Some(line), DescriptionProblem::Duplicate { what, name, first });
         } else {
-            register.places.insert(name.to_owned(), (index, line));
+            names.places.insert(name.to_owned(), (index, line));
         }
     }
 
     /// Index of a name; an unknown one is reported with what exists.
     pub(crate) fn find(
         &mut self,
-        register: &Register,
+        names: &KnownNames,
         line: usize,
         user: &str,
         name: &str,
     ) -> Option<usize> {
-        let index = register.index(name);
-        if index.is_none() && !register.broken.contains(name) {
+        let index = names.index(name);
+        if index.is_none() && !names.broken.contains(name) {
             let (user, name) = (user.to_owned(), name.to_owned());
-            let (what, hint) = (register.what, register.hint(&name));
-            self.report(Some(line), Problem::Unknown { user, what, name, hint });
+            let (what, hint) = (names.what, names.hint(&name));
+            self.report(Some(line), DescriptionProblem::Unknown { user, what, name, hint });
         }
         index
     }
 }
 
 /// Names met so far, each with its index, in the order in which they came.
-pub(crate) struct Register {
+pub(crate) struct KnownNames {
     pub(crate) what: &'static str,
     places: BTreeMap<String, (usize, usize)>,
     order: Vec<String>,
@@ -158,9 +159,9 @@ pub(crate) struct Register {
     unreadable: bool,
 }
 
-impl Register {
-    pub(crate) fn new(what: &'static str) -> Register {
-        Register {
+impl KnownNames {
+    pub(crate) fn new(what: &'static str) -> KnownNames {
+        KnownNames {
             what,
             places: BTreeMap::new(),
             order: Vec::new(),

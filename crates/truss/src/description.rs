@@ -18,14 +18,14 @@ pub(crate) struct Description {
     /// Name of the structure.
     pub(crate) name: Spanned<String>,
     pub(crate) damping: Spanned<DampingDescription>,
-    pub(crate) materials: BTreeMap<String, Entry<MaterialDescription>>,
-    pub(crate) sections: BTreeMap<String, Entry<SectionDescription>>,
+    pub(crate) materials: BTreeMap<String, DescriptionEntry<MaterialDescription>>,
+    pub(crate) sections: BTreeMap<String, DescriptionEntry<SectionDescription>>,
     /// The generator; takes the place of nodes and members.
-    pub(crate) storeys: Option<Entry<StoreysDescription>>,
+    pub(crate) storeys: Option<DescriptionEntry<StoreysDescription>>,
     #[serde(default)]
-    pub(crate) nodes: Vec<Entry<NodeDescription>>,
+    pub(crate) nodes: Vec<DescriptionEntry<NodeDescription>>,
     #[serde(default)]
-    pub(crate) members: Vec<Entry<MemberDescription>>,
+    pub(crate) members: Vec<DescriptionEntry<MemberDescription>>,
     #[serde(default)]
     pub(crate) modules: Vec<Spanned<ModuleDescription>>,
 }
@@ -133,9 +133,9 @@ pub(crate) struct ModuleDescription {
     /// Section of the columns; with the generator only.
     pub(crate) column: Option<String>,
     #[serde(default)]
-    pub(crate) actuators: Vec<Entry<ActuatorDescription>>,
+    pub(crate) actuators: Vec<DescriptionEntry<ActuatorDescription>>,
     #[serde(default)]
-    pub(crate) gages: Vec<Entry<GageDescription>>,
+    pub(crate) gages: Vec<DescriptionEntry<GageDescription>>,
 }
 
 /// A hydraulic cylinder, in a member or between two nodes.
@@ -157,7 +157,7 @@ pub(crate) struct GageDescription {
 
 /// One entry of a list or table: what it says, or what is wrong with it; and where it stands.
 #[derive(Debug)]
-pub(crate) struct Entry<T> {
+pub(crate) struct DescriptionEntry<T> {
     /// Byte offset in the text.
     pub(crate) offset: usize,
     /// The entry's `name`, readable even where the rest is not.
@@ -166,14 +166,14 @@ pub(crate) struct Entry<T> {
     pub(crate) value: Result<T, String>,
 }
 
-impl<'de, T: DeserializeOwned> Deserialize<'de> for Entry<T> {
+impl<'de, T: DeserializeOwned> Deserialize<'de> for DescriptionEntry<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let entry = Spanned::<toml::Value>::deserialize(deserializer)?;
         let offset = entry.span().start;
         let content = entry.into_inner();
         let name = content.get("name").and_then(toml::Value::as_str).map(str::to_owned);
         let value = content.try_into().map_err(|error| complaint(&error));
-        Ok(Entry { offset, name, value })
+        Ok(DescriptionEntry { offset, name, value })
     }
 }
 

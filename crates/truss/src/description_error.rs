@@ -8,8 +8,8 @@ const LONGEST_PROBLEM: usize = 1000;
 
 /// One mistake in a description.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Problem {
-    /// The text is no TOML, or a key is missing, unknown or of the wrong type.
+pub enum DescriptionProblem {
+    /// Invalid TOML, or a key missing, unknown or of the wrong type.
     #[error("{0}")]
     Format(String),
     /// A text that cannot be a name.
@@ -74,7 +74,7 @@ pub struct DescriptionError {
     /// Line in the text, counted from 1, where it is known.
     pub line: Option<usize>,
     /// What is wrong and what would be right.
-    pub problem: Problem,
+    pub problem: DescriptionProblem,
 }
 
 impl fmt::Display for DescriptionError {

@@ -6,11 +6,11 @@
 //!    stands for (`generator`), and checks it, reporting every mistake at once (`validation`).
 //! 2. [`Structure::local`] cuts out one module's own part, clamped at its lower interface;
 //!    [`Structure::parts`] takes apart what does not touch, [`Structure::row`] sets copies side by side.
-//! 3. [`Mechanics::assemble`] puts the members together (`element`, `assembly`) and condenses the
-//!    rotations (`condensation`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
+//! 3. [`Mechanics::assemble`] puts the members together (`element`) and condenses the rotations
+//!    (`assembly`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
 //! 4. [`Modes::of`] splits the equations of motion into single oscillators.
 //! 5. [`ModalStepper`] steps them exactly under inputs held constant over a step;
-//!    [`LocalModel`] is such a stepper from a module's actuator forces to its gage elongations.
+//!    [`ModalStepper::of_module`] makes one from a module's actuator forces to its gage elongations.
 //!
 //! Everything is text and numbers in, text and numbers out. Equation numbers are those of Gienger,
 //! Schaut, Sawodny and Tarin, *Modular distributed fault diagnosis for adaptive structures using
@@ -20,14 +20,12 @@
 mod assembly;
 mod check;
 mod cholesky;
-mod condensation;
 mod description;
 mod description_error;
 mod direction;
 mod element;
 mod export;
 mod generator;
-mod local_model;
 mod local_structure;
 mod member;
 mod modal;
@@ -44,13 +42,12 @@ mod validation;
 mod writer;
 
 pub use assembly::{Dof, Mechanics};
-pub use description_error::{DescriptionError, DescriptionErrors, Problem};
+pub use description_error::{DescriptionError, DescriptionErrors, DescriptionProblem};
 pub use direction::{Direction, Support};
 pub use export::{
     Export, ExportedActuator, ExportedFixed, ExportedGage, ExportedMember, ExportedNode,
     ExportedResponse,
 };
-pub use local_model::LocalModel;
 pub use member::{Member, MemberKind};
 pub use modal::Modes;
 pub use modal_stepper::ModalStepper;
@@ -58,4 +55,4 @@ pub use model_error::ModelError;
 pub use perturbation::Perturbation;
 pub use row::copy_prefix;
 pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
-pub use summary::{ModeSummary, ModuleSummary, Summary};
+pub use summary::{ModeSummary, ModuleSummary, StructureSummary};

@@ -51,34 +51,35 @@ impl Structure {
     }
 }
 
-/// New index of each old one.
-pub(crate) fn places(kept: &[usize]) -> BTreeMap<usize, usize> {
-    kept.iter().enumerate().map(|(new, &old)| (old, new)).collect()
+/// New index of each old one. Validation has put every node of a module's members, actuators and gages into the module's own
+/// lists, so that none is missing.
+pub(crate) fn places(kept: &[usize]) -> impl Fn(usize) -> usize {
+    let places: BTreeMap<usize, usize> =
+        kept.iter().enumerate().map(|(new, &old)| (old, new)).collect();
+    move |old| places[&old]
 }
 
-// Validation has put every node of a module's members, actuators and gages into the module's own
-// lists, so the look-ups below cannot fail.
-
-pub(crate) fn renumber_member(member: &Member, nodes: &BTreeMap<usize, usize>) -> Member {
-    Member { ends: member.ends.map(|end| nodes[&end]), ..member.clone() }
+pub(crate) fn renumber_member(member: &Member, node: impl Fn(usize) -> usize) -> Member {
+    Member { ends: member.ends.map(node), ..member.clone() }
 }
 
 pub(crate) fn renumber_module(
     module: &Module,
-    nodes: &BTreeMap<usize, usize>,
-    members: &BTreeMap<usize, usize>,
+    node: impl Fn(usize) -> usize,
+    member: impl Fn(usize) -> usize,
 ) -> Module {
+    let nodes = |nodes: &[usize]| nodes.iter().map(|&old| node(old)).collect();
     let actuator = |actuator: &Actuator| Actuator {
         name: actuator.name.clone(),
-        ends: actuator.ends.map(|end| nodes[&end]),
-        member: actuator.member.map(|member| members[&member]),
+        ends: actuator.ends.map(&node),
+        member: actuator.member.map(&member),
     };
-    let gage = |gage: &Gage| Gage { name: gage.name.clone(), member: members[&gage.member] };
+    let gage = |gage: &Gage| Gage { name: gage.name.clone(), member: member(gage.member) };
     Module {
         name: module.name.clone(),
-        nodes: module.nodes.iter().map(|node| nodes[node]).collect(),
-        members: module.members.iter().map(|member| members[member]).collect(),
-        lower_interface: module.lower_interface.iter().map(|node| nodes[node]).collect(),
+        nodes: nodes(&module.nodes),
+        members: module.members.iter().map(|&old| member(old)).collect(),
+        lower_interface: nodes(&module.lower_interface),
         actuators: module.actuators.iter().map(actuator).collect(),
         gages: module.gages.iter().map(gage).collect(),
     }

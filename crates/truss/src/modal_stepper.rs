@@ -8,11 +8,16 @@
 use nalgebra::DMatrix;
 use pulp::Arch;
 
+use crate::assembly::Mechanics;
 use crate::modal::Modes;
-use crate::oscillator::Transition;
+use crate::model_error::ModelError;
+use crate::oscillator::OscillatorStep;
+use crate::structure::Structure;
 
 /// Width of a block.
 const LANES: usize = 8;
+/// Far longer than any step of a sampled system \[s\].
+const LONGEST_STEP_S: f64 = 1.0;
 
 type Block = [f64; LANES];
 
@@ -31,7 +36,7 @@ pub struct ModalStepper {
     velocities: Vec<Block>,
 }
 
-/// [`Transition`]s of a block of modes, coefficient by coefficient.
+/// [`OscillatorStep`]s of a block of modes, coefficient by coefficient.
 #[derive(Debug, Clone)]
 struct TransitionBlock {
     displacement_keep: Block,
@@ -45,6 +50,21 @@ struct TransitionBlock {
 }
 
 impl ModalStepper {
+    /// The local model of a module with all its modes, at rest: eq. 6 and 7 from the forces of its actuators \[N\] to the
+    /// elongations of its gages \[m\]. Whatever comes from wind, loads and neighbours is missing from it. `local` is that
+    /// module alone, from [`Structure::local`] or from a file; `dt_s` is the step \[s\].
+    ///
+    /// # Errors
+    /// A structure from which no model follows, or a step that is not above 0 or absurdly long.
+    pub fn of_module(local: &Structure, dt_s: f64) -> Result<ModalStepper, ModelError> {
+        if !(dt_s > 0.0 && dt_s <= LONGEST_STEP_S) {
+            return Err(ModelError::TimeStep { value: dt_s });
+        }
+        let mechanics = Mechanics::assemble(local)?;
+        let modes = Modes::of(&mechanics, local.damping, None)?;
+        Ok(ModalStepper::new(&modes, dt_s, &mechanics.actuator_map, &mechanics.gage_map))
+    }
+
     /// A stepper at rest.
     ///
     /// `dt_s` is the step \[s\]; `input_map` (dofs × inputs) turns inputs into nodal forces \[N\],
@@ -229,10 +249,10 @@ fn transition_block(modes: &Modes, dt_s: f64, block: usize) -> TransitionBlock {
     let transition = |lane: usize| {
         let omega = modes.angular_frequencies.get(mode(lane))?;
         let ratio = modes.damping_ratios.get(mode(lane))?;
-        Some(Transition::over(dt_s, *omega, *ratio))
+        Some(OscillatorStep::over(dt_s, *omega, *ratio))
     };
-    let all: [Option<Transition>; LANES] = std::array::from_fn(transition);
-    let take = |pick: fn(&Transition) -> f64| all.map(|t| t.as_ref().map_or(0.0, pick));
+    let all: [Option<OscillatorStep>; LANES] = std::array::from_fn(transition);
+    let take = |pick: fn(&OscillatorStep) -> f64| all.map(|t| t.as_ref().map_or(0.0, pick));
     TransitionBlock {
         displacement_keep: take(|t| t.displacement_keep),
         displacement_from_velocity: take(|t| t.displacement_from_velocity),

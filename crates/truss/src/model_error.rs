@@ -65,7 +65,7 @@ pub enum ModelError {
         value: f64,
     },
     /// The structure has no module of this name.
-    #[error("`{module}` is no module of structure `{structure}`; it has {known}")]
+    #[error("unknown module `{module}` of structure `{structure}`: expected one of {known}")]
     UnknownModule {
         /// The module asked for.
         module: ModuleName,

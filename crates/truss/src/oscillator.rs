@@ -16,7 +16,7 @@ const SERIES_BELOW: f64 = 1e-4;
 
 /// The coefficients of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Transition {
+pub(crate) struct OscillatorStep {
     /// Displacement from displacement.
     pub(crate) displacement_keep: f64,
     /// Displacement from velocity \[s\].
@@ -31,9 +31,9 @@ pub(crate) struct Transition {
     pub(crate) velocity_from_force: f64,
 }
 
-impl Transition {
+impl OscillatorStep {
     /// The step of an oscillator with angular frequency ω > 0 \[rad/s\] and damping ratio ζ ≥ 0.
-    pub(crate) fn over(dt_s: f64, angular_frequency: f64, damping_ratio: f64) -> Transition {
+    pub(crate) fn over(dt_s: f64, angular_frequency: f64, damping_ratio: f64) -> OscillatorStep {
         let turn = angular_frequency * dt_s;
         let decay = damping_ratio * turn;
         let squared_angle = turn * turn * (1.0 - damping_ratio) * (1.0 + damping_ratio);
@@ -43,7 +43,7 @@ impl Transition {
             oscillating(decay, squared_angle)
         };
         let stiffness = angular_frequency * angular_frequency;
-        Transition {
+        OscillatorStep {
             displacement_keep: cosine + decay * sine_quotient,
             displacement_from_velocity: dt_s * sine_quotient,
             displacement_from_force: step / stiffness,

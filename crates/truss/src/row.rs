@@ -1,7 +1,8 @@
 //! Copies of a structure side by side.
 
+use crate::local_structure::{renumber_member, renumber_module};
 use crate::member::Member;
-use crate::structure::{Actuator, Gage, Module, Node, Structure};
+use crate::structure::{Module, Node, Structure};
 use vocabulary::{MemberName, ModuleName, NameError, NodeName, StructureName};
 
 impl Structure {
@@ -27,10 +28,18 @@ impl Structure {
                 row.nodes.push(moved_node(node, &prefix, copy as f64 * spacing_m)?);
             }
             for member in &self.members {
-                row.members.push(moved_member(member, &prefix, first_node)?);
+                let name = MemberName::new(format!("{prefix}{}", member.name))?;
+                let moved = renumber_member(member, |node| node + first_node);
+                row.members.push(Member { name, ..moved });
             }
             for module in &self.modules {
-                row.modules.push(moved_module(module, &prefix, first_node, first_member)?);
+                let name = ModuleName::new(format!("{prefix}{}", module.name))?;
+                let moved = renumber_module(
+                    module,
+                    |node| node + first_node,
+                    |member| member + first_member,
+                );
+                row.modules.push(Module { name, ..moved });
             }
         }
         Ok(row)
@@ -57,32 +66,4 @@ fn moved_node(node: &Node, prefix: &str, by_m: f64) -> Result<Node, NameError> {
     let [x, y, z] = node.position_m;
     let name = NodeName::new(format!("{prefix}{}", node.name))?;
     Ok(Node { name, position_m: [x + by_m, y, z], ..node.clone() })
-}
-
-fn moved_member(member: &Member, prefix: &str, first_node: usize) -> Result<Member, NameError> {
-    let name = MemberName::new(format!("{prefix}{}", member.name))?;
-    Ok(Member { name, ends: member.ends.map(|end| end + first_node), ..member.clone() })
-}
-
-fn moved_module(
-    module: &Module,
-    prefix: &str,
-    first_node: usize,
-    first_member: usize,
-) -> Result<Module, NameError> {
-    let nodes = |nodes: &[usize]| nodes.iter().map(|node| node + first_node).collect();
-    let actuator = |actuator: &Actuator| Actuator {
-        name: actuator.name.clone(),
-        ends: actuator.ends.map(|end| end + first_node),
-        member: actuator.member.map(|member| member + first_member),
-    };
-    let gage = |gage: &Gage| Gage { name: gage.name.clone(), member: gage.member + first_member };
-    Ok(Module {
-        name: ModuleName::new(format!("{prefix}{}", module.name))?,
-        nodes: nodes(&module.nodes),
-        members: module.members.iter().map(|member| member + first_member).collect(),
-        lower_interface: nodes(&module.lower_interface),
-        actuators: module.actuators.iter().map(actuator).collect(),
-        gages: module.gages.iter().map(gage).collect(),
-    })
 }

@@ -1,8 +1,8 @@
 //! Which form a description has, explicit or with `[storeys]`, and its lists written out.
 
-use crate::check::{Check, Located, Range, Register};
+use crate::check::{Check, KnownNames, Located, NumberRange};
 use crate::description::{
-    Entry, MemberDescription, ModuleDescription, NodeDescription, StoreysDescription,
+    DescriptionEntry, MemberDescription, ModuleDescription, NodeDescription, StoreysDescription,
 };
 use crate::generator::{self, Stack};
 
@@ -13,11 +13,11 @@ const MOST_CORNERS: usize = 32;
 
 /// The lists of a description as they stand in the file.
 pub(crate) struct Lists {
-    pub(crate) storeys: Option<Entry<StoreysDescription>>,
-    pub(crate) nodes: Vec<Entry<NodeDescription>>,
-    pub(crate) members: Vec<Entry<MemberDescription>>,
-    pub(crate) node_register: Register,
-    pub(crate) member_register: Register,
+    pub(crate) storeys: Option<DescriptionEntry<StoreysDescription>>,
+    pub(crate) nodes: Vec<DescriptionEntry<NodeDescription>>,
+    pub(crate) members: Vec<DescriptionEntry<MemberDescription>>,
+    pub(crate) node_names: KnownNames,
+    pub(crate) member_names: KnownNames,
 }
 
 type WrittenOut = (Vec<Located<NodeDescription>>, Vec<Located<MemberDescription>>);
@@ -34,8 +34,8 @@ pub(crate) fn write_out(
             if !lists.nodes.is_empty() || !lists.members.is_empty() {
                 check.form(line, "`[storeys]` makes the nodes and members; leave out either it or the lists `nodes` and `members`".to_owned());
             }
-            let mut register = Register::new("`[storeys]`");
-            let plan = check.entry(&mut register, storeys);
+            let mut names = KnownNames::new("`[storeys]`");
+            let plan = check.entry(&mut names, storeys);
             plan.map_or_else(Default::default, |plan| generate(check, &plan, modules))
         }
         None => explicit(check, lists, modules),
@@ -53,11 +53,10 @@ fn explicit(
         }
     }
     let nodes = std::mem::take(&mut lists.nodes);
-    let nodes =
-        nodes.into_iter().filter_map(|e| check.entry(&mut lists.node_register, e)).collect();
+    let nodes = nodes.into_iter().filter_map(|e| check.entry(&mut lists.node_names, e)).collect();
     let members = std::mem::take(&mut lists.members);
     let members =
-        members.into_iter().filter_map(|e| check.entry(&mut lists.member_register, e)).collect();
+        members.into_iter().filter_map(|e| check.entry(&mut lists.member_names, e)).collect();
     (nodes, members)
 }
 
@@ -90,10 +89,10 @@ fn generate(
 
 fn check_plan(check: &mut Check, Located { line, value }: &Located<StoreysDescription>) {
     let owner = "`[storeys]`";
-    check.number(*line, owner, ("height_m", value.height_m), Range::Positive);
-    check.number(*line, owner, ("mass_kg", value.mass_kg), Range::NotNegative);
+    check.number(*line, owner, ("height_m", value.height_m), NumberRange::Positive);
+    check.number(*line, owner, ("mass_kg", value.mass_kg), NumberRange::NotNegative);
     for coordinate in value.corners_m.iter().flatten() {
-        check.number(*line, owner, ("corners_m", *coordinate), Range::Finite);
+        check.number(*line, owner, ("corners_m", *coordinate), NumberRange::Finite);
     }
     if !(3..=MOST_CORNERS).contains(&value.corners_m.len()) {
         check.form(

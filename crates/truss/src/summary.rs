@@ -12,7 +12,7 @@ const MODES_LISTED: usize = 6;
 
 /// Counts, masses, first modes and equipment of a structure. Prints as a table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
+pub struct StructureSummary {
     /// Name of the structure.
     pub name: String,
     /// Number of parts that stand by themselves.
@@ -65,43 +65,35 @@ pub struct ModuleSummary {
     pub local_frequency_hz: Option<f64>,
 }
 
-/// What is summed over the parts of a structure.
-struct PartSummary {
-    degrees_of_freedom: usize,
-    modes: Vec<ModeSummary>,
-}
-
-impl PartSummary {
-    fn of(part: &Structure) -> Result<PartSummary, ModelError> {
-        let mechanics = Mechanics::assemble(part)?;
-        let modes = Modes::of(&mechanics, part.damping, Some(MODES_LISTED))?;
-        let listed = modes.frequencies_hz();
-        let pairs = listed.iter().zip(modes.damping_ratios.iter());
-        let modes = pairs
-            .map(|(&frequency_hz, &damping_ratio)| ModeSummary { frequency_hz, damping_ratio });
-        Ok(PartSummary { degrees_of_freedom: mechanics.dofs.len(), modes: modes.collect() })
-    }
-}
-
 impl Structure {
     /// The structure in figures.
     ///
     /// # Errors
     /// A structure from which no model follows.
-    pub fn summary(&self) -> Result<Summary, ModelError> {
-        let parts = self.parts().iter().map(PartSummary::of).collect::<Result<Vec<_>, _>>()?;
-        let mut modes: Vec<ModeSummary> =
-            parts.iter().flat_map(|part| part.modes.clone()).collect();
+    pub fn summary(&self) -> Result<StructureSummary, ModelError> {
+        let parts = self.parts();
+        let (mut degrees_of_freedom, mut modes) = (0, Vec::new());
+        for part in &parts {
+            let mechanics = Mechanics::assemble(part)?;
+            let listed = Modes::of(&mechanics, part.damping, Some(MODES_LISTED))?;
+            let frequencies_hz = listed.frequencies_hz();
+            let pairs = frequencies_hz.iter().zip(&listed.damping_ratios);
+            modes.extend(pairs.map(|(&frequency_hz, &damping_ratio)| ModeSummary {
+                frequency_hz,
+                damping_ratio,
+            }));
+            degrees_of_freedom += mechanics.dofs.len();
+        }
         modes.sort_by(|one, other| one.frequency_hz.total_cmp(&other.frequency_hz));
         modes.truncate(MODES_LISTED);
         let beams = self.members.iter().filter(|member| member.is_beam()).count();
-        Ok(Summary {
+        Ok(StructureSummary {
             name: self.name.to_string(),
             nodes: self.nodes.len(),
             rods: self.members.len() - beams,
             beams,
             parts: parts.len(),
-            degrees_of_freedom: parts.iter().map(|part| part.degrees_of_freedom).sum(),
+            degrees_of_freedom,
             member_mass_kg: self.members.iter().map(|member| member.mass_kg()).sum(),
             storey_mass_kg: self.nodes.iter().map(|node| node.mass_kg).sum(),
             alpha_per_s: self.damping.alpha_per_s,
@@ -130,7 +122,7 @@ impl Structure {
     }
 }
 
-impl fmt::Display for Summary {
+impl fmt::Display for StructureSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let members = self.rods + self.beams;
         writeln!(f, "structure          {}", self.name)?;

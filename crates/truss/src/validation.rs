@@ -9,12 +9,12 @@ mod sections;
 
 use std::collections::BTreeSet;
 
-use self::members::{MemberContext, Placed, placed_member};
+use self::members::{MemberContext, PlacedMember, placed_member};
 use self::modules::{ModuleContext, module};
 use self::sections::sections;
-use crate::check::{Check, Located, Range, Register, line_of};
+use crate::check::{Check, KnownNames, Located, NumberRange};
 use crate::description::{DampingDescription, Description, NodeDescription, complaint};
-use crate::description_error::{DescriptionError, DescriptionErrors, Problem};
+use crate::description_error::{DescriptionError, DescriptionErrors, DescriptionProblem};
 use crate::storeys::{Lists, write_out};
 use crate::structure::{Module, Node, Rayleigh, Structure};
 use vocabulary::{NodeName, StructureName};
@@ -30,12 +30,12 @@ impl Structure {
 }
 
 fn read(text: &str) -> Result<Structure, DescriptionErrors> {
+    let mut check = Check::new(text);
     let description: Description = toml::from_str(text).map_err(|error| {
-        let line = error.span().map(|span| line_of(text, span.start));
-        let problem = Problem::Format(complaint(&error));
+        let line = error.span().map(|span| check.line(span.start));
+        let problem = DescriptionProblem::Format(complaint(&error));
         DescriptionErrors(vec![DescriptionError { line, problem }])
     })?;
-    let mut check = Check::new(text);
     let structure = structure(&mut check, description);
     match structure {
         Some(structure) if check.errors.is_empty() => Ok(structure),
@@ -53,45 +53,45 @@ fn structure(check: &mut Check, description: Description) -> Option<Structure> {
     let damping = damping(check, damping_line, description.damping.into_inner());
     let sections = sections(check, description.materials, description.sections);
 
-    let mut module_register = Register::new("module");
+    let mut module_names = KnownNames::new("module");
     let mut module_entries = Vec::new();
     for module in description.modules {
         let line = check.line(module.span().start);
-        check.register(&mut module_register, line, &module.get_ref().name);
+        check.remember(&mut module_names, line, &module.get_ref().name);
         module_entries.push(Located { line, value: module.into_inner() });
     }
     if module_entries.is_empty() {
         let message = "there is no module; write at least one `[[modules]]`".to_owned();
-        check.report(None, Problem::Form(message));
+        check.report(None, DescriptionProblem::Form(message));
     }
 
     let mut lists = Lists {
         storeys: description.storeys,
         nodes: description.nodes,
         members: description.members,
-        node_register: Register::new("node"),
-        member_register: Register::new("member"),
+        node_names: KnownNames::new("node"),
+        member_names: KnownNames::new("member"),
     };
     let (node_entries, member_entries) = write_out(check, &mut lists, &module_entries);
-    let Lists { mut node_register, mut member_register, .. } = lists;
+    let Lists { mut node_names, mut member_names, .. } = lists;
     let node_lines: Vec<usize> = node_entries.iter().map(|entry| entry.line).collect();
     let nodes: Vec<Option<Node>> =
-        node_entries.into_iter().map(|entry| node(check, &mut node_register, entry)).collect();
+        node_entries.into_iter().map(|entry| node(check, &mut node_names, entry)).collect();
     let context = MemberContext {
         sections: &sections,
         nodes: &nodes,
-        node_register: &node_register,
-        module_register: &module_register,
+        node_names: &node_names,
+        module_names: &module_names,
     };
-    let members: Vec<Placed> = member_entries
+    let members: Vec<PlacedMember> = member_entries
         .into_iter()
-        .map(|entry| placed_member(check, &mut member_register, entry, &context))
+        .map(|entry| placed_member(check, &mut member_names, entry, &context))
         .collect();
     let context = ModuleContext {
         nodes: &nodes,
-        node_register: &node_register,
+        node_names: &node_names,
         members: &members,
-        member_register: &member_register,
+        member_names: &member_names,
     };
     let modules: Vec<Option<Module>> = module_entries
         .into_iter()
@@ -99,7 +99,7 @@ fn structure(check: &mut Check, description: Description) -> Option<Structure> {
         .map(|(index, entry)| module(check, index, entry, &context))
         .collect();
     // As long as a member is wrong, a node may only seem to be idle.
-    if !member_register.is_broken() && members.iter().all(|placed| placed.member.is_some()) {
+    if !member_names.is_broken() && members.iter().all(|placed| placed.member.is_some()) {
         report_idle_nodes(check, &node_lines, &nodes, &members);
     }
     Some(Structure {
@@ -113,23 +113,23 @@ fn structure(check: &mut Check, description: Description) -> Option<Structure> {
 
 fn damping(check: &mut Check, line: usize, damping: DampingDescription) -> Rayleigh {
     let owner = "the damping";
-    check.number(line, owner, ("alpha_per_s", damping.alpha_per_s), Range::NotNegative);
-    check.number(line, owner, ("beta_s", damping.beta_s), Range::NotNegative);
+    check.number(line, owner, ("alpha_per_s", damping.alpha_per_s), NumberRange::NotNegative);
+    check.number(line, owner, ("beta_s", damping.beta_s), NumberRange::NotNegative);
     Rayleigh { alpha_per_s: damping.alpha_per_s, beta_s: damping.beta_s }
 }
 
 fn node(
     check: &mut Check,
-    register: &mut Register,
+    names: &mut KnownNames,
     Located { line, value }: Located<NodeDescription>,
 ) -> Option<Node> {
-    check.register(register, line, &value.name);
+    check.remember(names, line, &value.name);
     let owner = format!("node `{}`", value.name);
     for coordinate in value.position_m {
-        check.number(line, &owner, ("position_m", coordinate), Range::Finite);
+        check.number(line, &owner, ("position_m", coordinate), NumberRange::Finite);
     }
-    check.number(line, &owner, ("mass_kg", value.mass_kg), Range::NotNegative);
-    check.number(line, &owner, ("mass_factor", value.mass_factor), Range::Positive);
+    check.number(line, &owner, ("mass_kg", value.mass_kg), NumberRange::NotNegative);
+    check.number(line, &owner, ("mass_factor", value.mass_factor), NumberRange::Positive);
     Some(Node {
         name: check.name(line, NodeName::new(value.name))?,
         position_m: value.position_m,
@@ -144,7 +144,7 @@ fn report_idle_nodes(
     check: &mut Check,
     lines: &[usize],
     nodes: &[Option<Node>],
-    members: &[Placed],
+    members: &[PlacedMember],
 ) {
     let touched: BTreeSet<usize> = members.iter().flat_map(|m| m.ends).flatten().collect();
     for (index, (node, &line)) in nodes.iter().zip(lines).enumerate() {

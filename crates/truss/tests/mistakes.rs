@@ -4,7 +4,7 @@
 
 mod shared;
 
-use truss::{LocalModel, Mechanics, ModelError, Perturbation, Structure};
+use truss::{Mechanics, ModalStepper, ModelError, Perturbation, Structure};
 
 const TRIPOD: &str = r#"name = "tripod"
 nodes = [
@@ -356,7 +356,7 @@ fn numbers_in_absurd_units_make_no_model() {
     let model = |from: &str, to: &str| {
         assert!(TRIPOD.contains(from), "{from}");
         let structure = Structure::from_toml(&TRIPOD.replace(from, to)).unwrap();
-        LocalModel::new(&structure, 1e-3).unwrap_err().to_string()
+        ModalStepper::of_module(&structure, 1e-3).unwrap_err().to_string()
     };
     let heavy = model("mass_kg = 100.0", "mass_kg = 1e300");
     assert!(heavy.starts_with("node `T` has a mass of 1e300 kg; use one from"), "{heavy}");
@@ -390,7 +390,7 @@ fn an_unknown_module_is_named_with_those_that_exist() {
     let error = shared::small().local(&"middle".parse().unwrap()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "`middle` is no module of structure `small`; it has `lower`, `upper`"
+        "unknown module `middle` of structure `small`: expected one of `lower`, `upper`"
     );
 }
 

@@ -4,7 +4,7 @@
 mod shared;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
-use truss::{LocalModel, Mechanics, ModalStepper, ModelError, Modes, Rayleigh};
+use truss::{Mechanics, ModalStepper, ModelError, Modes, Rayleigh};
 
 const DT_S: f64 = 1e-3;
 
@@ -232,16 +232,16 @@ fn very_stiff_and_very_damped_modes_stay_finite() {
 #[test]
 fn reset_brings_back_rest() {
     let structure = shared::small();
-    let mut model = LocalModel::new(&shared::local(&structure, "lower"), DT_S).unwrap();
+    let mut model = ModalStepper::of_module(&shared::local(&structure, "lower"), DT_S).unwrap();
     let mut stepper = stepper(&oscillator(10.0, 0.1), DT_S);
     stepper.step(&[1.0]);
     stepper.reset();
     assert_eq!(read(&stepper), (0.0, 0.0));
-    let mut out = vec![1.0; model.gage_count()];
-    model.elongations(&mut out);
+    let mut out = vec![1.0; model.output_count()];
+    model.outputs(&mut out);
     assert!(out.iter().all(|&x| x == 0.0));
-    model.step(&vec![1e3; model.actuator_count()]);
-    model.elongations(&mut out);
+    model.step(&vec![1e3; model.input_count()]);
+    model.outputs(&mut out);
     assert!(out.iter().any(|&x| x != 0.0));
 }
 
@@ -251,12 +251,12 @@ fn a_local_model_settles_on_the_static_responses() {
     for module in structure.equipped() {
         let local = structure.local(&module.name).unwrap();
         let statics = Mechanics::assemble(&local).unwrap().static_gage_responses().unwrap();
-        let mut model = LocalModel::new(&local, DT_S).unwrap();
-        assert_eq!((model.actuator_count(), model.gage_count()), (4, 8));
+        let mut model = ModalStepper::of_module(&local, DT_S).unwrap();
+        assert_eq!((model.input_count(), model.output_count()), (4, 8));
         let forces = [1e4, -2e4, 5e3, 0.0];
         model.settle(&forces);
         let mut out = [0.0; 8];
-        model.elongations(&mut out);
+        model.outputs(&mut out);
         for (gage, own) in out.iter().enumerate() {
             let expected: f64 =
                 forces.iter().enumerate().map(|(a, f)| statics[(gage, a)] * f).sum();
@@ -269,7 +269,7 @@ fn a_local_model_settles_on_the_static_responses() {
 fn a_time_step_that_is_none_is_refused() {
     let local = shared::local(&shared::small(), "lower");
     for value in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
-        let error = LocalModel::new(&local, value).unwrap_err();
+        let error = ModalStepper::of_module(&local, value).unwrap_err();
         assert!(matches!(error, ModelError::TimeStep { .. }));
         assert!(error.to_string().contains("above 0"));
     }

@@ -1,7 +1,7 @@
 //! The divergences of all channels and what the thresholds make of them.
 
 use diagnosis::Monitor;
-use diagnosis::divergence::{DivergenceBank, Outcome, SettingsError, Violation};
+use diagnosis::divergence::{DivergenceBank, DivergenceOutcome, SettingsError, Violation};
 use serde::Serialize;
 use vocabulary::Step;
 
@@ -83,8 +83,8 @@ impl GroupDetector {
                 divergence: outcome.divergence(),
                 change: monitor.is_active(),
                 restarted: match outcome {
-                    Outcome::Restarted(violation) => Some(violation),
-                    Outcome::Undefined | Outcome::Defined { .. } => None,
+                    DivergenceOutcome::Restarted(violation) => Some(violation),
+                    DivergenceOutcome::Undefined | DivergenceOutcome::Defined { .. } => None,
                 },
             };
         }

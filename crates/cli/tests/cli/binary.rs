@@ -16,7 +16,9 @@ impl Outcome {
     #[track_caller]
     pub(crate) fn fails(&self, code: i32, said: &[&str]) {
         assert_eq!(self.code, Some(code), "{}", self.stderr);
-        assert!(self.stderr.starts_with("error: "), "{}", self.stderr);
+        // Progress may stand before it.
+        let is_told = self.stderr.lines().any(|line| line.starts_with("error: "));
+        assert!(is_told, "{}", self.stderr);
         for text in said {
             assert!(self.stderr.contains(text), "`{text}` is not in: {}", self.stderr);
         }

@@ -217,7 +217,7 @@ fn headers_that_cannot_be_meant_are_refused() {
         small(table, &[]).fails(3, &[said]);
     }
     small("x,y\n1,2\n", &["--columns", "x,z"]).fails(3, &["missing column `z`; use `x`, `y`"]);
-    small("x,y\n1,2\n", &["--columns", "x,x"]).fails(3, &["column 1 `x`", "twice"]);
+    small("x,y\n1,2\n", &["--columns", "x,x"]).fails(3, &["column 1 `x`", "duplicate name"]);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::meaning::meant;
 /// Begins a stroke with the next step.
 pub(crate) fn begin(order: &Stroke, plant: &mut Plant) -> Result<StrokeBegun, String> {
     let component = meant(&order.component, plant)?;
-    let stroke = plant::Stroke {
+    let stroke = plant::StrokeTest {
         actuator: component.clone(),
         force_n: order.force_n,
         duration_s: order.duration_s,

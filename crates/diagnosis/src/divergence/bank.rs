@@ -1,15 +1,15 @@
 //! Any number of channels that are sampled together.
 
+use super::DivergenceOutcome;
 use super::estimator::EstimatorGroup;
 use super::lanes::{LANES, splat};
-use super::outcome::Outcome;
 use super::settings::{DivergenceSettings, SettingsError};
 
 /// Running divergences of the channels of one module.
 #[derive(Debug, Clone)]
 pub struct DivergenceBank {
     groups: Vec<EstimatorGroup>,
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<DivergenceOutcome>,
 }
 
 impl DivergenceBank {
@@ -32,7 +32,7 @@ impl DivergenceBank {
             EstimatorGroup::new(settings, lane)
         });
         let groups = groups.collect();
-        Ok(Self { groups, outcomes: vec![Outcome::Undefined; prior_scatters.len()] })
+        Ok(Self { groups, outcomes: vec![DivergenceOutcome::Undefined; prior_scatters.len()] })
     }
 
     /// Number of channels.
@@ -59,15 +59,15 @@ impl DivergenceBank {
     }
 
     /// Leaves the next sample of every channel out: it counts as a gap.
-    pub fn skip(&mut self) -> &[Outcome] {
+    pub fn skip(&mut self) -> &[DivergenceOutcome] {
         self.gap();
-        self.outcomes.fill(Outcome::Undefined);
+        self.outcomes.fill(DivergenceOutcome::Undefined);
         &self.outcomes
     }
 
     /// Takes the next sample of every channel. If any is not finite or the number of samples is not
     /// that of the channels, all count as a gap.
-    pub fn push(&mut self, samples: &[f64]) -> &[Outcome] {
+    pub fn push(&mut self, samples: &[f64]) -> &[DivergenceOutcome] {
         if samples.len() != self.channels() || !samples.iter().all(|x| x.is_finite()) {
             return self.skip();
         }

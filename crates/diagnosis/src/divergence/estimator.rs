@@ -13,9 +13,9 @@
 use super::accumulator::Accumulator;
 use super::history::History;
 use super::lanes::{Instructions, LANES, Lane, Portable, Wide, splat};
-use super::outcome::{Outcome, Violation};
 use super::recent::RecentChanges;
 use super::settings::{DivergenceSettings, Interval};
+use super::{DivergenceOutcome, Violation};
 
 /// More negative than rounding explains.
 const CLEARLY_NEGATIVE: f64 = -1e-6;
@@ -41,7 +41,7 @@ struct Push<'a> {
 }
 
 impl pulp::WithSimd for Push<'_> {
-    type Output = [Outcome; LANES];
+    type Output = [DivergenceOutcome; LANES];
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, instructions: S) -> Self::Output {
@@ -82,21 +82,21 @@ impl EstimatorGroup {
     }
 
     /// Takes the next sample of each channel; all must be finite.
-    pub(super) fn push(&mut self, sample: Lane) -> [Outcome; LANES] {
+    pub(super) fn push(&mut self, sample: Lane) -> [DivergenceOutcome; LANES] {
         self.instructions.dispatch(Push { group: self, sample })
     }
 
     #[inline(always)]
-    fn push_with(&mut self, on: impl Instructions, sample: Lane) -> [Outcome; LANES] {
+    fn push_with(&mut self, on: impl Instructions, sample: Lane) -> [DivergenceOutcome; LANES] {
         self.history.push(sample);
         if !self.take_vector(on) {
-            return [Outcome::Undefined; LANES];
+            return [DivergenceOutcome::Undefined; LANES];
         }
         let divergence = self.divergence(on);
-        let mut outcomes = [Outcome::Undefined; LANES];
+        let mut outcomes = [DivergenceOutcome::Undefined; LANES];
         for (lane, outcome) in outcomes.iter_mut().enumerate() {
             *outcome = self.judge(lane, divergence[lane]);
-            if matches!(outcome, Outcome::Restarted(_)) {
+            if matches!(outcome, DivergenceOutcome::Restarted(_)) {
                 self.restart_lane(lane);
             }
         }
@@ -166,7 +166,7 @@ impl EstimatorGroup {
     /// D of each channel; meaningless where fewer than two vectors lie in either Gaussian.
     #[inline(always)]
     fn divergence(&mut self, on: impl Instructions) -> Lane {
-        let sums = self.recent.sums();
+        let (excess, trace_loss) = self.recent.excess_and_trace_loss();
         let count = self.current.count();
         let distance = self.current.quadratic_form(on, self.recent.mean_shift());
         let mut divergence = splat(0.0);
@@ -177,10 +177,10 @@ impl EstimatorGroup {
                 0.0
             } else {
                 self.settings.window as f64 * (widening - libm::log1p(widening))
-                    - widening * sums.trace_loss[lane]
+                    - widening * trace_loss[lane]
             };
             let mean_term = (count[lane] - 1.0) * distance[lane];
-            divergence[lane] = 0.5 * (sums.excess[lane] + scale_term + mean_term);
+            divergence[lane] = 0.5 * (excess[lane] + scale_term + mean_term);
         }
         divergence
     }
@@ -192,18 +192,21 @@ impl EstimatorGroup {
     }
 
     #[inline(always)]
-    fn judge(&self, lane: usize, divergence: f64) -> Outcome {
+    fn judge(&self, lane: usize, divergence: f64) -> DivergenceOutcome {
         let earlier = self.earlier_count(lane);
         if self.taken[lane].is_nan() {
-            Outcome::Restarted(Violation::TooManyGaps)
+            DivergenceOutcome::Restarted(Violation::TooManyGaps)
         } else if earlier < 2.0 {
-            Outcome::Undefined
+            DivergenceOutcome::Undefined
         } else if !divergence.is_finite() {
-            Outcome::Restarted(Violation::ScatterLost)
+            DivergenceOutcome::Restarted(Violation::ScatterLost)
         } else if divergence < CLEARLY_NEGATIVE {
-            Outcome::Restarted(Violation::NegativeDivergence)
+            DivergenceOutcome::Restarted(Violation::NegativeDivergence)
         } else {
-            Outcome::Defined { divergence: divergence.max(0.0), age: self.taken[lane] as u64 }
+            DivergenceOutcome::Defined {
+                divergence: divergence.max(0.0),
+                age: self.taken[lane] as u64,
+            }
         }
     }
 }
@@ -353,7 +356,7 @@ mod tests {
                 disturbed[1] = 1e200;
             }
             let (a, b) = (hit.push(disturbed), spared.push(sample(k)));
-            restarts += u32::from(matches!(a[1], Outcome::Restarted(_)));
+            restarts += u32::from(matches!(a[1], DivergenceOutcome::Restarted(_)));
             assert_eq!((a[0], a[2], a[3]), (b[0], b[2], b[3]));
         }
         assert!(restarts >= 1);

@@ -19,15 +19,6 @@
 use super::accumulator::RankOne;
 use super::lanes::{Instructions, LANES, Lane, splat};
 
-/// Sums over the recent changes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sums {
-    /// Λ − T.
-    pub(super) excess: Lane,
-    /// T.
-    pub(super) trace_loss: Lane,
-}
-
 /// One recorded change; all zero where nothing changed.
 #[derive(Debug, Clone, Copy)]
 struct Term {
@@ -148,17 +139,17 @@ impl RecentChanges {
         }
     }
 
-    /// The sums over all recorded changes.
+    /// Λ − T and T, summed over all recorded changes.
     #[inline(always)]
-    pub(super) fn sums(&self) -> Sums {
-        let mut sums = Sums { excess: splat(0.0), trace_loss: splat(0.0) };
+    pub(super) fn excess_and_trace_loss(&self) -> (Lane, Lane) {
+        let (mut excess, mut trace_loss) = (splat(0.0), splat(0.0));
         for term in &self.terms {
             for i in 0..LANES {
-                sums.excess[i] += term.surplus[i] + term.lowered[i];
-                sums.trace_loss[i] += term.settled[i] - term.lowered[i];
+                excess[i] += term.surplus[i] + term.lowered[i];
+                trace_loss[i] += term.settled[i] - term.lowered[i];
             }
         }
-        sums
+        (excess, trace_loss)
     }
 
     /// δ: by how much the recorded changes moved the mean.

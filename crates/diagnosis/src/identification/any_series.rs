@@ -6,7 +6,7 @@ use vocabulary::{Component, RunId, Step};
 
 use super::level::Prior;
 use super::{
-    CylinderSeries, CylinderStep, Excerpt, GageSecond, GageSeries, GageStep, Measured, Seen,
+    CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries,
     identify,
 };
 use crate::testing::hydraulics;
@@ -57,14 +57,14 @@ fn steps(count: usize) -> impl Strategy<Value = Vec<Step>> {
     })
 }
 
-fn seen() -> impl Strategy<Value = Seen> {
+fn seen() -> impl Strategy<Value = FaultOnset> {
     let detection = 0..2500_u64;
     prop_oneof![
-        (detection.clone(), 0..300_u64).prop_map(|(detection, before)| Seen::Change {
+        (detection.clone(), 0..300_u64).prop_map(|(detection, before)| FaultOnset::Change {
             onset: Step(detection.saturating_sub(before)),
             detection: Step(detection),
         }),
-        detection.prop_map(|detection| Seen::Departure { detection: Step(detection) }),
+        detection.prop_map(|detection| FaultOnset::Departure { detection: Step(detection) }),
     ]
 }
 
@@ -72,7 +72,7 @@ fn counts() -> impl Strategy<Value = usize> {
     prop_oneof![Just(0_usize), 1..5_usize, 5..60_usize, 500..2000_usize]
 }
 
-fn excerpt(component: &str, seen: Seen, step_s: f64, measured: Measured) -> Excerpt {
+fn excerpt(component: &str, seen: FaultOnset, step_s: f64, measured: MeasuredSeries) -> Excerpt {
     let component: Component = component.parse().unwrap();
     let (run, as_of) = (RunId(1), Step(4000));
     Excerpt { run, sequence: 1, component, as_of, step_s, seen, measured }
@@ -90,15 +90,15 @@ fn gage() -> impl Strategy<Value = Excerpt> {
             let step = |(step, (off_m, reading_m)): (Step, (f64, f64))| {
                 GageStep { step, off_m, reading_m }.if_usable()
             };
-            let second = |(until, value): (Step, f64)| GageSecond {
-                until: until.plus(4000),
+            let second = |(until, value): (Step, f64)| GageStep {
+                step: until.plus(4000),
                 off_m: value,
                 reading_m: value,
             };
             let steps = steps.into_iter().zip(off.into_iter().zip(readings)).filter_map(step);
             let seconds = seconds.into_iter().zip(means).map(second).collect();
             let series = GageSeries { steps: steps.collect(), seconds, level_m, noise_m };
-            excerpt("sensor/g1", seen, step_s, Measured::Gage(series))
+            excerpt("sensor/g1", seen, step_s, MeasuredSeries::Gage(series))
         },
     )
 }
@@ -117,7 +117,7 @@ fn cylinder() -> impl Strategy<Value = Excerpt> {
             hydraulics: hydraulics(),
             null_flow: Prior::about_zero(null),
         };
-        excerpt("actuator/a1", seen, step_s, Measured::Cylinder(series))
+        excerpt("actuator/a1", seen, step_s, MeasuredSeries::Cylinder(series))
     })
 }
 

@@ -11,12 +11,12 @@ const YOUNG_S: f64 = 0.005;
 
 /// Places along a coordinate along which any place is as likely beforehand as any other, in ascending order.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(super) struct SearchAxis {
     at: Vec<f64>,
     coarse: Vec<usize>,
 }
 
-impl Axis {
+impl SearchAxis {
     /// Begins with places that are at least so far apart, the first and the last among them.
     pub(super) fn new(at: Vec<f64>, apart: f64) -> Self {
         let mut coarse: Vec<usize> = Vec::new();
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn a_narrow_likelihood_is_found_between_coarse_places_and_integrated() {
         let at = |place: usize| place as f64 / 200.0;
-        let axis = Axis::new((0..2001).map(at).collect(), 0.1);
+        let axis = SearchAxis::new((0..2001).map(at).collect(), 0.1);
         let mixture = axis.integrate(|place| vec![narrow(at(place))]);
         let exact = 0.02 * std::f64::consts::TAU.sqrt() / 10.0;
         assert!((mixture.log_likelihood() - f64::ln(exact)).abs() < 0.7, "{mixture:?}");

@@ -19,33 +19,33 @@ pub struct Excerpt {
     /// The latest step that counts.
     pub as_of: Step,
     pub(crate) step_s: f64,
-    pub(crate) seen: Seen,
-    pub(crate) measured: Measured,
+    pub(crate) seen: FaultOnset,
+    pub(crate) measured: MeasuredSeries,
 }
 
 /// What was seen of the onset.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Seen {
+pub(crate) enum FaultOnset {
     /// A change: it rose from `onset` until it was noticed at `detection`.
     Change { onset: Step, detection: Step },
     /// Nothing: it was noticed at `detection`, and may have begun long before.
     Departure { detection: Step },
 }
 
-impl Seen {
+impl FaultOnset {
     pub(crate) fn detection(self) -> Step {
         match self {
-            Seen::Change { detection, .. } | Seen::Departure { detection } => detection,
+            FaultOnset::Change { detection, .. } | FaultOnset::Departure { detection } => detection,
         }
     }
 }
 
 /// What was measured.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Measured {
+pub(crate) enum MeasuredSeries {
     Gage(GageSeries),
     Cylinder(CylinderSeries),
-    /// There is no usable signal.
+    /// No usable signal.
     Nothing,
 }
 
@@ -53,7 +53,8 @@ pub(crate) enum Measured {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GageSeries {
     pub(crate) steps: Arc<[GageStep]>,
-    pub(crate) seconds: Vec<GageSecond>,
+    /// Means over the second that ended with each step.
+    pub(crate) seconds: Vec<GageStep>,
     /// How far off a healthy gage may be \[m\].
     pub(crate) level_m: Prior,
     /// The noise of its own \[m\], as configured.
@@ -75,14 +76,6 @@ impl GageStep {
     pub(crate) fn if_usable(self) -> Option<Self> {
         (self.off_m.is_finite() && self.reading_m.is_finite()).then_some(self)
     }
-}
-
-/// Means of a gage over the second that ended with this step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GageSecond {
-    pub(crate) until: Step,
-    pub(crate) off_m: f64,
-    pub(crate) reading_m: f64,
 }
 
 /// A cylinder, step by step.

@@ -10,6 +10,19 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Const, SMatrix, SVector};
 
+/// How much a healthy level wanders in a second, in standard deviations of a step's noise; each as likely as the others.
+const WALKS: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+/// Values count whose log-likelihood before the onset is within this of the largest one.
+const WALKS_WITHIN: f64 = 3.0;
+
+/// Where too little is known.
+const USUAL_WALK: f64 = 0.1;
+/// Values before the onset without which nothing is learnt from them.
+pub(super) const LEAST_BEFORE: usize = 40;
+
+/// How likely it is that it wanders more later than it did before.
+const MORE_LATER: f64 = 0.05;
+
 /// Twice the negative logarithm of a normal density at so much off its mean.
 pub(super) fn deviance(off: f64, variance: f64) -> f64 {
     off * off / variance + (TAU * variance).ln()
@@ -17,7 +30,7 @@ pub(super) fn deviance(off: f64, variance: f64) -> f64 {
 
 /// The filter, after some values.
 #[derive(Debug, Clone)]
-pub(super) struct Level<const P: usize> {
+pub(super) struct LevelFilter<const P: usize> {
     level: f64,
     variance: f64,
     columns: SVector<f64, P>,
@@ -80,7 +93,7 @@ pub(super) struct Weighed {
     pub(super) place: usize,
 }
 
-impl<const P: usize> Level<P> {
+impl<const P: usize> LevelFilter<P> {
     /// Before the first value.
     pub(super) fn new(level: Prior) -> Self {
         Self {
@@ -115,8 +128,9 @@ impl<const P: usize> Level<P> {
     }
 
     /// The same with one regressor that has been zero so far in place of none.
-    pub(super) fn widened<const Q: usize>(&self) -> Level<Q> {
-        let mut wider = Level::new(Prior { mean: self.level, deviation: self.variance.sqrt() });
+    pub(super) fn widened<const Q: usize>(&self) -> LevelFilter<Q> {
+        let mut wider =
+            LevelFilter::new(Prior { mean: self.level, deviation: self.variance.sqrt() });
         wider.deviance = self.deviance;
         wider
     }
@@ -168,6 +182,31 @@ impl<const P: usize> Level<P> {
     }
 }
 
+/// How much a level may wander, and how likely each is in comparison with the others, given the logarithm of the likelihood before
+/// the onset. The wind is not the same before and after it: so the next larger one is among them.
+pub(super) fn likely_walks(log_likelihood: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let weighed = WALKS.map(|walk| (walk, log_likelihood(walk)));
+    let largest = weighed.iter().map(|(_, log)| *log).fold(f64::NEG_INFINITY, f64::max);
+    let mut likely: Vec<(f64, f64)> = weighed
+        .into_iter()
+        .filter(|(_, log)| *log >= largest - WALKS_WITHIN)
+        .map(|(walk, _)| (walk, 1.0))
+        .collect();
+    let most = likely.last().map_or(0.0, |(walk, _)| *walk);
+    let more = WALKS.into_iter().find(|walk| *walk > most);
+    likely.extend(more.map(|walk| (walk, MORE_LATER)));
+    likely
+}
+
+/// How much a level most likely wanders, given so many values before the onset and the logarithm of their likelihood.
+pub(super) fn likeliest_walk(before: usize, log_likelihood: impl Fn(f64) -> f64) -> f64 {
+    if before < LEAST_BEFORE {
+        return USUAL_WALK;
+    }
+    let weighed = WALKS.map(|walk| (walk, log_likelihood(walk)));
+    weighed.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(USUAL_WALK, |(walk, _)| walk)
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
@@ -196,8 +235,8 @@ mod tests {
         -0.5 * (distance + covariance.determinant().ln() + 6.0 * TAU.ln())
     }
 
-    fn filtered() -> Level<1> {
-        let mut level = Level::<1>::new(start());
+    fn filtered() -> LevelFilter<1> {
+        let mut level = LevelFilter::<1>::new(start());
         for (value, step) in VALUES.into_iter().zip(STEP) {
             level.take(value, Walked::before(WALKED), NOISE, [step]);
         }
@@ -219,7 +258,7 @@ mod tests {
     #[test]
     fn means_of_a_level_that_moves_meanwhile_have_the_likelihood_of_the_joint_normal() {
         let means = [0.4, 1.1];
-        let mut level = Level::<0>::new(start());
+        let mut level = LevelFilter::<0>::new(start());
         means
             .iter()
             .for_each(|mean| level.take(*mean, Walked::during(3.0 * WALKED, 3.0), NOISE, []));
@@ -237,9 +276,9 @@ mod tests {
 
     #[test]
     fn a_filter_is_widened_by_a_regressor_that_has_been_zero_so_far() {
-        let mut narrow = Level::<0>::new(start());
+        let mut narrow = LevelFilter::<0>::new(start());
         VALUES[..2].iter().for_each(|value| narrow.take(*value, Walked::before(WALKED), NOISE, []));
-        let mut wide: Level<1> = narrow.widened();
+        let mut wide: LevelFilter<1> = narrow.widened();
         VALUES[2..]
             .iter()
             .for_each(|value| wide.take(*value, Walked::before(WALKED), NOISE, [1.0]));

@@ -44,6 +44,13 @@ impl Mixture {
         }
     }
 
+    /// The cases, and a size that may be wrong by so much more than noise makes it, as a standard deviation that may depend
+    /// on the size.
+    pub(super) fn sized(self, error: impl Fn(f64) -> f64) -> (Self, Option<Size>) {
+        let size = self.size().map(|size| size.with_error(error(size.value)));
+        (self, size)
+    }
+
     /// The likeliest case.
     pub(super) fn likeliest(&self) -> Option<Weighed> {
         let cases = self.cases.iter();
@@ -64,7 +71,7 @@ impl Mixture {
         largest + sum.ln()
     }
 
-    /// The size by the mixture's mean and variance; `None` if there is none.
+    /// The size by the mixture's mean and variance; `None` without a usable case.
     pub(super) fn size(&self) -> Option<Size> {
         let largest = self.largest();
         let weights: Vec<f64> =

@@ -1,8 +1,8 @@
 //! What kind of fault it is, and how large: fault identification, after detection and isolation.
 //!
 //! The series around the onset ([`Excerpt`]) is weighed under every kind that the component can have: a gage by how much
-//! more it reads than the other gages and the forces say, a cylinder by both chambers' balance of oil. Each hypothesis has
-//! a file of its own with what it does to the series, how likely it is beforehand and how large it may be; what it leaves
+//! more it reads than the other gages and the forces say, a cylinder by both chambers' balance of oil. Each
+//! hypothesis says what it does to the series, how likely it is beforehand and how large it may be; what it leaves
 //! open (onset, size) is integrated out, so that a hypothesis that fits anything gains nothing by that (marginal
 //! likelihood). From the likelihoods and the priors follow the probabilities of the kinds.
 
@@ -11,12 +11,10 @@ mod candidate;
 mod cylinder;
 mod excerpt;
 mod gage;
-mod hypothesis;
 mod level;
 mod mixture;
 mod points;
 mod signature;
-mod wandering;
 
 #[cfg(test)]
 mod any_series;
@@ -26,10 +24,11 @@ use vocabulary::{Component, RunId, Step, fault::FaultKind};
 pub use candidate::Candidate;
 pub use excerpt::Excerpt;
 pub(crate) use excerpt::{
-    CylinderSeries, CylinderStep, GageSecond, GageSeries, GageStep, Measured, Seen,
+    CylinderSeries, CylinderStep, FaultOnset, GageSeries, GageStep, MeasuredSeries,
 };
-use hypothesis::{Hypothesis, Weighing};
 pub(crate) use level::Prior;
+use level::Weighed;
+use mixture::Mixture;
 pub use mixture::Size;
 pub use signature::SignaturePoint;
 
@@ -37,6 +36,17 @@ pub use signature::SignaturePoint;
 pub const DECIDED: f64 = 0.95;
 /// Kinds below this are not mentioned.
 const MENTIONED: f64 = 0.01;
+
+/// A kind of fault as a hypothesis about series of this type.
+struct Hypothesis<Series> {
+    kind: FaultKind,
+    /// How likely it is beforehand, in comparison with the others of its component.
+    prior: f64,
+    /// Its cases (what it leaves open, integrated out by their sum), and its size, if it has one.
+    weigh: fn(&Series) -> (Mixture, Option<Size>),
+    /// The measured series and the fit of its likeliest case.
+    show: fn(&Series, &Weighed) -> Vec<SignaturePoint>,
+}
 
 /// What kind of fault it may be, and how large, as of a step.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,11 +77,11 @@ impl Identification {
 #[must_use]
 pub fn identify(excerpt: &Excerpt) -> Identification {
     let (candidates, signature) = match &excerpt.measured {
-        Measured::Gage(series) => gage::record::Record::new(excerpt, series)
+        MeasuredSeries::Gage(series) => gage::record::GageRecord::new(excerpt, series)
             .map(|record| weigh(&record, &gage::HYPOTHESES)),
-        Measured::Cylinder(series) => cylinder::record::Record::new(excerpt, series)
-            .map(|record| weigh(&record, &cylinder::HYPOTHESES)),
-        Measured::Nothing => {
+        MeasuredSeries::Cylinder(series) => cylinder::balance::OilBalance::new(excerpt, series)
+            .map(|balance| weigh(&balance, &cylinder::HYPOTHESES)),
+        MeasuredSeries::Nothing => {
             let certain = Candidate { kind: FaultKind::NoSignal, probability: 1.0, size: None };
             Some((vec![certain], Vec::new()))
         }
@@ -93,30 +103,25 @@ fn weigh<Series>(
     series: &Series,
     hypotheses: &[Hypothesis<Series>],
 ) -> (Vec<Candidate>, Vec<SignaturePoint>) {
-    let mut weighed: Vec<(&Hypothesis<Series>, Weighing, f64)> = hypotheses
-        .iter()
-        .map(|hypothesis| {
-            let weighing = (hypothesis.weigh)(series);
-            let log = hypothesis.prior.ln() + weighing.log_likelihood;
-            (hypothesis, weighing, log)
-        })
-        .collect();
-    weighed.retain(|(_, _, log)| !log.is_nan());
-    weighed.sort_by(|(_, _, a), (_, _, b)| b.total_cmp(a));
-    let Some((likeliest, weighing, largest)) =
-        weighed.first().filter(|(_, _, log)| log.is_finite())
+    let weigh = |hypothesis| {
+        let Hypothesis { prior, weigh, .. }: &Hypothesis<Series> = hypothesis;
+        let (cases, size) = weigh(series);
+        let log = prior.ln() + cases.log_likelihood();
+        (hypothesis, cases.likeliest(), size, log)
+    };
+    let mut weighed: Vec<_> = hypotheses.iter().map(weigh).collect();
+    weighed.retain(|(.., log)| !log.is_nan());
+    weighed.sort_by(|(.., a), (.., b)| b.total_cmp(a));
+    let Some(&(hypothesis, best, _, largest)) = weighed.first().filter(|(.., log)| log.is_finite())
     else {
         return (Vec::new(), Vec::new());
     };
-    let all: f64 = weighed.iter().map(|(_, _, log)| (log - largest).exp()).sum();
-    let candidate =
-        |(hypothesis, weighing, log): &(&Hypothesis<Series>, Weighing, f64)| Candidate {
-            kind: hypothesis.kind,
-            probability: (log - largest).exp() / all,
-            size: weighing.size,
-        };
-    let candidates = weighed.iter().map(candidate);
+    let all: f64 = weighed.iter().map(|(.., log)| (log - largest).exp()).sum();
+    let candidates = weighed.iter().map(|(hypothesis, _, size, log)| {
+        let probability = (log - largest).exp() / all;
+        Candidate { kind: hypothesis.kind, probability, size: *size }
+    });
     let mentioned = candidates.filter(|candidate| candidate.probability >= MENTIONED).collect();
-    let shown = weighing.likeliest.map(|best| (likeliest.show)(series, &best));
+    let shown = best.map(|best| (hypothesis.show)(series, &best));
     (mentioned, shown.unwrap_or_default())
 }

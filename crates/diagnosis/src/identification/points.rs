@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use vocabulary::Step;
 
-use super::excerpt::{Excerpt, Seen};
+use super::excerpt::{Excerpt, FaultOnset};
 
 /// Single steps from so long before the onset until so long after its detection \[s\]; then means over blocks.
 pub(super) const FINE_BEFORE_S: f64 = 0.01;
@@ -30,10 +30,10 @@ impl Grouping {
         let step_s = excerpt.step_s;
         let detection = excerpt.seen.detection();
         let fine_from_s = match excerpt.seen {
-            Seen::Change { onset, .. } => {
+            FaultOnset::Change { onset, .. } => {
                 (onset.0 as f64 - detection.0 as f64) * step_s - FINE_BEFORE_S
             }
-            Seen::Departure { .. } => f64::INFINITY,
+            FaultOnset::Departure { .. } => f64::INFINITY,
         };
         let block = ((BLOCK_S / step_s).round() as usize).max(1);
         Self { step_s, fine_from_s, detection, block }

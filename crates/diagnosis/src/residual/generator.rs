@@ -6,7 +6,7 @@
 //!   nominal gain 1 (eq. 14; with the faulty gain a zero output would cancel itself).
 
 use serde::{Deserialize, Serialize};
-use truss::{LocalModel, ModelError, Structure};
+use truss::{ModalStepper, ModelError, Structure};
 
 use super::nominal_hydraulics::NominalHydraulics;
 use super::tracked_force::TrackedForce;
@@ -37,12 +37,12 @@ pub enum ActuatorResidual {
 
 /// What drives the models at a step.
 #[derive(Debug, Clone)]
-struct Signals {
+struct ModelInputs {
     forces: Vec<f64>,
     demands: Vec<f64>,
 }
 
-impl Signals {
+impl ModelInputs {
     fn none(actuators: usize) -> Self {
         Self { forces: vec![0.0; actuators], demands: vec![0.0; actuators] }
     }
@@ -65,14 +65,13 @@ pub(crate) fn longest_gap_of_loops(hydraulics: &NominalHydraulics, step_s: f64) 
 pub struct ResidualGenerator {
     kind: ActuatorResidual,
     hydraulics: NominalHydraulics,
-    local: LocalModel,
+    local: ModalStepper,
     loops: Vec<TrackedForce>,
-    forces: Vec<f64>,
     contents_pa: Vec<f64>,
-    demands: Vec<f64>,
-    /// Those of the sample before, and between the two.
-    earlier: Signals,
-    between: Signals,
+    /// At the latest sample, at the one before, and between the two.
+    now: ModelInputs,
+    earlier: ModelInputs,
+    between: ModelInputs,
     /// Lost samples before the next one.
     missing: u64,
     /// How far each actuator's demand moved across the latest gap \[N\]. On which way is not known: the nominal
@@ -99,8 +98,8 @@ impl ResidualGenerator {
         kind: ActuatorResidual,
         step_s: f64,
     ) -> Result<Self, ModelError> {
-        let local = LocalModel::new(local, step_s)?;
-        let actuators = local.actuator_count();
+        let local = ModalStepper::of_module(local, step_s)?;
+        let actuators = local.input_count();
         let steps = |seconds: f64| ((seconds / step_s).round() as u64).max(1);
         let time_constant_s = hydraulics.time_constant_s();
         Ok(Self {
@@ -110,14 +109,13 @@ impl ResidualGenerator {
             loops_settle: steps(LOOPS_SETTLE * time_constant_s),
             loops: vec![TrackedForce::new(hydraulics, step_s); actuators],
             hydraulics,
-            forces: vec![0.0; actuators],
             contents_pa: vec![0.0; actuators],
-            demands: vec![0.0; actuators],
-            earlier: Signals::none(actuators),
-            between: Signals::none(actuators),
+            now: ModelInputs::none(actuators),
+            earlier: ModelInputs::none(actuators),
+            between: ModelInputs::none(actuators),
             missing: 0,
             swings_n: vec![0.0; actuators],
-            residuals: vec![0.0; actuators + local.gage_count()],
+            residuals: vec![0.0; actuators + local.output_count()],
             local,
             structure_follows: false,
             loops_follow: false,
@@ -158,31 +156,31 @@ impl ResidualGenerator {
 
     /// The residuals of a sample, which must have been checked: actuators \[N\], then gages \[m\].
     pub fn push(&mut self, sample: &Sample) -> &[f64] {
-        self.earlier.forces.copy_from_slice(&self.forces);
-        self.earlier.demands.copy_from_slice(&self.demands);
-        let observed = self.forces.iter_mut().zip(&mut self.contents_pa);
+        self.earlier.forces.copy_from_slice(&self.now.forces);
+        self.earlier.demands.copy_from_slice(&self.now.demands);
+        let observed = self.now.forces.iter_mut().zip(&mut self.contents_pa);
         for ((force, content), pressures) in observed.zip(&sample.pressures_pa) {
             *force = self.hydraulics.force_n(*pressures);
             *content = self.hydraulics.content_pa(*pressures);
         }
-        self.demands.copy_from_slice(&sample.demands_n);
+        self.now.demands.copy_from_slice(&sample.demands_n);
         self.cross_gap();
         if self.structure_follows {
             self.move_structure();
         }
         self.settle(sample);
-        let actuators = self.forces.len();
+        let actuators = self.now.forces.len();
         let (of_actuators, of_gages) = self.residuals.split_at_mut(actuators);
         for (i, residual) in of_actuators.iter_mut().enumerate() {
             *residual = match self.kind {
-                ActuatorResidual::Demand => self.demands[i] - self.forces[i],
-                ActuatorResidual::Tracking => self.loops[i].force_n() - self.forces[i],
+                ActuatorResidual::Demand => self.now.demands[i] - self.now.forces[i],
+                ActuatorResidual::Tracking => self.loops[i].force_n() - self.now.forces[i],
             };
         }
         for (force_loop, pressures) in self.loops.iter_mut().zip(&sample.pressures_pa) {
             force_loop.lean(*pressures);
         }
-        self.local.elongations(of_gages);
+        self.local.outputs(of_gages);
         for (residual, measured) in of_gages.iter_mut().zip(&sample.elongations_m) {
             *residual = measured - *residual;
         }
@@ -212,7 +210,7 @@ impl ResidualGenerator {
 
     /// The observed forces of the latest sample \[N\].
     pub(crate) fn forces_n(&self) -> &[f64] {
-        &self.forces
+        &self.now.forces
     }
 
     /// The oil contents of the cylinders at the latest sample \[Pa\].
@@ -229,14 +227,14 @@ impl ResidualGenerator {
     fn cross_gap(&mut self) {
         let missing = self.missing;
         if missing > 0 {
-            let ends = self.demands.iter().zip(&self.earlier.demands);
+            let ends = self.now.demands.iter().zip(&self.earlier.demands);
             for (swing, (after, before)) in self.swings_n.iter_mut().zip(ends) {
                 *swing = (after - before).abs();
             }
         }
         for place in 1..=missing {
             let share = place as f64 / (missing + 1) as f64;
-            blend(&mut self.between.demands, &self.earlier.demands, &self.demands, share);
+            blend(&mut self.between.demands, &self.earlier.demands, &self.now.demands, share);
             for (force_loop, demand) in self.loops.iter_mut().zip(&self.between.demands) {
                 force_loop.step(*demand);
             }
@@ -249,14 +247,14 @@ impl ResidualGenerator {
         let steps = std::mem::take(&mut self.missing) + 1;
         for place in 0..steps {
             let share = (place as f64 + 0.5) / steps as f64;
-            blend(&mut self.between.forces, &self.earlier.forces, &self.forces, share);
+            blend(&mut self.between.forces, &self.earlier.forces, &self.now.forces, share);
             self.local.step(&self.between.forces);
         }
     }
 
     /// Moves the force loops on to the next step under the latest demands.
     fn advance(&mut self) {
-        for (force_loop, demand) in self.loops.iter_mut().zip(&self.demands) {
+        for (force_loop, demand) in self.loops.iter_mut().zip(&self.now.demands) {
             force_loop.step(*demand);
         }
     }
@@ -264,7 +262,7 @@ impl ResidualGenerator {
     /// Lets models that do not follow the plant begin where it is.
     fn settle(&mut self, sample: &Sample) {
         if !self.structure_follows {
-            self.local.settle(&self.forces);
+            self.local.settle(&self.now.forces);
             self.structure_follows = true;
         }
         if !self.loops_follow {

@@ -8,12 +8,11 @@ use std::collections::BTreeMap;
 
 use vocabulary::{Component, ComponentPath, ModuleName};
 
-use super::gaussian::Gaussian;
-use super::left_out::LeftOut;
+use super::gaussian::{Gaussian, SnippetValues};
 use super::reference::{
     ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, residual_settings,
 };
-use super::snippet::{Data, Snippet};
+use super::snippet::{Snippet, SnippetData};
 use super::threshold::exceeded_once_in;
 use crate::settings::ModuleSetup;
 use vocabulary::WindowLength;
@@ -29,6 +28,8 @@ const LEAST_FORCE_N: f64 = 1.0;
 const LEAST_CONTENT_PA: f64 = 1e3;
 /// Place of the force among a cylinder's values.
 const FORCE: usize = 2;
+/// Folds of the cross-validation, over snippets.
+const FOLDS: usize = 8;
 /// Snippets beyond the number of values that a Gaussian needs.
 const SPARE_SNIPPETS: usize = 12;
 
@@ -66,8 +67,8 @@ pub fn commission(
     let peers = setups.iter().enumerate().filter(|(place, _)| *place != own);
     let all: Vec<&ModuleSetup> =
         std::iter::once(setup).chain(peers.map(|(_, peer)| peer)).collect();
-    let places = Places::of(setup, &all);
-    let [short, long] = WindowLength::ALL.map(|length| Data::collect(snippets, own, length));
+    let places = ValuePlaces::of(setup, &all);
+    let [short, long] = WindowLength::ALL.map(|length| SnippetData::collect(snippets, own, length));
     let hours = long.means.len() as f64 * WindowLength::Long.seconds() / 3600.0;
     let (found, values) = (long.usable_snippets(), places.values());
     let needed = values + SPARE_SNIPPETS;
@@ -97,14 +98,14 @@ fn threshold(once_in: f64, largest: &BTreeMap<usize, f64>) -> f64 {
 }
 
 /// Where which value stands: gages of all, then forces of all, the module's own first.
-struct Places {
+struct ValuePlaces {
     gages: Vec<ComponentPath>,
     actuators: Vec<ComponentPath>,
     own_gages: usize,
     own_actuators: usize,
 }
 
-impl Places {
+impl ValuePlaces {
     fn of(own: &ModuleSetup, all: &[&ModuleSetup]) -> Self {
         let own_actuators = own.actuators();
         Self {
@@ -127,7 +128,11 @@ impl Places {
     }
 
     /// Learns the means over windows of one length.
-    fn learn(&self, data: &Data, once_in: f64) -> Result<MeansReference, CommissioningError> {
+    fn learn(
+        &self,
+        data: &SnippetData,
+        once_in: f64,
+    ) -> Result<MeansReference, CommissioningError> {
         let least =
             [vec![LEAST_GAGE_M; self.gages.len()], vec![LEAST_FORCE_N; self.actuators.len()]]
                 .concat();
@@ -141,8 +146,7 @@ impl Places {
             let there = self.known(with_peers);
             let is_force = |k: &usize| *k >= self.gages.len() && there[*k];
             let forces: Vec<usize> = (0..self.values()).filter(is_force).collect();
-            LeftOut { least: &least, candidates: &candidates, there: &there, forces: &forces }
-                .largest(&observations)
+            largest_left_out(&observations, &least, &candidates, &there, &forces)
         });
         let most = |largest: &BTreeMap<usize, f64>| largest.values().copied().fold(0.0, f64::max);
         Ok(MeansReference {
@@ -155,7 +159,7 @@ impl Places {
     }
 
     /// The forces that were seen.
-    fn ranges(&self, data: &Data) -> Vec<ForceRange> {
+    fn ranges(&self, data: &SnippetData) -> Vec<ForceRange> {
         let range = |(place, actuator): (usize, &ComponentPath)| {
             let forces = data.means.iter().map(|values| values[self.gages.len() + place]);
             let (least_n, largest_n) = forces
@@ -178,15 +182,14 @@ fn paths(setups: &[&ModuleSetup], actuators: bool) -> Vec<ComponentPath> {
 }
 
 /// The Gaussian of each cylinder, and the largest z' of any of them in each snippet that was left out.
-fn learn_cylinders(data: &Data, actuators: usize) -> (Vec<Gaussian>, BTreeMap<usize, f64>) {
+fn learn_cylinders(data: &SnippetData, actuators: usize) -> (Vec<Gaussian>, BTreeMap<usize, f64>) {
     let least = [LEAST_FORCE_N, LEAST_CONTENT_PA, LEAST_FORCE_N, LEAST_FORCE_N];
     let mut largest = BTreeMap::<usize, f64>::new();
     let learn = |place: usize| {
         let values: Vec<Vec<f64>> = data.cylinders.iter().map(|all| all[place].clone()).collect();
         let observations = data.observations(&values);
-        let left_out =
-            LeftOut { least: &least, candidates: &[0, 1], there: &[true; 4], forces: &[FORCE] };
-        for (snippet, most) in left_out.largest(&observations) {
+        let left_out = largest_left_out(&observations, &least, &[0, 1], &[true; 4], &[FORCE]);
+        for (snippet, most) in left_out {
             let of_snippet = largest.entry(snippet).or_default();
             *of_snippet = of_snippet.max(most);
         }
@@ -196,11 +199,49 @@ fn learn_cylinders(data: &Data, actuators: usize) -> (Vec<Gaussian>, BTreeMap<us
     (gaussians, largest)
 }
 
-fn learn_gages(data: &Data, gages: usize) -> Vec<GageReference> {
+fn learn_gages(data: &SnippetData, gages: usize) -> Vec<GageReference> {
     let windows = data.scatters.len().max(1) as f64;
     let gage = |place: usize| GageReference {
         scatter_m2: data.scatters.iter().map(|all| all[place]).sum::<f64>() / windows,
         largest_swing_m2: data.swings.iter().map(|all| all[place]).fold(0.0, f64::max),
     };
     (0..gages).map(gage).collect()
+}
+
+/// The largest z' of each snippet in comparison with what the other folds of snippets say. `least` is the least deviation of
+/// each value; departures of the `candidates` count, of the values that are `there`. Windows in which one of the `forces` is
+/// beyond what the others have seen do not count: nor are they compared in service.
+fn largest_left_out(
+    observations: &[SnippetValues<'_>],
+    least: &[f64],
+    candidates: &[usize],
+    there: &[bool],
+    forces: &[usize],
+) -> BTreeMap<usize, f64> {
+    let mut largest = BTreeMap::new();
+    for fold in 0..FOLDS {
+        let is_out = |one: &&SnippetValues| one.snippet % FOLDS == fold;
+        let rest: Vec<_> = observations.iter().filter(|one| !is_out(one)).copied().collect();
+        let gaussian = Gaussian::learn(&rest, least);
+        let range = |&place: &usize| {
+            let values = rest.iter().map(|one| one.values[place]);
+            let least = values.clone().fold(f64::MAX, f64::min);
+            (place, least..=values.fold(f64::MIN, f64::max))
+        };
+        let seen: Vec<_> = forces.iter().map(range).collect();
+        let is_seen = |one: &&SnippetValues| {
+            seen.iter().all(|(place, range)| range.contains(&one.values[*place]))
+        };
+        for one in observations.iter().filter(is_out).filter(is_seen) {
+            let known = one.values.iter().zip(there);
+            let known: Vec<f64> =
+                known.map(|(value, there)| if *there { *value } else { f64::NAN }).collect();
+            let Some(comparison) = gaussian.compare(&known) else { continue };
+            let departures = candidates.iter().filter_map(|k| comparison.departure(*k));
+            let most = departures.map(|departure| departure.predicted).fold(0.0, f64::max);
+            let of_snippet: &mut f64 = largest.entry(one.snippet).or_default();
+            *of_snippet = of_snippet.max(most);
+        }
+    }
+    largest
 }

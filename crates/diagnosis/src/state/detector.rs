@@ -13,9 +13,9 @@ use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::condition::{Condition, Obstacle};
 use super::fault_set::{is_evidence, largest_evidence, smallest};
-use super::gaussian::Comparison;
+use super::gaussian::{GaussianComparison, ValueDeparture};
 use super::reference::{ForceRange, MeansReference, Reference};
-use super::track::{Departed, Finding, Outcome, Track};
+use super::track::{Departed, Track, WindowFinding, WindowOutcome};
 use super::window::cylinder_values;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
@@ -41,7 +41,7 @@ const SWINGING_GAGES: usize = 3;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Conclusion {
     pub(crate) until: Step,
-    pub(crate) findings: Vec<(usize, Finding)>,
+    pub(crate) findings: Vec<(usize, WindowFinding)>,
 }
 
 /// What becomes of a window.
@@ -259,7 +259,7 @@ impl StateDetector {
     }
 
     /// The values that are there against the reference, without those of components known to be faulty.
-    fn compare(&self, pending: &Pending) -> Option<Comparison> {
+    fn compare(&self, pending: &Pending) -> Option<GaussianComparison> {
         let mut comparison = self.means().means.compare(&self.values(pending))?;
         for place in self.known_places(pending) {
             comparison = comparison.without(place);
@@ -327,10 +327,10 @@ impl StateDetector {
     }
 
     /// What the window says of each channel.
-    fn outcomes(&self, pending: &Pending) -> Vec<Outcome> {
+    fn outcomes(&self, pending: &Pending) -> Vec<WindowOutcome> {
         let window = &pending.window;
         if self.swings(window) {
-            return vec![Outcome::CannotTell(Obstacle::Swinging); self.tracks.len()];
+            return vec![WindowOutcome::CannotTell(Obstacle::Swinging); self.tracks.len()];
         }
         let forces = self.reference.forces_of(&self.reference.module);
         let cylinders = window.cylinders.iter().zip(&self.reference.cylinders).zip(forces);
@@ -340,31 +340,33 @@ impl StateDetector {
             &ForceRange,
         )| {
             let Some(means) = means.as_ref().filter(|_| judges_cylinders) else {
-                return Outcome::Missing;
+                return WindowOutcome::Missing;
             };
             if !range.has_seen(means.force_n) {
-                return Outcome::CannotTell(Obstacle::UnseenForce(range.actuator.clone()));
+                return WindowOutcome::CannotTell(Obstacle::UnseenForce(range.actuator.clone()));
             }
             let values = cylinder_values(means);
-            let Some(comparison) = reference.compare(&values) else { return Outcome::Missing };
+            let Some(comparison) = reference.compare(&values) else {
+                return WindowOutcome::Missing;
+            };
             self.of_cylinder(&comparison, values)
         };
-        let mut outcomes: Vec<Outcome> = cylinders.map(of_cylinder).collect();
+        let mut outcomes: Vec<WindowOutcome> = cylinders.map(of_cylinder).collect();
         outcomes.extend(self.of_gages(pending));
         outcomes
     }
 
-    fn of_cylinder(&self, comparison: &Comparison, values: [f64; 4]) -> Outcome {
+    fn of_cylinder(&self, comparison: &GaussianComparison, values: [f64; 4]) -> WindowOutcome {
         let threshold = self.reference.cylinder_threshold;
         // If not one of the two explains it, both have departed.
         let set = smallest(comparison, &[0, 1], threshold);
         let place = match set.as_deref() {
-            Some([]) => return Outcome::Agrees,
+            Some([]) => return WindowOutcome::Agrees,
             Some([displaced, ..]) => displaced.place,
             None => 0,
         };
-        let Some(departure) = comparison.departure(place) else { return Outcome::Missing };
-        Outcome::Departs(Departed {
+        let Some(departure) = comparison.departure(place) else { return WindowOutcome::Missing };
+        WindowOutcome::Departs(Departed {
             symptom: if place == 0 { Symptom::Departure } else { Symptom::OilContent },
             of_gage: false,
             measured: values[place],
@@ -374,19 +376,21 @@ impl StateDetector {
         })
     }
 
-    fn of_gages(&self, pending: &Pending) -> Vec<Outcome> {
+    fn of_gages(&self, pending: &Pending) -> Vec<WindowOutcome> {
         let gages = self.gages();
         if let Some(unseen) = self.unseen_force(pending) {
-            return vec![Outcome::CannotTell(Obstacle::UnseenForce(unseen)); gages];
+            return vec![WindowOutcome::CannotTell(Obstacle::UnseenForce(unseen)); gages];
         }
-        let Some(comparison) = self.compare(pending) else { return vec![Outcome::Missing; gages] };
+        let Some(comparison) = self.compare(pending) else {
+            return vec![WindowOutcome::Missing; gages];
+        };
         let candidates: Vec<usize> = (0..self.reference.gages.len()).collect();
         let threshold = self.threshold(pending);
         let Some(set) = smallest(&comparison, &candidates, threshold) else {
-            return vec![Outcome::CannotTell(Obstacle::NoSetFits); gages];
+            return vec![WindowOutcome::CannotTell(Obstacle::NoSetFits); gages];
         };
         let rest = set.iter().fold(comparison, |rest, displaced| rest.without(displaced.place));
-        let mut outcomes: Vec<Outcome> =
+        let mut outcomes: Vec<WindowOutcome> =
             (0..gages).map(|place| self.of_gage(pending, place, &rest)).collect();
         let path = |place: usize| self.reference.gages[place].clone();
         for displaced in &set {
@@ -395,19 +399,12 @@ impl StateDetector {
             if let [place] = group[..] {
                 if place < gages {
                     let mean = pending.window.gages[place].map_or(0.0, |gage| gage.residual_m);
-                    outcomes[place] = Outcome::Departs(Departed {
-                        symptom: Symptom::Departure,
-                        of_gage: true,
-                        measured: mean,
-                        expected: mean - displaced.departure.size,
-                        statistic: displaced.departure.plain,
-                        threshold,
-                    });
+                    outcomes[place] = displaced_gage(mean, displaced.departure, threshold);
                 }
                 continue;
             }
             for &place in group.iter().filter(|place| **place < gages) {
-                outcomes[place] = Outcome::OneOf(group.iter().map(|k| path(*k)).collect());
+                outcomes[place] = WindowOutcome::OneOf(group.iter().map(|k| path(*k)).collect());
             }
         }
         outcomes
@@ -415,20 +412,20 @@ impl StateDetector {
 
     /// A gage that is in no fault set: it agrees with its reference, unless it is known to be faulty and still departs,
     /// or its noise is not what it was.
-    fn of_gage(&self, pending: &Pending, place: usize, rest: &Comparison) -> Outcome {
-        let Some(means) = pending.window.gages[place] else { return Outcome::Missing };
+    fn of_gage(&self, pending: &Pending, place: usize, rest: &GaussianComparison) -> WindowOutcome {
+        let Some(means) = pending.window.gages[place] else { return WindowOutcome::Missing };
         // A tenth of a second is too short to tell how much a gage scatters.
         if self.length == WindowLength::Long
             && let Some(departed) = scatter(means, self.means().own_gages[place].scatter_m2)
         {
-            return Outcome::Departs(departed);
+            return WindowOutcome::Departs(departed);
         }
         if !pending.known[self.actuators + place] {
-            return Outcome::Agrees;
+            return WindowOutcome::Agrees;
         }
         // Whether it has returned is seen with the peers, if they are there.
         if !pending.asked && !self.peers.is_empty() {
-            return Outcome::NotTold;
+            return WindowOutcome::NotTold;
         }
         let mut values = self.values(pending);
         for (other, value) in values.iter_mut().enumerate() {
@@ -439,15 +436,10 @@ impl StateDetector {
         let departure = self.means().means.compare(&values).and_then(|all| all.departure(place));
         let threshold = self.threshold(pending);
         match departure {
-            Some(departure) if is_evidence(departure, threshold) => Outcome::Departs(Departed {
-                symptom: Symptom::Departure,
-                of_gage: true,
-                measured: means.residual_m,
-                expected: means.residual_m - departure.size,
-                statistic: departure.plain,
-                threshold,
-            }),
-            _ => Outcome::Agrees,
+            Some(departure) if is_evidence(departure, threshold) => {
+                displaced_gage(means.residual_m, departure, threshold)
+            }
+            _ => WindowOutcome::Agrees,
         }
     }
 
@@ -459,6 +451,18 @@ impl StateDetector {
             |(range, force): &(&ForceRange, &f64)| !force.is_nan() && !range.has_seen(**force);
         forces.into_iter().find(unseen).map(|(range, _)| range.actuator.clone())
     }
+}
+
+/// A gage whose mean \[m\] departs from what the others say.
+fn displaced_gage(mean_m: f64, departure: ValueDeparture, threshold: f64) -> WindowOutcome {
+    WindowOutcome::Departs(Departed {
+        symptom: Symptom::Departure,
+        of_gage: true,
+        measured: mean_m,
+        expected: mean_m - departure.size,
+        statistic: departure.plain,
+        threshold,
+    })
 }
 
 /// Is the white noise of a gage not what it was?

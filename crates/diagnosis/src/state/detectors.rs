@@ -7,7 +7,7 @@ use vocabulary::{ModuleName, Step};
 use super::condition::Condition;
 use super::detector::{Conclusion, Reaction, StateDetector};
 use super::reference::Reference;
-use super::track::Finding;
+use super::track::WindowFinding;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
 use vocabulary::{WindowLength, WindowMeans};
@@ -109,11 +109,13 @@ impl Detectors {
     /// ones find.
     fn weigh(&mut self, length: WindowLength, mut conclusion: Conclusion) -> Conclusion {
         if length == WindowLength::Short {
-            conclusion.findings.retain(|(_, found)| matches!(found, Finding::Departed { .. }));
+            conclusion
+                .findings
+                .retain(|(_, found)| matches!(found, WindowFinding::Departed { .. }));
             return conclusion;
         }
         for (channel, finding) in &conclusion.findings {
-            if matches!(finding, Finding::Agrees { .. }) {
+            if matches!(finding, WindowFinding::Agrees { .. }) {
                 self.short.note_agreement(*channel, conclusion.until);
             }
         }

@@ -4,7 +4,7 @@
 //! other's z' small. Sets are grown one by one, the likeliest of each size; among sets of one size in which no evidence
 //! is left the likeliest counts. What is nearly as likely in place of a member is named with it.
 
-use super::gaussian::{Comparison, Departure};
+use super::gaussian::{GaussianComparison, ValueDeparture};
 
 /// Most values that may be displaced.
 const LARGEST_SET: usize = 3;
@@ -21,23 +21,23 @@ pub(crate) struct Displaced {
     /// Its place.
     pub(crate) place: usize,
     /// Its departure from what those say that are not displaced.
-    pub(crate) departure: Departure,
+    pub(crate) departure: ValueDeparture,
     /// Other places that may be meant just as well, likeliest first.
     pub(crate) or: Vec<usize>,
 }
 
 /// Is there evidence that the value at this place is displaced?
-pub(crate) fn is_evidence(departure: Departure, threshold: f64) -> bool {
+pub(crate) fn is_evidence(departure: ValueDeparture, threshold: f64) -> bool {
     departure.predicted > threshold || departure.plain > BY_FAR * threshold
 }
 
 /// The largest evidence at any of these places, as a share of the threshold.
 pub(crate) fn largest_evidence(
-    comparison: &Comparison,
+    comparison: &GaussianComparison,
     places: impl Iterator<Item = usize>,
     threshold: f64,
 ) -> f64 {
-    let share = |departure: Departure| {
+    let share = |departure: ValueDeparture| {
         (departure.predicted / threshold).max(departure.plain / (BY_FAR * threshold))
     };
     places.filter_map(|place| comparison.departure(place)).map(share).fold(0.0, f64::max)
@@ -45,11 +45,11 @@ pub(crate) fn largest_evidence(
 
 /// The smallest set of displaced values among the candidates; `None` if none of at most three explains it.
 pub(crate) fn smallest(
-    all: &Comparison,
+    all: &GaussianComparison,
     candidates: &[usize],
     threshold: f64,
 ) -> Option<Vec<Displaced>> {
-    let is_clean = |rest: &Comparison| {
+    let is_clean = |rest: &GaussianComparison| {
         let departures = candidates.iter().filter_map(|place| rest.departure(*place));
         departures.into_iter().all(|departure| !is_evidence(departure, threshold))
     };
@@ -66,8 +66,11 @@ pub(crate) fn smallest(
 }
 
 /// The likeliest sets with one member more, likeliest first.
-fn grown(sets: &[(Vec<usize>, Comparison)], candidates: &[usize]) -> Vec<(Vec<usize>, Comparison)> {
-    let mut larger: Vec<(Vec<usize>, Comparison)> = Vec::new();
+fn grown(
+    sets: &[(Vec<usize>, GaussianComparison)],
+    candidates: &[usize],
+) -> Vec<(Vec<usize>, GaussianComparison)> {
+    let mut larger: Vec<(Vec<usize>, GaussianComparison)> = Vec::new();
     for (set, rest) in sets {
         for &place in candidates.iter().filter(|place| rest.considers(**place)) {
             let mut members = set.clone();
@@ -84,15 +87,15 @@ fn grown(sets: &[(Vec<usize>, Comparison)], candidates: &[usize]) -> Vec<(Vec<us
 }
 
 fn describe(
-    all: &Comparison,
+    all: &GaussianComparison,
     set: &[usize],
     place: usize,
-    rest: &Comparison,
+    rest: &GaussianComparison,
     candidates: &[usize],
 ) -> Displaced {
     let others = set.iter().filter(|other| **other != place);
     let with_it = others.fold(all.clone(), |comparison, other| comparison.without(*other));
-    let none = Departure { plain: 0.0, predicted: 0.0, size: 0.0 };
+    let none = ValueDeparture { plain: 0.0, predicted: 0.0, size: 0.0 };
     let departure = with_it.departure(place).unwrap_or(none);
     let as_likely = |other: &usize| {
         let possible = !set.contains(other) && with_it.considers(*other);
@@ -107,7 +110,7 @@ fn describe(
 
 #[cfg(test)]
 mod tests {
-    use super::super::gaussian::{Gaussian, Observation};
+    use super::super::gaussian::{Gaussian, SnippetValues};
     use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
@@ -137,7 +140,7 @@ mod tests {
         let observations: Vec<_> = data
             .iter()
             .enumerate()
-            .map(|(snippet, values)| Observation { snippet, values })
+            .map(|(snippet, values)| SnippetValues { snippet, values })
             .collect();
         Gaussian::learn(&observations, &[0.0; 8])
     }

@@ -28,14 +28,14 @@ pub struct Gaussian {
 
 /// One window's values, and the snippet that it belongs to.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Observation<'a> {
+pub(crate) struct SnippetValues<'a> {
     pub(crate) snippet: usize,
     pub(crate) values: &'a [f64],
 }
 
 impl Gaussian {
     /// Learns from observations of as many values as `least` says: the least deviation that each is taken for.
-    pub(crate) fn learn(observations: &[Observation<'_>], least: &[f64]) -> Self {
+    pub(crate) fn learn(observations: &[SnippetValues<'_>], least: &[f64]) -> Self {
         let (count, size) = (observations.len().max(1) as f64, least.len());
         let mut snippets: Vec<usize> = observations.iter().map(|one| one.snippet).collect();
         snippets.sort_unstable();
@@ -44,7 +44,8 @@ impl Gaussian {
             |place: usize| observations.iter().map(|one| one.values[place]).sum::<f64>() / count;
         let mean: Vec<f64> = (0..size).map(mean_of).collect();
         let covariance = |a: usize, b: usize| {
-            let product = |one: &Observation| (one.values[a] - mean[a]) * (one.values[b] - mean[b]);
+            let product =
+                |one: &SnippetValues| (one.values[a] - mean[a]) * (one.values[b] - mean[b]);
             observations.iter().map(product).sum::<f64>() / count
         };
         let deviation: Vec<f64> =
@@ -57,7 +58,7 @@ impl Gaussian {
     /// Learns from single rows of one stretch of time.
     pub(crate) fn of_rows(rows: &[Vec<f64>], least: &[f64]) -> Self {
         let observations: Vec<_> =
-            rows.iter().map(|values| Observation { snippet: 0, values }).collect();
+            rows.iter().map(|values| SnippetValues { snippet: 0, values }).collect();
         Self::learn(&observations, least)
     }
 
@@ -120,13 +121,13 @@ impl Gaussian {
     }
 
     /// Compares values with it; those that are not finite are left out. `None` if nothing is left, or no inverse.
-    pub(crate) fn compare(&self, values: &[f64]) -> Option<Comparison> {
+    pub(crate) fn compare(&self, values: &[f64]) -> Option<GaussianComparison> {
         let present: Vec<usize> = (0..values.len()).filter(|k| values[*k].is_finite()).collect();
         let precision = self.precision(&present)?;
         let off = |&place: &usize| (values[place] - self.mean[place]) / self.deviation[place];
         let off = DVector::from_iterator(present.len(), present.iter().map(off));
         let pull = &precision * &off;
-        Some(Comparison {
+        Some(GaussianComparison {
             scales: present.iter().map(|place| self.deviation[*place]).collect(),
             distance: off.dot(&pull),
             snippets: self.snippets as f64,
@@ -152,7 +153,7 @@ impl Gaussian {
 
 /// How far values are from a Gaussian, some of them perhaps left out of consideration.
 #[derive(Debug, Clone)]
-pub(crate) struct Comparison {
+pub(crate) struct GaussianComparison {
     /// The places of the values that are there.
     present: Vec<usize>,
     scales: Vec<f64>,
@@ -164,7 +165,7 @@ pub(crate) struct Comparison {
 
 /// How far one value is from what the others say.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Departure {
+pub(crate) struct ValueDeparture {
     /// z.
     pub(crate) plain: f64,
     /// z'.
@@ -173,7 +174,7 @@ pub(crate) struct Departure {
     pub(crate) size: f64,
 }
 
-impl Comparison {
+impl GaussianComparison {
     /// Q.
     pub(crate) fn distance(&self) -> f64 {
         self.distance
@@ -185,13 +186,13 @@ impl Comparison {
     }
 
     /// The value at a place against what the others that are considered say.
-    pub(crate) fn departure(&self, place: usize) -> Option<Departure> {
+    pub(crate) fn departure(&self, place: usize) -> Option<ValueDeparture> {
         let k = self.position(place).filter(|k| self.precision[(*k, *k)] > 0.0)?;
         let (pull, weight) = (self.pull[k], self.precision[(k, k)]);
         let square = pull * pull / weight;
         let others = (self.distance - square).max(0.0);
         let spread = 1.0 + 1.0 / self.snippets + others / self.snippets;
-        Some(Departure {
+        Some(ValueDeparture {
             plain: square.sqrt(),
             predicted: (square / spread).sqrt(),
             size: self.scales[k] * pull / weight,
@@ -199,7 +200,7 @@ impl Comparison {
     }
 
     /// The same without the value at a place.
-    pub(crate) fn without(&self, place: usize) -> Comparison {
+    pub(crate) fn without(&self, place: usize) -> GaussianComparison {
         let mut rest = self.clone();
         let Some(k) = self.position(place).filter(|k| self.precision[(*k, *k)] > 0.0) else {
             return rest;
@@ -217,7 +218,7 @@ impl Comparison {
 
     /// By how much twice the logarithm of the likelihood is smaller than with the values of `other`, in the terms of
     /// the prediction.
-    pub(crate) fn less_likely_than(&self, other: &Comparison) -> f64 {
+    pub(crate) fn less_likely_than(&self, other: &GaussianComparison) -> f64 {
         let n = self.snippets;
         n * ((n + self.distance) / (n + other.distance)).ln()
     }
@@ -250,7 +251,7 @@ mod tests {
         let observations: Vec<_> = data
             .iter()
             .enumerate()
-            .map(|(snippet, values)| Observation { snippet, values })
+            .map(|(snippet, values)| SnippetValues { snippet, values })
             .collect();
         Gaussian::learn(&observations, &[0.0; 3])
     }

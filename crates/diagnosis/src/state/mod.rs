@@ -9,7 +9,6 @@ mod detector;
 mod detectors;
 mod fault_set;
 mod gaussian;
-mod left_out;
 mod reference;
 mod snippet;
 mod threshold;
@@ -26,6 +25,6 @@ pub use reference::{
     fingerprint, residual_settings,
 };
 pub use snippet::Snippet;
-pub(crate) use track::{Departed, Finding};
+pub(crate) use track::{Departed, WindowFinding};
 pub use vocabulary::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
-pub(crate) use window::{Measured, Windows};
+pub(crate) use window::{MeansCollector, MeasuredStep};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::gaussian::Observation;
+use super::gaussian::SnippetValues;
 use super::window::cylinder_values;
 use vocabulary::{WindowLength, WindowMeans};
 
@@ -17,17 +17,17 @@ pub struct Snippet {
 }
 
 /// The windows of one length in which every channel of every module has a mean: the values of one module and its peers.
-pub(super) struct Data {
+pub(super) struct SnippetData {
     snippets: Vec<usize>,
     /// Gages of all, then forces of all.
     pub(super) means: Vec<Vec<f64>>,
-    /// By cylinder: [`CylinderMeans::values`].
+    /// By cylinder: [`cylinder_values`].
     pub(super) cylinders: Vec<Vec<Vec<f64>>>,
     pub(super) scatters: Vec<Vec<f64>>,
     pub(super) swings: Vec<Vec<f64>>,
 }
 
-impl Data {
+impl SnippetData {
     /// `own` is the module's place among those of the snippets.
     pub(super) fn collect(snippets: &[Snippet], own: usize, length: WindowLength) -> Self {
         let mut data = Self {
@@ -81,8 +81,8 @@ impl Data {
     }
 
     /// So many windows' values, each with its snippet.
-    pub(super) fn observations<'a>(&'a self, values: &'a [Vec<f64>]) -> Vec<Observation<'a>> {
+    pub(super) fn observations<'a>(&'a self, values: &'a [Vec<f64>]) -> Vec<SnippetValues<'a>> {
         let both = self.snippets.iter().zip(values);
-        both.map(|(snippet, values)| Observation { snippet: *snippet, values }).collect()
+        both.map(|(snippet, values)| SnippetValues { snippet: *snippet, values }).collect()
     }
 }

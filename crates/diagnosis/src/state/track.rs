@@ -34,8 +34,8 @@ impl Departed {
 
 /// What one window says of a component.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Outcome {
-    /// There is no mean of it.
+pub(super) enum WindowOutcome {
+    /// The window has no mean for it.
     Missing,
     /// This window says nothing of it; what was known holds.
     NotTold,
@@ -47,7 +47,7 @@ pub(super) enum Outcome {
 
 /// What is found of a component.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Finding {
+pub(crate) enum WindowFinding {
     /// It agrees with its reference, in so many windows one after the other.
     Agrees { windows: u32 },
     /// It has departed. It was first compared so late that it may have done so before.
@@ -90,14 +90,19 @@ impl Track {
     }
 
     /// Takes what a window that ended at `until` says. A departure began at `onset` or later.
-    pub(super) fn take(&mut self, outcome: Outcome, until: Step, onset: Step) -> Option<Finding> {
-        if !matches!(outcome, Outcome::Missing) {
+    pub(super) fn take(
+        &mut self,
+        outcome: WindowOutcome,
+        until: Step,
+        onset: Step,
+    ) -> Option<WindowFinding> {
+        if !matches!(outcome, WindowOutcome::Missing) {
             self.missing = 0;
         }
         match outcome {
-            Outcome::NotTold => None,
+            WindowOutcome::NotTold => None,
             // One window tells little; without two, what was known says nothing of the present.
-            Outcome::Missing => {
+            WindowOutcome::Missing => {
                 self.missing += 1;
                 if self.missing >= MISSED {
                     self.condition = Condition::NotCompared;
@@ -105,20 +110,20 @@ impl Track {
                 }
                 None
             }
-            Outcome::CannotTell(obstacle) => {
+            WindowOutcome::CannotTell(obstacle) => {
                 self.condition = Condition::CannotTell { obstacle };
                 self.agreeing = 0;
                 None
             }
-            Outcome::Agrees => {
+            WindowOutcome::Agrees => {
                 self.condition = Condition::Agrees { as_of: until };
                 self.off = Some(0.0);
                 self.agreed = Some(until);
                 (self.departing, self.certain) = (0, 0);
                 self.agreeing += 1;
-                Some(Finding::Agrees { windows: self.agreeing })
+                Some(WindowFinding::Agrees { windows: self.agreeing })
             }
-            Outcome::Departs(departed) => {
+            WindowOutcome::Departs(departed) => {
                 self.off = departed.shift();
                 self.depart();
                 self.certain += 1;
@@ -128,9 +133,9 @@ impl Track {
                     false => Condition::Doubtful { as_of: until },
                 };
                 let before_service = self.agreed.is_none();
-                held.then_some(Finding::Departed { departed, onset, before_service })
+                held.then_some(WindowFinding::Departed { departed, onset, before_service })
             }
-            Outcome::OneOf(components) => {
+            WindowOutcome::OneOf(components) => {
                 self.depart();
                 self.certain = 0;
                 let held = self.departing >= self.held;
@@ -138,7 +143,7 @@ impl Track {
                     true => Condition::OneOf { as_of: until, components: components.clone() },
                     false => Condition::Doubtful { as_of: until },
                 };
-                held.then_some(Finding::OneOf { components, onset })
+                held.then_some(WindowFinding::OneOf { components, onset })
             }
         }
     }

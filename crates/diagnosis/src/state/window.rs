@@ -1,4 +1,4 @@
-//! Means of what a module measures, over windows that begin and end at the same steps in every module.
+//! Means of a module's measurements over windows that begin and end at the same steps in every module.
 //!
 //! A channel that lacked more than a tenth of its values in a window has no mean in it. The scatter of a gage is the
 //! variance of its white noise: a sixth of the mean square of the residual's second differences, in which the
@@ -20,7 +20,7 @@ pub(super) fn cylinder_values(means: &CylinderMeans) -> [f64; 4] {
 
 /// What a module measures at one step; without a number where a channel has no usable value.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Measured<'a> {
+pub(crate) struct MeasuredStep<'a> {
     /// Residuals of the actuators \[N\], then of the gages \[m\].
     pub(crate) residuals: &'a [f64],
     /// Observed forces \[N\].
@@ -55,7 +55,7 @@ impl Sum {
 
 /// Collects windows of one length, step by step. Allocates nothing after it was made.
 #[derive(Debug, Clone)]
-pub(crate) struct Windows {
+pub(crate) struct MeansCollector {
     length: WindowLength,
     window_steps: u64,
     /// The present window: steps since the run's beginning over a window's length.
@@ -74,7 +74,7 @@ pub(crate) struct Windows {
     spare: Vec<WindowMeans>,
 }
 
-impl Windows {
+impl MeansCollector {
     pub(crate) fn new(
         length: WindowLength,
         window_steps: u64,
@@ -111,7 +111,7 @@ impl Windows {
     }
 
     /// Takes what was measured at a step. Did a window end with it, or before it, its last samples lost?
-    pub(crate) fn take(&mut self, step: Step, measured: Measured<'_>) -> bool {
+    pub(crate) fn take(&mut self, step: Step, measured: MeasuredStep<'_>) -> bool {
         let number = step.0 / self.window_steps;
         let mut ended = false;
         if number != self.number {
@@ -147,7 +147,7 @@ impl Windows {
         self.gages.fill([Sum::default(); 3]);
     }
 
-    fn add(&mut self, Measured { residuals, forces_n, contents_pa }: Measured<'_>) {
+    fn add(&mut self, MeasuredStep { residuals, forces_n, contents_pa }: MeasuredStep<'_>) {
         let (tracking_n, residuals_m) = residuals.split_at(self.cylinders.len());
         let values = forces_n.iter().zip(tracking_n).zip(contents_pa);
         for ([force, tracking, content], ((force_n, tracking_n), content_pa)) in
@@ -217,12 +217,12 @@ mod tests {
     use super::*;
 
     /// Windows of a hundred steps; one cylinder and one gage, whose values follow from the step.
-    fn windows(steps: impl Iterator<Item = u64>) -> (Windows, Vec<u64>) {
-        let mut windows = Windows::new(WindowLength::Long, 100, 1, 1);
+    fn windows(steps: impl Iterator<Item = u64>) -> (MeansCollector, Vec<u64>) {
+        let mut windows = MeansCollector::new(WindowLength::Long, 100, 1, 1);
         let mut ends = Vec::new();
         for step in steps {
             let value = step as f64;
-            let measured = Measured {
+            let measured = MeasuredStep {
                 residuals: &[2.0 * value, if step % 2 == 0 { 1.0 } else { -1.0 }],
                 forces_n: &[value],
                 contents_pa: &[7.0],
@@ -285,9 +285,9 @@ mod tests {
 
     #[test]
     fn a_value_that_is_none_costs_its_own_channel() {
-        let mut windows = Windows::new(WindowLength::Short, 100, 1, 2);
+        let mut windows = MeansCollector::new(WindowLength::Short, 100, 1, 2);
         for step in 0..100 {
-            let measured = Measured {
+            let measured = MeasuredStep {
                 residuals: &[0.0, f64::NAN, 1.0],
                 forces_n: &[0.0],
                 contents_pa: &[0.0],

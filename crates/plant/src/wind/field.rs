@@ -52,15 +52,11 @@ impl GustField {
             turns: Vec::with_capacity(wind.lines),
             amplitudes: Vec::with_capacity(wind.lines * 4 * levels),
         };
-        let bands = Bands::new(wind);
-        for line in 0..wind.lines {
-            let band = bands.band(line);
-            let position: f64 = generator.random();
-            let frequency = band.low_hz * (band.high_hz / band.low_hz).powf(position);
-            let angle = TAU * frequency * interval_s;
+        for number in 0..wind.lines {
+            let line = SpectralLine::draw(wind, number, generator);
+            let angle = TAU * line.frequency_hz * interval_s;
             field.phasors.push([1.0, 0.0]);
             field.turns.push([angle.cos(), angle.sin()]);
-            let line = Line { frequency_hz: frequency, band };
             field.push_amplitudes(wind, base_speed, heights_m, line, generator);
         }
         field
@@ -71,7 +67,7 @@ impl GustField {
         wind: &WindParameters,
         base_speed: f64,
         heights_m: &[f64],
-        line: Line,
+        line: SpectralLine,
         generator: &mut impl Rng,
     ) {
         let deviation = gust_deviation(wind, base_speed);
@@ -150,46 +146,34 @@ fn neighbour_coherences(
     std::iter::once(0.0).chain(with_below).collect()
 }
 
-/// A band of frequencies that one line stands for.
+/// A line of the spectrum, which stands for a band of frequencies; the bands of all lines are a geometric series.
 #[derive(Debug, Clone, Copy)]
-struct Band {
+struct SpectralLine {
+    /// Somewhere in the band.
+    frequency_hz: f64,
     low_hz: f64,
     high_hz: f64,
     /// The band takes all power below as well.
     first: bool,
 }
 
-/// The bands of all lines: a geometric series.
-struct Bands {
-    lowest_hz: f64,
-    ratio: f64,
-}
-
-impl Bands {
-    fn new(wind: &WindParameters) -> Self {
+impl SpectralLine {
+    fn draw(wind: &WindParameters, number: usize, generator: &mut impl Rng) -> Self {
         let span = wind.highest_frequency_hz / wind.lowest_frequency_hz;
-        Self { lowest_hz: wind.lowest_frequency_hz, ratio: span.powf(1.0 / wind.lines as f64) }
+        let ratio = span.powf(1.0 / wind.lines as f64);
+        let low_hz = wind.lowest_frequency_hz * ratio.powf(number as f64);
+        let high_hz = low_hz * ratio;
+        let position: f64 = generator.random();
+        let frequency_hz = low_hz * (high_hz / low_hz).powf(position);
+        Self { frequency_hz, low_hz, high_hz, first: number == 0 }
     }
 
-    fn band(&self, line: usize) -> Band {
-        let low_hz = self.lowest_hz * self.ratio.powf(line as f64);
-        Band { low_hz, high_hz: low_hz * self.ratio, first: line == 0 }
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Line {
-    frequency_hz: f64,
-    band: Band,
-}
-
-impl Line {
     /// Share of the variance that this line carries at a height.
     fn share(&self, wind: &WindParameters, base_speed: f64, height_m: f64) -> f64 {
         let speed = mean_speed(wind, base_speed, height_m);
         let spectrum = GustSpectrum { time_scale_s: turbulence_length(wind, height_m) / speed };
-        let below = if self.band.first { 0.0 } else { spectrum.share_below(self.band.low_hz) };
-        spectrum.share_below(self.band.high_hz) - below
+        let below = if self.first { 0.0 } else { spectrum.share_below(self.low_hz) };
+        spectrum.share_below(self.high_hz) - below
     }
 }
 

@@ -1,6 +1,6 @@
 //! Divergences of recorded residuals.
 
-use diagnosis::divergence::{DivergenceBank, Outcome};
+use diagnosis::divergence::{DivergenceBank, DivergenceOutcome};
 use diagnosis::{ModuleSetup, SetupError};
 use vocabulary::Component;
 
@@ -95,9 +95,9 @@ impl Recording {
         let outcomes = self.bank.push(residuals);
         for (watched, outcome) in self.watched.iter_mut().zip(outcomes) {
             match outcome {
-                Outcome::Undefined => {}
-                Outcome::Defined { age, .. } => *watched |= *age >= self.warm_up_vectors,
-                Outcome::Restarted(_) => *watched = false,
+                DivergenceOutcome::Undefined => {}
+                DivergenceOutcome::Defined { age, .. } => *watched |= *age >= self.warm_up_vectors,
+                DivergenceOutcome::Restarted(_) => *watched = false,
             }
         }
         if self.watched.iter().all(|watched| *watched) {

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use diagnosis::ModuleSetup;
 use diagnosis::state::Snippet;
-use plant::{Plant, Stroke};
+use plant::{Plant, StrokeTest};
 use vocabulary::{ComponentPath, RunId};
 
 use super::collector::{SETTLING_S, WindowCollector};
@@ -21,7 +21,7 @@ pub struct SnippetPlan {
     /// How long it is \[s\].
     pub seconds: f64,
     /// What moves in it.
-    pub stroke: Option<Stroke>,
+    pub stroke: Option<StrokeTest>,
 }
 
 impl SnippetPlan {
@@ -104,7 +104,7 @@ pub fn usual_snippets(
     plans.extend(strokes.zip(seeds(weather)).map(|(actuator, seed)| SnippetPlan {
         seed,
         seconds,
-        stroke: Some(Stroke {
+        stroke: Some(StrokeTest {
             actuator: actuator.clone(),
             force_n: stroke_n,
             duration_s: seconds,

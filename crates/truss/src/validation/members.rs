@@ -1,9 +1,9 @@
 //! Members: their ends, their sections, their place in space.
 
 use super::sections::{Section, Sections};
-use crate::check::{Check, Located, Range, Register};
+use crate::check::{Check, KnownNames, Located, NumberRange};
 use crate::description::{MemberDescription, SectionKind};
-use crate::description_error::Problem;
+use crate::description_error::DescriptionProblem;
 use crate::element::cross;
 use crate::member::{Member, MemberKind};
 use crate::structure::Node;
@@ -17,7 +17,7 @@ const ALONG: f64 = 1e-6;
 const ROUNDING: f64 = 1e-14;
 
 /// A member and the module it belongs to, as far as they are known.
-pub(super) struct Placed {
+pub(super) struct PlacedMember {
     pub(super) member: Option<Member>,
     pub(super) ends: [Option<usize>; 2],
     pub(super) module: Option<usize>,
@@ -26,22 +26,22 @@ pub(super) struct Placed {
 pub(super) struct MemberContext<'a> {
     pub(super) sections: &'a Sections,
     pub(super) nodes: &'a [Option<Node>],
-    pub(super) node_register: &'a Register,
-    pub(super) module_register: &'a Register,
+    pub(super) node_names: &'a KnownNames,
+    pub(super) module_names: &'a KnownNames,
 }
 
 pub(super) fn placed_member(
     check: &mut Check,
-    register: &mut Register,
+    names: &mut KnownNames,
     Located { line, value }: Located<MemberDescription>,
     context: &MemberContext<'_>,
-) -> Placed {
-    check.register(register, line, &value.name);
+) -> PlacedMember {
+    check.remember(names, line, &value.name);
     let user = format!("member `{}`", value.name);
-    let ends = [0, 1].map(|end| check.find(context.node_register, line, &user, &value.ends[end]));
+    let ends = [0, 1].map(|end| check.find(context.node_names, line, &user, &value.ends[end]));
     let module = member_module(check, line, &user, value.module.as_deref(), context);
     let member = member(check, line, value, ends, context);
-    Placed { member, ends, module }
+    PlacedMember { member, ends, module }
 }
 
 fn member_module(
@@ -51,8 +51,8 @@ fn member_module(
     named: Option<&str>,
     context: &MemberContext<'_>,
 ) -> Option<usize> {
-    match (named, context.module_register.names().len()) {
-        (Some(name), _) => check.find(context.module_register, line, user, name),
+    match (named, context.module_names.names().len()) {
+        (Some(name), _) => check.find(context.module_names, line, user, name),
         (None, 0) => None,
         (None, 1) => Some(0),
         (None, _) => {
@@ -73,9 +73,9 @@ fn member(
     context: &MemberContext<'_>,
 ) -> Option<Member> {
     let owner = format!("member `{}`", value.name);
-    check.number(line, &owner, ("stiffness_factor", value.stiffness_factor), Range::Positive);
+    check.number(line, &owner, ("stiffness_factor", value.stiffness_factor), NumberRange::Positive);
     let name = check.name(line, MemberName::new(value.name.clone()));
-    let section = check.find(&context.sections.register, line, &owner, &value.section);
+    let section = check.find(&context.sections.names, line, &owner, &value.section);
     let (length_m, axis) = span(check, line, &value, ends, context)?;
     let Section { name: section, material_name, shape, material } =
         context.sections.list.get(section?)?.clone()?;
@@ -142,7 +142,10 @@ pub(super) fn report_zero_length(
     ends: &[String; 2],
 ) {
     let [from, to] = ends.clone();
-    check.report(Some(line), Problem::ZeroLength { what, name: name.to_owned(), from, to });
+    check.report(
+        Some(line),
+        DescriptionProblem::ZeroLength { what, name: name.to_owned(), from, to },
+    );
 }
 
 /// The local y axis: the given vector made square to the member, or, by default, the horizontal

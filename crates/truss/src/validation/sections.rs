@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::check::{Check, Located, Range, Register};
-use crate::description::{Entry, MaterialDescription, SectionDescription, SectionKind};
+use crate::check::{Check, KnownNames, Located, NumberRange};
+use crate::description::{DescriptionEntry, MaterialDescription, SectionDescription, SectionKind};
 use vocabulary::{MaterialName, SectionName};
 
 /// A section with its material.
@@ -15,68 +15,68 @@ pub(super) struct Section {
     pub(super) material: MaterialDescription,
 }
 
-/// The sections by index in the register.
+/// The sections by index in the names.
 pub(super) struct Sections {
-    pub(super) register: Register,
+    pub(super) names: KnownNames,
     pub(super) list: Vec<Option<Section>>,
 }
 
 pub(super) fn sections(
     check: &mut Check,
-    materials: BTreeMap<String, Entry<MaterialDescription>>,
-    sections: BTreeMap<String, Entry<SectionDescription>>,
+    materials: BTreeMap<String, DescriptionEntry<MaterialDescription>>,
+    sections: BTreeMap<String, DescriptionEntry<SectionDescription>>,
 ) -> Sections {
-    let mut register = Register::new("material");
+    let mut names = KnownNames::new("material");
     let mut known = Vec::new();
     for (name, entry) in materials {
         let line = check.line(entry.offset);
-        check.register(&mut register, line, &name);
-        known.push(material(check, &mut register, &name, entry));
+        check.remember(&mut names, line, &name);
+        known.push(material(check, &mut names, &name, entry));
     }
-    let mut section_register = Register::new("section");
+    let mut section_names = KnownNames::new("section");
     let mut list = Vec::new();
     for (name, entry) in sections {
         let line = check.line(entry.offset);
-        check.register(&mut section_register, line, &name);
-        let shape = section(check, &mut section_register, &name, entry);
+        check.remember(&mut section_names, line, &name);
+        let shape = section(check, &mut section_names, &name, entry);
         list.push(shape.and_then(|Located { line, value }| {
             let user = format!("section `{name}`");
             let section_name = check.name(line, SectionName::new(name.clone()));
-            let material = check.find(&register, line, &user, &value.material)?;
+            let material = check.find(&names, line, &user, &value.material)?;
             let (material_name, material) = known.get(material)?.clone()?;
             Some(Section { name: section_name?, material_name, shape: value, material })
         }));
     }
-    Sections { register: section_register, list }
+    Sections { names: section_names, list }
 }
 
 fn material(
     check: &mut Check,
-    register: &mut Register,
+    names: &mut KnownNames,
     name: &str,
-    mut entry: Entry<MaterialDescription>,
+    mut entry: DescriptionEntry<MaterialDescription>,
 ) -> Option<(MaterialName, MaterialDescription)> {
     entry.name = Some(name.to_owned());
-    let Located { line, value } = check.entry(register, entry)?;
+    let Located { line, value } = check.entry(names, entry)?;
     let owner = format!("material `{name}`");
-    check.number(line, &owner, ("young_pa", value.young_pa), Range::Positive);
-    check.number(line, &owner, ("poisson", value.poisson), Range::Poisson);
+    check.number(line, &owner, ("young_pa", value.young_pa), NumberRange::Positive);
+    check.number(line, &owner, ("poisson", value.poisson), NumberRange::Poisson);
     let density = ("density_kg_per_m3", value.density_kg_per_m3);
-    check.number(line, &owner, density, Range::NotNegative);
+    check.number(line, &owner, density, NumberRange::NotNegative);
     Some((check.name(line, MaterialName::new(name))?, value))
 }
 
 fn section(
     check: &mut Check,
-    register: &mut Register,
+    names: &mut KnownNames,
     name: &str,
-    mut entry: Entry<SectionDescription>,
+    mut entry: DescriptionEntry<SectionDescription>,
 ) -> Option<Located<SectionDescription>> {
     entry.name = Some(name.to_owned());
-    let section = check.entry(register, entry)?;
+    let section = check.entry(names, entry)?;
     let (line, value) = (section.line, &section.value);
     let owner = format!("section `{name}`");
-    check.number(line, &owner, ("area_m2", value.area_m2), Range::Positive);
+    check.number(line, &owner, ("area_m2", value.area_m2), NumberRange::Positive);
     let moments = [
         ("second_moment_y_m4", value.second_moment_y_m4),
         ("second_moment_z_m4", value.second_moment_z_m4),
@@ -84,7 +84,9 @@ fn section(
     ];
     for (quantity, moment) in moments {
         match (value.kind, moment) {
-            (_, Some(moment)) => check.number(line, &owner, (quantity, moment), Range::Positive),
+            (_, Some(moment)) => {
+                check.number(line, &owner, (quantity, moment), NumberRange::Positive)
+            }
             (SectionKind::Rod, None) => {}
             (SectionKind::Beam, None) => {
                 check.form(

@@ -1,6 +1,6 @@
 //! Descriptions of structures.
 
-use truss::{LocalModel, Structure};
+use truss::{ModalStepper, Structure};
 
 use crate::refusal::{is_bearable, lines};
 
@@ -52,13 +52,13 @@ fn comes_back(structure: &Structure) {
 
 /// Every elongation after a push is a finite number, or there is no model.
 fn has_finite_model(local: &Structure) {
-    match LocalModel::new(local, STEP_S) {
+    match ModalStepper::of_module(local, STEP_S) {
         Ok(mut model) => {
-            let forces_n = vec![1000.0; model.actuator_count()];
-            let mut elongations_m = vec![0.0; model.gage_count()];
+            let forces_n = vec![1000.0; model.input_count()];
+            let mut elongations_m = vec![0.0; model.output_count()];
             for _ in 0..3 {
                 model.step(&forces_n);
-                model.elongations(&mut elongations_m);
+                model.outputs(&mut elongations_m);
                 assert!(elongations_m.iter().all(|x| x.is_finite()), "{elongations_m:?}");
             }
         }

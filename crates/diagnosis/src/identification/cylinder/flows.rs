@@ -17,7 +17,7 @@ const OF_FLOW: f64 = 0.05;
 
 /// A step of a cylinder.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Step {
+pub(super) struct FlowStep {
     pub(super) at_s: f64,
     /// Time to the next one \[s\].
     pub(super) lasts_s: f64,
@@ -26,9 +26,9 @@ pub(super) struct Step {
     pub(super) commanded: f64,
 }
 
-/// Sums from the beginning until a step \[m³\].
+/// FlowSums from the beginning until a step \[m³\].
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sums {
+pub(super) struct FlowSums {
     /// Into each chamber, as commanded.
     pub(super) oil: [f64; 2],
     /// Into each chamber through a closed valve that lets one m³/s through at the full drop \[s\].
@@ -42,14 +42,14 @@ pub(super) struct Sums {
 }
 
 /// The steps as the balance needs them.
-pub(super) fn steps(grouping: &Grouping, series: &CylinderSeries) -> Vec<Step> {
+pub(super) fn steps(grouping: &Grouping, series: &CylinderSeries) -> Vec<FlowStep> {
     let h = &series.hydraulics;
     let usable = &series.steps;
     let lasts = |place: usize| {
         let next = usable.get(place + 1);
         next.map_or(1, |next| next.step.since(usable[place].step)) as f64 * grouping.step_s
     };
-    let step = |(place, step): (usize, &CylinderStep)| Step {
+    let step = |(place, step): (usize, &CylinderStep)| FlowStep {
         at_s: grouping.at_s(step.step),
         lasts_s: lasts(place),
         pressures_pa: step.pressures_pa,
@@ -59,9 +59,9 @@ pub(super) fn steps(grouping: &Grouping, series: &CylinderSeries) -> Vec<Step> {
 }
 
 /// What has flowed until each step. `commanded` tells the mean flow into A over a step that is commanded \[m³/s\].
-pub(super) fn sums(h: &NominalHydraulics, steps: &[Step], commanded: &[f64]) -> Vec<Sums> {
-    let mut sum = Sums::default();
-    let until = |(step, flow): (&Step, &f64)| {
+pub(super) fn sums(h: &NominalHydraulics, steps: &[FlowStep], commanded: &[f64]) -> Vec<FlowSums> {
+    let mut sum = FlowSums::default();
+    let until = |(step, flow): (&FlowStep, &f64)| {
         let before = sum;
         sum.add(h, step, *flow);
         before
@@ -70,9 +70,9 @@ pub(super) fn sums(h: &NominalHydraulics, steps: &[Step], commanded: &[f64]) -> 
 }
 
 /// The oil alone.
-pub(super) fn oil(h: &NominalHydraulics, steps: &[Step], commanded: &[f64]) -> Vec<[f64; 2]> {
+pub(super) fn oil(h: &NominalHydraulics, steps: &[FlowStep], commanded: &[f64]) -> Vec<[f64; 2]> {
     let mut sum = [0.0; 2];
-    let until = |(step, flow): (&Step, &f64)| {
+    let until = |(step, flow): (&FlowStep, &f64)| {
         let before = sum;
         let ports = ports(h, step, *flow);
         sum = [0, 1].map(|k| sum[k] + step.lasts_s * ports[k]);
@@ -83,8 +83,8 @@ pub(super) fn oil(h: &NominalHydraulics, steps: &[Step], commanded: &[f64]) -> V
 
 /// The mean flow into A that is commanded over each step \[m³/s\]: within it the valve follows the force, which goes from one
 /// sample's to the next one's, whatever changes it.
-pub(super) fn commanded(h: &NominalHydraulics, steps: &[Step]) -> Vec<f64> {
-    let flow = |(place, step): (usize, &Step)| {
+pub(super) fn commanded(h: &NominalHydraulics, steps: &[FlowStep]) -> Vec<f64> {
+    let flow = |(place, step): (usize, &FlowStep)| {
         let after = steps.get(place + 1).unwrap_or(step);
         let moved = h.force_n(after.pressures_pa) - h.force_n(step.pressures_pa);
         step.commanded - h.force_gain_m3_per_s_n * 0.5 * moved
@@ -92,8 +92,8 @@ pub(super) fn commanded(h: &NominalHydraulics, steps: &[Step]) -> Vec<f64> {
     steps.iter().enumerate().map(flow).collect()
 }
 
-impl Sums {
-    fn add(&mut self, h: &NominalHydraulics, step: &Step, flow: f64) {
+impl FlowSums {
+    fn add(&mut self, h: &NominalHydraulics, step: &FlowStep, flow: f64) {
         let [a, b] = step.pressures_pa;
         let time = step.lasts_s;
         let ports = ports(h, step, flow);
@@ -110,7 +110,7 @@ impl Sums {
     }
 }
 
-fn ports(h: &NominalHydraulics, step: &Step, flow: f64) -> [f64; 2] {
+fn ports(h: &NominalHydraulics, step: &FlowStep, flow: f64) -> [f64; 2] {
     let [a, b] = step.pressures_pa;
     [port(h, flow, a), port(h, -flow, b)]
 }

@@ -1,20 +1,75 @@
-//! What can be wrong with a cylinder: one hypothesis a file.
+//! What can be wrong with a cylinder. Small hypotheses stand here; a sticking valve has a file of its own.
 
-mod external_leakage;
+pub(super) mod balance;
 mod flows;
-mod hard_over;
-mod internal_leakage;
-pub(super) mod record;
 mod stiction;
 
-use super::hypothesis::Hypothesis;
-use record::Record;
+use vocabulary::fault::FaultKind;
+
+use self::balance::{FIGURES, OilBalance};
+use super::Hypothesis;
+use super::level::Prior;
+use super::mixture::{Mixture, Size};
 
 /// All of them.
-pub(super) const HYPOTHESES: [Hypothesis<Record>; 5] = [
-    internal_leakage::HYPOTHESIS,
-    external_leakage::OF_A,
-    external_leakage::OF_B,
-    hard_over::HYPOTHESIS,
-    stiction::HYPOTHESIS,
-];
+pub(super) const HYPOTHESES: [Hypothesis<OilBalance>; 5] =
+    [INTERNAL_LEAKAGE, EXTERNAL_LEAKAGE_A, EXTERNAL_LEAKAGE_B, HARD_OVER, stiction::HYPOTHESIS];
+
+/// Coefficients of leaks \[m²\]: any order of magnitude is as likely as any other.
+const AREAS_M2: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
+/// An open inlet is as far open as its figures say, within a tenth.
+const OPEN: Prior = Prior { mean: 1.0, deviation: 0.05 };
+
+/// Oil leaks from chamber A into chamber B (eq. 10): what A lacks, B has too much; the coefficient \[m²\].
+const INTERNAL_LEAKAGE: Hypothesis<OilBalance> = Hypothesis {
+    kind: FaultKind::InternalLeakage,
+    prior: 1.0,
+    weigh: |balance| leak(balance, |[across, _, _]| [-across, across]),
+    show: |balance, best| balance.signature(best, 0, |sums| -sums.leaks[0]),
+};
+
+/// A chamber leaks to the outside (eq. 11): it lacks what the other has not; the coefficient \[m²\].
+const EXTERNAL_LEAKAGE_A: Hypothesis<OilBalance> = Hypothesis {
+    kind: FaultKind::ExternalLeakageA,
+    prior: 1.0,
+    weigh: |balance| leak(balance, |[_, of_a, _]| [-of_a, 0.0]),
+    show: |balance, best| balance.signature(best, 0, |sums| -sums.leaks[1]),
+};
+
+const EXTERNAL_LEAKAGE_B: Hypothesis<OilBalance> = Hypothesis {
+    kind: FaultKind::ExternalLeakageB,
+    prior: 1.0,
+    weigh: |balance| leak(balance, |[_, _, of_b]| [0.0, -of_b]),
+    show: |balance, best| balance.signature(best, 1, |sums| -sums.leaks[2]),
+};
+
+/// The inlet of chamber A is fully open, whatever is commanded.
+const HARD_OVER: Hypothesis<OilBalance> = Hypothesis {
+    kind: FaultKind::HardOver,
+    prior: 1.0,
+    weigh: |balance| {
+        let cases = balance.over_onsets(|first| {
+            let level = balance.since(first, |sums| [sums.wide_open, 0.0]);
+            balance.weigh_valve(&level, OPEN).into_iter().collect()
+        });
+        (cases, None)
+    },
+    show: |balance, best| balance.signature(best, 0, |sums| sums.wide_open),
+};
+
+/// A leak whose hole of one square metre lets this into A and into B, given what flows through each of the three.
+fn leak(balance: &OilBalance, into: impl Fn([f64; 3]) -> [f64; 2]) -> (Mixture, Option<Size>) {
+    let priors = AREAS_M2.map(Prior::about_zero);
+    let cases = balance.over_onsets(|first| {
+        let mut weighed = balance.weigh(&balance.since(first, |sums| into(sums.leaks)), &priors);
+        // A leak only lets oil out: a coefficient below 0 is impossible.
+        for case in &mut weighed {
+            if case.mean <= 0.0 {
+                case.log_likelihood = f64::NEG_INFINITY;
+            }
+        }
+        weighed
+    });
+    // What makes up for the leak is known as well as the valve.
+    cases.sized(|leak| FIGURES.deviation * leak)
+}

@@ -3,17 +3,17 @@
 
 use vocabulary::fault::FaultKind;
 
-use super::record::Record;
-use crate::identification::axis::Axis;
-use crate::identification::hypothesis::{Hypothesis, Weighing};
+use super::balance::OilBalance;
+use crate::identification::Hypothesis;
+use crate::identification::axis::SearchAxis;
 use crate::identification::level::{Prior, Weighed};
-use crate::identification::mixture::Mixture;
+use crate::identification::mixture::{Mixture, Size};
 use crate::identification::signature::SignaturePoint;
 
-pub(super) const HYPOTHESIS: Hypothesis<Record> =
+pub(super) const HYPOTHESIS: Hypothesis<OilBalance> =
     Hypothesis { kind: FaultKind::Stiction, prior: 1.0, weigh, show };
 
-/// As shares of what the open valve lets through; each order of magnitude is as likely as the other.
+/// Bands as shares of the open valve's flow; all orders of magnitude are equally likely.
 const BANDS: [f64; 2] = [0.003, 0.3];
 /// Bands that are tried at most, and at first.
 const PLACES: usize = 400;
@@ -21,40 +21,40 @@ const AT_FIRST: f64 = 14.0;
 /// Onsets that are tried for each: where the spool stood when it began to stick matters little.
 const ONSETS: usize = 4;
 
-fn weigh(record: &Record) -> Weighing {
+fn weigh(balance: &OilBalance) -> (Mixture, Option<Size>) {
     let [least, most] = BANDS.map(f64::ln);
     let at = |place: usize| least + (most - least) * place as f64 / (PLACES - 1) as f64;
-    let axis = Axis::new((0..PLACES).map(at).collect(), 0.99 * (most - least) / AT_FIRST);
-    let onsets = record.some_onsets(ONSETS);
+    let axis = SearchAxis::new((0..PLACES).map(at).collect(), 0.99 * (most - least) / AT_FIRST);
+    let onsets = balance.some_onsets(ONSETS);
     let mut all = Mixture::default();
     for onset in &onsets {
         let cases = axis.integrate(|place| {
-            let band = at(place).exp() * record.hydraulics.valve_flow_m3_per_s;
-            let level = record.with_valve(&spool(record, *onset, band));
-            let weighed = record.weigh_valve(&level, Prior::about_zero(1.0)).into_iter();
+            let band = at(place).exp() * balance.hydraulics.valve_flow_m3_per_s;
+            let level = balance.with_valve(&spool(balance, *onset, band));
+            let weighed = balance.weigh_valve(&level, Prior::about_zero(1.0)).into_iter();
             weighed.map(|case| Weighed { mean: band, variance: 0.0, ..case }).collect()
         });
         all.extend(cases, 1.0 / onsets.len() as f64);
     }
     // The band itself is known to an order of magnitude only: the spool is followed by what the pressures were measured to be
     // once in a step, and one that has not jumped yet may have any.
-    Weighing::without_size(&all)
+    (all, None)
 }
 
 /// By how much more oil came into chamber A than was commanded, and by how much more a spool that sticks lets in.
-fn show(record: &Record, best: &Weighed) -> Vec<SignaturePoint> {
-    let onset_s = record.some_onsets(1).first().copied().unwrap_or_default();
-    record.valve_signature(&spool(record, onset_s, best.mean), onset_s)
+fn show(balance: &OilBalance, best: &Weighed) -> Vec<SignaturePoint> {
+    let onset_s = balance.some_onsets(1).first().copied().unwrap_or_default();
+    balance.valve_signature(&spool(balance, onset_s, best.mean), onset_s)
 }
 
 /// What the valve lets through at each step.
-fn spool(record: &Record, onset_s: f64, band: f64) -> Vec<f64> {
+fn spool(balance: &OilBalance, onset_s: f64, band: f64) -> Vec<f64> {
     let mut position = 0.0;
-    let follow = |step: &super::flows::Step| {
+    let follow = |step: &super::flows::FlowStep| {
         if step.at_s < onset_s || (step.commanded - position).abs() > band {
             position = step.commanded;
         }
         position
     };
-    record.steps.iter().map(follow).collect()
+    balance.steps.iter().map(follow).collect()
 }

@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 
 use vocabulary::fault::FaultKind;
 
-use super::record::{Onset, Point, Record, Wandering};
-use super::scales::log_density;
-use crate::identification::hypothesis::{Hypothesis, Weighing};
+use super::log_density;
+use super::record::{GagePoint, GageRecord, Onset, Wandering};
+use crate::identification::Hypothesis;
 use crate::identification::level::{Weighed, deviance};
 
 /// Mean times for which the contact is closed, and open \[s\].
@@ -26,7 +26,7 @@ const ROUNDS: usize = 3;
 /// Another round does not make up for so much less of a log-likelihood than the largest one's.
 const HOPELESS: f64 = 300.0;
 
-pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
+pub(super) const HYPOTHESIS: Hypothesis<GageRecord> = Hypothesis {
     kind: FaultKind::Intermittent,
     prior: 0.5,
     weigh: |record| {
@@ -37,7 +37,7 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
             likeliest.set(likeliest.get().max(log));
             case.into_iter().collect()
         });
-        Weighing::sized(&cases, |offset| OF_POINTS * offset)
+        cases.sized(|offset| OF_POINTS * offset)
     },
     show: |record, best| {
         record.signature(best, |point, _, level_m| {
@@ -49,7 +49,7 @@ pub(super) const HYPOTHESIS: Hypothesis<Record> = Hypothesis {
 };
 
 /// Weighs a contact that fails at the onset; only once if that is less likely than this.
-fn weigh(record: &Record, onset: &Onset, wandering: &Wandering, least: f64) -> Option<Weighed> {
+fn weigh(record: &GageRecord, onset: &Onset, wandering: &Wandering, least: f64) -> Option<Weighed> {
     let points = &record.points[onset.first..];
     let before = wandering.before(onset);
     let (level, uncertain) = before.level();
@@ -58,9 +58,9 @@ fn weigh(record: &Record, onset: &Onset, wandering: &Wandering, least: f64) -> O
         points.iter().take_while(|point| point.count <= 1.0).map(|point| point.off_m - level);
     let farthest = single.max_by(|a, b| a.abs().total_cmp(&b.abs()));
     let mut offset = farthest.unwrap_or(points.first()?.off_m - level);
-    let mut passed = Passed::default();
+    let mut passed = ContactPass::default();
     for _ in 0..ROUNDS {
-        passed = Contact { record, onset, wandering, level, uncertain, offset }.pass(points);
+        passed = ContactModel { record, onset, wandering, level, uncertain, offset }.pass(points);
         if passed.open > 0.5 {
             offset = passed.sum / passed.open;
         }
@@ -80,8 +80,8 @@ fn weigh(record: &Record, onset: &Onset, wandering: &Wandering, least: f64) -> O
 }
 
 /// A contact, and what the gage reads too much while it is open.
-struct Contact<'a> {
-    record: &'a Record,
+struct ContactModel<'a> {
+    record: &'a GageRecord,
     onset: &'a Onset,
     wandering: &'a Wandering,
     level: f64,
@@ -91,16 +91,16 @@ struct Contact<'a> {
 
 /// What a pass over points says.
 #[derive(Default)]
-struct Passed {
+struct ContactPass {
     log_likelihood: f64,
-    /// Steps in which it is open, and the sum of what it reads too much in them \[m\].
+    /// Number of steps with the contact open, and the sum of their excess readings \[m\].
     open: f64,
     sum: f64,
 }
 
-impl Contact<'_> {
-    fn pass(&self, points: &[Point]) -> Passed {
-        let mut passed = Passed::default();
+impl ContactModel<'_> {
+    fn pass(&self, points: &[GagePoint]) -> ContactPass {
+        let mut passed = ContactPass::default();
         // How likely it is closed and open.
         let mut state = [0.5; 2];
         let (mut count, mut stays) = (0.0, [1.0; 2]);
@@ -130,7 +130,7 @@ impl Contact<'_> {
 
     /// Densities of what it reads at the end of which it is closed, and open: if it was so throughout, and if it switched;
     /// and the logarithm of what they are to be multiplied by.
-    fn densities(&self, point: &Point) -> (f64, [[f64; 2]; 2]) {
+    fn densities(&self, point: &GagePoint) -> (f64, [[f64; 2]; 2]) {
         let wandered = self.wandering.m2_per_s * (point.until_s - self.onset.at_s).max(0.0);
         let variance = self.uncertain + wandered + self.record.noise_m2 / point.count;
         let off = point.off_m - self.level;

@@ -2,13 +2,14 @@
 
 use std::ops::Range;
 
-use crate::identification::axis::Axis;
-use crate::identification::excerpt::{Excerpt, GageSecond, GageSeries, GageStep, Seen};
-use crate::identification::level::{Level, Prior, Walked, Weighed, deviance};
+use crate::identification::axis::SearchAxis;
+use crate::identification::excerpt::{Excerpt, FaultOnset, GageSeries, GageStep};
+use crate::identification::level::{
+    LEAST_BEFORE, LevelFilter, Prior, Walked, Weighed, deviance, likely_walks,
+};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::{BLOCK_S, FINE_BEFORE_S, Grouping};
 use crate::identification::signature::{SignaturePoint, signature};
-use crate::identification::wandering::{LEAST_BEFORE, likely};
 
 /// What a gage should read is taken from the steps within this time of a point, the point itself excepted \[s\].
 const NEAR_S: f64 = 0.01;
@@ -21,7 +22,7 @@ const WITHIN: usize = 8;
 
 /// Means over a stretch of time.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Point {
+pub(super) struct GagePoint {
     /// From and until when \[s\], from the detection on.
     from_s: f64,
     pub(super) until_s: f64,
@@ -35,7 +36,7 @@ pub(super) struct Point {
     pub(super) expected_m: f64,
 }
 
-impl Point {
+impl GagePoint {
     /// Which share of it is after a time.
     pub(super) fn share_after(&self, at_s: f64) -> f64 {
         let length = self.until_s - self.from_s;
@@ -67,20 +68,20 @@ pub(super) struct Wandering {
     /// By how much in a second \[m²\].
     pub(super) m2_per_s: f64,
     /// The filter before each point, and after the last.
-    before: Vec<Level<0>>,
+    before: Vec<LevelFilter<0>>,
 }
 
 impl Wandering {
     /// The filter before an onset.
-    pub(super) fn before(&self, onset: &Onset) -> &Level<0> {
+    pub(super) fn before(&self, onset: &Onset) -> &LevelFilter<0> {
         &self.before[onset.first]
     }
 }
 
 /// A series, ready to be weighed.
 #[derive(Debug, Clone)]
-pub(in crate::identification) struct Record {
-    pub(super) points: Vec<Point>,
+pub(in crate::identification) struct GageRecord {
+    pub(super) points: Vec<GagePoint>,
     /// Variance of one step's own noise \[m²\].
     pub(super) own_noise_m2: f64,
     /// Variance of one step's `off_m` \[m²\].
@@ -92,10 +93,10 @@ pub(in crate::identification) struct Record {
     /// The first point that a fault may affect; 0 if nothing is known of that.
     earliest: usize,
     pub(super) onsets: Vec<Onset>,
-    axis: Axis,
+    axis: SearchAxis,
 }
 
-impl Record {
+impl GageRecord {
     /// `None` without a single usable value.
     pub(in crate::identification) fn new(excerpt: &Excerpt, series: &GageSeries) -> Option<Self> {
         let grouping = Grouping::of(excerpt);
@@ -113,12 +114,9 @@ impl Record {
         let noise_m2 = white(learnt.unwrap_or(steps), |step| step.off_m).unwrap_or(own_m2);
         let own_noise_m2 = learnt.and_then(|steps| white(steps, |step| step.reading_m));
         let onsets = onsets(&points);
-        let earliest = match excerpt.seen {
-            Seen::Change { .. } => points.iter().position(|p| p.until_s >= grouping.fine_from_s),
-            Seen::Departure { .. } => None,
-        };
+        let earliest = points.iter().position(|point| point.until_s >= grouping.fine_from_s);
         let mut record = Self {
-            axis: Axis::of_onsets(onsets.iter().map(|onset| onset.at_s), APART),
+            axis: SearchAxis::of_onsets(onsets.iter().map(|onset| onset.at_s), APART),
             points,
             own_noise_m2: own_noise_m2.unwrap_or(own_m2).min(noise_m2),
             noise_m2,
@@ -166,12 +164,12 @@ impl Record {
     pub(super) fn signature(
         &self,
         best: &Weighed,
-        after: impl Fn(&Point, &Onset, f64) -> f64,
+        after: impl Fn(&GagePoint, &Onset, f64) -> f64,
     ) -> Vec<SignaturePoint> {
         let Some(onset) = self.onsets.get(best.place) else { return Vec::new() };
         let before = self.wanderings.first().map(|wandering| wandering.before(onset));
         let level_m = before.map_or(0.0, |before| before.level().0);
-        let at = |(place, point): (usize, &Point)| {
+        let at = |(place, point): (usize, &GagePoint)| {
             let fitted = if place < onset.first { level_m } else { after(point, onset, level_m) };
             (point.until_s, point.off_m, fitted)
         };
@@ -199,9 +197,9 @@ impl Record {
         &self,
         onset: &Onset,
         wandering: &Wandering,
-        regressor: impl Fn(&Point) -> f64,
-    ) -> Level<1> {
-        let mut level: Level<1> = wandering.before(onset).widened();
+        regressor: impl Fn(&GagePoint) -> f64,
+    ) -> LevelFilter<1> {
+        let mut level: LevelFilter<1> = wandering.before(onset).widened();
         for (place, point) in self.points.iter().enumerate().skip(onset.first) {
             let walked = self.walked(place, wandering.m2_per_s);
             level.take(point.off_m, walked, self.noise_m2 / point.count, [regressor(point)]);
@@ -210,7 +208,7 @@ impl Record {
     }
 
     /// Of the points from each place on to the end, the deviance of a value that has no other than the gage's own noise.
-    pub(super) fn own_deviances(&self, value: impl Fn(&Point) -> f64) -> Vec<f64> {
+    pub(super) fn own_deviances(&self, value: impl Fn(&GagePoint) -> f64) -> Vec<f64> {
         let mut sums = vec![0.0; self.points.len() + 1];
         for (place, point) in self.points.iter().enumerate().rev() {
             sums[place] = sums[place + 1] + deviance(value(point), self.own_noise_m2 / point.count);
@@ -219,8 +217,8 @@ impl Record {
     }
 
     /// The filter before each point, and after the last.
-    fn filters(&self, m2_per_s: f64, level: Prior) -> impl Iterator<Item = Level<0>> {
-        let mut filter = Level::<0>::new(level);
+    fn filters(&self, m2_per_s: f64, level: Prior) -> impl Iterator<Item = LevelFilter<0>> {
+        let mut filter = LevelFilter::<0>::new(level);
         let all = self.points.iter().enumerate().map(Some).chain([None]);
         all.map(move |next| {
             let before = filter.clone();
@@ -235,7 +233,7 @@ impl Record {
     /// The ways in which the level may wander that are likely before the onset.
     fn likely_wanderings(&self, level: Prior) -> Vec<Wandering> {
         let scaled = |walk: f64| walk * walk * self.own_noise_m2;
-        let walks = likely(|walk| {
+        let walks = likely_walks(|walk| {
             let mut filters = self.filters(scaled(walk), level);
             filters.nth(self.earliest).map_or(0.0, |filter| filter.log_likelihood())
         });
@@ -250,10 +248,10 @@ impl Record {
 
 fn is_before(excerpt: &Excerpt, step: &GageStep) -> bool {
     match excerpt.seen {
-        Seen::Change { onset, .. } => {
+        FaultOnset::Change { onset, .. } => {
             step.step.0 as f64 <= onset.0 as f64 - 2.0 * FINE_BEFORE_S / excerpt.step_s
         }
-        Seen::Departure { .. } => false,
+        FaultOnset::Departure { .. } => false,
     }
 }
 
@@ -271,7 +269,7 @@ fn white(steps: &[GageStep], value: impl Fn(&GageStep) -> f64) -> Option<f64> {
 }
 
 /// Every point up to the detection may be the first that is affected; in long ones, and in gaps, at several times.
-fn onsets(points: &[Point]) -> Vec<Onset> {
+fn onsets(points: &[GagePoint]) -> Vec<Onset> {
     let mut onsets = Vec::new();
     for (first, point) in points.iter().enumerate().filter(|(_, point)| point.from_s <= 1e-9) {
         let before = first.checked_sub(1).map_or(point.from_s, |before| points[before].until_s);
@@ -289,16 +287,16 @@ fn onsets(points: &[Point]) -> Vec<Onset> {
 }
 
 /// Means over seconds before the steps, over steps and blocks, and over seconds after them.
-fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageSecond]) -> Vec<Point> {
+fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageStep]) -> Vec<GagePoint> {
     let at_s = |step: &GageStep| grouping.at_s(step.step);
     let times: Vec<f64> = steps.iter().map(at_s).collect();
-    let expected = Sums::new(steps.iter().map(|step| step.reading_m - step.off_m));
+    let expected = RunningSums::new(steps.iter().map(|step| step.reading_m - step.off_m));
     let (off, reading) = (
-        Sums::new(steps.iter().map(|step| step.off_m)),
-        Sums::new(steps.iter().map(|step| step.reading_m)),
+        RunningSums::new(steps.iter().map(|step| step.off_m)),
+        RunningSums::new(steps.iter().map(|step| step.reading_m)),
     );
     let near = ((NEAR_S / grouping.step_s).round() as usize).max(1);
-    let point = |all: Range<usize>| Point {
+    let point = |all: Range<usize>| GagePoint {
         from_s: times[all.start],
         until_s: times[all.end - 1],
         count: all.len() as f64,
@@ -306,11 +304,11 @@ fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageSecond]) -> Ve
         reading_m: reading.mean(all.clone()),
         expected_m: expected.mean_around(all, near),
     };
-    let points: Vec<Point> = grouping.group(&times).into_iter().map(point).collect();
+    let points: Vec<GagePoint> = grouping.group(&times).into_iter().map(point).collect();
     let whole = (1.0 / grouping.step_s).round();
-    let second = |mean: &GageSecond| {
-        let until_s = grouping.at_s(mean.until);
-        Point {
+    let second = |mean: &GageStep| {
+        let until_s = grouping.at_s(mean.step);
+        GagePoint {
             from_s: until_s - 1.0 + grouping.step_s,
             until_s,
             count: whole,
@@ -323,16 +321,16 @@ fn points(grouping: &Grouping, steps: &[GageStep], seconds: &[GageSecond]) -> Ve
         (Some(first), Some(last)) => (first.from_s, last.until_s),
         _ => (f64::INFINITY, f64::INFINITY),
     };
-    let all: Vec<Point> = seconds.iter().map(second).collect();
+    let all: Vec<GagePoint> = seconds.iter().map(second).collect();
     let earlier = all.iter().filter(|point| point.until_s < begin).copied();
     let later = all.iter().filter(|point| point.from_s > end).copied();
     earlier.chain(points).chain(later).collect()
 }
 
-/// Sums from the beginning on.
-struct Sums(Vec<f64>);
+/// RunningSums from the beginning on.
+struct RunningSums(Vec<f64>);
 
-impl Sums {
+impl RunningSums {
     fn new(values: impl Iterator<Item = f64>) -> Self {
         let mut sum = 0.0;
         let running = values.map(|value| {
@@ -350,7 +348,7 @@ impl Sums {
         self.sum(&of) / of.len() as f64
     }
 
-    /// The mean of what is near a range, the range itself excepted.
+    /// The mean of the neighbours on both sides of a range, without the range itself.
     fn mean_around(&self, of: Range<usize>, near: usize) -> f64 {
         let wider = of.start.saturating_sub(near)..(of.end + near).min(self.0.len() - 1);
         match wider.len() - of.len() {

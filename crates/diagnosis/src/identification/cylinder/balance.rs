@@ -7,14 +7,13 @@
 
 use std::ops::Range;
 
-use super::flows::{self, Step, Sums};
-use crate::identification::axis::Axis;
-use crate::identification::excerpt::{CylinderSeries, Excerpt, Seen};
-use crate::identification::level::{Level, Prior, Walked, Weighed};
+use super::flows::{self, FlowStep, FlowSums};
+use crate::identification::axis::SearchAxis;
+use crate::identification::excerpt::{CylinderSeries, Excerpt};
+use crate::identification::level::{LevelFilter, Prior, Walked, Weighed, likeliest_walk};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::Grouping;
 use crate::identification::signature::{SignaturePoint, signature};
-use crate::identification::wandering::likeliest;
 use crate::residual::NominalHydraulics;
 
 /// Volumes and valve are known within a tenth, each as likely as the other: of that, as much as of a normal with this
@@ -28,36 +27,36 @@ const APART: f64 = 0.25;
 /// Coefficients beside that of the fault: both volumes, the valve's gain, the null flow.
 const OPEN: usize = 4;
 /// All coefficients, the fault's first.
-pub(super) const ALL: usize = OPEN + 1;
+const ALL: usize = OPEN + 1;
 
 /// Means over a stretch of time; all sums are from the beginning on.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Point {
+pub(super) struct BalancePoint {
     at_s: f64,
     count: f64,
     /// What each chamber holds more than in the beginning, by its pressure \[m³\]; and by the points before and after.
     held: [f64; 2],
     held_near: [f64; 2],
-    sums: Sums,
+    sums: FlowSums,
 }
 
 /// A series, ready to be weighed.
 #[derive(Debug, Clone)]
-pub(in crate::identification) struct Record {
-    pub(super) steps: Vec<Step>,
+pub(in crate::identification) struct OilBalance {
+    pub(super) steps: Vec<FlowStep>,
     pub(super) hydraulics: NominalHydraulics,
     grouping: Grouping,
     groups: Vec<Range<usize>>,
-    points: Vec<Point>,
+    points: Vec<BalancePoint>,
     /// Places of points, and their axis.
     onsets: Vec<usize>,
-    axis: Axis,
+    axis: SearchAxis,
     noise_m6: [f64; 2],
     walk_m6_per_s: [f64; 2],
     null_flow: Prior,
 }
 
-impl Record {
+impl OilBalance {
     /// `None` without at least two usable values.
     pub(in crate::identification) fn new(
         excerpt: &Excerpt,
@@ -76,17 +75,14 @@ impl Record {
                 capacity[chamber] * (steps[k].pressures_pa[chamber] - first[chamber])
             })
         };
-        let mut points: Vec<Point> =
+        let mut points: Vec<BalancePoint> =
             groups.iter().map(|of| mean(of.clone(), &times, &held, &sums)).collect();
         look_around(&mut points);
         let onsets: Vec<usize> = (0..points.len()).filter(|k| points[*k].at_s <= 1e-9).collect();
         let noise_m6 = capacity.map(|capacity| (capacity * h.pressure_noise_pa).powi(2));
-        let earliest = match excerpt.seen {
-            Seen::Change { .. } => points.iter().position(|p| p.at_s >= grouping.fine_from_s),
-            Seen::Departure { .. } => None,
-        };
-        let mut record = Self {
-            axis: Axis::of_onsets(onsets.iter().map(|k| points[*k].at_s), APART),
+        let earliest = points.iter().position(|point| point.at_s >= grouping.fine_from_s);
+        let mut balance = Self {
+            axis: SearchAxis::of_onsets(onsets.iter().map(|k| points[*k].at_s), APART),
             steps,
             hydraulics: h,
             grouping,
@@ -97,8 +93,8 @@ impl Record {
             walk_m6_per_s: noise_m6.map(|noise| 0.01 * noise),
             null_flow: series.null_flow,
         };
-        record.walk_m6_per_s = record.wandering(earliest.unwrap_or(0));
-        (!record.onsets.is_empty()).then_some(record)
+        balance.walk_m6_per_s = balance.wandering(earliest.unwrap_or(0));
+        (!balance.onsets.is_empty()).then_some(balance)
     }
 
     /// Weighs a hypothesis over all onsets: by the first point that the fault affects.
@@ -116,7 +112,11 @@ impl Record {
 
     /// What both chambers say of a fault that begins with a point: `sum` is what it would have done to each chamber from the
     /// beginning on.
-    pub(super) fn since(&self, first: usize, sum: impl Fn(&Sums) -> [f64; 2]) -> Level<ALL> {
+    pub(super) fn since(
+        &self,
+        first: usize,
+        sum: impl Fn(&FlowSums) -> [f64; 2],
+    ) -> LevelFilter<ALL> {
         let begun = sum(&self.points[first].sums);
         self.follow(self.points.len(), self.walk_m6_per_s, |place, point| {
             let now = sum(&point.sums);
@@ -126,7 +126,7 @@ impl Record {
     }
 
     /// What both chambers say if the valve let through what is given for each step \[m³/s\], and nothing else is wrong.
-    pub(super) fn with_valve(&self, flow: &[f64]) -> Level<ALL> {
+    pub(super) fn with_valve(&self, flow: &[f64]) -> LevelFilter<ALL> {
         let oil = flows::oil(&self.hydraulics, &self.steps, flow);
         self.follow(self.points.len(), self.walk_m6_per_s, |place, _| {
             let of = &self.groups[place];
@@ -141,13 +141,13 @@ impl Record {
         &self,
         best: &Weighed,
         chamber: usize,
-        sum: impl Fn(&Sums) -> f64,
+        sum: impl Fn(&FlowSums) -> f64,
     ) -> Vec<SignaturePoint> {
         let Some(first) = self.onsets.get(best.place).map(|place| &self.points[*place]) else {
             return Vec::new();
         };
         let begun = sum(&first.sums);
-        let at = |point: &Point| {
+        let at = |point: &BalancePoint| {
             let after = if point.at_s < first.at_s { 0.0 } else { sum(&point.sums) - begun };
             (point.at_s, point.held[chamber] - point.sums.oil[chamber], best.mean * after)
         };
@@ -159,7 +159,7 @@ impl Record {
     pub(super) fn valve_signature(&self, flow: &[f64], onset_s: f64) -> Vec<SignaturePoint> {
         let oil = flows::oil(&self.hydraulics, &self.steps, flow);
         let mut begun = None;
-        let mut at = |(of, point): (&Range<usize>, &Point)| {
+        let mut at = |(of, point): (&Range<usize>, &BalancePoint)| {
             let count = of.len() as f64;
             let let_in = oil[of.clone()].iter().map(|oil| oil[0]).sum::<f64>() / count;
             let more = let_in - point.sums.oil[0];
@@ -173,13 +173,13 @@ impl Record {
     /// Weighs a filter with each of these priors of the fault's coefficient. That the valve lets more or less through than
     /// its figures say is left aside: the sum of what it lets through has the noise of every pressure in it, by which its
     /// gain would come out too small, and with it whatever else makes up for the oil.
-    pub(super) fn weigh(&self, level: &Level<ALL>, priors: &[Prior]) -> Vec<Weighed> {
+    pub(super) fn weigh(&self, level: &LevelFilter<ALL>, priors: &[Prior]) -> Vec<Weighed> {
         let all = |of_fault: &Prior| [*of_fault, FIGURES, FIGURES, AS_COMMANDED, self.null_flow];
         priors.iter().filter_map(|of_fault| level.weigh(&all(of_fault))).collect()
     }
 
     /// The same where the valve does not follow the pressures: its gain is open.
-    pub(super) fn weigh_valve(&self, level: &Level<ALL>, of_fault: Prior) -> Option<Weighed> {
+    pub(super) fn weigh_valve(&self, level: &LevelFilter<ALL>, of_fault: Prior) -> Option<Weighed> {
         level.weigh(&[of_fault, FIGURES, FIGURES, FIGURES, self.null_flow])
     }
 
@@ -188,11 +188,11 @@ impl Record {
         &self,
         count: usize,
         walk_m6_per_s: [f64; 2],
-        at: impl Fn(usize, &Point) -> ([f64; 2], [f64; 2]),
-    ) -> Level<ALL> {
+        at: impl Fn(usize, &BalancePoint) -> ([f64; 2], [f64; 2]),
+    ) -> LevelFilter<ALL> {
         // The first pressure's noise is in all that follows.
-        let start = |k: usize| Level::new(Prior::about_zero(2.0 * self.noise_m6[k].sqrt()));
-        let mut levels: [Level<ALL>; 2] = [start(0), start(1)];
+        let start = |k: usize| LevelFilter::new(Prior::about_zero(2.0 * self.noise_m6[k].sqrt()));
+        let mut levels: [LevelFilter<ALL>; 2] = [start(0), start(1)];
         let mut before = self.points[0];
         for (place, point) in self.points.iter().enumerate().take(count) {
             let (oil, effect) = at(place, point);
@@ -216,7 +216,7 @@ impl Record {
     /// How much the balance wanders in a second, by what is likeliest before the onset \[m⁶\].
     fn wandering(&self, earliest: usize) -> [f64; 2] {
         let scaled = |walk: f64| self.noise_m6.map(|noise| walk * walk * noise);
-        scaled(likeliest(earliest, |walk| {
+        scaled(likeliest_walk(earliest, |walk| {
             let level = self.follow(earliest, scaled(walk), |_, point| (point.sums.oil, [0.0; 2]));
             let weighed = self.weigh(&level, &[Prior::about_zero(1.0)]);
             weighed.first().map_or(f64::NEG_INFINITY, |weighed| weighed.log_likelihood)
@@ -228,17 +228,17 @@ fn mean(
     of: Range<usize>,
     times: &[f64],
     held: &impl Fn(usize) -> [f64; 2],
-    sums: &[Sums],
-) -> Point {
+    sums: &[FlowSums],
+) -> BalancePoint {
     let count = of.len() as f64;
     let mean = |value: &dyn Fn(usize) -> f64| of.clone().map(value).sum::<f64>() / count;
     let held = [0, 1].map(|chamber| mean(&|k| held(k)[chamber]));
-    Point {
+    BalancePoint {
         at_s: mean(&|k| times[k]),
         count,
         held,
         held_near: held,
-        sums: Sums {
+        sums: FlowSums {
             oil: [0, 1].map(|chamber| mean(&|k| sums[k].oil[chamber])),
             null: [0, 1].map(|chamber| mean(&|k| sums[k].null[chamber])),
             leaks: [0, 1, 2].map(|leak| mean(&|k| sums[k].leaks[leak])),
@@ -250,7 +250,7 @@ fn mean(
 
 /// What a chamber holds is in the balance already, with the noise of its pressure: by that alone the balance would fit best
 /// if its volume were nothing. So what it holds by the points before and after goes with the volume.
-fn look_around(points: &mut [Point]) {
+fn look_around(points: &mut [BalancePoint]) {
     let known: Vec<(f64, [f64; 2])> = points.iter().map(|p| (p.at_s, p.held)).collect();
     for (place, point) in points.iter_mut().enumerate() {
         let before = known[place.saturating_sub(1)];
