@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use settings::{ConfigErrors, Document};
+use settings::{ConfigErrors, SettingsFile};
 
 use crate::endpoint::endpoint;
 use crate::flags::NetworkFlags;
@@ -76,7 +76,7 @@ impl Network {
     }
 
     /// Turns the file's path into one from here, and checks everything.
-    pub fn check(&mut self, document: &Document, errors: &mut ConfigErrors) {
+    pub fn check(&mut self, document: &SettingsFile, errors: &mut ConfigErrors) {
         let line = |key: &str| document.line(&["network", key]);
         for (key, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
             for error in endpoints.iter().filter_map(|text| endpoint(text).err()) {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use daemon::recorder::{self, RecorderConfig, Report, Subject};
 use indicatif::ProgressBar;
-use recording::Limits;
+use recording::{FileLimits, RecordingError};
 use shell::shutdown::ShutdownFlags;
 use shell::{logging, runtime};
 use vocabulary::ModuleName;
@@ -78,7 +78,7 @@ fn record(arguments: &Arguments) -> Result<(), Failure> {
         network: target.network().clone(),
         subject: Subject { structure: target.structure.clone(), modules, keys },
         directory: arguments.into.clone(),
-        limits: Limits {
+        limits: FileLimits {
             file_bytes: arguments.max_file_mib * MIB,
             file_ns: arguments.max_file_minutes * MINUTE_NS,
             quota_bytes: arguments.quota_mib * MIB,
@@ -99,8 +99,8 @@ fn record(arguments: &Arguments) -> Result<(), Failure> {
 fn recover(arguments: &Arguments, from: &Path) -> Result<(), Failure> {
     let to = arguments.to.clone().unwrap_or_else(|| from.with_extension("recovered.mcap"));
     let recovered = recording::recover(from, &to).map_err(|error| match error {
-        recording::RecoveryError::From(error) => Failure::input(error.to_string()),
-        recording::RecoveryError::To(error) => Failure::runtime(error.to_string()),
+        error @ RecordingError::Read { .. } => Failure::input(error.to_string()),
+        error @ RecordingError::Write { .. } => Failure::runtime(error.to_string()),
     })?;
     let document = report::Mended::of(from, &to, &recovered);
     print(arguments, &document, || document.text())

@@ -8,7 +8,7 @@ use pki::Holder;
 use plant::{Mismatch, Plant, PlantError, PlantParameters};
 use serde::{Deserialize, Serialize};
 use session::Network;
-use settings::{ConfigErrors, Document};
+use settings::{ConfigErrors, SettingsFile};
 use shell::health::HealthSettings;
 use truss::Structure;
 use vocabulary::{ModuleName, RunId};
@@ -142,7 +142,7 @@ impl PlantConfig {
 /// # Errors
 /// Every mistake that was found.
 pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, ConfigErrors> {
-    let document = Document::read(file)?;
+    let document = SettingsFile::read(file)?;
     let mut written: PlantFile = document.parse()?;
     let mut errors = ConfigErrors(Vec::new());
     written.network.check(&document, &mut errors);
@@ -184,7 +184,7 @@ fn waited_for(
     written: &PlantFile,
     flags: &PlantFlags,
     structure: &Structure,
-    document: &Document,
+    document: &SettingsFile,
     errors: &mut ConfigErrors,
 ) -> Vec<ModuleName> {
     let equipped: Vec<ModuleName> =
@@ -208,7 +208,7 @@ fn waited_for(
     written.wait_for.clone().unwrap_or(equipped)
 }
 
-fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigErrors) {
+fn check_figures(written: &PlantFile, document: &SettingsFile, errors: &mut ConfigErrors) {
     let LockStep { window_steps, timeout_ms } = written.lock_step;
     let figures: [(&[&str], u64, RangeInclusive<u64>); 3] = [
         (&["burst_steps"], written.burst_steps, 1..=100),
@@ -228,7 +228,7 @@ fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigEr
 /// Makes the plant and tries every scheduled fault on it.
 fn check_plant(
     config: &PlantConfig,
-    document: &Document,
+    document: &SettingsFile,
     schedule: Option<&Path>,
     errors: &mut ConfigErrors,
 ) {

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use recording::{Files, Limits};
+use recording::{FileLimits, RecordingFiles};
 use session::Network;
 use tokio::sync::mpsc;
 use zenoh::Session;
@@ -58,7 +58,7 @@ pub struct RecorderConfig {
     /// The directory of the files.
     pub directory: PathBuf,
     /// How long they become.
-    pub limits: Limits,
+    pub limits: FileLimits,
 }
 
 /// Records until it is asked to end; `show` is given the report now and then. Returns the last one.
@@ -97,7 +97,7 @@ async fn record(
     let (inlet, arrivals) = Inlet::new(ROOM);
     let (fetcher, questions) = Fetcher::new(session, inlet.clone());
     let outstanding = questions.clone();
-    let files = Files::new(&config.directory, config.subject.name(), config.limits);
+    let files = RecordingFiles::new(&config.directory, config.subject.name(), config.limits);
     let pen = Pen::new(files, &config.subject, Arc::clone(&board), inlet.dropped(), questions);
     let written = crew.thread("pen", move |_| pen.run(arrivals));
     let written = written.map_err(|error| Failure::running("no thread can be started", error))?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use recording::{Files, Metadata, Recorded, Stamp, WriteError};
+use recording::{Metadata, Recorded, RecordingError, RecordingFiles, Stamp};
 use shell::clock;
 use shell::occurrences::Occurrences;
 use vocabulary::{ModuleConfiguration, Topic};
@@ -34,7 +34,7 @@ const TOO_MANY: &str = "too many topics";
 
 /// The thread that writes.
 pub(super) struct Pen {
-    files: Files,
+    files: RecordingFiles,
     board: Arc<Board>,
     dropped: Arc<Dropped>,
     desk: Desk,
@@ -50,7 +50,7 @@ pub(super) struct Pen {
 
 impl Pen {
     pub(super) fn new(
-        mut files: Files,
+        mut files: RecordingFiles,
         subject: &Subject,
         board: Arc<Board>,
         dropped: Arc<Dropped>,
@@ -201,7 +201,7 @@ impl Pen {
         self.retry_at.is_some_and(|retry_at| Instant::now() < retry_at)
     }
 
-    fn fail(&mut self, error: &WriteError) {
+    fn fail(&mut self, error: &RecordingError) {
         self.retry_at = Some(Instant::now() + AGAIN_AFTER);
         self.report.problem = Some(error.to_string());
         if let Some(times) = self.failures.note(Instant::now()) {
@@ -231,7 +231,7 @@ impl Pen {
         self.publish();
     }
 
-    fn try_sync(&mut self) -> Result<(), WriteError> {
+    fn try_sync(&mut self) -> Result<(), RecordingError> {
         let now = clock::unix_ns();
         let mut outcome = Ok(());
         for ((topic, reason), count) in std::mem::take(&mut self.losses) {

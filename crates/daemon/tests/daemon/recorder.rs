@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::support::{free_endpoint, in_time};
 use daemon::recorder::{self, RecorderConfig, Report, Subject};
-use recording::{Limits, Recorded, Recording};
+use recording::{FileLimits, Recorded, Recording};
 use session::Network;
 use shell::shutdown;
 use vocabulary::{InputQuestion, SampleQuestion};
@@ -85,7 +85,7 @@ impl Rig {
             network: Network { connect: vec![endpoint], ..Network::default() },
             subject: Subject { structure: Some("tower".parse().unwrap()), ..Subject::default() },
             directory: directory.path().to_path_buf(),
-            limits: Limits { file_bytes: 1 << 30, file_ns: u64::MAX, quota_bytes: 1 << 32 },
+            limits: FileLimits { file_bytes: 1 << 30, file_ns: u64::MAX, quota_bytes: 1 << 32 },
         };
         let (trigger, shutdown) = shutdown::pair();
         let (reports, seen) = tokio::sync::watch::channel(Report::default());
