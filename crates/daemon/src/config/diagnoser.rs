@@ -351,12 +351,12 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
 /// Why it cannot be read.
 pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
     #[derive(Deserialize)]
-    struct Versioned {
+    struct ReferenceHead {
         version: u32,
     }
     let document = SettingsFile::read(file)?;
     match document.parse() {
-        Ok(Versioned { version }) if version != REFERENCE_VERSION => {
+        Ok(ReferenceHead { version }) if version != REFERENCE_VERSION => {
             let problem = ReferenceProblem::Version(version).to_string();
             let line = document.line(&["version"]);
             Err(ConfigErrors(vec![ConfigError { file: file.to_owned(), line, problem }]))
