@@ -6,7 +6,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use daemon::recorder::{self, RecorderConfig, Report, Subject};
+use daemon::recorder::{self, RecordedKeys, RecorderConfig, RecorderReport};
 use indicatif::ProgressBar;
 use recording::{FileLimits, RecordingError};
 use shell::shutdown::ShutdownFlags;
@@ -76,7 +76,7 @@ fn record(arguments: &Arguments) -> Result<(), Failure> {
     let (modules, keys) = (arguments.modules.clone(), arguments.keys.clone());
     let config = RecorderConfig {
         network: target.network().clone(),
-        subject: Subject { structure: target.structure.clone(), modules, keys },
+        keys: RecordedKeys { structure: target.structure.clone(), modules, keys },
         directory: arguments.into.clone(),
         limits: FileLimits {
             file_bytes: arguments.max_file_mib * MIB,
@@ -84,7 +84,7 @@ fn record(arguments: &Arguments) -> Result<(), Failure> {
             quota_bytes: arguments.quota_mib * MIB,
         },
     };
-    let mut last = Report::default();
+    let mut last = RecorderReport::default();
     let mut show = Show::new();
     let (into, shows) = (&mut last, &mut show);
     let outcome = runtime::until_done(arguments.shutdown, |shutdown| async move {
@@ -129,7 +129,7 @@ impl Show {
         Self { bar, is_terminal, logged: Instant::now() }
     }
 
-    fn report(&mut self, report: &Report) {
+    fn report(&mut self, report: &RecorderReport) {
         if self.is_terminal {
             self.bar.set_message(report.line());
             self.bar.tick();

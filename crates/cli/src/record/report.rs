@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use daemon::recorder::Report;
+use daemon::recorder::RecorderReport;
 use recording::Recovered;
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub(super) struct Summary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    pub(super) fn of(report: &'a Report) -> Self {
+    pub(super) fn of(report: &'a RecorderReport) -> Self {
         Self {
             files: &report.files,
             recorded: report.total(),
@@ -35,7 +35,7 @@ impl<'a> Summary<'a> {
 }
 
 /// The same for people.
-pub(super) fn text(report: &Report) -> String {
+pub(super) fn text(report: &RecorderReport) -> String {
     let mut table = table(&["topic", "messages", "lost"]);
     table.align_right([1, 2]);
     let topics = report.messages.keys().chain(report.losses.keys());
