@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use shell::health::{Probe, Wanted};
+use shell::health::{ProbeKind, probe};
 
 use crate::failure::Failure;
 use crate::link::{block_on, seconds};
@@ -36,11 +36,11 @@ fn host_and_port(text: &str) -> Result<String, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let wanted = if arguments.live { Wanted::Live } else { Wanted::Ready };
-    let probe = block_on(async {
-        let probe = Probe::of(&arguments.address, wanted, arguments.timeout);
-        probe.await.map_err(|error| Failure::network(error.to_string()))
+    let kind = if arguments.live { ProbeKind::Live } else { ProbeKind::Ready };
+    let condition = block_on(async {
+        let answer = probe(&arguments.address, kind, arguments.timeout);
+        answer.await.map_err(|error| Failure::network(error.to_string()))
     })?;
-    writeln!(io::stdout(), "{}", probe.words)?;
-    if probe.well { Ok(()) } else { Err(Failure::reported()) }
+    writeln!(io::stdout(), "{}", condition.words)?;
+    if condition.well { Ok(()) } else { Err(Failure::reported()) }
 }

@@ -6,9 +6,9 @@ use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use daemon::recorder::{self, RecorderConfig, Report, Subject};
+use daemon::recorder::{self, RecordedKeys, RecorderConfig, RecorderReport};
 use indicatif::ProgressBar;
-use recording::{Limits, Recovered};
+use recording::{FileLimits, RecordingError, Recovered};
 use serde_json::{Value, json};
 use shell::shutdown::ShutdownFlags;
 use shell::{logging, runtime};
@@ -78,15 +78,15 @@ fn record(arguments: &Arguments) -> Result<(), Failure> {
     let (modules, keys) = (arguments.modules.clone(), arguments.keys.clone());
     let config = RecorderConfig {
         network: target.network().clone(),
-        subject: Subject { structure: target.structure.clone(), modules, keys },
+        keys: RecordedKeys { structure: target.structure.clone(), modules, keys },
         directory: arguments.into.clone(),
-        limits: Limits {
+        limits: FileLimits {
             file_bytes: arguments.max_file_mib * MIB,
             file_ns: arguments.max_file_minutes * MINUTE_NS,
             quota_bytes: arguments.quota_mib * MIB,
         },
     };
-    let mut last = Report::default();
+    let mut last = RecorderReport::default();
     let mut line = ProgressLine::new();
     let (into, shows) = (&mut last, &mut line);
     let outcome = runtime::until_done(arguments.shutdown, |shutdown| async move {
@@ -101,8 +101,8 @@ fn record(arguments: &Arguments) -> Result<(), Failure> {
 fn recover(arguments: &Arguments, from: &Path) -> Result<(), Failure> {
     let to = arguments.to.clone().unwrap_or_else(|| from.with_extension("recovered.mcap"));
     let recovered = recording::recover(from, &to).map_err(|error| match error {
-        recording::RecoveryError::From(error) => Failure::input(error.to_string()),
-        recording::RecoveryError::To(error) => Failure::runtime(error.to_string()),
+        error @ RecordingError::Read { .. } => Failure::input(error.to_string()),
+        error @ RecordingError::Write { .. } => Failure::runtime(error.to_string()),
     })?;
     let Recovered { messages, problems, ending } = &recovered;
     output::print(&if arguments.json {
@@ -121,7 +121,7 @@ fn recover(arguments: &Arguments, from: &Path) -> Result<(), Failure> {
 }
 
 /// What was recorded, for machines.
-fn document(report: &Report) -> Value {
+fn document(report: &RecorderReport) -> Value {
     json!({
         "files": report.files,
         "recorded": report.total(),
@@ -133,7 +133,7 @@ fn document(report: &Report) -> Value {
 }
 
 /// The same for people.
-fn text(report: &Report) -> String {
+fn text(report: &RecorderReport) -> String {
     let mut table = table(&["topic", "messages", "lost"]);
     table.align_right([1, 2]);
     let topics = report.messages.keys().chain(report.losses.keys());
@@ -165,7 +165,7 @@ impl ProgressLine {
         Self { bar, is_terminal, logged: Instant::now() }
     }
 
-    fn report(&mut self, report: &Report) {
+    fn report(&mut self, report: &RecorderReport) {
         if self.is_terminal {
             self.bar.set_message(report.line());
             self.bar.tick();

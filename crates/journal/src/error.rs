@@ -25,7 +25,7 @@ impl FileError {
     }
 }
 
-/// A journal that cannot be opened.
+/// A journal that cannot be opened or read.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// Another handle has it open, in this process or in another one.
@@ -42,7 +42,7 @@ pub enum OpenError {
     /// There is something else where the directory should be.
     #[error("`{}` is not a directory; a journal is a directory of its own", .path.display())]
     NotADirectory {
-        /// What was to be opened.
+        /// What was to be opened or read.
         path: PathBuf,
     },
     /// The operating system refused something.
@@ -68,20 +68,6 @@ pub enum WriteError {
     TooLong {
         /// How many.
         bytes: usize,
-    },
-    /// The operating system refused something.
-    #[error(transparent)]
-    Io(#[from] FileError),
-}
-
-/// A journal that cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// There is something else where the directory should be.
-    #[error("`{}` is not a directory; a journal is a directory of its own", .path.display())]
-    NotADirectory {
-        /// What was to be read.
-        path: PathBuf,
     },
     /// The operating system refused something.
     #[error(transparent)]

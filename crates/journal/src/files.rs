@@ -1,11 +1,11 @@
-//! Where a journal's files are, and how they are made durable.
+//! Where a journal's files are, how they are made durable, and how a reader without the lock finds them.
 
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-use crate::error::FileError;
+use crate::error::{FileError, OpenError};
 
 /// For the owner only.
 const DIRECTORY_MODE: u32 = 0o700;
@@ -13,7 +13,7 @@ const FILE_MODE: u32 = 0o600;
 
 /// The paths of one journal.
 #[derive(Debug)]
-pub(crate) struct Files {
+pub(crate) struct JournalFiles {
     pub(crate) directory: PathBuf,
     pub(crate) present: PathBuf,
     pub(crate) older: PathBuf,
@@ -21,7 +21,7 @@ pub(crate) struct Files {
     pub(crate) lock: PathBuf,
 }
 
-impl Files {
+impl JournalFiles {
     pub(crate) fn of(directory: &Path) -> Self {
         Self {
             directory: directory.to_owned(),
@@ -96,4 +96,52 @@ pub(crate) fn if_there<T>(result: io::Result<T>) -> io::Result<Option<T>> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         result => result.map(Some),
     }
+}
+
+/// A file, and the path it was found at.
+#[derive(Debug)]
+pub(crate) struct FoundFile {
+    pub(crate) path: PathBuf,
+    pub(crate) file: File,
+    /// Device and number on it; no other file has them as long as this one is open.
+    pub(crate) identity: (u64, u64),
+}
+
+/// The older and the present file of the journal in a directory. Each moves on in a rotation, so both are looked for
+/// again until they are the same as before; else a whole file could be missed or read twice.
+pub(crate) fn both(directory: &Path) -> Result<[Option<FoundFile>; 2], OpenError> {
+    let metadata = fs::metadata(directory).map_err(FileError::of("read", directory))?;
+    if !metadata.is_dir() {
+        return Err(OpenError::NotADirectory { path: directory.to_owned() });
+    }
+    let files = JournalFiles::of(directory);
+    loop {
+        let present = present(&files)?;
+        let older = find(&files.older)?;
+        let again = [self::present(&files)?, find(&files.older)?];
+        if [identity(&present), identity(&older)] == [identity(&again[0]), identity(&again[1])] {
+            return Ok([older, present]);
+        }
+    }
+}
+
+fn identity(found: &Option<FoundFile>) -> Option<(u64, u64)> {
+    found.as_ref().map(|found| found.identity)
+}
+
+/// The present file, which a rotation leaves without its name for an instant.
+fn present(files: &JournalFiles) -> Result<Option<FoundFile>, FileError> {
+    match find(&files.present)? {
+        Some(present) => Ok(Some(present)),
+        None => find(&files.next),
+    }
+}
+
+fn find(path: &Path) -> Result<Option<FoundFile>, FileError> {
+    let Some(file) = open_if_there(File::options().read(true), path)? else {
+        return Ok(None);
+    };
+    let metadata = file.metadata().map_err(FileError::of("read", path))?;
+    let identity = (metadata.dev(), metadata.ino());
+    Ok(Some(FoundFile { path: path.to_owned(), file, identity }))
 }

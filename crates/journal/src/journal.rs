@@ -6,16 +6,16 @@ use std::path::Path;
 
 use crate::damage::{Damage, DamageKind};
 use crate::error::{FileError, OpenError, WriteError};
-use crate::files::{self, Files};
+use crate::files::{self, JournalFiles};
 use crate::line;
-use crate::lines::{Lines, Part};
+use crate::lines::{LinePart, LineReader};
 use crate::lock::Lock;
 use crate::rotation;
 
 /// A journal open for appending. No other handle can open it as long as this one lives.
 #[derive(Debug)]
 pub struct Journal {
-    files: Files,
+    files: JournalFiles,
     /// The present file.
     file: File,
     /// Its length without what a failed append may have left behind it.
@@ -52,13 +52,13 @@ impl Journal {
             return Err(OpenError::NotADirectory { path: directory.to_owned() });
         }
         files::create_directory(directory)?;
-        let files = Files::of(directory);
+        let files = JournalFiles::of(directory);
         let lock = Lock::take(&files)?;
         rotation::settle(&files)?;
         Ok(Self::load(files, lock)?)
     }
 
-    fn load(files: Files, lock: Lock) -> Result<Opened, FileError> {
+    fn load(files: JournalFiles, lock: Lock) -> Result<Opened, FileError> {
         let (mut records, mut damage) = (Vec::new(), Vec::new());
         let mut load = |file: &File, path: &Path| load(file, path, &mut records, &mut damage);
         if let Some(older) = files::open_if_there(&files::appending(), &files.older)? {
@@ -176,11 +176,11 @@ fn load(
     records: &mut Vec<String>,
     all: &mut Vec<Damage>,
 ) -> Result<u64, FileError> {
-    let mut lines = Lines::new(file.try_clone().map_err(FileError::of("open", path))?, path)?;
+    let mut lines = LineReader::new(file.try_clone().map_err(FileError::of("open", path))?, path)?;
     while let Some(part) = lines.next_part()? {
         match part {
-            Part::Record(record) => records.push(record),
-            Part::Damage(damage) => {
+            LinePart::Record(record) => records.push(record),
+            LinePart::Damage(damage) => {
                 if damage.kind == DamageKind::TornTail {
                     file.set_len(damage.offset).map_err(FileError::of("truncate", path))?;
                 }

@@ -24,23 +24,21 @@
 //! Cost: an append is one write to the kernel's memory, however many records it has. A sync waits
 //! for the disk, hundreds of times as long; frequent appends should share a sync. A
 //! rotation waits for the disk four times. [`Journal::open`] reads both files into memory; [`read()`]
-//! keeps one record at a time; a [`Follower`] reads what is new. So the present file should be rotated when [`Journal::bytes`] has
+//! keeps one record at a time; a [`JournalFollower`] reads what is new. So the present file should be rotated when [`Journal::bytes`] has
 //! grown to a few megabytes.
 
 mod damage;
 mod error;
 mod files;
 mod follower;
-mod found;
 mod journal;
 mod line;
 mod lines;
 mod lock;
-mod records;
 mod rotation;
 
 pub use damage::{Damage, DamageKind};
-pub use error::{FileError, MAX_RECORD_BYTES, OpenError, ReadError, WriteError};
-pub use follower::{Follower, Look, Place};
+pub use error::{FileError, MAX_RECORD_BYTES, OpenError, WriteError};
+pub use follower::{JournalFollower, JournalLook, RecordPlace};
 pub use journal::{Journal, Opened};
-pub use records::{Records, read};
+pub use lines::{Records, read};

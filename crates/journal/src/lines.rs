@@ -1,25 +1,27 @@
-//! The lines of one file, from its beginning to where it ended when it was opened, in constant
-//! memory.
+//! Reads a journal without the lock, while it is being written: the lines of each file, from its beginning to where it
+//! ended when it was opened, in constant memory.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::iter::FusedIterator;
 use std::path::{Path, PathBuf};
 
 use crate::damage::{Damage, DamageKind};
-use crate::error::FileError;
+use crate::error::{FileError, OpenError};
+use crate::files::both;
 use crate::line::{self, MAX_LINE_BYTES};
 
 const BUFFER_BYTES: usize = 1 << 16;
 
 /// A part of a file.
-pub(crate) enum Part {
+pub(crate) enum LinePart {
     Record(String),
     Damage(Damage),
 }
 
 /// A file being read.
 #[derive(Debug)]
-pub(crate) struct Lines {
+pub(crate) struct LineReader {
     path: PathBuf,
     reader: BufReader<File>,
     /// Where the next line begins.
@@ -30,7 +32,7 @@ pub(crate) struct Lines {
     line: Vec<u8>,
 }
 
-impl Lines {
+impl LineReader {
     /// Reads `file`, which stands at its beginning; `path` is what damages and errors call it.
     pub(crate) fn new(file: File, path: &Path) -> Result<Self, FileError> {
         let end = file.metadata().map_err(FileError::of("read", path))?.len();
@@ -51,15 +53,15 @@ impl Lines {
     }
 
     /// The next part of the file; none at its end, and from then on.
-    pub(crate) fn next_part(&mut self) -> Result<Option<Part>, FileError> {
+    pub(crate) fn next_part(&mut self) -> Result<Option<LinePart>, FileError> {
         let offset = self.offset;
         let mut part = self.scan(offset);
         // Without the lock, the line may be mixed of an append that failed and was cut off and of
         // the one that took its place. Then the file itself has the right line by now.
-        if matches!(&part, Ok(Some(Part::Damage(_)))) {
+        if matches!(&part, Ok(Some(LinePart::Damage(_)))) {
             part = self.seek(offset).and_then(|()| self.scan(offset));
         }
-        if matches!(&part, Ok(Some(Part::Damage(Damage { kind: DamageKind::TornTail, .. })))) {
+        if matches!(&part, Ok(Some(LinePart::Damage(Damage { kind: DamageKind::TornTail, .. })))) {
             self.end = self.offset;
         }
         part.map_err(FileError::of("read", &self.path))
@@ -71,7 +73,7 @@ impl Lines {
         Ok(())
     }
 
-    fn scan(&mut self, offset: u64) -> io::Result<Option<Part>> {
+    fn scan(&mut self, offset: u64) -> io::Result<Option<LinePart>> {
         let has_end = self.take_line()?;
         let bytes = self.offset - offset;
         if bytes == 0 {
@@ -81,10 +83,10 @@ impl Lines {
             && bytes <= MAX_LINE_BYTES as u64
             && let Some(record) = line::decode(&self.line)
         {
-            return Ok(Some(Part::Record(record.to_owned())));
+            return Ok(Some(LinePart::Record(record.to_owned())));
         }
         let kind = if has_end { DamageKind::Corrupt } else { DamageKind::TornTail };
-        Ok(Some(Part::Damage(Damage { file: self.path.clone(), offset, bytes, kind })))
+        Ok(Some(LinePart::Damage(Damage { file: self.path.clone(), offset, bytes, kind })))
     }
 
     /// Goes on to behind the next newline or, returning false, to the end.
@@ -106,6 +108,62 @@ impl Lines {
     }
 }
 
+/// The records that a journal held when it was asked, oldest first. In constant memory; a record
+/// that cannot be read is the last.
+#[derive(Debug)]
+pub struct Records {
+    /// The file being read is the last one.
+    files: Vec<LineReader>,
+    passed_over: u64,
+}
+
+/// What a journal holds at this moment, of the older and then of the present file. It needs no lock:
+/// another handle may append and rotate meanwhile. A last record that is only partly written is not
+/// there yet.
+///
+/// # Errors
+/// There is no such directory, or a file in it cannot be read. A directory without a journal has no
+/// records.
+pub fn read(directory: &Path) -> Result<Records, OpenError> {
+    let mut lines = Vec::new();
+    for file in both(directory)?.into_iter().rev().flatten() {
+        lines.push(LineReader::new(file.file, &file.path)?);
+    }
+    Ok(Records { files: lines, passed_over: 0 })
+}
+
+impl Records {
+    /// How many corrupt lines were passed over up to now.
+    #[must_use]
+    pub fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+}
+
+impl Iterator for Records {
+    type Item = Result<String, OpenError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            match self.files.last_mut()?.next_part() {
+                Ok(Some(LinePart::Record(record))) => return Some(Ok(record)),
+                Ok(Some(LinePart::Damage(damage))) => {
+                    self.passed_over += u64::from(damage.kind == DamageKind::Corrupt);
+                }
+                Ok(None) => {
+                    self.files.pop();
+                }
+                Err(error) => {
+                    self.files.clear();
+                    return Some(Err(error.into()));
+                }
+            }
+        }
+    }
+}
+
+impl FusedIterator for Records {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,12 +173,12 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("file");
         std::fs::write(&path, bytes).unwrap();
-        let mut lines = Lines::new(File::open(&path).unwrap(), &path).unwrap();
+        let mut lines = LineReader::new(File::open(&path).unwrap(), &path).unwrap();
         let mut parts = Vec::new();
         while let Some(part) = lines.next_part().unwrap() {
             parts.push(match part {
-                Part::Record(record) => Ok(record),
-                Part::Damage(damage) => Err((damage.offset, damage.bytes, damage.kind)),
+                LinePart::Record(record) => Ok(record),
+                LinePart::Damage(damage) => Err((damage.offset, damage.bytes, damage.kind)),
             });
         }
         assert!(lines.next_part().unwrap().is_none());
@@ -160,13 +218,13 @@ mod tests {
         write("damaged");
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, bytes.to_ascii_uppercase()).unwrap();
-        let mut lines = Lines::new(File::open(&path).unwrap(), &path).unwrap();
+        let mut lines = LineReader::new(File::open(&path).unwrap(), &path).unwrap();
         // everything is in the buffer by now
         lines.reader.fill_buf().unwrap();
         write("correct");
         for expected in ["first", "correct"] {
             let part = lines.next_part().unwrap();
-            assert!(matches!(part, Some(Part::Record(record)) if record == expected));
+            assert!(matches!(part, Some(LinePart::Record(record)) if record == expected));
         }
     }
 }

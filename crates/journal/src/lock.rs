@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 
 use crate::error::{FileError, OpenError};
-use crate::files::{self, Files};
+use crate::files::{self, JournalFiles};
 
 /// The lock, held. The operating system releases it when the process ends, however that ends.
 #[derive(Debug)]
@@ -14,7 +14,7 @@ pub(crate) struct Lock {
 
 impl Lock {
     /// Takes the lock, or reports who has it.
-    pub(crate) fn take(files: &Files) -> Result<Self, OpenError> {
+    pub(crate) fn take(files: &JournalFiles) -> Result<Self, OpenError> {
         let mut file =
             files::replacing().open(&files.lock).map_err(FileError::of("open", &files.lock))?;
         match file.try_lock() {

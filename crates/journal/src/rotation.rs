@@ -15,10 +15,10 @@ use std::fs::File;
 use std::io::Write;
 
 use crate::error::FileError;
-use crate::files::{self, Files};
+use crate::files::{self, JournalFiles};
 
 /// Ends or undoes a rotation that was cut short.
-pub(crate) fn settle(files: &Files) -> Result<(), FileError> {
+pub(crate) fn settle(files: &JournalFiles) -> Result<(), FileError> {
     let present = files.present.try_exists().map_err(FileError::of("open", &files.present))?;
     let next = files.next.try_exists().map_err(FileError::of("open", &files.next))?;
     match (present, next) {
@@ -29,7 +29,7 @@ pub(crate) fn settle(files: &Files) -> Result<(), FileError> {
 }
 
 /// Writes the next file and waits until the disk has it. After an error there is none.
-pub(crate) fn prepare(files: &Files, lines: &[u8]) -> Result<File, FileError> {
+pub(crate) fn prepare(files: &JournalFiles, lines: &[u8]) -> Result<File, FileError> {
     files::remove_if_there(&files.next)?;
     let prepared = write(files, lines);
     if prepared.is_err() {
@@ -38,7 +38,7 @@ pub(crate) fn prepare(files: &Files, lines: &[u8]) -> Result<File, FileError> {
     prepared
 }
 
-fn write(files: &Files, lines: &[u8]) -> Result<File, FileError> {
+fn write(files: &JournalFiles, lines: &[u8]) -> Result<File, FileError> {
     let mut next = files::appending()
         .create_new(true)
         .open(&files.next)
@@ -51,7 +51,7 @@ fn write(files: &Files, lines: &[u8]) -> Result<File, FileError> {
 }
 
 /// Makes the present file the older one. After an error there is no next file.
-pub(crate) fn retire(files: &Files) -> Result<(), FileError> {
+pub(crate) fn retire(files: &JournalFiles) -> Result<(), FileError> {
     let retired = files::rename(&files.present, &files.older);
     if retired.is_err() {
         discard(files);
@@ -60,11 +60,11 @@ pub(crate) fn retire(files: &Files) -> Result<(), FileError> {
 }
 
 /// Makes the next file the present one.
-pub(crate) fn install(files: &Files) -> Result<(), FileError> {
+pub(crate) fn install(files: &JournalFiles) -> Result<(), FileError> {
     files::rename(&files.next, &files.present)
 }
 
 /// Gives the next file's space back. One that stays does no harm beside a present file.
-fn discard(files: &Files) {
+fn discard(files: &JournalFiles) {
     let _ = files::remove_if_there(&files.next);
 }

@@ -13,7 +13,7 @@ use rcgen::{
 use vocabulary::StructureName;
 
 use crate::address::Address;
-use crate::certificate::{Certificate, PublicKey, ReadError};
+use crate::certificate::{Certificate, CertificateError, PublicKey};
 use crate::holder::{AUTHORITY, CommonName, HolderError, Issued};
 use crate::identity::{self, Identity};
 use crate::lifetime::Lifetime;
@@ -117,7 +117,7 @@ impl Authority {
         let file = directory.join(identity::CERTIFICATE);
         let none =
             |file: &Path, reason: String| IssueError::NoAuthority { file: file.to_owned(), reason };
-        let unreadable = |error: io::Error| none(&file, ReadError::from(error).to_string());
+        let unreadable = |error: io::Error| none(&file, CertificateError::from(error).to_string());
         let pem = std::fs::read_to_string(&file).map_err(unreadable)?;
         let certificate = Certificate::from_pem(pem.as_bytes())
             .map_err(|error| none(&file, error.to_string()))?;
@@ -125,7 +125,7 @@ impl Authority {
         let structure = structure
             .ok_or_else(|| none(&file, "is not of an authority that trusswatch made".into()))?;
         let file = directory.join(identity::KEY);
-        let unreadable = |error: io::Error| none(&file, ReadError::from(error).to_string());
+        let unreadable = |error: io::Error| none(&file, CertificateError::from(error).to_string());
         let key = std::fs::read_to_string(&file).map_err(unreadable)?;
         let key = KeyPair::from_pem(&key).map_err(|_| none(&file, "holds no key".into()))?;
         if key.subject_public_key_info() != certificate.public_key.whole {
@@ -197,8 +197,7 @@ impl Authority {
             return Err(refused("is not signed by this authority; issue a new one".into()));
         }
         let name = old.common_name.as_deref().unwrap_or_default();
-        let key = KeptKey(&old.public_key);
-        let renewed = self.certify(name, &old.addresses, lifetime, &key)?;
+        let renewed = self.certify(name, &old.addresses, lifetime, &old.public_key)?;
         replace_public(file, &renewed)
             .map_err(|reason| IssueError::Write { file: file.clone(), reason })
     }
@@ -235,12 +234,10 @@ impl Authority {
     }
 }
 
-/// The key of a certificate that is renewed.
-struct KeptKey<'a>(&'a PublicKey);
-
-impl PublicKeyData for KeptKey<'_> {
+/// For certificates that are renewed.
+impl PublicKeyData for PublicKey {
     fn der_bytes(&self) -> &[u8] {
-        &self.0.bits
+        &self.bits
     }
 
     /// That of every key that [`Authority::issue`] makes.

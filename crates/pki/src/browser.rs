@@ -10,7 +10,7 @@ use rustls::pki_types::pem::PemObject;
 
 use crate::certificate::Certificate;
 use crate::holder::{CommonName, Holder};
-use crate::identity::{Identity, Problem};
+use crate::identity::{Identity, IdentityProblem};
 use crate::private_files::create_private;
 
 /// Shortest password, in characters: whoever gets hold of the file can guess as often as he likes.
@@ -25,7 +25,7 @@ const GENERATED: usize = 20;
 pub enum BrowserFileError {
     /// Something is wrong with the files of the holder.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-    Problems(Vec<Problem>),
+    Problems(Vec<IdentityProblem>),
     /// A machine has no browser.
     #[error("`{0}` is no person; make the file of an operator or an observer")]
     NoPerson(String),

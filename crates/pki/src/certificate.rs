@@ -39,7 +39,7 @@ pub(crate) struct PublicKey {
 
 /// Why a file is no certificate.
 #[derive(Debug, thiserror::Error)]
-pub enum ReadError {
+pub enum CertificateError {
     /// There is no such file, or it may not be read.
     #[error("cannot be read: {0}")]
     Unreadable(#[from] io::Error),
@@ -53,7 +53,7 @@ impl Certificate {
     ///
     /// # Errors
     /// The file cannot be read or holds none.
-    pub fn read(file: &Path) -> Result<Self, ReadError> {
+    pub fn read(file: &Path) -> Result<Self, CertificateError> {
         Self::from_pem(&std::fs::read(file)?)
     }
 
@@ -63,11 +63,11 @@ impl Certificate {
         Self::from_der(der.clone().into_owned(), Vec::new())?.common_name
     }
 
-    pub(crate) fn from_pem(text: &[u8]) -> Result<Self, ReadError> {
+    pub(crate) fn from_pem(text: &[u8]) -> Result<Self, CertificateError> {
         let all: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(text).collect();
-        let mut all = all.map_err(|_| ReadError::NotOne)?.into_iter();
-        let first = all.next().ok_or(ReadError::NotOne)?;
-        Self::from_der(first, all.collect()).ok_or(ReadError::NotOne)
+        let mut all = all.map_err(|_| CertificateError::NotOne)?.into_iter();
+        let first = all.next().ok_or(CertificateError::NotOne)?;
+        Self::from_der(first, all.collect()).ok_or(CertificateError::NotOne)
     }
 
     fn from_der(

@@ -8,9 +8,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::certificate::{Certificate, ReadError};
+use crate::certificate::{Certificate, CertificateError};
 use crate::holder::{CommonName, Holder, HolderError};
-use crate::identity::{AUTHORITY, CERTIFICATE, Identity, KEY, Problem};
+use crate::identity::{AUTHORITY, CERTIFICATE, Identity, IdentityProblem, KEY};
 use crate::private_files::{make_private_directory, replace_private};
 
 /// Where the service manager takes credentials from.
@@ -39,14 +39,14 @@ pub enum Service {
 pub enum InstallError {
     /// Files that no service could use.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Problems(Vec<Problem>),
+    Problems(Vec<IdentityProblem>),
     /// A certificate that cannot be read.
     #[error("{}: {reason}", file.display())]
     Certificate {
         /// The file.
         file: PathBuf,
         /// Why not.
-        reason: ReadError,
+        reason: CertificateError,
     },
     /// A certificate that says nothing of a holder.
     #[error("`{file}`: {reason}")]
@@ -189,7 +189,7 @@ fn certificate(file: &Path) -> Result<Vec<u8>, InstallError> {
     Ok(read.der.to_vec())
 }
 
-fn unreadable(file: &Path, error: ReadError) -> InstallError {
+fn unreadable(file: &Path, error: CertificateError) -> InstallError {
     InstallError::Certificate { file: file.to_owned(), reason: error }
 }
 

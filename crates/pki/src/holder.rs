@@ -6,14 +6,17 @@
 //! router.ground    a router
 //! operator.ada     may issue commands
 //! observer.wall    may only read
+//! module1~2        the second *generation* of a certificate: the one after a revocation
 //! ```
+//!
+//! Access control knows a certificate by its common name alone. Only a name that the lost certificate has
+//! not can therefore do without it; a renewed certificate keeps its generation.
 
 use std::fmt;
+use std::num::NonZeroU32;
 use std::str::FromStr;
 
 use vocabulary::{ModuleName, StructureName};
-
-use crate::generation::{Generation, MARK};
 
 /// What an authority's own directory is called; no module may be called so.
 pub const AUTHORITY: &str = "authority";
@@ -42,6 +45,36 @@ pub enum Holder {
 /// Name of a router, an operator or an observer: of the alphabet of all names.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BearerName(ModuleName);
+
+/// Between holder and generation: outside the alphabet of names, and plain in file names and in JSON.
+const MARK: char = '~';
+
+/// How many certificates with other names a holder has had, with this one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Generation(NonZeroU32);
+
+impl Generation {
+    /// That of a holder of whom nothing was revoked; it is not written.
+    pub const FIRST: Self = Self(NonZeroU32::MIN);
+
+    /// The one after it is revoked.
+    #[must_use]
+    pub fn next(self) -> Self {
+        Self(self.0.saturating_add(1))
+    }
+
+    /// As a number, from 1.
+    #[must_use]
+    pub fn number(self) -> u32 {
+        self.0.get()
+    }
+
+    /// As it is written behind the mark, in one way only.
+    fn written(text: &str) -> Option<Self> {
+        let read = Self(text.parse().ok()?);
+        (read > Self::FIRST && read.0.to_string() == text).then_some(read)
+    }
+}
 
 /// A holder with the generation of a certificate.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]

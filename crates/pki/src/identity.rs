@@ -40,16 +40,16 @@ pub struct Identity {
 /// Something wrong with a file, and what would be right.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {wrong}", file.display())]
-pub struct Problem {
+pub struct IdentityProblem {
     /// The file.
     pub file: PathBuf,
     /// What is wrong with it.
-    pub wrong: Wrong,
+    pub wrong: FileProblem,
 }
 
 /// What may be wrong with a file of an identity.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Wrong {
+pub enum FileProblem {
     /// Missing, not allowed, or something else than it should be.
     #[error("{0}")]
     Unusable(String),
@@ -90,11 +90,11 @@ pub enum Wrong {
     OtherKey(PathBuf),
 }
 
-impl Wrong {
+impl FileProblem {
     /// Whether it comes and goes with the time of day, as the files stay the same.
     #[must_use]
     pub fn passes(&self) -> bool {
-        matches!(self, Wrong::Expired(_) | Wrong::NotYetValid { .. })
+        matches!(self, FileProblem::Expired(_) | FileProblem::NotYetValid { .. })
     }
 }
 
@@ -112,7 +112,11 @@ impl Identity {
     /// Everything that is wrong with the files: with themselves, with one another, and with the name
     /// that they should be for, in whichever generation. `listening` is where the holder listens, if anywhere.
     #[must_use]
-    pub fn problems(&self, expected: Option<&CommonName>, listening: &[Address]) -> Vec<Problem> {
+    pub fn problems(
+        &self,
+        expected: Option<&CommonName>,
+        listening: &[Address],
+    ) -> Vec<IdentityProblem> {
         self.problems_at(now(), expected, listening)
     }
 
@@ -121,10 +125,10 @@ impl Identity {
         now: OffsetDateTime,
         expected: Option<&CommonName>,
         listening: &[Address],
-    ) -> Vec<Problem> {
+    ) -> Vec<IdentityProblem> {
         let mut problems = Vec::new();
         let mut found =
-            |file: &Path, wrong| problems.push(Problem { file: file.to_owned(), wrong });
+            |file: &Path, wrong| problems.push(IdentityProblem { file: file.to_owned(), wrong });
         let authority = read(&self.authority).map_err(|wrong| found(&self.authority, wrong)).ok();
         let own = read(&self.certificate).map_err(|wrong| found(&self.certificate, wrong)).ok();
         for (file, certificate) in [(&self.authority, &authority), (&self.certificate, &own)] {
@@ -139,7 +143,7 @@ impl Identity {
         if let (Some(own), Some(authority)) = (&own, &authority)
             && !is_signed_by(own, authority)
         {
-            found(&self.certificate, Wrong::OtherAuthority(self.authority.clone()));
+            found(&self.certificate, FileProblem::OtherAuthority(self.authority.clone()));
         }
         for wrong in self.wrong_with_key(own.as_ref()) {
             found(&self.key, wrong);
@@ -154,11 +158,11 @@ impl Identity {
         left.map(Duration::whole_days)
     }
 
-    fn wrong_with_key(&self, certificate: Option<&Certificate>) -> Vec<Wrong> {
+    fn wrong_with_key(&self, certificate: Option<&Certificate>) -> Vec<FileProblem> {
         let mut wrong = Vec::new();
         let mode = self.key.metadata().map_or(0, |metadata| metadata.permissions().mode()) & 0o777;
         if mode & 0o007 != 0 {
-            wrong.push(Wrong::Exposed(mode));
+            wrong.push(FileProblem::Exposed(mode));
         }
         let text = match std::fs::read(&self.key) {
             Ok(text) => text,
@@ -171,7 +175,9 @@ impl Identity {
         let key = PrivateKeyDer::from_pem_slice(&text).ok();
         let key = key.and_then(|key| provider.key_provider.load_private_key(key).ok());
         match (key, certificate) {
-            (None, _) => wrong.push(Wrong::Unusable("holds no private key in PEM form".into())),
+            (None, _) => {
+                wrong.push(FileProblem::Unusable("holds no private key in PEM form".into()))
+            }
             (Some(_), None) => {}
             (Some(key), Some(certificate)) => {
                 let pair = CertifiedKey::new(vec![certificate.der.clone()], key);
@@ -180,7 +186,7 @@ impl Identity {
                     matches,
                     Ok(()) | Err(rustls::Error::InconsistentKeys(InconsistentKeys::Unknown))
                 ) {
-                    wrong.push(Wrong::OtherKey(self.certificate.clone()));
+                    wrong.push(FileProblem::OtherKey(self.certificate.clone()));
                 }
             }
         }
@@ -188,35 +194,35 @@ impl Identity {
     }
 }
 
-fn read(file: &Path) -> Result<Certificate, Wrong> {
-    Certificate::read(file).map_err(|error| Wrong::Unusable(error.to_string()))
+fn read(file: &Path) -> Result<Certificate, FileProblem> {
+    Certificate::read(file).map_err(|error| FileProblem::Unusable(error.to_string()))
 }
 
-fn unreadable(error: &io::Error) -> Wrong {
-    Wrong::Unusable(format!("cannot be read: {error}"))
+fn unreadable(error: &io::Error) -> FileProblem {
+    FileProblem::Unusable(format!("cannot be read: {error}"))
 }
 
-fn untimely(lifetime: Lifetime, now: OffsetDateTime) -> Option<Wrong> {
+fn untimely(lifetime: Lifetime, now: OffsetDateTime) -> Option<FileProblem> {
     let day = |time: OffsetDateTime| time.date().to_string();
     if now > lifetime.until {
-        return Some(Wrong::Expired(day(lifetime.until)));
+        return Some(FileProblem::Expired(day(lifetime.until)));
     }
     let early = now < lifetime.from;
-    early.then(|| Wrong::NotYetValid { from: day(lifetime.from), now: day(now) })
+    early.then(|| FileProblem::NotYetValid { from: day(lifetime.from), now: day(now) })
 }
 
 fn wrong_for(
     own: &Certificate,
     expected: Option<&CommonName>,
     listening: &[Address],
-) -> Vec<Wrong> {
+) -> Vec<FileProblem> {
     let found = own.common_name.clone().unwrap_or_else(|| "unnamed".to_owned());
     let name = found.parse::<CommonName>().ok();
     let is_other = |expected: &&CommonName| !name.is_some_and(|own| own.is_of_holder_of(expected));
     let expected = expected.filter(is_other).map(ToString::to_string);
-    let name = expected.map(|expected| Wrong::OtherName { found, expected });
+    let name = expected.map(|expected| FileProblem::OtherName { found, expected });
     let is_named = |address: &&Address| !own.addresses.contains(address);
-    let addresses = listening.iter().filter(is_named).cloned().map(Wrong::OtherAddress);
+    let addresses = listening.iter().filter(is_named).cloned().map(FileProblem::OtherAddress);
     name.into_iter().chain(addresses).collect()
 }
 

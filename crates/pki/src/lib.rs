@@ -8,9 +8,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `holder` | who a certificate is for, and how that is written |
-//! | `generation` | by which of a holder's certificates, and how that is written |
-//! | `generations` | which one is present |
+//! | `holder` | who a certificate is for and in which generation, and how that is written |
 //! | `address` | where a holder can be reached |
 //! | `lifetime` | from when until when |
 //! | `certificate` | what stands in a certificate |
@@ -29,8 +27,6 @@ pub mod authority;
 pub mod browser;
 pub mod certificate;
 pub mod credentials;
-pub mod generation;
-pub mod generations;
 pub mod holder;
 pub mod identity;
 pub mod library;
@@ -42,8 +38,7 @@ mod private_files;
 pub use address::Address;
 pub use authority::{Authority, IssueError};
 pub use certificate::Certificate;
-pub use generations::Generations;
 pub use holder::{CommonName, Holder, Issued};
-pub use identity::{Identity, Problem};
-pub use library::Library;
+pub use identity::{Identity, IdentityProblem};
+pub use library::{Generations, Library};
 pub use lifetime::Lifetime;

@@ -6,10 +6,10 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use pki::identity::Wrong;
+use pki::identity::FileProblem;
 use pki::lifetime::now;
 use pki::{Address, Authority, Certificate, CommonName, Holder, Identity, IssueError, Library};
-use pki::{Lifetime, Problem};
+use pki::{IdentityProblem, Lifetime};
 use tempfile::TempDir;
 use time::Duration;
 
@@ -48,7 +48,7 @@ fn name(text: &str) -> CommonName {
     text.parse().unwrap()
 }
 
-fn wrongs(identity: &Identity) -> Vec<Wrong> {
+fn wrongs(identity: &Identity) -> Vec<FileProblem> {
     let problems = identity.problems(Some(&name("module1.tower")), &[]);
     problems.into_iter().map(|problem| problem.wrong).collect()
 }
@@ -155,35 +155,41 @@ fn every_mistake_is_named() {
 
     let of = |holder, minutes: (i64, i64)| bench.issue(holder, &[], lifetime(minutes.0, minutes.1));
     let past = of("observer.past", (-50, -1));
-    assert!(matches!(past.problems(None, &[])[..], [Problem { wrong: Wrong::Expired(_), .. }]));
+    assert!(matches!(
+        past.problems(None, &[])[..],
+        [IdentityProblem { wrong: FileProblem::Expired(_), .. }]
+    ));
     let future = of("observer.future", (1, 50));
     let problems = future.problems(None, &[]);
-    assert!(matches!(problems[..], [Problem { wrong: Wrong::NotYetValid { .. }, .. }]));
+    assert!(matches!(
+        problems[..],
+        [IdentityProblem { wrong: FileProblem::NotYetValid { .. }, .. }]
+    ));
     assert!(problems[0].wrong.passes());
 
     let second = of("module2", (-1, 50));
     assert!(
-        matches!(&wrongs(&second)[..], [Wrong::OtherName { found, .. }] if found == "module2.tower")
+        matches!(&wrongs(&second)[..], [FileProblem::OtherName { found, .. }] if found == "module2.tower")
     );
     let elsewhere: Address = "192.0.2.1".parse().unwrap();
     let problems = identity.problems(None, std::slice::from_ref(&elsewhere));
-    assert_eq!(problems[0].wrong, Wrong::OtherAddress(elsewhere));
+    assert_eq!(problems[0].wrong, FileProblem::OtherAddress(elsewhere));
 
     let foreign = Identity {
         authority: other.folder.path().join("authority/certificate.pem"),
         ..identity.clone()
     };
-    assert!(matches!(wrongs(&foreign)[..], [Wrong::OtherAuthority(_)]));
+    assert!(matches!(wrongs(&foreign)[..], [FileProblem::OtherAuthority(_)]));
     let swapped = Identity { key: second.key.clone(), ..identity.clone() };
-    assert!(matches!(wrongs(&swapped)[..], [Wrong::OtherKey(_)]));
+    assert!(matches!(wrongs(&swapped)[..], [FileProblem::OtherKey(_)]));
 
     fs::set_permissions(&identity.key, fs::Permissions::from_mode(0o644)).unwrap();
-    assert_eq!(wrongs(&identity), [Wrong::Exposed(0o644)]);
+    assert_eq!(wrongs(&identity), [FileProblem::Exposed(0o644)]);
     fs::set_permissions(&identity.key, fs::Permissions::from_mode(0o600)).unwrap();
     fs::write(&identity.key, "no key").unwrap();
-    assert!(matches!(wrongs(&identity)[..], [Wrong::Unusable(_)]));
+    assert!(matches!(wrongs(&identity)[..], [FileProblem::Unusable(_)]));
     fs::remove_file(&identity.key).unwrap();
-    assert!(matches!(wrongs(&identity)[..], [Wrong::Unusable(_)]));
+    assert!(matches!(wrongs(&identity)[..], [FileProblem::Unusable(_)]));
     fs::write(&identity.certificate, "no certificate").unwrap();
-    assert!(matches!(wrongs(&identity)[..], [Wrong::Unusable(_), Wrong::Unusable(_)]));
+    assert!(matches!(wrongs(&identity)[..], [FileProblem::Unusable(_), FileProblem::Unusable(_)]));
 }

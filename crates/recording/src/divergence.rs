@@ -77,7 +77,13 @@ pub(crate) fn schema() -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::example;
+    use crate::channels::entry_of;
+
+    /// The catalogue's example of the message on this topic.
+    fn example(topic: &str) -> Recorded {
+        let payload = entry_of(topic).unwrap().example().as_bytes().to_vec();
+        Recorded::received(topic.to_owned(), payload, 1)
+    }
 
     #[test]
     fn divergences_are_keyed_by_component() {

@@ -5,29 +5,34 @@ use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A recording that cannot be written.
+/// A recording that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
-#[error("recording {}: {problem}", file.display())]
-pub struct WriteError {
-    /// The file.
-    pub file: PathBuf,
-    /// Why.
-    pub problem: String,
+pub enum RecordingError {
+    /// It cannot be read.
+    #[error("recording {}: {problem}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        problem: String,
+    },
+    /// It cannot be written.
+    #[error("recording {}: {problem}", file.display())]
+    Write {
+        /// The file or directory.
+        file: PathBuf,
+        /// Why.
+        problem: String,
+    },
 }
 
-/// A recording that cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("recording {}: {problem}", file.display())]
-pub struct ReadError {
-    /// The file.
-    pub file: PathBuf,
-    /// Why.
-    pub problem: String,
-}
+impl RecordingError {
+    pub(crate) fn reading(file: &Path, problem: &impl Display) -> Self {
+        Self::Read { file: file.into(), problem: problem.to_string() }
+    }
 
-impl WriteError {
-    /// What the system says of it, if it does: that the disk is full is more than that writing failed.
-    pub(crate) fn of(file: &Path, error: &(dyn Error + 'static)) -> Self {
+    /// With the system's reason, if there is one: that the disk is full says more than that writing failed.
+    pub(crate) fn writing(file: &Path, error: &(dyn Error + 'static)) -> Self {
         let mut problem = error.to_string();
         let mut cause = error.source();
         while let Some(error) = cause {
@@ -36,12 +41,6 @@ impl WriteError {
             }
             cause = error.source();
         }
-        Self { file: file.into(), problem }
-    }
-}
-
-impl ReadError {
-    pub(crate) fn of(file: &Path, problem: &impl Display) -> Self {
-        Self { file: file.into(), problem: problem.to_string() }
+        Self::Write { file: file.into(), problem }
     }
 }

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::{Loss, Metadata, Recorded, WriteError, Writer, by_component, quota};
+use crate::{Loss, Metadata, Recorded, RecordingError, Writer, by_component, quota};
 
 /// The highest number that is tried for the name of a file.
 const LAST_NUMBER: u32 = 9999;
 
 /// When a file is followed by the next one, and when the oldest goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
+pub struct FileLimits {
     /// Longest file \[bytes\].
     pub file_bytes: u64,
     /// Longest time that is recorded in one file \[ns\].
@@ -20,10 +20,10 @@ pub struct Limits {
 }
 
 /// Recordings in a directory, one being written.
-pub struct Files {
+pub struct RecordingFiles {
     directory: PathBuf,
     name: String,
-    limits: Limits,
+    limits: FileLimits,
     present: Option<Present>,
     number: u32,
     begun: Vec<PathBuf>,
@@ -41,10 +41,10 @@ struct Present {
     unsynced: BTreeMap<String, u64>,
 }
 
-impl Files {
-    /// Files of this name in this directory. None is begun before there is something to write.
+impl RecordingFiles {
+    /// RecordingFiles of this name in this directory. None is begun before there is something to write.
     #[must_use]
-    pub fn new(directory: &Path, name: &str, limits: Limits) -> Self {
+    pub fn new(directory: &Path, name: &str, limits: FileLimits) -> Self {
         Self {
             directory: directory.into(),
             name: name.to_owned(),
@@ -64,7 +64,7 @@ impl Files {
     /// # Errors
     /// It cannot be written. Then the file has ended, what was not yet on the disk counts as lost, and the next message
     /// begins another file.
-    pub fn write(&mut self, message: &Recorded, now_unix_ns: u64) -> Result<(), WriteError> {
+    pub fn write(&mut self, message: &Recorded, now_unix_ns: u64) -> Result<(), RecordingError> {
         let derived = by_component(message);
         let mut is_counted = false;
         let written = self.attempt(now_unix_ns, |present| {
@@ -83,7 +83,11 @@ impl Files {
     ///
     /// # Errors
     /// As when any message is written.
-    pub fn write_in_each(&mut self, message: Recorded, now_unix_ns: u64) -> Result<(), WriteError> {
+    pub fn write_in_each(
+        &mut self,
+        message: Recorded,
+        now_unix_ns: u64,
+    ) -> Result<(), RecordingError> {
         let written = match &self.present {
             // The opening has it.
             None => Ok(()),
@@ -98,7 +102,7 @@ impl Files {
     ///
     /// # Errors
     /// As when a message is written.
-    pub fn note(&mut self, metadata: Metadata, now_unix_ns: u64) -> Result<(), WriteError> {
+    pub fn note(&mut self, metadata: Metadata, now_unix_ns: u64) -> Result<(), RecordingError> {
         if self.notes.get(&metadata.name) == Some(&metadata) {
             return Ok(());
         }
@@ -119,7 +123,7 @@ impl Files {
         count: u64,
         reason: &str,
         now_unix_ns: u64,
-    ) -> Result<(), WriteError> {
+    ) -> Result<(), RecordingError> {
         let total = self.losses.entry(topic.to_owned()).or_default();
         *total = total.saturating_add(count);
         let (topic, reason, total) = (topic.to_owned(), reason.to_owned(), *total);
@@ -131,7 +135,7 @@ impl Files {
     ///
     /// # Errors
     /// It cannot be written, as when a message is.
-    pub fn sync(&mut self, now_unix_ns: u64) -> Result<(), WriteError> {
+    pub fn sync(&mut self, now_unix_ns: u64) -> Result<(), RecordingError> {
         let Some(present) = &mut self.present else { return Ok(()) };
         if let Err(error) = present.sync() {
             self.give_up();
@@ -149,7 +153,7 @@ impl Files {
     ///
     /// # Errors
     /// It cannot be written; then it is there unfinished.
-    pub fn finish(&mut self) -> Result<(), WriteError> {
+    pub fn finish(&mut self) -> Result<(), RecordingError> {
         let losses = self.losses.iter().map(|(topic, count)| (topic.clone(), count.to_string()));
         let losses = Metadata { name: "losses".to_owned(), values: losses.collect() };
         let Some(present) = self.present.take() else { return Ok(()) };
@@ -188,8 +192,8 @@ impl Files {
     fn attempt(
         &mut self,
         now_unix_ns: u64,
-        what: impl FnOnce(&mut Present) -> Result<(), WriteError>,
-    ) -> Result<(), WriteError> {
+        what: impl FnOnce(&mut Present) -> Result<(), RecordingError>,
+    ) -> Result<(), RecordingError> {
         if self.present.is_none() {
             self.present = Some(self.open(now_unix_ns)?);
         }
@@ -200,10 +204,11 @@ impl Files {
         done
     }
 
-    fn open(&mut self, now_unix_ns: u64) -> Result<Present, WriteError> {
+    fn open(&mut self, now_unix_ns: u64) -> Result<Present, RecordingError> {
         let room = self.limits.quota_bytes.saturating_sub(self.limits.file_bytes);
         let kept = quota::keep(&self.directory, &self.name, room);
-        self.deleted.extend(kept.map_err(|error| WriteError::of(&self.directory, &error))?);
+        self.deleted
+            .extend(kept.map_err(|error| RecordingError::writing(&self.directory, &error))?);
         let mut writer = self.create(now_unix_ns)?;
         self.begun.push(writer.file().into());
         for metadata in self.notes.values() {
@@ -216,7 +221,7 @@ impl Files {
     }
 
     /// Under a name that is not taken.
-    fn create(&mut self, now_unix_ns: u64) -> Result<Writer, WriteError> {
+    fn create(&mut self, now_unix_ns: u64) -> Result<Writer, RecordingError> {
         loop {
             self.number += 1;
             let name = quota::file_name(&self.name, now_unix_ns, self.number);
@@ -248,7 +253,7 @@ impl Present {
         }
     }
 
-    fn sync(&mut self) -> Result<(), WriteError> {
+    fn sync(&mut self) -> Result<(), RecordingError> {
         self.writer.sync()?;
         self.unsynced.clear();
         Ok(())

@@ -26,17 +26,14 @@ mod reader;
 mod recorded;
 mod records;
 mod recovery;
-#[cfg(test)]
-mod testing;
-mod unpacking;
 mod writer;
 
 pub use divergence::by_component;
-pub use error::{ReadError, WriteError};
-pub use files::{Files, Limits};
+pub use error::RecordingError;
+pub use files::{FileLimits, RecordingFiles};
 pub use loss::Loss;
 pub use reader::{Messages, Recording};
 pub use recorded::{Recorded, Stamp};
 pub use records::Ending;
-pub use recovery::{Recovered, RecoveryError, recover};
+pub use recovery::{Recovered, recover};
 pub use writer::{Metadata, Writer};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::{MessageHeader, Record};
 
-use crate::records::Records;
-use crate::{Ending, Metadata, ReadError, Recorded};
+use crate::records::McapRecords;
+use crate::{Ending, Metadata, Recorded, RecordingError};
 
 /// A recording, finished or not. It is read chunk by chunk: it may be longer than the memory.
 #[derive(Debug)]
@@ -17,7 +17,7 @@ pub struct Recording {
 /// The messages of a recording in the order in which they were written.
 pub struct Messages<'a> {
     file: &'a Path,
-    records: Records,
+    records: McapRecords,
     topics: BTreeMap<u16, String>,
 }
 
@@ -26,8 +26,8 @@ impl Recording {
     ///
     /// # Errors
     /// It cannot be read, or is no MCAP file.
-    pub fn open(file: &Path) -> Result<Self, ReadError> {
-        Records::open(file).map_err(|error| ReadError::of(file, &error))?;
+    pub fn open(file: &Path) -> Result<Self, RecordingError> {
+        McapRecords::open(file).map_err(|error| RecordingError::reading(file, &error))?;
         Ok(Self { file: file.into() })
     }
 
@@ -37,7 +37,7 @@ impl Recording {
     /// # Errors
     /// It cannot be read any more. Of the iterator: each chunk or record that is damaged; those after it come all the
     /// same.
-    pub fn messages(&self) -> Result<Messages<'_>, ReadError> {
+    pub fn messages(&self) -> Result<Messages<'_>, RecordingError> {
         let records = self.records()?;
         Ok(Messages { file: &self.file, records, topics: BTreeMap::new() })
     }
@@ -46,7 +46,7 @@ impl Recording {
     ///
     /// # Errors
     /// It cannot be read any more.
-    pub fn metadata(&self) -> Result<Vec<Metadata>, ReadError> {
+    pub fn metadata(&self) -> Result<Vec<Metadata>, RecordingError> {
         let records = self.records()?.skipping_chunks();
         let metadata = records.filter_map(|record| match record {
             Ok(Record::Metadata(found)) => {
@@ -57,8 +57,8 @@ impl Recording {
         Ok(metadata.collect())
     }
 
-    fn records(&self) -> Result<Records, ReadError> {
-        Records::open(&self.file).map_err(|error| ReadError::of(&self.file, &error))
+    fn records(&self) -> Result<McapRecords, RecordingError> {
+        McapRecords::open(&self.file).map_err(|error| RecordingError::reading(&self.file, &error))
     }
 }
 
@@ -69,16 +69,20 @@ impl Messages<'_> {
         self.records.ending()
     }
 
-    fn message(&self, header: &MessageHeader, payload: Vec<u8>) -> Result<Recorded, ReadError> {
+    fn message(
+        &self,
+        header: &MessageHeader,
+        payload: Vec<u8>,
+    ) -> Result<Recorded, RecordingError> {
         let MessageHeader { channel_id, sequence, log_time, .. } = *header;
         let topic = self.topics.get(&channel_id).cloned().ok_or_else(|| {
             let problem = format!("a message of channel {channel_id}, which is not described");
-            ReadError { file: self.file.into(), problem }
+            RecordingError::reading(self.file, &problem)
         })?;
         Ok(Recorded { topic, time_unix_ns: log_time, sequence, payload })
     }
 
-    fn of_record(&mut self, record: Record<'static>) -> Option<Result<Recorded, ReadError>> {
+    fn of_record(&mut self, record: Record<'static>) -> Option<Result<Recorded, RecordingError>> {
         match record {
             Record::Channel(channel) => {
                 self.topics.insert(channel.id, channel.topic);
@@ -88,7 +92,7 @@ impl Messages<'_> {
             // A recorder writes none: what it was before it was damaged is not known.
             Record::Unknown { opcode, .. } => {
                 let problem = format!("a record of unknown kind {opcode:#04x}");
-                Some(Err(ReadError { file: self.file.into(), problem }))
+                Some(Err(RecordingError::reading(self.file, &problem)))
             }
             _ => None,
         }
@@ -96,13 +100,13 @@ impl Messages<'_> {
 }
 
 impl Iterator for Messages<'_> {
-    type Item = Result<Recorded, ReadError>;
+    type Item = Result<Recorded, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             let found = match self.records.next()? {
                 Ok(record) => self.of_record(record),
-                Err(damage) => Some(Err(ReadError::of(self.file, &damage))),
+                Err(damage) => Some(Err(RecordingError::reading(self.file, &damage))),
             };
             if found.is_some() {
                 return found;

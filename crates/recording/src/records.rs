@@ -6,10 +6,10 @@ use std::path::Path;
 use std::vec;
 
 use crc32fast::Hasher;
-use mcap::MAGIC;
 use mcap::records::{Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError, McapResult};
 
-use crate::unpacking::{LONGEST, Unpacker};
 use crate::writer::PROFILE;
 
 /// Before each record: what it is and its length \[bytes\].
@@ -46,13 +46,13 @@ impl std::fmt::Display for Ending {
 /// What is wrong at a place in a file. What follows is read all the same.
 #[derive(Debug, thiserror::Error)]
 #[error("byte {at}: {problem}")]
-pub(crate) struct Damage {
+pub(crate) struct McapDamage {
     at: u64,
     problem: String,
 }
 
 /// The records of a file in order, those in chunks one by one.
-pub(crate) struct Records {
+pub(crate) struct McapRecords {
     input: BufReader<File>,
     /// Length of the file when it was opened, and how much of it has been read \[bytes\].
     length: u64,
@@ -68,7 +68,7 @@ pub(crate) struct Records {
     is_ours: bool,
 }
 
-impl Records {
+impl McapRecords {
     /// # Errors
     /// The file cannot be read, or is none of MCAP.
     pub(crate) fn open(file: &Path) -> io::Result<Self> {
@@ -128,9 +128,9 @@ impl Records {
     }
 
     /// The next record of the file itself, chunks as a whole.
-    fn advance(&mut self) -> Result<(), Damage> {
+    fn advance(&mut self) -> Result<(), McapDamage> {
         let at = self.position;
-        let damage = |problem: String| Damage { at, problem };
+        let damage = |problem: String| McapDamage { at, problem };
         if self.left() < PREFIX as u64 {
             let whole = self.left() == 0;
             self.ending = Some(if whole { Ending::Unfinished } else { Ending::WithinRecord(at) });
@@ -185,18 +185,18 @@ impl Records {
         Ok(())
     }
 
-    fn unreadable(&mut self, at: u64, error: &io::Error) -> Damage {
+    fn unreadable(&mut self, at: u64, error: &io::Error) -> McapDamage {
         self.ending = Some(Ending::WithinRecord(at));
-        Damage { at, problem: format!("the file cannot be read: {error}") }
+        McapDamage { at, problem: format!("the file cannot be read: {error}") }
     }
 
     /// A file that was finished is not torn: a length is wrong.
-    fn complain_if_finished(&mut self, at: u64) -> Result<(), Damage> {
+    fn complain_if_finished(&mut self, at: u64) -> Result<(), McapDamage> {
         let mut rest = Vec::new();
         let read = self.input.read_to_end(&mut rest);
         if read.is_ok() && rest.ends_with(MAGIC) {
             let problem = "the length of a record is wrong; what follows is left out".to_owned();
-            return Err(Damage { at, problem });
+            return Err(McapDamage { at, problem });
         }
         Ok(())
     }
@@ -230,8 +230,8 @@ impl Records {
     }
 }
 
-impl Iterator for Records {
-    type Item = Result<Record<'static>, Damage>;
+impl Iterator for McapRecords {
+    type Item = Result<Record<'static>, McapDamage>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
@@ -243,6 +243,55 @@ impl Iterator for Records {
             }
             if let Err(damage) = self.advance() {
                 return Some(Err(damage));
+            }
+        }
+    }
+}
+
+/// Longest record, and longest chunk before and after unpacking: what a damaged file asks for is not to exhaust the
+/// memory \[bytes\].
+const LONGEST: usize = 256 * 1024 * 1024;
+
+/// Unpacks one chunk after another.
+struct Unpacker(LinearReader);
+
+impl Unpacker {
+    fn new() -> Self {
+        // Nothing of a chunk is used before its checksum has been found right.
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(LONGEST);
+        Self(LinearReader::new_with_options(options))
+    }
+
+    /// The records in a chunk, which is given as a whole record.
+    fn unpack(&mut self, chunk: &[u8]) -> McapResult<Vec<Record<'static>>> {
+        let unpacked = self.try_unpack(chunk);
+        if unpacked.is_err() {
+            *self = Self::new();
+        }
+        unpacked
+    }
+
+    fn try_unpack(&mut self, mut rest: &[u8]) -> McapResult<Vec<Record<'static>>> {
+        let mut records = Vec::new();
+        loop {
+            match self.0.next_event().transpose()? {
+                Some(LinearReadEvent::ReadRequest(need)) => {
+                    if rest.is_empty() {
+                        return Ok(records);
+                    }
+                    let (now, later) = rest.split_at(need.min(rest.len()));
+                    self.0.insert(now.len()).copy_from_slice(now);
+                    self.0.notify_read(now.len());
+                    rest = later;
+                }
+                Some(LinearReadEvent::Record { opcode, data }) => {
+                    records.push(mcap::parse_record(opcode, data)?.into_owned());
+                }
+                None => return Err(McapError::UnexpectedEof),
             }
         }
     }

@@ -8,9 +8,9 @@ use std::path::Path;
 use mcap::records::{Channel, Header, Record, SchemaHeader};
 use mcap::{Attachment, McapError, McapResult};
 
-use crate::records::Records;
+use crate::records::McapRecords;
 use crate::writer::{library, options};
-use crate::{Ending, ReadError, WriteError};
+use crate::{Ending, RecordingError};
 
 /// What was recovered.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,24 +23,13 @@ pub struct Recovered {
     pub ending: Ending,
 }
 
-/// A file that cannot be recovered.
-#[derive(Debug, thiserror::Error)]
-pub enum RecoveryError {
-    /// It cannot be read.
-    #[error(transparent)]
-    From(#[from] ReadError),
-    /// The other cannot be written.
-    #[error(transparent)]
-    To(#[from] WriteError),
-}
-
 /// Writes what can be read of a file into another one, which is finished. Chunks that are damaged are left out.
 ///
 /// # Errors
 /// The file cannot be read or is no MCAP file; the other exists or cannot be written.
-pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecoveryError> {
-    let open = || Records::open(from).map_err(|error| ReadError::of(from, &error));
-    let wrong = |error: McapError| WriteError::of(to, &error);
+pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
+    let open = || McapRecords::open(from).map_err(|error| RecordingError::reading(from, &error));
+    let wrong = |error: McapError| RecordingError::writing(to, &error);
     let header = match open()?.skipping_chunks().next() {
         Some(Ok(Record::Header(header))) => header,
         _ => Header { profile: String::new(), library: library() },
@@ -58,7 +47,7 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecoveryError> {
         }
     }
     copy.recovered.ending = records.ending().unwrap_or(Ending::Unfinished);
-    Ok(copy.finish().map_err(wrong)?)
+    copy.finish().map_err(wrong)
 }
 
 /// The finished file.

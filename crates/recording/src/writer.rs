@@ -9,7 +9,7 @@ use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions};
 
 use crate::channels::schema_of;
-use crate::{Recorded, WriteError};
+use crate::{Recorded, RecordingError};
 
 /// A chunk is ended by the first message that would begin beyond this; with one of the longest samples it still is at
 /// most 1 MiB \[bytes\].
@@ -44,9 +44,9 @@ impl Writer {
     ///
     /// # Errors
     /// It exists or cannot be written.
-    pub fn create(file: &Path) -> Result<Self, WriteError> {
+    pub fn create(file: &Path) -> Result<Self, RecordingError> {
         let begun = Self::begin(file);
-        let (out, disk) = begun.map_err(|error| WriteError::of(file, &error))?;
+        let (out, disk) = begun.map_err(|error| RecordingError::writing(file, &error))?;
         Ok(Self { file: file.into(), out, disk, channels: BTreeMap::new() })
     }
 
@@ -77,7 +77,7 @@ impl Writer {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn write(&mut self, message: &Recorded) -> Result<(), WriteError> {
+    pub fn write(&mut self, message: &Recorded) -> Result<(), RecordingError> {
         self.try_write(message).map_err(|error| self.wrong(&error))
     }
 
@@ -85,7 +85,7 @@ impl Writer {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn note(&mut self, metadata: Metadata) -> Result<(), WriteError> {
+    pub fn note(&mut self, metadata: Metadata) -> Result<(), RecordingError> {
         let Metadata { name, values } = metadata;
         let record = mcap::records::Metadata { name, metadata: values };
         self.out.write_metadata(&record).map_err(|error| self.wrong(&error))
@@ -95,7 +95,7 @@ impl Writer {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn sync(&mut self) -> Result<(), WriteError> {
+    pub fn sync(&mut self) -> Result<(), RecordingError> {
         let flushed = self.out.flush();
         let synced = flushed.and_then(|()| Ok(self.disk.sync_data()?));
         synced.map_err(|error| self.wrong(&error))
@@ -105,7 +105,7 @@ impl Writer {
     ///
     /// # Errors
     /// The system does not say.
-    pub fn written(&mut self) -> Result<u64, WriteError> {
+    pub fn written(&mut self) -> Result<u64, RecordingError> {
         let position = self.disk.stream_position();
         position.map_err(|error| self.wrong(&error.into()))
     }
@@ -114,9 +114,9 @@ impl Writer {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn finish(mut self) -> Result<(), WriteError> {
+    pub fn finish(mut self) -> Result<(), RecordingError> {
         let finished = self.out.finish().and_then(|_| Ok(self.disk.sync_all()?));
-        finished.map_err(|error| WriteError::of(&self.file, &error))
+        finished.map_err(|error| RecordingError::writing(&self.file, &error))
     }
 
     /// Its file.
@@ -125,8 +125,8 @@ impl Writer {
         &self.file
     }
 
-    fn wrong(&self, error: &McapError) -> WriteError {
-        WriteError::of(&self.file, error)
+    fn wrong(&self, error: &McapError) -> RecordingError {
+        RecordingError::writing(&self.file, error)
     }
 
     fn try_write(&mut self, message: &Recorded) -> Result<(), McapError> {

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use common::{read, sample};
-use recording::{Files, Limits, Metadata, Recorded, Recording, Writer};
+use recording::{FileLimits, Metadata, Recorded, Recording, RecordingFiles, Writer};
 
 const SECOND: u64 = 1_000_000_000;
 const NOW: u64 = 1_795_667_100 * SECOND;
-const LIMITS: Limits = Limits { file_bytes: 1 << 40, file_ns: 60 * SECOND, quota_bytes: u64::MAX };
+const LIMITS: FileLimits =
+    FileLimits { file_bytes: 1 << 40, file_ns: 60 * SECOND, quota_bytes: u64::MAX };
 
 fn configuration() -> Recorded {
     let topic = "trusswatch/tower/module1/configuration".to_owned();
@@ -20,7 +21,7 @@ fn configuration() -> Recorded {
 #[test]
 fn after_its_time_a_file_is_followed_by_another_with_configurations_and_notes_again() {
     let directory = tempfile::tempdir().unwrap();
-    let mut files = Files::new(directory.path(), "tower", LIMITS);
+    let mut files = RecordingFiles::new(directory.path(), "tower", LIMITS);
     let values = BTreeMap::from([("software".to_owned(), "1.0".to_owned())]);
     let note = Metadata { name: "module/module1".to_owned(), values };
     files.write(&sample(0), NOW).unwrap();
@@ -54,10 +55,10 @@ fn after_its_time_a_file_is_followed_by_another_with_configurations_and_notes_ag
 #[test]
 fn a_long_file_is_followed_by_another_and_none_is_overwritten() {
     let directory = tempfile::tempdir().unwrap();
-    let limits = Limits { file_bytes: 20_000, ..LIMITS };
+    let limits = FileLimits { file_bytes: 20_000, ..LIMITS };
     let taken = directory.path().join("tower-20261126T042500Z-0001.mcap");
     fs::write(&taken, "mine").unwrap();
-    let mut files = Files::new(directory.path(), "tower", limits);
+    let mut files = RecordingFiles::new(directory.path(), "tower", limits);
     for step in 0..200 {
         files.write(&sample(step), NOW).unwrap();
         if step % 10 == 9 {
@@ -85,8 +86,8 @@ fn the_oldest_of_the_same_name_are_deleted_and_never_what_is_being_written() {
     for old in &old {
         fs::write(old, vec![0; 30_000]).unwrap();
     }
-    let limits = Limits { file_bytes: 20_000, quota_bytes: 60_000, ..LIMITS };
-    let mut files = Files::new(directory.path(), "tower", limits);
+    let limits = FileLimits { file_bytes: 20_000, quota_bytes: 60_000, ..LIMITS };
+    let mut files = RecordingFiles::new(directory.path(), "tower", limits);
     files.write(&sample(0), NOW).unwrap();
     assert_eq!(files.take_deleted(), [old[0].clone()]);
     for step in 1..600 {
@@ -106,7 +107,7 @@ fn the_oldest_of_the_same_name_are_deleted_and_never_what_is_being_written() {
 fn a_disk_that_fails_costs_what_was_not_on_it_and_another_file_is_begun() {
     let directory = tempfile::tempdir().unwrap();
     let place = directory.path().join("recordings");
-    let mut files = Files::new(&place, "tower", LIMITS);
+    let mut files = RecordingFiles::new(&place, "tower", LIMITS);
     let error = files.write(&sample(0), NOW).unwrap_err().to_string();
     assert!(error.contains("recordings"), "{error}");
     assert!(files.lose("t/s/m", 1, "the disk fails", NOW).is_err());

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use pki::{Address, Certificate, CommonName, Holder, Identity, Problem, credentials};
+use pki::{Address, Certificate, CommonName, Holder, Identity, IdentityProblem, credentials};
 use settings::{ConfigError, ConfigErrors};
 use vocabulary::{OperatorName, StructureName};
 
@@ -33,7 +33,7 @@ impl Network {
 
     /// What is wrong with the certificates at this time of day and would be right at another one.
     #[must_use]
-    pub fn problems_of_time(&self) -> Vec<Problem> {
+    pub fn problems_of_time(&self) -> Vec<IdentityProblem> {
         let mut problems = self.problems(None);
         problems.retain(|problem| problem.wrong.passes());
         problems
@@ -91,7 +91,7 @@ impl Network {
     }
 
     /// What is wrong with the certificates that the process itself or its file of Zenoh settings names.
-    fn problems(&self, expected: Option<&CommonName>) -> Vec<Problem> {
+    fn problems(&self, expected: Option<&CommonName>) -> Vec<IdentityProblem> {
         let listening: Vec<Address> = self.listen.iter().filter_map(|text| host(text)).collect();
         if let Some(identity) = self.identity() {
             return identity.problems(expected, &listening);
@@ -121,7 +121,7 @@ fn host(endpoint: &str) -> Option<Address> {
 
 /// A problem of a certificate among the mistakes of configurations.
 #[must_use]
-pub fn mistake(problem: Problem) -> ConfigError {
+pub fn mistake(problem: IdentityProblem) -> ConfigError {
     ConfigError { file: problem.file, line: None, problem: problem.wrong.to_string() }
 }
 

@@ -1,13 +1,12 @@
-//! Where a process listens and connects.
+//! Where a process listens and connects: the table `[network]`, its flags, and endpoints in both.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use settings::{ConfigErrors, Document};
+use settings::{ConfigErrors, SettingsFile};
+use zenoh::config::EndPoint;
 
-use crate::endpoint::endpoint;
-use crate::flags::NetworkFlags;
 use crate::zenoh_file;
 
 /// Peer of its neighbours, or client of a router.
@@ -76,7 +75,7 @@ impl Network {
     }
 
     /// Turns the file's path into one from here, and checks everything.
-    pub fn check(&mut self, document: &Document, errors: &mut ConfigErrors) {
+    pub fn check(&mut self, document: &SettingsFile, errors: &mut ConfigErrors) {
         let line = |key: &str| document.line(&["network", key]);
         for (key, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
             for error in endpoints.iter().filter_map(|text| endpoint(text).err()) {
@@ -103,5 +102,101 @@ impl Network {
         if let Err(error) = zenoh_file::from_file(file) {
             errors.add(&document.file, line("zenoh"), error);
         }
+    }
+}
+
+/// Endpoints from the command line.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct NetworkFlags {
+    /// Listen on this endpoint too, e.g. `tcp/127.0.0.1:7447`; may be repeated
+    #[arg(long, value_name = "ENDPOINT", value_parser = well_formed)]
+    pub listen: Vec<String>,
+    /// Connect to this endpoint too; may be repeated
+    #[arg(long, value_name = "ENDPOINT", value_parser = well_formed)]
+    pub connect: Vec<String>,
+    /// Authenticate with the certificate in this directory, made by `trusswatch pki issue`, and
+    /// accept nothing but mutually authenticated TLS
+    #[arg(long, value_name = "DIRECTORY")]
+    pub tls: Option<PathBuf>,
+}
+
+fn well_formed(text: &str) -> Result<String, EndpointError> {
+    endpoint(text).map(|_| text.to_owned())
+}
+
+/// The protocols that Zenoh is built with here.
+const PROTOCOLS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
+
+/// A text that names no place to listen or connect.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum EndpointError {
+    /// Not of the form.
+    #[error("`{text}` is no endpoint; write e.g. `tcp/127.0.0.1:7447`")]
+    Form {
+        /// The text.
+        text: String,
+    },
+    /// An unsupported protocol.
+    #[error("`{text}` is an endpoint of no known protocol; use {}", PROTOCOLS.join(", "))]
+    Protocol {
+        /// The text.
+        text: String,
+    },
+}
+
+/// Reads an endpoint, e.g. `tcp/127.0.0.1:7447`.
+///
+/// # Errors
+/// Another form, or an unsupported protocol.
+pub fn endpoint(text: &str) -> Result<EndPoint, EndpointError> {
+    let endpoint: EndPoint =
+        text.parse().map_err(|_| EndpointError::Form { text: text.to_owned() })?;
+    if PROTOCOLS.contains(&endpoint.protocol().as_str()) {
+        Ok(endpoint)
+    } else {
+        Err(EndpointError::Protocol { text: text.to_owned() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[test]
+    fn only_what_can_be_opened_is_an_endpoint() {
+        for text in ["tcp/127.0.0.1:7447", "tls/[::1]:0", "unixsock-stream/run/structure.sock"] {
+            assert!(endpoint(text).is_ok_and(|read| read.as_str() == text), "{text}");
+        }
+        for text in ["", "nowhere", "tcp/", "/127.0.0.1:7447"] {
+            let error = endpoint(text).unwrap_err().to_string();
+            assert!(error.ends_with("is no endpoint; write e.g. `tcp/127.0.0.1:7447`"), "{error}");
+        }
+        assert_eq!(
+            endpoint("tpc/127.0.0.1:7447").unwrap_err().to_string(),
+            "`tpc/127.0.0.1:7447` is an endpoint of no known protocol; use tcp, tls, unixsock-stream"
+        );
+    }
+
+    #[derive(Debug, Parser)]
+    struct Program {
+        #[command(flatten)]
+        network: NetworkFlags,
+    }
+
+    #[test]
+    fn a_flag_that_is_no_endpoint_is_named() {
+        for (flag, text, wrong) in [
+            ("--listen", "nowhere", "`nowhere` is no endpoint"),
+            ("--connect", "tpc/host:7447", "`tpc/host:7447` is an endpoint of no known protocol"),
+        ] {
+            let error = Program::try_parse_from(["p", flag, text]).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            let error = error.to_string();
+            assert!(error.contains(flag) && error.contains(wrong), "{error}");
+        }
+        let read = Program::try_parse_from(["p", "--listen", "tcp/127.0.0.1:7447"]).unwrap();
+        assert_eq!(read.network.listen, ["tcp/127.0.0.1:7447"]);
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use pki::Identity;
 use zenoh::Config;
 
-use crate::error::NetworkError;
+use crate::session::NetworkError;
 
 /// Zenoh's settings from a file. Paths of certificates and keys in it are relative to it.
 ///

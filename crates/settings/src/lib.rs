@@ -1,7 +1,153 @@
 //! Settings files: TOML read into types, with every mistake at its line and all of them at once.
 
-mod document;
-mod error;
+use std::fmt;
+use std::path::{Path, PathBuf};
 
-pub use document::Document;
-pub use error::{ConfigError, ConfigErrors};
+use serde::de::DeserializeOwned;
+use toml::de::{DeTable, DeValue};
+
+/// A file's text, kept so that a mistake found later can still name its line.
+#[derive(Debug, Clone)]
+pub struct SettingsFile {
+    /// The file.
+    pub file: PathBuf,
+    /// What it contains.
+    pub text: String,
+}
+
+impl SettingsFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn read(file: &Path) -> Result<Self, ConfigErrors> {
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| ConfigErrors::one(file, None, format!("cannot be read: {error}")))?;
+        Ok(Self { file: file.to_owned(), text })
+    }
+
+    /// The content as a type; a key that is unknown, missing or of the wrong type is an error.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigErrors> {
+        toml::from_str(&self.text).map_err(|error| {
+            let line = error.span().map(|span| line_at(&self.text, span.start));
+            ConfigErrors::one(&self.file, line, error.message().to_owned())
+        })
+    }
+
+    /// The line of a key, given the tables it lies in; or that of the nearest of them.
+    #[must_use]
+    pub fn line(&self, path: &[&str]) -> Option<usize> {
+        let parsed = DeTable::parse(&self.text).ok()?;
+        let mut table = parsed.get_ref();
+        let mut found = None;
+        for wanted in path {
+            let entry = table.iter().find(|(key, _)| key.get_ref() == wanted);
+            let Some((key, value)) = entry else { break };
+            found = Some(line_at(&self.text, key.span().start));
+            match value.get_ref() {
+                DeValue::Table(inner) => table = inner,
+                _ => break,
+            }
+        }
+        found
+    }
+
+    /// A path that stands in this file, seen from where the file lies.
+    #[must_use]
+    pub fn beside(&self, path: &Path) -> PathBuf {
+        self.file.parent().map_or_else(|| path.to_owned(), |folder| folder.join(path))
+    }
+}
+
+fn line_at(text: &str, offset: usize) -> usize {
+    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
+}
+
+/// Problems quote the file, whose content is arbitrary.
+const LONGEST_PROBLEM: usize = 1000;
+
+/// One mistake.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConfigError {
+    /// The file.
+    pub file: PathBuf,
+    /// Line in it, counted from 1, if known.
+    pub line: Option<usize>,
+    /// What is wrong and what would be right.
+    pub problem: String,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+impl std::error::Error for ConfigError {}
+
+/// Every mistake that was found; at least one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConfigErrors(pub Vec<ConfigError>);
+
+impl ConfigErrors {
+    /// One mistake.
+    pub fn one(file: &Path, line: Option<usize>, problem: impl fmt::Display) -> Self {
+        let problem = vocabulary::quotation(&problem.to_string(), LONGEST_PROBLEM);
+        Self(vec![ConfigError { file: file.to_owned(), line, problem }])
+    }
+
+    /// `value` if nothing was found, else everything that was.
+    ///
+    /// # Errors
+    /// Everything that was found.
+    pub fn or<T>(self, value: T) -> Result<T, ConfigErrors> {
+        if self.0.is_empty() { Ok(value) } else { Err(self) }
+    }
+
+    /// One mistake more.
+    pub fn add(&mut self, file: &Path, line: Option<usize>, problem: impl fmt::Display) {
+        self.0.extend(Self::one(file, line, problem).0);
+    }
+
+    /// The value of a result, its mistakes being added to these.
+    pub fn collect<T>(&mut self, result: Result<T, ConfigErrors>) -> Option<T> {
+        result.map_err(|errors| self.0.extend(errors.0)).ok()
+    }
+}
+
+impl fmt::Display for ConfigErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.0.iter().enumerate() {
+            if index > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{error}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for ConfigErrors {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_of_a_key_is_found_inside_its_tables() {
+        let text = "a = 1\n[b]\nc = 2\n[b.d]\n\n\"e/f\" = 3\n";
+        let file = SettingsFile { file: "x.toml".into(), text: text.into() };
+        assert_eq!(file.line(&["a"]), Some(1));
+        assert_eq!(file.line(&["b", "c"]), Some(3));
+        assert_eq!(file.line(&["b", "d", "e/f"]), Some(6));
+        assert_eq!(file.line(&["b", "missing"]), Some(2));
+        assert_eq!(file.line(&["missing"]), None);
+    }
+}

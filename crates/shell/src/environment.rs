@@ -10,6 +10,8 @@
 //!   half: waiting questions hold the buffers that they came in, and what is allocated meanwhile settles
 //!   above them.
 
+use nix::sys::resource::{Resource, getrlimit, setrlimit};
+
 /// The variables with their values. The first is read by the network's library, the others by the GNU C
 /// library \[bytes\].
 const VARIABLES: [(&str, &str); 4] = [
@@ -29,6 +31,24 @@ pub(crate) fn log() {
     let missing: Vec<String> = missing().map(|(name, value)| format!("{name}={value}")).collect();
     if !missing.is_empty() {
         tracing::info!("for long runs set in the environment: {}", missing.join(" "));
+    }
+}
+
+/// More than that many connections without a handshake would cost more memory than the shipped units grant.
+const DESCRIPTORS: u64 = 16_384;
+
+/// Raises the limit of open files and connections as far as the system allows and it is of use.
+///
+/// Systems allow few at first (1024 as a rule), for programs that cannot count further, and many more on request. A
+/// stranger who opens connections and sends nothing keeps each for as long as a handshake may take: with a thousand
+/// descriptors a thousand of them keep everybody out.
+pub(crate) fn raise_descriptor_limit() {
+    let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE) else { return };
+    let wanted = DESCRIPTORS.min(hard);
+    if soft < wanted
+        && let Err(error) = setrlimit(Resource::RLIMIT_NOFILE, wanted, hard)
+    {
+        tracing::info!("cannot raise the limit of {soft} open files: {error}");
     }
 }
 
@@ -55,5 +75,13 @@ mod tests {
             let set = image.matches(&format!("{name}=\"{value}\"")).count();
             assert_eq!(set, image.matches("FROM scratch").count(), "{name} in every image");
         }
+    }
+
+    #[test]
+    fn there_are_as_many_as_the_system_gives_and_no_fewer_than_before() {
+        let before = getrlimit(Resource::RLIMIT_NOFILE).unwrap();
+        raise_descriptor_limit();
+        let (soft, hard) = getrlimit(Resource::RLIMIT_NOFILE).unwrap();
+        assert_eq!((soft, hard), (before.0.max(DESCRIPTORS.min(hard)), before.1));
     }
 }

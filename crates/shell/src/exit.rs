@@ -7,7 +7,7 @@ use session::NetworkError;
 use settings::ConfigErrors;
 use vocabulary::printable_lines;
 
-use crate::health::AddressError;
+use crate::health::HealthAddressError;
 
 /// What `--help` says about exit codes.
 pub const EXIT_CODES: &str = "\
@@ -32,7 +32,7 @@ pub enum Failure {
     Network(#[from] NetworkError),
     /// Exit code 4.
     #[error(transparent)]
-    Health(#[from] AddressError),
+    Health(#[from] HealthAddressError),
 }
 
 impl Failure {

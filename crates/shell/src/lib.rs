@@ -3,14 +3,13 @@
 //! | module | what |
 //! |---|---|
 //! | [`runtime`], [`shutdown`], [`opening`], [`exit`] | start, request to end, session meanwhile, exit code |
-//! | [`environment`], `descriptors` | variables that a process runs better with; as many connections as the system allows |
+//! | [`environment`] | variables that a process runs better with; as many connections as the system allows |
 //! | [`logging`] | to the journal of systemd or to standard error; clients that Zenoh refuses are logged, too |
 //! | [`supervision`] | readiness, status, watchdog heartbeat |
 //! | [`health`] | the same and metrics over HTTP |
 //! | [`clock`], [`occurrences`] | times in messages; what happens often, logged seldom |
 
 pub mod clock;
-mod descriptors;
 pub mod environment;
 pub mod exit;
 pub mod health;

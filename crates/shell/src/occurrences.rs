@@ -9,26 +9,22 @@ const AGAIN: Duration = Duration::from_secs(60);
 
 /// Counts occurrences of one kind and picks those worth a line in the log.
 #[derive(Debug, Default)]
-pub struct Occurrences(Mutex<Lines>);
-
-#[derive(Debug, Default)]
-struct Lines {
-    latest: Option<Instant>,
-    /// How often it happened since.
-    since: u64,
+pub struct Occurrences {
+    /// When there was a line last, and how often it happened since.
+    logged: Mutex<(Option<Instant>, u64)>,
 }
 
 impl Occurrences {
     /// Counts one more. If that is worth a line, how many there were since the line before, this one included.
     pub fn note(&self, now: Instant) -> Option<u64> {
-        // Every change is complete in itself, so a thread that failed has left it in order.
-        let mut lines = self.0.lock();
-        lines.since += 1;
-        if lines.latest.is_some_and(|latest| now.saturating_duration_since(latest) < AGAIN) {
+        let mut logged = self.logged.lock();
+        let (latest, since) = &mut *logged;
+        *since += 1;
+        if latest.is_some_and(|latest| now.saturating_duration_since(latest) < AGAIN) {
             return None;
         }
-        lines.latest = Some(now);
-        Some(std::mem::take(&mut lines.since))
+        *latest = Some(now);
+        Some(std::mem::take(since))
     }
 }
 

@@ -6,7 +6,6 @@ use std::future::Future;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use crate::descriptors;
 use crate::environment;
 use crate::exit::Failure;
 use crate::shutdown::{self, Shutdown, ShutdownFlags};
@@ -49,7 +48,7 @@ pub fn until_done<F>(
 where
     F: Future<Output = Result<(), Failure>>,
 {
-    descriptors::ask_for_more();
+    environment::raise_descriptor_limit();
     scheduling::log();
     environment::log();
     // Zenoh needs more than one worker thread.

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use ::replay::{ModuleRecord, latest_setup};
 use daemon::config::Speed;
-use daemon::player::{self, Manner, Programme};
+use daemon::player::{self, Playback, Programme};
 use shell::shutdown::ShutdownFlags;
 use shell::{clock, logging, runtime};
 use vocabulary::{RunId, StructureName};
@@ -51,12 +51,12 @@ impl PublishArguments {
         let programme = Programme::new(records[0].structure.clone(), step_s.step_s, samples);
         let wait_for = records.iter().filter(|_| self.wait).map(|record| record.module.clone());
         let run = RunId(clock::unix_ns() / 1000);
-        let manner = Manner { speed: self.speed, run, wait_for: wait_for.collect() };
+        let playback = Playback { speed: self.speed, run, wait_for: wait_for.collect() };
         let network = target.network().clone();
         let mut published = 0;
         let into = &mut published;
         runtime::until_done(ShutdownFlags::default(), |shutdown| async move {
-            *into = player::run(&network, programme, manner, shutdown).await?;
+            *into = player::run(&network, programme, playback, shutdown).await?;
             Ok(())
         })?;
         let mut out = io::stdout().lock();

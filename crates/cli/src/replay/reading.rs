@@ -96,7 +96,7 @@ fn distribute(files: &[PathBuf], lanes: &mut [Lane]) -> Result<Vec<String>, Fail
     let mut modules: Vec<String> = Vec::new();
     let mut problems = Vec::new();
     for file in files {
-        let unusable = |error: recording::ReadError| Failure::input(error.to_string());
+        let unusable = |error: recording::RecordingError| Failure::input(error.to_string());
         let recording = Recording::open(file).map_err(unusable)?;
         let mut messages = recording.messages().map_err(unusable)?;
         for (count, message) in messages.by_ref().enumerate() {

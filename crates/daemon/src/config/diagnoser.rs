@@ -12,7 +12,7 @@ use pki::Holder;
 use serde::{Deserialize, Serialize};
 use session::Network;
 use session::NetworkFlags;
-use settings::{ConfigError, ConfigErrors, Document};
+use settings::{ConfigError, ConfigErrors, SettingsFile};
 use shell::health::{HealthFlags, HealthSettings};
 use truss::Structure;
 use vocabulary::{Component, ModuleName, StructureName};
@@ -176,7 +176,7 @@ impl StateSettings {
     }
 
     /// Resolves the directory relative to the file that names it.
-    fn resolve(mut self, document: &Document) -> Self {
+    fn resolve(mut self, document: &SettingsFile) -> Self {
         let given = std::env::var_os(STATE_VARIABLE).filter(|text| !text.is_empty());
         let named = self.directory.map(|directory| document.beside(&directory));
         self.directory = named.or(given.map(PathBuf::from));
@@ -290,14 +290,14 @@ impl DiagnoserConfig {
 /// # Errors
 /// Every mistake that was found.
 pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
-    let document = Document::read(file)?;
+    let document = SettingsFile::read(file)?;
     let mut written: DiagnoserFile = document.parse()?;
     let mut errors = ConfigErrors(Vec::new());
     written.network.check(&document, &mut errors);
     let health = written.health.address(&document, &mut errors);
     check_figures(&written, &document, &mut errors);
     let structure = errors.collect(load_structure(&document.beside(&written.structure)));
-    let thresholds = Document::read(&document.beside(&written.thresholds))
+    let thresholds = SettingsFile::read(&document.beside(&written.thresholds))
         .and_then(|document| Ok((document.parse::<Thresholds>()?, document)));
     let thresholds = errors.collect(thresholds);
     let (Some(structure), Some((thresholds, thresholds_document))) = (structure, thresholds) else {
@@ -351,12 +351,12 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
 /// Why it cannot be read.
 pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
     #[derive(Deserialize)]
-    struct Versioned {
+    struct ReferenceHead {
         version: u32,
     }
-    let document = Document::read(file)?;
+    let document = SettingsFile::read(file)?;
     match document.parse() {
-        Ok(Versioned { version }) if version != REFERENCE_VERSION => {
+        Ok(ReferenceHead { version }) if version != REFERENCE_VERSION => {
             let problem = ReferenceProblem::Version(version).to_string();
             let line = document.line(&["version"]);
             Err(ConfigErrors(vec![ConfigError { file: file.to_owned(), line, problem }]))
@@ -381,7 +381,7 @@ pub struct Uncalibrated {
 /// # Errors
 /// Every mistake that was found.
 pub fn load_uncalibrated(file: &Path) -> Result<Uncalibrated, ConfigErrors> {
-    let document = Document::read(file)?;
+    let document = SettingsFile::read(file)?;
     let written: DiagnoserFile = document.parse()?;
     let mut errors = ConfigErrors(Vec::new());
     check_figures(&written, &document, &mut errors);
@@ -397,7 +397,7 @@ pub fn load_uncalibrated(file: &Path) -> Result<Uncalibrated, ConfigErrors> {
 
 /// Reads a structure's description.
 pub(super) fn load_structure(file: &Path) -> Result<Structure, ConfigErrors> {
-    let document = Document::read(file)?;
+    let document = SettingsFile::read(file)?;
     Structure::from_toml(&document.text).map_err(|mistakes| {
         let mut errors = ConfigErrors(Vec::new());
         for mistake in mistakes.iter() {
@@ -449,7 +449,7 @@ fn place(problem: &SetupError) -> Vec<&str> {
     }
 }
 
-fn check_figures(written: &DiagnoserFile, document: &Document, errors: &mut ConfigErrors) {
+fn check_figures(written: &DiagnoserFile, document: &SettingsFile, errors: &mut ConfigErrors) {
     for (key, name) in [("module", &written.module)]
         .into_iter()
         .chain(written.peers.iter().map(|peer| ("peers", peer)))

@@ -1,7 +1,6 @@
 //! Configuration files: read, checked, and every mistake reported at once.
 
 mod diagnoser;
-mod flags;
 mod method;
 mod plant;
 mod schedule;
@@ -11,8 +10,7 @@ pub use diagnoser::{
     DiagnoserConfig, InputSettings, PublishSettings, QuerySettings, StateSettings, Uncalibrated,
     load_diagnoser, load_reference, load_uncalibrated,
 };
-pub use flags::PlantFlags;
 pub use method::{DetectionSection, IsolationSection};
-pub use plant::{LockStep, MismatchSection, PlantConfig, load_plant};
+pub use plant::{LockStep, MismatchSection, PlantConfig, PlantFlags, load_plant};
 pub use schedule::{Schedule, ScheduledFault, load_schedule};
 pub use speed::{Speed, SpeedError};

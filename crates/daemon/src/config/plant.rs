@@ -7,14 +7,13 @@ use std::path::{Path, PathBuf};
 use pki::Holder;
 use plant::{Mismatch, Plant, PlantError, PlantParameters};
 use serde::{Deserialize, Serialize};
-use session::Network;
-use settings::{ConfigErrors, Document};
-use shell::health::HealthSettings;
+use session::{Network, NetworkFlags};
+use settings::{ConfigErrors, SettingsFile};
+use shell::health::{HealthFlags, HealthSettings};
 use truss::Structure;
 use vocabulary::{ModuleName, RunId};
 
 use super::diagnoser::load_structure;
-use super::flags::PlantFlags;
 use super::schedule::{Schedule, load_schedule};
 use super::speed::Speed;
 
@@ -137,12 +136,45 @@ impl PlantConfig {
     }
 }
 
+/// What a command line may set of a plant.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct PlantFlags {
+    /// Seed of all randomness
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// `max`, `real` or a factor
+    #[arg(long)]
+    pub speed: Option<Speed>,
+    /// End after this many steps
+    #[arg(long)]
+    pub steps: Option<u64>,
+    /// Faults to inject at given steps
+    #[arg(long, value_name = "FILE")]
+    pub schedule: Option<PathBuf>,
+    /// Number of the run; otherwise the time in microseconds since 1970
+    #[arg(long, value_name = "NUMBER", value_parser = run_id)]
+    pub run_id: Option<RunId>,
+    /// Start at once instead of waiting for the diagnosers
+    #[arg(long)]
+    pub no_wait: bool,
+    /// Where to listen and connect
+    #[command(flatten)]
+    pub network: NetworkFlags,
+    /// Where to serve health
+    #[command(flatten)]
+    pub health: HealthFlags,
+}
+
+fn run_id(text: &str) -> Result<RunId, std::num::ParseIntError> {
+    text.parse().map(RunId)
+}
+
 /// Reads and checks a plant's file and the files that it names; flags go before the file.
 ///
 /// # Errors
 /// Every mistake that was found.
 pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, ConfigErrors> {
-    let document = Document::read(file)?;
+    let document = SettingsFile::read(file)?;
     let mut written: PlantFile = document.parse()?;
     let mut errors = ConfigErrors(Vec::new());
     written.network.check(&document, &mut errors);
@@ -184,7 +216,7 @@ fn waited_for(
     written: &PlantFile,
     flags: &PlantFlags,
     structure: &Structure,
-    document: &Document,
+    document: &SettingsFile,
     errors: &mut ConfigErrors,
 ) -> Vec<ModuleName> {
     let equipped: Vec<ModuleName> =
@@ -208,7 +240,7 @@ fn waited_for(
     written.wait_for.clone().unwrap_or(equipped)
 }
 
-fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigErrors) {
+fn check_figures(written: &PlantFile, document: &SettingsFile, errors: &mut ConfigErrors) {
     let LockStep { window_steps, timeout_ms } = written.lock_step;
     let figures: [(&[&str], u64, RangeInclusive<u64>); 3] = [
         (&["burst_steps"], written.burst_steps, 1..=100),
@@ -228,7 +260,7 @@ fn check_figures(written: &PlantFile, document: &Document, errors: &mut ConfigEr
 /// Makes the plant and tries every scheduled fault on it.
 fn check_plant(
     config: &PlantConfig,
-    document: &Document,
+    document: &SettingsFile,
     schedule: Option<&Path>,
     errors: &mut ConfigErrors,
 ) {

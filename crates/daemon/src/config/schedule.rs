@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use vocabulary::{ComponentPath, Step, fault::Fault};
 
-use settings::{ConfigErrors, Document};
+use settings::{ConfigErrors, SettingsFile};
 
 /// A schedule, e.g.
 ///
@@ -44,7 +44,7 @@ pub struct ScheduledFault {
 /// # Errors
 /// A file that cannot be read or is no schedule.
 pub fn load_schedule(file: &Path) -> Result<Schedule, ConfigErrors> {
-    let document = Document::read(file)?;
+    let document = SettingsFile::read(file)?;
     let schedule: Schedule = document.parse()?;
     let mut errors = ConfigErrors(Vec::new());
     for fault in &schedule.faults {

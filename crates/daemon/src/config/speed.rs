@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// How fast simulated time passes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "Written")]
+#[serde(try_from = "SpeedValue", into = "SpeedValue")]
 pub enum Speed {
     /// As fast as the slowest diagnoser.
     Max,
@@ -29,33 +29,33 @@ impl Speed {
     }
 }
 
-/// A text or number that is no speed.
+/// An invalid speed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("speed `{0}` is none; use `max`, `real` or a factor from 0.001 to 1000")]
+#[error("invalid speed `{0}`: expected `max`, `real` or a factor from 0.001 to 1000")]
 pub struct SpeedError(String);
 
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
-enum Written {
+enum SpeedValue {
     Number(f64),
     Word(String),
 }
 
-impl TryFrom<Written> for Speed {
+impl TryFrom<SpeedValue> for Speed {
     type Error = SpeedError;
-    fn try_from(written: Written) -> Result<Self, SpeedError> {
+    fn try_from(written: SpeedValue) -> Result<Self, SpeedError> {
         match written {
-            Written::Number(factor) => factor.to_string().parse(),
-            Written::Word(word) => word.parse(),
+            SpeedValue::Number(factor) => factor.to_string().parse(),
+            SpeedValue::Word(word) => word.parse(),
         }
     }
 }
 
-impl From<Speed> for Written {
+impl From<Speed> for SpeedValue {
     fn from(speed: Speed) -> Self {
         match speed {
-            Speed::Max => Written::Word("max".to_owned()),
-            Speed::Factor(factor) => Written::Number(factor),
+            Speed::Max => SpeedValue::Word("max".to_owned()),
+            Speed::Factor(factor) => SpeedValue::Number(factor),
         }
     }
 }

@@ -1,12 +1,12 @@
-//! What is to happen to which component at which step.
+//! Faults and repairs to come, by step.
 
 use vocabulary::{ComponentPath, Step, fault::Fault};
 
 use crate::config::Schedule;
 
-/// One thing to happen.
+/// A fault that begins, or a repair.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Item {
+pub(crate) struct ScheduledChange {
     /// The first step that shows it.
     pub(crate) step: Step,
     /// The component.
@@ -15,9 +15,9 @@ pub(crate) struct Item {
     pub(crate) fault: Option<Fault>,
 }
 
-/// Things to happen, the next one last.
+/// The changes to come, the next one last.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Agenda(Vec<Item>);
+pub(crate) struct Agenda(Vec<ScheduledChange>);
 
 impl Agenda {
     pub(crate) fn from_schedule(schedule: &Schedule) -> Self {
@@ -25,23 +25,26 @@ impl Agenda {
         for fault in &schedule.faults {
             let component = fault.component.clone();
             if let Some(step) = fault.until_step {
-                agenda.add(Item { step, component: component.clone(), fault: None });
+                agenda.add(ScheduledChange { step, component: component.clone(), fault: None });
             }
-            agenda.add(Item { step: fault.at_step, component, fault: Some(fault.fault) });
+            agenda.add(ScheduledChange {
+                step: fault.at_step,
+                component,
+                fault: Some(fault.fault),
+            });
         }
         agenda
     }
 
-    /// Notes something. Of what happens at one step, repairs come first, and then what was noted
-    /// first.
-    pub(crate) fn add(&mut self, item: Item) {
-        let order = |item: &Item| (item.step, item.fault.is_some());
+    /// Adds a change. At one step repairs come first, and then what was added first.
+    pub(crate) fn add(&mut self, item: ScheduledChange) {
+        let order = |item: &ScheduledChange| (item.step, item.fault.is_some());
         let place = self.0.partition_point(|other| order(other) > order(&item));
         self.0.insert(place, item);
     }
 
     /// Takes out the next thing that is due at `step` or was due before.
-    pub(crate) fn next_due(&mut self, step: Step) -> Option<Item> {
+    pub(crate) fn next_due(&mut self, step: Step) -> Option<ScheduledChange> {
         if self.0.last()?.step <= step { self.0.pop() } else { None }
     }
 }
@@ -50,8 +53,8 @@ impl Agenda {
 mod tests {
     use super::*;
 
-    fn item(step: u64, component: &str, fault: Option<Fault>) -> Item {
-        Item { step: Step(step), component: component.parse().unwrap(), fault }
+    fn item(step: u64, component: &str, fault: Option<Fault>) -> ScheduledChange {
+        ScheduledChange { step: Step(step), component: component.parse().unwrap(), fault }
     }
 
     #[test]

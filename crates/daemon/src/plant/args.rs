@@ -20,11 +20,11 @@ use crate::config::{PlantFlags, load_plant};
 #[command(name = "trusswatch-plant", version, after_help = EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: PlantSubcommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum PlantSubcommand {
     /// Simulate until the last step, SIGTERM or SIGINT
     #[command(after_help = EXIT_CODES)]
     Run {
@@ -54,8 +54,8 @@ pub fn command_line() -> clap::Command {
 #[must_use]
 pub fn main() -> ExitCode {
     conclude(match Arguments::parse().command {
-        Command::Run { config, flags, shutdown } => run(&config, &flags, shutdown),
-        Command::Check { configs } => check(&configs),
+        PlantSubcommand::Run { config, flags, shutdown } => run(&config, &flags, shutdown),
+        PlantSubcommand::Check { configs } => check(&configs),
     })
 }
 

@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 
 use vocabulary::Step;
 
-use super::attendance::Attendance;
+use super::diagnosers::Diagnosers;
+use super::source::SourceSettings;
 use crate::config::{LockStep, Speed};
 
 /// Longest sleep before it is checked whether the end was requested.
@@ -25,7 +26,7 @@ pub(crate) enum Pacing {
     /// By the diagnosers.
     LockStep {
         /// The diagnosers.
-        attendance: Arc<Attendance>,
+        diagnosers: Arc<Diagnosers>,
         /// How they are waited for.
         settings: LockStep,
     },
@@ -40,24 +41,11 @@ pub(crate) struct Lateness {
     pub(crate) worst: Duration,
 }
 
-/// How fast steps are to come.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Pace {
-    /// How fast time passes.
-    pub(crate) speed: Speed,
-    /// Length of a step \[s\].
-    pub(crate) step_s: f64,
-    /// By the clock, how many steps are published together.
-    pub(crate) burst_steps: u64,
-    /// How diagnosers are waited for.
-    pub(crate) lock_step: LockStep,
-}
-
 impl Pacing {
-    pub(crate) fn new(pace: Pace, attendance: Arc<Attendance>) -> Self {
-        let Pace { speed, step_s, burst_steps, lock_step } = pace;
-        match speed {
-            Speed::Max => Pacing::LockStep { attendance, settings: lock_step },
+    pub(crate) fn new(settings: &SourceSettings, diagnosers: Arc<Diagnosers>) -> Self {
+        let SourceSettings { step_s, burst_steps, lock_step, .. } = *settings;
+        match settings.speed {
+            Speed::Max => Pacing::LockStep { diagnosers, settings: lock_step },
             Speed::Factor(factor) => Pacing::Clock(Metronome::new(step_s / factor, burst_steps)),
         }
     }
@@ -79,11 +67,11 @@ impl Pacing {
                 }
                 metronome.published(step, Instant::now());
             }
-            Pacing::LockStep { attendance, settings } => {
+            Pacing::LockStep { diagnosers, settings } => {
                 // All steps before this one must be done but for a window's length.
                 let must_be_done = step.plus(1).minus(settings.window_steps);
                 let timeout = Duration::from_millis(settings.timeout_ms);
-                attendance.wait_until_done(must_be_done, timeout, stop);
+                diagnosers.wait_until_done(must_be_done, timeout, stop);
             }
         }
     }

@@ -8,19 +8,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::SourceInfo;
 use zenoh::{Session, Wait};
 
-use super::pacing::Pacing;
-use super::recording::Recording;
-
-/// What a module measures at a step, in the order of its description.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Signals<'a> {
-    /// Demanded forces \[N\].
-    pub(crate) demands_n: &'a [f64],
-    /// Pressures of chambers A and B \[Pa\].
-    pub(crate) pressures_pa: &'a [[f64; 2]],
-    /// Elongations \[m\].
-    pub(crate) elongations_m: &'a [f64],
-}
+use super::recent_samples::RecentSamples;
 
 /// Publishes a module's samples.
 #[derive(Debug)]
@@ -28,7 +16,7 @@ pub(crate) struct SamplePublisher {
     publisher: Publisher<'static>,
     /// Counts what this publisher has sent, so that subscribers can distinguish it from others.
     sent: u32,
-    recording: Recording,
+    recent: RecentSamples,
     /// Used again for each step.
     sample: Sample,
 }
@@ -41,11 +29,11 @@ impl SamplePublisher {
         structure: &StructureName,
         module: &ModuleName,
         run: RunId,
-        pacing: &Pacing,
-        recording: Recording,
+        is_lock_step: bool,
+        recent: RecentSamples,
     ) -> zenoh::Result<Self> {
         let congestion_control =
-            if pacing.is_lock_step() { CongestionControl::Block } else { CongestionControl::Drop };
+            if is_lock_step { CongestionControl::Block } else { CongestionControl::Drop };
         let publisher = session
             .declare_publisher(Key::of_module(structure, module, Topic::Sample).to_string())
             .encoding(Encoding::APPLICATION_JSON)
@@ -60,33 +48,39 @@ impl SamplePublisher {
             pressures_pa: Vec::new(),
             elongations_m: Vec::new(),
         };
-        Ok(Self { publisher, sent: 0, recording, sample })
+        Ok(Self { publisher, sent: 0, recent, sample })
     }
 
     /// The latest samples.
-    pub(crate) fn recording(&self) -> &Recording {
-        &self.recording
+    pub(crate) fn recent(&self) -> &RecentSamples {
+        &self.recent
     }
 
-    /// Publishes a step. Why it could not be sent, if so; the next one can be tried.
-    pub(crate) fn publish(&mut self, step: Step, signals: Signals<'_>) -> Result<(), String> {
+    /// The module.
+    pub(crate) fn module(&self) -> &ModuleName {
+        &self.sample.module
+    }
+
+    /// Publishes a step: demanded forces \[N\], pressures of chambers A and B \[Pa\] and elongations \[m\] in the order of
+    /// the module's description. Why it could not be sent, if so; the next one can be tried.
+    pub(crate) fn publish(
+        &mut self,
+        step: Step,
+        demands_n: &[f64],
+        pressures_pa: &[[f64; 2]],
+        elongations_m: &[f64],
+    ) -> Result<(), String> {
         let sample = &mut self.sample;
         sample.step = step;
-        copy(signals.demands_n, &mut sample.demands_n);
-        copy(signals.pressures_pa, &mut sample.pressures_pa);
-        copy(signals.elongations_m, &mut sample.elongations_m);
+        demands_n.clone_into(&mut sample.demands_n);
+        pressures_pa.clone_into(&mut sample.pressures_pa);
+        elongations_m.clone_into(&mut sample.elongations_m);
         sample.time_unix_ns = clock::unix_ns();
         let bytes = vocabulary::encode(sample).map_err(|error| error.to_string())?;
         let bytes = ZBytes::from(bytes);
-        self.recording.keep(step, bytes.clone());
+        self.recent.keep(step, bytes.clone());
         self.sent = self.sent.wrapping_add(1);
         let source = SourceInfo::new(self.publisher.id(), self.sent);
         self.publisher.put(bytes).source_info(source).wait().map_err(|error| error.to_string())
     }
-}
-
-/// Allocates nothing once there is room.
-fn copy<T: Copy>(from: &[T], to: &mut Vec<T>) {
-    to.clear();
-    to.extend_from_slice(from);
 }

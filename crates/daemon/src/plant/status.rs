@@ -1,31 +1,29 @@
-//! The status of the plant.
+//! The status of the plant: published, on the service manager and over HTTP.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use parking_lot::{Mutex, MutexGuard};
+use parking_lot::Mutex;
 use shell::clock;
-use shell::supervision::Supervisor;
+use shell::health::{Condition, ProcessReport, Subject, live};
+use shell::supervision::{Pulse, Supervisor};
 use tokio::time::{MissedTickBehavior, interval};
-use vocabulary::{
-    Key, ModuleName, PlantPhase, PlantStatus, PlantTopic, PresentFault, RunId, Step, StructureName,
-};
+use vocabulary::{Key, PlantPhase, PlantStatus, PlantTopic, RunId, Step, StructureName};
 use zenoh::Session;
 use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
 
-use super::pacing::Lateness;
 use crate::config::Speed;
-use crate::status_line;
+use crate::{metrics, readiness, status_line};
 
 const EVERY: Duration = Duration::from_secs(1);
 
 /// The status as it stands, written by the plant's thread and read by the publishing task.
 #[derive(Debug)]
-pub(crate) struct Board(Mutex<PlantStatus>);
+pub(crate) struct SharedStatus(Mutex<PlantStatus>);
 
-impl Board {
+impl SharedStatus {
     pub(crate) fn new(structure: StructureName, run: RunId, speed: Speed) -> Self {
         Self(Mutex::new(PlantStatus {
             structure,
@@ -43,45 +41,42 @@ impl Board {
         }))
     }
 
-    pub(crate) fn run(&self) -> RunId {
-        self.status().run
-    }
-
-    pub(crate) fn waiting(&self, modules: Vec<ModuleName>) {
-        self.status().waiting_for = modules;
+    /// Changes it. What is shown then is what the change has written, even if the thread fails meanwhile.
+    pub(crate) fn update(&self, change: impl FnOnce(&mut PlantStatus)) {
+        change(&mut self.0.lock());
     }
 
     pub(crate) fn phase(&self, phase: PlantPhase) {
-        let mut status = self.status();
-        status.phase = phase;
-        status.waiting_for.clear();
-    }
-
-    pub(crate) fn step(&self, next_step: Step, lateness: Lateness, samples_unsent: u64) {
-        let mut status = self.status();
-        status.next_step = next_step;
-        status.late_steps = lateness.steps;
-        status.latest_ms = lateness.worst.as_secs_f64() * 1e3;
-        status.samples_unsent = samples_unsent;
-    }
-
-    pub(crate) fn faults(&self, plant: &::plant::Plant) {
-        let present = plant
-            .faults()
-            .iter()
-            .map(|(component, fault)| PresentFault { component: component.clone(), fault: *fault });
-        self.status().faults = present.collect();
+        self.update(|status| {
+            status.phase = phase;
+            status.waiting_for.clear();
+        });
     }
 
     pub(crate) fn read(&self) -> PlantStatus {
-        let mut status = self.status().clone();
-        status.time_unix_ns = clock::unix_ns();
-        status
+        PlantStatus { time_unix_ns: clock::unix_ns(), ..self.0.lock().clone() }
+    }
+}
+
+/// A plant's health.
+#[derive(Debug)]
+pub(crate) struct PlantHealth {
+    pub(crate) pulse: Arc<Pulse>,
+    pub(crate) status: Arc<SharedStatus>,
+}
+
+impl Subject for PlantHealth {
+    fn live(&self) -> Condition {
+        live(self.pulse.sign(Instant::now()))
     }
 
-    /// Every change is one assignment, so a thread that failed has left the status in order.
-    fn status(&self) -> MutexGuard<'_, PlantStatus> {
-        self.0.lock()
+    fn ready(&self) -> Condition {
+        readiness::plant_ready(self.live(), &self.status.read())
+    }
+
+    fn metrics(&self) -> Result<String, std::fmt::Error> {
+        let process = ProcessReport::read(self.pulse.sign(Instant::now()));
+        metrics::of_plant(&self.status.read(), &process)
     }
 }
 
@@ -99,14 +94,14 @@ pub(crate) async fn declare(
 /// Publishes the status once a second, and notifies the service manager.
 pub(crate) async fn report(
     publisher: Publisher<'static>,
-    board: Arc<Board>,
+    status: Arc<SharedStatus>,
     supervisor: Arc<Supervisor>,
 ) {
     let mut ticks = interval(EVERY);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         ticks.tick().await;
-        let status = board.read();
+        let status = status.read();
         supervisor.status(&status_line::of_plant(&status));
         match vocabulary::encode(&status) {
             Ok(bytes) => {

@@ -13,14 +13,17 @@ use vocabulary::{
     delivery::Backoff, keys::Watched,
 };
 use zenoh::Session;
+use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::sample::SampleKind;
 
-use super::continuity::{Counting, Gap};
-use super::inlet::{Arrival, Inlet, Message};
+use super::keys::RecordedKeys;
+use super::missing::{Counting, MissingRange};
+use super::queue::{EventQueue, ReceivedMessage, RecorderEvent};
 
-/// Wishes that may wait.
-const WISHES: usize = 256;
-/// Wishes that are fulfilled at once.
+/// Requests that may wait.
+const WAITING: usize = 256;
+/// Requests that are fulfilled at once.
 const AT_ONCE: usize = 4;
 /// Most messages that are asked for in one question.
 const PIECE: u64 = 1024;
@@ -38,98 +41,94 @@ const ATTEMPTS: u32 = 4;
 
 /// What is to be asked for.
 #[derive(Debug)]
-pub(super) enum Wish {
+pub(super) enum FetchRequest {
     /// Messages that are missing.
-    Missing(Gap),
+    Missing(MissingRange),
     /// What a diagnoser tells who asks.
     Module(StructureName, ModuleName),
 }
 
-/// Where wishes are brought.
+/// The way to the fetcher.
 #[derive(Debug, Clone)]
-pub(super) struct Desk {
-    queue: mpsc::Sender<Wish>,
+pub(super) struct FetchRequests {
+    queue: mpsc::Sender<FetchRequest>,
     /// How many are not fulfilled yet.
     outstanding: watch::Sender<usize>,
 }
 
-impl Desk {
+impl FetchRequests {
+    /// With the queue's other end, for [`Fetcher::run`].
+    pub(super) fn new() -> (Self, mpsc::Receiver<FetchRequest>) {
+        let (queue, queued) = mpsc::channel(WAITING);
+        (Self { queue, outstanding: watch::Sender::new(0) }, queued)
+    }
+
     /// False if there is no room.
-    pub(super) fn bring(&self, wish: Wish) -> bool {
+    pub(super) fn add(&self, request: FetchRequest) -> bool {
         self.outstanding.send_modify(|count| *count += 1);
-        let is_taken = self.queue.try_send(wish).is_ok();
+        let is_taken = self.queue.try_send(request).is_ok();
         if !is_taken {
             self.outstanding.send_modify(|count| *count -= 1);
         }
         is_taken
     }
 
-    /// Waits until every wish is fulfilled as far as it will be.
+    /// Waits until every request is fulfilled as far as it will be.
     pub(super) async fn fulfilled(&self) {
         // No error: this holds a sender.
         let _ = self.outstanding.subscribe().wait_for(|count| *count == 0).await;
     }
 }
 
-/// Fulfils wishes.
+/// Fetches what is requested.
+#[derive(Clone)]
 pub(super) struct Fetcher {
     session: Session,
-    inlet: Inlet,
-    desk: Desk,
-    wishes: mpsc::Receiver<Wish>,
+    queue: EventQueue,
 }
 
 impl Fetcher {
-    pub(super) fn new(session: &Session, inlet: Inlet) -> (Self, Desk) {
-        let (queue, wishes) = mpsc::channel(WISHES);
-        let desk = Desk { queue, outstanding: watch::Sender::new(0) };
-        (Self { session: session.clone(), inlet, desk: desk.clone(), wishes }, desk)
+    pub(super) fn new(session: &Session, queue: EventQueue) -> Self {
+        Self { session: session.clone(), queue }
     }
 
-    pub(super) fn desk(&self) -> Desk {
-        self.desk.clone()
-    }
-
-    pub(super) async fn run(mut self) {
+    /// Fulfils requests, some at once.
+    pub(super) async fn run(
+        self,
+        requests: FetchRequests,
+        mut queued: mpsc::Receiver<FetchRequest>,
+    ) {
         let at_once = Arc::new(Semaphore::new(AT_ONCE));
         // All of them end with this.
         let mut tasks = JoinSet::new();
-        while let Some(wish) = self.wishes.recv().await {
+        while let Some(request) = queued.recv().await {
             let Ok(permit) = Arc::clone(&at_once).acquire_owned().await else { return };
-            let errand = Errand { session: self.session.clone(), inlet: self.inlet.clone() };
-            let outstanding = self.desk.outstanding.clone();
+            let fetcher = self.clone();
+            let outstanding = requests.outstanding.clone();
             tasks.spawn(async move {
-                errand.fulfil(wish).await;
+                fetcher.fulfil(request).await;
                 outstanding.send_modify(|count| *count -= 1);
                 drop(permit);
             });
             while tasks.try_join_next().is_some() {}
         }
     }
-}
 
-/// Fulfils one wish.
-struct Errand {
-    session: Session,
-    inlet: Inlet,
-}
-
-impl Errand {
-    async fn fulfil(&self, wish: Wish) {
-        match wish {
-            Wish::Missing(gap) => {
+    async fn fulfil(&self, request: FetchRequest) {
+        match request {
+            FetchRequest::Missing(gap) => {
                 match (gap.is_past, gap.counting) {
                     (true, Counting::Steps) => self.past(&gap).await,
                     _ => self.missing(&gap).await,
                 }
-                self.inlet.put(Arrival::Settled(gap)).await;
+                self.queue.put(RecorderEvent::Settled(gap)).await;
             }
-            Wish::Module(structure, module) => self.module(&structure, &module).await,
+            FetchRequest::Module(structure, module) => self.module(&structure, &module).await,
         }
     }
 
     /// Publishers keep the latest, so the latest come first, until one question brings nothing.
-    async fn past(&self, gap: &Gap) {
+    async fn past(&self, gap: &MissingRange) {
         let mut to = gap.to;
         for _ in 0..PIECES {
             let from = to.saturating_sub(PIECE - 1).max(gap.from);
@@ -140,7 +139,7 @@ impl Errand {
         }
     }
 
-    async fn missing(&self, gap: &Gap) {
+    async fn missing(&self, gap: &MissingRange) {
         let mut from = gap.from;
         for _ in 0..PIECES {
             let to = from.saturating_add(PIECE - 1).min(gap.to);
@@ -153,11 +152,11 @@ impl Errand {
     }
 
     /// Asks until the last of them has come, which come in order, or nothing more does. Returns the last that came.
-    async fn piece(&self, gap: &Gap, mut from: u64, to: u64) -> Option<u64> {
+    async fn piece(&self, gap: &MissingRange, mut from: u64, to: u64) -> Option<u64> {
         let mut had = None;
         let mut pauses = PAUSES;
         loop {
-            match self.fetch(&selector(gap, from, to)).await.last {
+            match self.fetch(&selector(gap, from, to)).await.1 {
                 Some(last) if last >= to => return Some(last),
                 Some(last) if last >= from => {
                     (had, from) = (Some(last), last + 1);
@@ -172,9 +171,7 @@ impl Errand {
     async fn module(&self, structure: &StructureName, module: &ModuleName) {
         let key = |topic| Key::of_module(structure, module, topic).to_string();
         let mut pauses = PAUSES;
-        while pauses.failures() < ATTEMPTS
-            && self.fetch(&key(Topic::Configuration)).await.count == 0
-        {
+        while pauses.failures() < ATTEMPTS && self.fetch(&key(Topic::Configuration)).await.0 == 0 {
             tokio::time::sleep(pauses.fail()).await;
         }
         self.fetch(&key(Topic::Input)).await;
@@ -184,8 +181,8 @@ impl Errand {
         }
     }
 
-    /// Puts a question and passes on the replies.
-    async fn fetch(&self, selector: &str) -> Had {
+    /// Puts a question and passes on the replies: how many came, and the place of the last that is counted.
+    async fn fetch(&self, selector: &str) -> (usize, Option<u64>) {
         let (found, mut replies) = mpsc::unbounded_channel();
         let count = AtomicUsize::new(0);
         let query = self.session.get(selector).target(QueryTarget::All);
@@ -195,34 +192,26 @@ impl Errand {
                 && count.fetch_add(1, Ordering::Relaxed) < REPLIES
             {
                 // Fails only when nobody waits any more.
-                let _ = found.send(Message::of(sample));
+                let _ = found.send(ReceivedMessage::of(sample));
             }
         });
         if let Err(error) = asked.await {
             tracing::debug!("not asked: {error}");
         }
-        let mut had = Had::default();
+        let (mut had, mut last) = (0, None);
         // Ends when the network has dropped the callback.
         while let Some(message) = replies.recv().await {
-            had.count += 1;
+            had += 1;
             let counting = Counting::of(&message.topic);
             let at = counting.and_then(|counting| counting.place(&Stamp::of(&message.payload)));
-            had.last = had.last.max(at.map(|(_, at)| at));
-            self.inlet.put(Arrival::Fetched(message)).await;
+            last = last.max(at.map(|(_, at)| at));
+            self.queue.put(RecorderEvent::Fetched(message)).await;
         }
-        had
+        (had, last)
     }
 }
 
-/// What a question brought.
-#[derive(Debug, Default)]
-struct Had {
-    count: usize,
-    /// The place of the last that is counted.
-    last: Option<u64>,
-}
-
-fn selector(gap: &Gap, from: u64, to: u64) -> String {
+fn selector(gap: &MissingRange, from: u64, to: u64) -> String {
     let parameters = match gap.counting {
         Counting::Steps => {
             let (from, to) = (Step(from), Step(to));
@@ -234,4 +223,32 @@ fn selector(gap: &Gap, from: u64, to: u64) -> String {
         }
     };
     format!("{}?{parameters}", gap.topic)
+}
+
+/// Requests what each diagnoser tells, when its token is seen.
+pub(super) async fn watch_diagnosers(
+    session: &Session,
+    keys: &RecordedKeys,
+    requests: FetchRequests,
+) -> zenoh::Result<Subscriber<()>> {
+    let tokens = keys.tokens();
+    let keys = keys.clone();
+    let seen = move |token: zenoh::sample::Sample| {
+        if token.kind() == SampleKind::Put
+            && keys.has(token.key_expr().as_str())
+            && let Some(request) = module_request(token.key_expr().as_str())
+            && !requests.add(request)
+        {
+            tracing::warn!(token = %token.key_expr(), "diagnoser not queried: request queue full");
+        }
+    };
+    session.liveliness().declare_subscriber(tokens).history(true).callback(seen).await
+}
+
+/// To ask the module that a key belongs to.
+pub(super) fn module_request(key: &str) -> Option<FetchRequest> {
+    match key.parse() {
+        Ok(Key::Module { structure, module, .. }) => Some(FetchRequest::Module(structure, module)),
+        _ => None,
+    }
 }

@@ -2,44 +2,40 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `subject` | what is to be recorded, as key expressions |
-//! | `inlet` | takes messages from the network, never waits |
-//! | `continuity` | what is missing between those that came |
-//! | `fetching` | asks for it, and for what was before the recorder |
-//! | `attendance` | whose configuration, inputs and present states are asked for |
-//! | `pen` | a thread: writes everything |
+//! | `keys` | what is to be recorded, as key expressions |
+//! | `queue` | takes messages from the network, never waits |
+//! | `missing` | what is missing between those that came |
+//! | `fetching` | asks for it, for what was before the recorder, and for each diagnoser's configuration and present states |
+//! | `writer` | a thread: writes everything |
 //! | `report` | how far it has come |
 
-mod attendance;
-mod continuity;
 mod fetching;
-mod inlet;
-mod pen;
+mod keys;
+mod missing;
+mod queue;
 mod report;
-mod subject;
+mod writer;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use recording::{Files, Limits};
+use parking_lot::Mutex;
+use recording::{FileLimits, RecordingFiles};
 use session::Network;
-use tokio::sync::mpsc;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 
-pub use report::Report;
-pub use subject::Subject;
+pub use keys::RecordedKeys;
+pub use report::RecorderReport;
 
-use attendance::Attendance;
-use fetching::Fetcher;
-use inlet::Inlet;
-use pen::Pen;
-use report::Board;
+use fetching::{FetchRequests, Fetcher, watch_diagnosers};
+use queue::EventQueue;
 use shell::exit::Failure;
 use shell::opening::open_unless;
 use shell::shutdown::Shutdown;
 use shell::supervision::{Crew, OPENING, Supervisor};
+use writer::RecordingThread;
 
 /// Messages that may wait to be written.
 const ROOM: usize = 16_384;
@@ -54,11 +50,11 @@ pub struct RecorderConfig {
     /// The place on the network.
     pub network: Network,
     /// What is to be recorded.
-    pub subject: Subject,
+    pub keys: RecordedKeys,
     /// The directory of the files.
     pub directory: PathBuf,
     /// How long they become.
-    pub limits: Limits,
+    pub limits: FileLimits,
 }
 
 /// Records until it is asked to end; `show` is given the report now and then. Returns the last one.
@@ -68,15 +64,15 @@ pub struct RecorderConfig {
 pub async fn run(
     config: RecorderConfig,
     mut shutdown: Shutdown,
-    show: impl FnMut(&Report),
-) -> Result<Report, Failure> {
+    show: impl FnMut(&RecorderReport),
+) -> Result<RecorderReport, Failure> {
     std::fs::create_dir_all(&config.directory).map_err(|error| {
         Failure::running(&format!("directory {}", config.directory.display()), error)
     })?;
     let supervisor = Supervisor::from_environment();
     supervisor.status(OPENING);
     let Some(session) = open_unless(&config.network, &mut shutdown).await? else {
-        return Ok(Report::default());
+        return Ok(RecorderReport::default());
     };
     let result = record(&session, &config, supervisor, shutdown, show).await;
     session::close(&session).await;
@@ -88,71 +84,72 @@ async fn record(
     config: &RecorderConfig,
     supervisor: Supervisor,
     mut shutdown: Shutdown,
-    mut show: impl FnMut(&Report),
-) -> Result<Report, Failure> {
+    mut show: impl FnMut(&RecorderReport),
+) -> Result<RecorderReport, Failure> {
     let refused =
         |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
     let crew = Crew::new(shutdown.clone(), supervisor.pulse());
-    let board = Arc::new(Board::default());
-    let (inlet, arrivals) = Inlet::new(ROOM);
-    let (fetcher, questions) = Fetcher::new(session, inlet.clone());
-    let outstanding = questions.clone();
-    let files = Files::new(&config.directory, config.subject.name(), config.limits);
-    let pen = Pen::new(files, &config.subject, Arc::clone(&board), inlet.dropped(), questions);
-    let written = crew.thread("pen", move |_| pen.run(arrivals));
+    let report = Arc::<Mutex<RecorderReport>>::default();
+    let (queue, events) = EventQueue::new(ROOM);
+    let (requests, queued_requests) = FetchRequests::new();
+    let files = RecordingFiles::new(&config.directory, config.keys.name(), config.limits);
+    let writer = RecordingThread::new(
+        files,
+        &config.keys,
+        Arc::clone(&report),
+        queue.dropped(),
+        requests.clone(),
+    );
+    let written = crew.thread("recording", move |_| writer.run(events));
     let written = written.map_err(|error| Failure::running("no thread can be started", error))?;
-    let subscribers = subscribe(session, &config.subject, &inlet).await.map_err(refused)?;
-    let attendance = Attendance::watch(session, &config.subject, fetcher.desk());
-    let attendance = attendance.await.map_err(refused)?;
-    let tasks =
-        [crew.task("fetching", fetcher.run()), crew.task("ticking", inlet::tick(inlet.clone()))];
-    drop(inlet);
-    tracing::info!(directory = %config.directory.display(), keys = ?config.subject.expressions(), "ready");
+    let subscribers = subscribe(session, &config.keys, &queue).await.map_err(refused)?;
+    let diagnosers = watch_diagnosers(session, &config.keys, requests.clone());
+    let diagnosers = diagnosers.await.map_err(refused)?;
+    let fetching = Fetcher::new(session, queue.clone()).run(requests.clone(), queued_requests);
+    let tasks = [crew.task("fetching", fetching), crew.task("ticking", queue::tick(queue.clone()))];
+    drop(queue);
+    tracing::info!(directory = %config.directory.display(), keys = ?config.keys.expressions(), "ready");
     supervisor.ready("recording");
     while !shutdown.is_requested() {
-        let report = board.read();
-        supervisor.status(&report.line());
+        let present = report.lock().clone();
+        supervisor.status(&present.line());
         supervisor.progress();
-        show(&report);
+        show(&present);
         tokio::select! {
             () = shutdown.requested() => {}
             () = tokio::time::sleep(EVERY) => {}
         }
     }
     supervisor.stopping();
-    for subscriber in subscribers.into_iter().chain([attendance]) {
+    for subscriber in subscribers.into_iter().chain([diagnosers]) {
         subscriber.undeclare().await.map_err(refused)?;
     }
     // What is still missing is counted as lost.
-    let _ = tokio::time::timeout(DRAINING, outstanding.fulfilled()).await;
+    let _ = tokio::time::timeout(DRAINING, requests.fulfilled()).await;
     tasks.iter().for_each(tokio::task::AbortHandle::abort);
-    drop(outstanding);
+    drop(requests);
     if tokio::time::timeout(DRAINING, written).await.is_err() {
-        tracing::warn!("the last messages did not get onto the disk within {DRAINING:?}");
+        tracing::warn!("shutdown timed out after {DRAINING:?} before all messages were written");
     }
-    let report = board.read();
+    let report = report.lock().clone();
     tracing::info!("stopped: {}", report.line());
     Ok(report)
 }
 
 async fn subscribe(
     session: &Session,
-    subject: &Subject,
-    inlet: &Inlet,
+    keys: &RecordedKeys,
+    queue: &EventQueue,
 ) -> zenoh::Result<Vec<Subscriber<()>>> {
     let mut subscribers = Vec::new();
-    for expression in subject.distinct()? {
-        let inlet = inlet.clone();
-        let earlier = expression.overlapped;
-        let subscriber = session.declare_subscriber(expression.whole).callback(move |sample| {
+    for (expression, earlier) in keys.distinct()? {
+        let queue = queue.clone();
+        let subscriber = session.declare_subscriber(expression).callback(move |sample| {
             if !earlier.iter().any(|earlier| earlier.intersects(sample.key_expr())) {
-                inlet.take(&sample);
+                queue.take(&sample);
             }
         });
         subscribers.push(subscriber.await?);
     }
     Ok(subscribers)
 }
-
-/// A queue between the network and the pen.
-type Sender<T> = mpsc::Sender<T>;

@@ -3,11 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use parking_lot::Mutex;
-
 /// How far the recorder has come.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Report {
+pub struct RecorderReport {
     /// The file being written.
     pub file: Option<PathBuf>,
     /// Its length \[bytes\].
@@ -26,7 +24,7 @@ pub struct Report {
     pub problem: Option<String>,
 }
 
-impl Report {
+impl RecorderReport {
     /// How many messages were recorded.
     #[must_use]
     pub fn total(&self) -> u64 {
@@ -60,32 +58,18 @@ impl Report {
     }
 }
 
-/// Written by the pen, read by the process.
-#[derive(Debug, Default)]
-pub(super) struct Board(Mutex<Report>);
-
-impl Board {
-    pub(super) fn read(&self) -> Report {
-        self.0.lock().clone()
-    }
-
-    pub(super) fn write(&self, report: Report) {
-        *self.0.lock() = report;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_line_says_what_is_wrong_first() {
-        let mut report = Report {
+        let mut report = RecorderReport {
             file: Some("/a/tower-20261126T042500Z-0001.mcap".into()),
             file_bytes: 3 << 19,
             messages: BTreeMap::from([("t".to_owned(), 7)]),
             rate: 1999.6,
-            ..Report::default()
+            ..RecorderReport::default()
         };
         let healthy =
             "tower-20261126T042500Z-0001.mcap of 1.5 MiB, 2000 messages/s, 7 recorded, 0 lost";

@@ -9,7 +9,7 @@ use crate::support::{
     LIMIT, Process, Reference, Rig, Story, in_time, note, status, story_of_reference,
 };
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
-use daemon::player::{Manner, Programme};
+use daemon::player::{Playback, Programme};
 use observer::{Live, News};
 use vocabulary::{FaultTransition, RunId, Step, fault::Fault, keys::Watched};
 use zenoh::Session;
@@ -200,9 +200,9 @@ async fn recorded_samples_in_the_plants_place_lead_to_the_verdicts_that_they_led
     let mut faults = listen(&observer, &rig).await;
     let programme = Programme::new(rig.plant.structure.name.clone(), 1e-3, samples);
     // As another run than the recorded one.
-    let manner = Manner { speed: Speed::Max, run: RunId(43), wait_for: rig.modules() };
+    let playback = Playback { speed: Speed::Max, run: RunId(43), wait_for: rig.modules() };
     let (_trigger, shutdown) = shell::shutdown::pair();
-    let playing = daemon::player::run(&rig.plant.network, programme, manner, shutdown);
+    let playing = daemon::player::run(&rig.plant.network, programme, playback, shutdown);
     let published = in_time("the end of the recording", playing).await.unwrap();
     assert_eq!(published, 2 * 8400);
     until_as_expected(&mut faults, &expected).await;

@@ -509,7 +509,7 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
         (order("lower/sensor/g9", bias, Some(1_000_000)), "there is no `lower/sensor/g9`"),
         (order("roof/sensor/g1", bias, None), "no equipped module `roof`"),
         (order("lower/actuator/a1", bias, None), "cannot have the fault"),
-        (order("lower/sensor/g1", bias, Some(0)), "step 0 is over"),
+        (order("lower/sensor/g1", bias, Some(0)), "step 0 has passed"),
         (order("lower/sensor/g9", None, None), "there is no `lower/sensor/g9`"),
         (
             order("sensor/g1", bias, None),

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::support::{free_endpoint, in_time};
-use daemon::recorder::{self, RecorderConfig, Report, Subject};
-use recording::{Limits, Recorded, Recording};
+use daemon::recorder::{self, RecordedKeys, RecorderConfig, RecorderReport};
+use recording::{FileLimits, Recorded, Recording};
 use session::Network;
 use shell::shutdown;
 use vocabulary::{InputQuestion, SampleQuestion};
@@ -68,8 +68,8 @@ fn of_topic<'a>(messages: &'a [Recorded], topic: &str) -> Vec<&'a str> {
 struct Rig {
     session: Session,
     trigger: shutdown::Trigger,
-    seen: tokio::sync::watch::Receiver<Report>,
-    recorder: tokio::task::JoinHandle<Result<Report, shell::exit::Failure>>,
+    seen: tokio::sync::watch::Receiver<RecorderReport>,
+    recorder: tokio::task::JoinHandle<Result<RecorderReport, shell::exit::Failure>>,
     _directory: tempfile::TempDir,
 }
 
@@ -83,19 +83,22 @@ impl Rig {
         let directory = tempfile::tempdir().unwrap();
         let config = RecorderConfig {
             network: Network { connect: vec![endpoint], ..Network::default() },
-            subject: Subject { structure: Some("tower".parse().unwrap()), ..Subject::default() },
+            keys: RecordedKeys {
+                structure: Some("tower".parse().unwrap()),
+                ..RecordedKeys::default()
+            },
             directory: directory.path().to_path_buf(),
-            limits: Limits { file_bytes: 1 << 30, file_ns: u64::MAX, quota_bytes: 1 << 32 },
+            limits: FileLimits { file_bytes: 1 << 30, file_ns: u64::MAX, quota_bytes: 1 << 32 },
         };
         let (trigger, shutdown) = shutdown::pair();
-        let (reports, seen) = tokio::sync::watch::channel(Report::default());
+        let (reports, seen) = tokio::sync::watch::channel(RecorderReport::default());
         let recorder = tokio::spawn(recorder::run(config, shutdown, move |report| {
             reports.send_replace(report.clone());
         }));
         Self { session, trigger, seen, recorder, _directory: directory }
     }
 
-    async fn until(&mut self, what: &str, holds: impl FnMut(&Report) -> bool) {
+    async fn until(&mut self, what: &str, holds: impl FnMut(&RecorderReport) -> bool) {
         in_time(what, self.seen.wait_for(holds)).await.unwrap();
     }
 
@@ -108,7 +111,7 @@ impl Rig {
         }
     }
 
-    async fn end(self) -> Report {
+    async fn end(self) -> RecorderReport {
         self.trigger.pull();
         let report = in_time("the end", self.recorder).await.unwrap().unwrap();
         self.session.close().await.unwrap();
@@ -116,7 +119,7 @@ impl Rig {
     }
 }
 
-fn has(topic: &'static str, count: u64) -> impl Fn(&Report) -> bool {
+fn has(topic: &'static str, count: u64) -> impl Fn(&RecorderReport) -> bool {
     move |report| report.messages.get(topic).copied().unwrap_or(0) >= count
 }
 
@@ -124,7 +127,7 @@ fn has(topic: &'static str, count: u64) -> impl Fn(&Report) -> bool {
 async fn what_was_missed_is_fetched_and_what_cannot_be_had_is_counted() {
     let mut rig = Rig::start(answer).await;
     let token = rig.session.liveliness().declare_token("trusswatch/tower/m/alive").await.unwrap();
-    let given = |report: &Report| has(CONFIGURATION, 1)(report) && has(INPUT, 3)(report);
+    let given = |report: &RecorderReport| has(CONFIGURATION, 1)(report) && has(INPUT, 3)(report);
     rig.until("the configuration and inputs", given).await;
 
     let samples = rig.session.declare_publisher(SAMPLE).await.unwrap();
@@ -133,8 +136,9 @@ async fn what_was_missed_is_fetched_and_what_cannot_be_had_is_counted() {
     }
     rig.session.put(INPUT, input(4)).await.unwrap();
     // Of 0 to 35 all but ten.
-    let come =
-        |report: &Report| has(SAMPLE, 26)(report) && has(INPUT, 4)(report) && report.lost() >= 10;
+    let come = |report: &RecorderReport| {
+        has(SAMPLE, 26)(report) && has(INPUT, 4)(report) && report.lost() >= 10
+    };
     rig.until("the samples", come).await;
     rig.trigger.pull();
     let report = in_time("the end", rig.recorder).await.unwrap().unwrap();

@@ -3,21 +3,21 @@
 use std::fs::OpenOptions;
 use std::path::Path;
 
-use journal::{Follower, Place};
+use journal::{JournalFollower, RecordPlace};
 
 use crate::support::{open, present, read};
 
 /// What a follower has of a journal.
 pub(crate) struct Followed {
-    follower: Follower,
-    records: Vec<(Place, String)>,
+    follower: JournalFollower,
+    records: Vec<(RecordPlace, String)>,
     /// Records read, again ones included.
     pub(crate) read: usize,
 }
 
 impl Followed {
     pub(crate) fn new(directory: &Path) -> Self {
-        Self { follower: Follower::new(directory), records: Vec::new(), read: 0 }
+        Self { follower: JournalFollower::new(directory), records: Vec::new(), read: 0 }
     }
 
     /// What it has after another look, each record read once more at its place.
@@ -30,7 +30,7 @@ impl Followed {
             self.read += 1;
             self.records.push(record);
         }
-        let again = |(place, text): &(Place, String)| {
+        let again = |(place, text): &(RecordPlace, String)| {
             let record = look.record_at(*place).unwrap().unwrap();
             assert_eq!(record, *text);
             record
@@ -93,7 +93,7 @@ fn a_record_that_is_gone_or_damaged_is_none_at_its_place() {
     let directory = tempfile::tempdir().unwrap();
     let mut journal = open(directory.path()).journal;
     journal.append_all(["first", "second"]).unwrap();
-    let mut follower = Follower::new(directory.path());
+    let mut follower = JournalFollower::new(directory.path());
     let mut look = follower.look().unwrap();
     let (first, _) = look.next_record().unwrap().unwrap();
     let (second, _) = look.next_record().unwrap().unwrap();
@@ -109,7 +109,7 @@ fn places_hold_through_rotations_for_as_long_as_the_look_lasts() {
     let directory = tempfile::tempdir().unwrap();
     let mut journal = open(directory.path()).journal;
     journal.append("first").unwrap();
-    let mut follower = Follower::new(directory.path());
+    let mut follower = JournalFollower::new(directory.path());
     let mut look = follower.look().unwrap();
     let (place, _) = look.next_record().unwrap().unwrap();
     for _ in 0..3 {
@@ -124,7 +124,7 @@ fn a_look_that_was_not_read_to_its_end_is_continued_by_the_next_one() {
     let mut journal = open(directory.path()).journal;
     journal.append_all(["first", "second"]).unwrap();
     journal.rotate(["snapshot"]).unwrap();
-    let mut follower = Follower::new(directory.path());
+    let mut follower = JournalFollower::new(directory.path());
     let mut records = Vec::new();
     for _ in 0..4 {
         records.extend(follower.look().unwrap().next_record().unwrap().map(|(_, record)| record));

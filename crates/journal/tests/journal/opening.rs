@@ -4,7 +4,7 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use journal::{Journal, MAX_RECORD_BYTES, OpenError, ReadError, WriteError};
+use journal::{Journal, MAX_RECORD_BYTES, OpenError, WriteError};
 
 use crate::support::{open, present, read};
 
@@ -54,7 +54,7 @@ fn a_file_in_place_of_the_directory_is_refused_by_name() {
     let error = Journal::open(&file).unwrap_err();
     assert!(matches!(&error, OpenError::NotADirectory { path } if *path == file), "{error}");
     let error = journal::read(&file).unwrap_err();
-    assert!(matches!(&error, ReadError::NotADirectory { path } if *path == file), "{error}");
+    assert!(matches!(&error, OpenError::NotADirectory { path } if *path == file), "{error}");
     let below = file.join("journal");
     let error = Journal::open(&below).unwrap_err();
     assert!(matches!(&error, OpenError::Io(error) if error.path == below), "{error}");
@@ -96,7 +96,7 @@ fn reading_creates_nothing() {
     assert_eq!(fs::read_dir(temporary.path()).unwrap().count(), 0);
     let missing = temporary.path().join("missing");
     let error = journal::read(&missing).unwrap_err();
-    assert!(matches!(&error, ReadError::Io(error) if error.path == missing), "{error}");
+    assert!(matches!(&error, OpenError::Io(error) if error.path == missing), "{error}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use settings::{ConfigErrors, Document};
+use settings::{ConfigErrors, SettingsFile};
 
 const RIGHT: &str = "write e.g. `127.0.0.1:9464`";
 
@@ -30,7 +30,11 @@ pub struct HealthFlags {
 impl HealthSettings {
     /// The address, if there is to be one.
     #[must_use]
-    pub fn address(&self, document: &Document, errors: &mut ConfigErrors) -> Option<SocketAddr> {
+    pub fn address(
+        &self,
+        document: &SettingsFile,
+        errors: &mut ConfigErrors,
+    ) -> Option<SocketAddr> {
         let text = self.listen.as_ref()?;
         let line = document.line(&["health", "listen"]);
         parse(text, &document.file, line, errors)

@@ -21,7 +21,7 @@ mod sheet;
 
 pub use address::{HealthFlags, HealthSettings};
 pub use condition::{Condition, live};
-pub use probe::{Probe, ProbeError, Wanted};
+pub use probe::{ProbeError, ProbeKind, probe};
 pub use process::ProcessReport;
-pub use server::{AddressError, Listening, Server, Subject};
+pub use server::{HealthAddressError, Listening, Server, Subject};
 pub use sheet::{Sheet, render};

@@ -11,34 +11,27 @@ use hyper_util::rt::TokioIo;
 use tokio::net::TcpStream;
 use vocabulary::printable;
 
+use super::condition::Condition;
+
 /// Longest answer that is read.
 const LONGEST_BODY: usize = 4096;
 
 /// What is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
+pub enum ProbeKind {
     /// Is its loop live?
     Live,
     /// Is it ready?
     Ready,
 }
 
-impl Wanted {
+impl ProbeKind {
     fn path(self) -> &'static str {
         match self {
-            Wanted::Live => "/healthz",
-            Wanted::Ready => "/readyz",
+            ProbeKind::Live => "/healthz",
+            ProbeKind::Ready => "/readyz",
         }
     }
-}
-
-/// What was answered.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Probe {
-    /// Yes or no.
-    pub well: bool,
-    /// Why.
-    pub words: String,
 }
 
 /// Why there is no answer.
@@ -72,29 +65,31 @@ pub enum ProbeError {
     },
 }
 
-impl Probe {
-    /// Asks the process that serves its health at `address`, a `HOST:PORT`.
-    ///
-    /// # Errors
-    /// No answer, or one that makes no sense.
-    pub async fn of(address: &str, wanted: Wanted, timeout: Duration) -> Result<Self, ProbeError> {
-        let path = wanted.path();
-        let asked = tokio::time::timeout(timeout, get(address, path)).await;
-        let asked = asked.map_err(|_| ProbeError::Silent { address: address.into(), timeout })?;
-        let (status, words) = asked.map_err(|error| ProbeError::Connection {
-            address: address.into(),
-            reason: error.to_string(),
-        })?;
-        let well = match status {
-            StatusCode::OK => true,
-            StatusCode::SERVICE_UNAVAILABLE => false,
-            other => {
-                let (address, status) = (address.into(), other.as_u16());
-                return Err(ProbeError::Foreign { address, path, status });
-            }
-        };
-        Ok(Self { well, words: printable(words.trim_end()) })
-    }
+/// Asks the process that serves its health at `address`, a `HOST:PORT`.
+///
+/// # Errors
+/// No answer, or one of another program.
+pub async fn probe(
+    address: &str,
+    kind: ProbeKind,
+    timeout: Duration,
+) -> Result<Condition, ProbeError> {
+    let path = kind.path();
+    let asked = tokio::time::timeout(timeout, get(address, path)).await;
+    let asked = asked.map_err(|_| ProbeError::Silent { address: address.into(), timeout })?;
+    let (status, words) = asked.map_err(|error| ProbeError::Connection {
+        address: address.into(),
+        reason: error.to_string(),
+    })?;
+    let well = match status {
+        StatusCode::OK => true,
+        StatusCode::SERVICE_UNAVAILABLE => false,
+        other => {
+            let (address, status) = (address.into(), other.as_u16());
+            return Err(ProbeError::Foreign { address, path, status });
+        }
+    };
+    Ok(Condition { well, words: printable(words.trim_end()) })
 }
 
 type Broken = Box<dyn std::error::Error + Send + Sync>;

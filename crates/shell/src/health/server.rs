@@ -54,7 +54,7 @@ pub trait Subject: Send + Sync + 'static {
 /// Someone else has the address for health, or it is not here.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("health cannot be served on {address}: {reason}; free the port or choose another address")]
-pub struct AddressError {
+pub struct HealthAddressError {
     /// The address.
     pub address: SocketAddr,
     /// Why.
@@ -70,9 +70,10 @@ impl Listening {
     ///
     /// # Errors
     /// Someone else has it, or it is not here.
-    pub fn on(address: Option<SocketAddr>) -> Result<Self, AddressError> {
+    pub fn on(address: Option<SocketAddr>) -> Result<Self, HealthAddressError> {
         let Some(address) = address else { return Ok(Self(None)) };
-        let refused = |error: std::io::Error| AddressError { address, reason: error.to_string() };
+        let refused =
+            |error: std::io::Error| HealthAddressError { address, reason: error.to_string() };
         let listener = TcpListener::bind(address).map_err(refused)?;
         listener.set_nonblocking(true).map_err(refused)?;
         Ok(Self(Some(listener)))

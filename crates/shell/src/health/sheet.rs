@@ -22,22 +22,22 @@ pub fn render(
 ) -> Result<String, fmt::Error> {
     let labels = labels.into_iter().map(|(name, value)| (Cow::from(name), Cow::from(value)));
     let mut registry = Registry::with_labels(labels);
-    registry.register_collector(Box::new(Writer(write)));
+    registry.register_collector(Box::new(MetricsCollector(write)));
     let mut text = String::new();
     text::encode(&mut text, &registry)?;
     Ok(text)
 }
 
 /// Gives the library's writer to a function.
-struct Writer<F>(F);
+struct MetricsCollector<F>(F);
 
-impl<F> fmt::Debug for Writer<F> {
+impl<F> fmt::Debug for MetricsCollector<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Writer")
+        f.write_str("MetricsCollector")
     }
 }
 
-impl<F> Collector for Writer<F>
+impl<F> Collector for MetricsCollector<F>
 where
     F: Fn(&mut Sheet<'_>) -> fmt::Result + Send + Sync + 'static,
 {

@@ -7,8 +7,7 @@ use std::os::unix::fs::MetadataExt;
 
 use tracing_journald::{Priority, PriorityMappings};
 
-use super::rewriting::Rewriting;
-use super::wording::with_fields_in_text;
+use super::rewriting::{Rewriting, with_fields_in_text};
 
 /// Device and inode of the stream that leads to the journal, set by the service manager.
 const VARIABLE: &str = "JOURNAL_STREAM";

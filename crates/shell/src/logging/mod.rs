@@ -2,15 +2,12 @@
 //! it, with every field as a field of its own; else as text to standard error.
 
 mod journal;
-mod printable;
 mod refusals;
 mod rewriting;
-mod wording;
 
 use std::io::IsTerminal;
 
-use printable::with_printable_texts;
-use rewriting::Rewriting;
+use rewriting::{Rewriting, with_printable_texts};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry, fmt};
@@ -22,7 +19,7 @@ const DEFAULT_FILTER: &str = "info,zenoh=error";
 
 type Sink = Box<dyn Layer<Registry> + Send + Sync>;
 
-/// Starts logging. A filter that is none is replaced by the default with a warning.
+/// Starts logging. An invalid filter is replaced by the default with a warning.
 pub fn start() {
     let wanted = std::env::var(FILTER_VARIABLE).unwrap_or_else(|_| DEFAULT_FILTER.to_owned());
     let (filter, problem) = match EnvFilter::try_new(&wanted) {
@@ -36,10 +33,12 @@ pub fn start() {
         .with(refusals::layer())
         .try_init();
     if let Some(error) = problem {
-        tracing::warn!("{FILTER_VARIABLE} is `{wanted}`, which is no filter: {error}");
+        tracing::warn!(
+            "invalid filter `{wanted}` in {FILTER_VARIABLE}; using `{DEFAULT_FILTER}`: {error}"
+        );
     }
     if let Some(error) = no_journal {
-        tracing::warn!("the journal takes nothing, hence this to standard error: {error}");
+        tracing::warn!("cannot connect to journald; logging to stderr: {error}");
     }
 }
 

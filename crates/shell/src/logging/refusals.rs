@@ -55,16 +55,16 @@ where
         .with_target(ACCESS_CONTROL, LevelFilter::TRACE)
         .with_target(TLS, LevelFilter::WARN)
         .with_target(CONNECTING, LevelFilter::DEBUG);
-    Refusals { sender, names: Mutex::default() }.with_filter(interesting)
+    RefusalLayer { sender, names: Mutex::default() }.with_filter(interesting)
 }
 
 /// Extracts refusals from Zenoh's log.
-struct Refusals {
+struct RefusalLayer {
     sender: SyncSender<String>,
     names: Mutex<Names>,
 }
 
-impl<S: Subscriber> Layer<S> for Refusals {
+impl<S: Subscriber> Layer<S> for RefusalLayer {
     fn on_event(&self, event: &Event<'_>, _context: Context<'_, S>) {
         let target = event.metadata().target();
         let refusal = if target == ACCESS_CONTROL {

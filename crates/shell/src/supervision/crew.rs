@@ -36,10 +36,10 @@ impl Crew {
         name: &'static str,
         work: impl FnOnce(&Lane) + Send + 'static,
     ) -> std::io::Result<Ended> {
-        let (place, lane) = (self.place("thread", name), self.pulse.lane(name));
+        let (guard, lane) = (self.guard("thread", name), self.pulse.lane(name));
         let (ending, ended) = oneshot::channel();
         std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-            let _place = place;
+            let _guard = guard;
             work(&lane);
             // The receiver is gone if the process ends in a hurry.
             let _ = ending.send(());
@@ -53,27 +53,27 @@ impl Crew {
         name: &'static str,
         work: impl Future<Output = ()> + Send + 'static,
     ) -> AbortHandle {
-        let place = self.place("task", name);
+        let guard = self.guard("task", name);
         let task = tokio::spawn(async move {
-            let _place = place;
+            let _guard = guard;
             work.await;
         });
         task.abort_handle()
     }
 
-    fn place(&self, kind: &'static str, name: &'static str) -> Place {
-        Place { kind, name, shutdown: self.shutdown.clone() }
+    fn guard(&self, kind: &'static str, name: &'static str) -> EndGuard {
+        EndGuard { kind, name, shutdown: self.shutdown.clone() }
     }
 }
 
 /// Held as long as a thread or task lives.
-struct Place {
+struct EndGuard {
     kind: &'static str,
     name: &'static str,
     shutdown: Shutdown,
 }
 
-impl Drop for Place {
+impl Drop for EndGuard {
     fn drop(&mut self) {
         if !self.shutdown.is_requested() {
             let Self { kind, name, .. } = self;

@@ -19,13 +19,13 @@ const SIGNS: u32 = 4;
 #[derive(Debug)]
 pub struct Supervisor {
     manager: Option<Notification>,
-    watch: Option<Watch>,
+    watch: Option<Watchdog>,
     pulse: Arc<Pulse>,
 }
 
 /// How often the service manager expects the watchdog heartbeat.
 #[derive(Debug)]
-struct Watch {
+struct Watchdog {
     every: Duration,
     start: Instant,
     /// When the next heartbeat is due \[ns since the start\].
@@ -44,7 +44,7 @@ impl Supervisor {
 
     fn new(manager: Option<Notification>, timeout: Option<Duration>) -> Self {
         let watched = timeout.filter(|_| manager.is_some());
-        let watch = watched.map(|timeout| Watch::new(timeout / SIGNS));
+        let watch = watched.map(|timeout| Watchdog::new(timeout / SIGNS));
         Self { manager, watch, pulse: Arc::new(Pulse::new()) }
     }
 
@@ -89,7 +89,7 @@ impl Supervisor {
     }
 }
 
-impl Watch {
+impl Watchdog {
     fn new(every: Duration) -> Self {
         Self { every, start: Instant::now(), due_ns: AtomicU64::new(0) }
     }
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn progress_is_sent_at_once_and_then_four_times_within_the_timeout() {
-        let watch = Watch::new(Duration::from_secs(2) / SIGNS);
+        let watch = Watchdog::new(Duration::from_secs(2) / SIGNS);
         let sent = |after_ms| watch.is_due(watch.start + Duration::from_millis(after_ms));
         assert!(sent(0) && !sent(1) && !sent(499));
         assert!(sent(500) && !sent(501) && !sent(999));

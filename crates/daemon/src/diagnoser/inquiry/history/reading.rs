@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use journal::{Follower, Look, Place, ReadError};
+use journal::{JournalFollower, JournalLook, OpenError, RecordPlace};
 use vocabulary::{FaultTransition, HistoryPage, HistoryQuestion, Identification};
 
 use super::index::Index;
@@ -19,7 +19,7 @@ const ATTEMPTS: usize = 3;
 #[derive(Debug, thiserror::Error)]
 pub(super) enum PageError {
     #[error(transparent)]
-    Read(#[from] ReadError),
+    Read(#[from] OpenError),
     #[error("the journal changes while it is read; ask again")]
     Changing,
 }
@@ -35,9 +35,9 @@ pub(super) struct Reading<'a> {
 /// What has been read.
 #[derive(Debug)]
 struct Known {
-    follower: Follower,
+    follower: JournalFollower,
     entries: Entries,
-    index: Index<Place>,
+    index: Index<RecordPlace>,
 }
 
 impl<'a> Reading<'a> {
@@ -66,7 +66,7 @@ impl<'a> Reading<'a> {
 impl Known {
     fn nothing(speaker: &Speaker, directory: &Path) -> Self {
         let entries = Entries::of(&speaker.module);
-        Self { follower: Follower::new(directory), entries, index: Index::new() }
+        Self { follower: JournalFollower::new(directory), entries, index: Index::new() }
     }
 
     fn page(
@@ -88,17 +88,25 @@ impl Known {
     }
 }
 
-impl Contents<Place> for Look<'_> {
+impl Contents<RecordPlace> for JournalLook<'_> {
     type Error = PageError;
 
-    fn transition(&mut self, sequence: u64, place: Place) -> Result<FaultTransition, PageError> {
+    fn transition(
+        &mut self,
+        sequence: u64,
+        place: RecordPlace,
+    ) -> Result<FaultTransition, PageError> {
         match record_at(self, place)? {
             Record::Transition(transition) if transition.sequence == sequence => Ok(*transition),
             _ => Err(PageError::Changing),
         }
     }
 
-    fn identification(&mut self, sequence: u64, place: Place) -> Result<Identification, PageError> {
+    fn identification(
+        &mut self,
+        sequence: u64,
+        place: RecordPlace,
+    ) -> Result<Identification, PageError> {
         match record_at(self, place)? {
             Record::Identification(found) if found.sequence == sequence => Ok(*found),
             _ => Err(PageError::Changing),
@@ -106,7 +114,7 @@ impl Contents<Place> for Look<'_> {
     }
 }
 
-fn record_at(look: &Look<'_>, place: Place) -> Result<Record, PageError> {
+fn record_at(look: &JournalLook<'_>, place: RecordPlace) -> Result<Record, PageError> {
     let text = look.record_at(place)?.ok_or(PageError::Changing)?;
     Record::from_text(&text).ok_or(PageError::Changing)
 }

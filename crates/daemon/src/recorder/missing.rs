@@ -30,7 +30,7 @@ pub(super) enum Counting {
 
 /// Messages that are missing: of one topic, from one place to another, both included.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Gap {
+pub(super) struct MissingRange {
     pub(super) topic: String,
     pub(super) counting: Counting,
     /// The run or process.
@@ -43,27 +43,27 @@ pub(super) struct Gap {
 
 /// What is to be done with a message.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Finding {
+pub(super) struct Noted {
     /// It has not been written yet.
     pub(super) is_new: bool,
     /// It is the first of a run or process.
     pub(super) begins: bool,
     /// What is missing before it.
-    pub(super) gap: Option<Gap>,
+    pub(super) gap: Option<MissingRange>,
 }
 
-impl Finding {
+impl Noted {
     const PLAIN: Self = Self { is_new: true, begins: false, gap: None };
     const KNOWN: Self = Self { is_new: false, begins: false, gap: None };
 }
 
 /// What came of every topic.
 #[derive(Debug, Default)]
-pub(super) struct Continuity(BTreeMap<String, Vec<Line>>);
+pub(super) struct Streams(BTreeMap<String, Vec<Stream>>);
 
 /// What came of one run or process.
 #[derive(Debug)]
-struct Line {
+struct Stream {
     epoch: u64,
     /// The first that was published while it was recorded: what is missing before it is no loss.
     first: u64,
@@ -98,23 +98,23 @@ impl Counting {
     }
 }
 
-impl Continuity {
+impl Streams {
     /// A message that was published. One that came before is written once more: it was published twice.
-    pub(super) fn published(&mut self, topic: &str, stamp: &Stamp) -> Finding {
-        let Some((counting, epoch, at)) = placed(topic, stamp) else { return Finding::PLAIN };
-        let (line, begins) = self.line(topic, epoch, counting, at);
-        line.take(at);
-        let gap = line.gap(topic, counting);
-        Finding { is_new: true, begins, gap }
+    pub(super) fn published(&mut self, topic: &str, stamp: &Stamp) -> Noted {
+        let Some((counting, epoch, at)) = placed(topic, stamp) else { return Noted::PLAIN };
+        let (stream, begins) = self.stream(topic, epoch, counting, at);
+        stream.take(at);
+        let gap = stream.gap(topic, counting);
+        Noted { is_new: true, begins, gap }
     }
 
     /// A message that was asked for. What is missing before it has been asked for as well.
-    pub(super) fn fetched(&mut self, topic: &str, stamp: &Stamp) -> Finding {
-        let Some((counting, epoch, at)) = placed(topic, stamp) else { return Finding::PLAIN };
-        let (line, begins) = self.line(topic, epoch, counting, at);
-        let is_new = begins || line.take(at);
-        while line.gap(topic, counting).is_some() {}
-        if is_new { Finding { begins, ..Finding::PLAIN } } else { Finding::KNOWN }
+    pub(super) fn fetched(&mut self, topic: &str, stamp: &Stamp) -> Noted {
+        let Some((counting, epoch, at)) = placed(topic, stamp) else { return Noted::PLAIN };
+        let (stream, begins) = self.stream(topic, epoch, counting, at);
+        let is_new = begins || stream.take(at);
+        while stream.gap(topic, counting).is_some() {}
+        if is_new { Noted { begins, ..Noted::PLAIN } } else { Noted::KNOWN }
     }
 
     /// A diagnoser says on another topic of its module which step it has taken.
@@ -124,23 +124,25 @@ impl Continuity {
         if !matches!(topic, Topic::Progress | Topic::Status) {
             return;
         }
-        if let Some(line) = self.samples_of(&structure, &module, run) {
-            line.taken_by_diagnoser(step, now);
+        if let Some(stream) = self.samples_of(&structure, &module, run) {
+            stream.taken_by_diagnoser(step, now);
         }
     }
 
     /// The gaps before samples that diagnosers have taken and that have had their time to arrive.
-    pub(super) fn overdue(&mut self, now: Instant) -> Vec<Gap> {
+    pub(super) fn overdue(&mut self, now: Instant) -> Vec<MissingRange> {
         let mut gaps = Vec::new();
-        for (topic, lines) in &mut self.0 {
-            gaps.extend(lines.iter_mut().filter_map(|line| line.overdue(topic, now)));
+        for (topic, streams) in &mut self.0 {
+            gaps.extend(streams.iter_mut().filter_map(|stream| stream.overdue(topic, now)));
         }
         gaps
     }
 
     /// How many messages of each topic are still missing, those before the recorder apart.
     pub(super) fn outstanding(&self) -> impl Iterator<Item = (&str, u64)> {
-        self.0.iter().map(|(topic, lines)| (topic.as_str(), lines.iter().map(Line::lost).sum()))
+        self.0
+            .iter()
+            .map(|(topic, streams)| (topic.as_str(), streams.iter().map(Stream::lost).sum()))
     }
 
     fn samples_of(
@@ -148,32 +150,39 @@ impl Continuity {
         structure: &StructureName,
         module: &ModuleName,
         run: u64,
-    ) -> Option<&mut Line> {
+    ) -> Option<&mut Stream> {
         let topic = Key::of_module(structure, module, Topic::Sample).to_string();
-        self.0.get_mut(&topic)?.iter_mut().find(|line| line.epoch == run)
+        self.0.get_mut(&topic)?.iter_mut().find(|stream| stream.epoch == run)
     }
 
     /// How many of these never came.
-    pub(super) fn settle(&mut self, gap: &Gap) -> u64 {
-        let lines = self.0.get_mut(&gap.topic);
-        let line = lines.and_then(|lines| lines.iter_mut().find(|line| line.epoch == gap.epoch));
-        line.map_or(0, |line| count(line.gaps.give_up(gap.from..gap.to.saturating_add(1))))
+    pub(super) fn settle(&mut self, gap: &MissingRange) -> u64 {
+        let streams = self.0.get_mut(&gap.topic);
+        let stream =
+            streams.and_then(|streams| streams.iter_mut().find(|stream| stream.epoch == gap.epoch));
+        stream.map_or(0, |stream| count(stream.gaps.give_up(gap.from..gap.to.saturating_add(1))))
     }
 
-    fn line(&mut self, topic: &str, epoch: u64, counting: Counting, at: u64) -> (&mut Line, bool) {
-        let lines = self.0.entry(topic.to_owned()).or_default();
-        if let Some(index) = lines.iter().position(|line| line.epoch == epoch) {
-            return (&mut lines[index], false);
+    fn stream(
+        &mut self,
+        topic: &str,
+        epoch: u64,
+        counting: Counting,
+        at: u64,
+    ) -> (&mut Stream, bool) {
+        let streams = self.0.entry(topic.to_owned()).or_default();
+        if let Some(index) = streams.iter().position(|stream| stream.epoch == epoch) {
+            return (&mut streams[index], false);
         }
-        if lines.len() >= EPOCHS {
-            lines.remove(0);
+        if streams.len() >= EPOCHS {
+            streams.remove(0);
         }
         let gaps = Gaps::starting_at(counting.first());
-        let mut line = Line { epoch, first: at, gaps, taken: None };
-        line.take(at);
-        lines.push(line);
-        let last = lines.len() - 1;
-        (&mut lines[last], true)
+        let mut stream = Stream { epoch, first: at, gaps, taken: None };
+        stream.take(at);
+        streams.push(stream);
+        let last = streams.len() - 1;
+        (&mut streams[last], true)
     }
 }
 
@@ -187,7 +196,7 @@ fn count(numbers: impl IntoIterator<Item = Range<u64>>) -> u64 {
     numbers.into_iter().map(|numbers| numbers.end - numbers.start).sum()
 }
 
-impl Line {
+impl Stream {
     /// Notes that a message came. False if it came before.
     fn take(&mut self, at: u64) -> bool {
         self.gaps.skip_to(at.saturating_sub(REMEMBERED));
@@ -195,11 +204,11 @@ impl Line {
     }
 
     /// What is missing and has not been asked for.
-    fn gap(&mut self, topic: &str, counting: Counting) -> Option<Gap> {
+    fn gap(&mut self, topic: &str, counting: Counting) -> Option<MissingRange> {
         let numbers = self.gaps.ask()?;
         let (topic, epoch, from, to) =
             (topic.to_owned(), self.epoch, numbers.start, numbers.end - 1);
-        Some(Gap { topic, counting, epoch, from, to, is_past: to < self.first })
+        Some(MissingRange { topic, counting, epoch, from, to, is_past: to < self.first })
     }
 
     fn taken_by_diagnoser(&mut self, step: u64, now: Instant) {
@@ -213,7 +222,7 @@ impl Line {
         self.taken = Some((step, first_said.unwrap_or(now)));
     }
 
-    fn overdue(&mut self, topic: &str, now: Instant) -> Option<Gap> {
+    fn overdue(&mut self, topic: &str, now: Instant) -> Option<MissingRange> {
         let (step, _) = self.taken.filter(|(_, said)| now.duration_since(*said) >= GRACE)?;
         self.taken = None;
         self.gaps.know_of(step + 1);
@@ -235,65 +244,62 @@ mod tests {
         Stamp { run: Some(run), step: Some(step), ..Stamp::default() }
     }
 
-    fn gap(epoch: u64, from: u64, to: u64, is_past: bool) -> Option<Gap> {
+    fn gap(epoch: u64, from: u64, to: u64, is_past: bool) -> Option<MissingRange> {
         let topic = TOPIC.to_owned();
-        Some(Gap { topic, counting: Counting::Steps, epoch, from, to, is_past })
+        Some(MissingRange { topic, counting: Counting::Steps, epoch, from, to, is_past })
     }
 
     #[test]
     fn what_is_missing_is_asked_for_once_and_what_never_comes_is_lost() {
-        let mut continuity = Continuity::default();
-        let first = continuity.published(TOPIC, &at(1, 5));
-        assert_eq!(first, Finding { is_new: true, begins: true, gap: gap(1, 0, 4, true) });
-        assert_eq!(continuity.published(TOPIC, &at(1, 6)), Finding::PLAIN);
-        let later = continuity.published(TOPIC, &at(1, 10));
+        let mut streams = Streams::default();
+        let first = streams.published(TOPIC, &at(1, 5));
+        assert_eq!(first, Noted { is_new: true, begins: true, gap: gap(1, 0, 4, true) });
+        assert_eq!(streams.published(TOPIC, &at(1, 6)), Noted::PLAIN);
+        let later = streams.published(TOPIC, &at(1, 10));
         assert_eq!(later.gap, gap(1, 7, 9, false));
-        assert_eq!(continuity.fetched(TOPIC, &at(1, 8)), Finding::PLAIN);
-        assert_eq!(continuity.fetched(TOPIC, &at(1, 8)), Finding::KNOWN);
-        assert_eq!(continuity.fetched(TOPIC, &at(1, 10)), Finding::KNOWN);
-        assert_eq!(continuity.fetched(TOPIC, &at(1, 4)), Finding::PLAIN);
-        assert_eq!(continuity.settle(&later.gap.unwrap()), 2);
-        assert_eq!(continuity.settle(&first.gap.unwrap()), 4);
-        assert_eq!(continuity.published(TOPIC, &at(1, 11)), Finding::PLAIN);
+        assert_eq!(streams.fetched(TOPIC, &at(1, 8)), Noted::PLAIN);
+        assert_eq!(streams.fetched(TOPIC, &at(1, 8)), Noted::KNOWN);
+        assert_eq!(streams.fetched(TOPIC, &at(1, 10)), Noted::KNOWN);
+        assert_eq!(streams.fetched(TOPIC, &at(1, 4)), Noted::PLAIN);
+        assert_eq!(streams.settle(&later.gap.unwrap()), 2);
+        assert_eq!(streams.settle(&first.gap.unwrap()), 4);
+        assert_eq!(streams.published(TOPIC, &at(1, 11)), Noted::PLAIN);
     }
 
     #[test]
     fn a_message_published_late_or_twice_is_kept() {
-        let mut continuity = Continuity::default();
-        assert_eq!(
-            continuity.published(TOPIC, &at(1, 0)),
-            Finding { begins: true, ..Finding::PLAIN }
-        );
-        let gap = continuity.published(TOPIC, &at(1, 2)).gap.unwrap();
-        assert!(continuity.published(TOPIC, &at(1, 1)).is_new);
-        assert!(continuity.published(TOPIC, &at(1, 1)).is_new);
-        assert_eq!(continuity.settle(&gap), 0);
+        let mut streams = Streams::default();
+        assert_eq!(streams.published(TOPIC, &at(1, 0)), Noted { begins: true, ..Noted::PLAIN });
+        let gap = streams.published(TOPIC, &at(1, 2)).gap.unwrap();
+        assert!(streams.published(TOPIC, &at(1, 1)).is_new);
+        assert!(streams.published(TOPIC, &at(1, 1)).is_new);
+        assert_eq!(streams.settle(&gap), 0);
     }
 
     #[test]
     fn two_publishers_by_turns_do_not_begin_again_each_time() {
-        let mut continuity = Continuity::default();
+        let mut streams = Streams::default();
         for step in 0..5 {
             for run in [1, 2] {
-                assert_eq!(continuity.published(TOPIC, &at(run, step)).gap, None);
+                assert_eq!(streams.published(TOPIC, &at(run, step)).gap, None);
             }
         }
         for run in 3..9 {
-            assert!(continuity.published(TOPIC, &at(run, 0)).begins);
+            assert!(streams.published(TOPIC, &at(run, 0)).begins);
         }
-        assert!(continuity.published(TOPIC, &at(1, 5)).begins, "forgotten meanwhile");
+        assert!(streams.published(TOPIC, &at(1, 5)).begins, "forgotten meanwhile");
     }
 
     #[test]
     fn inputs_count_from_one_and_those_asked_for_first_begin_the_line() {
-        let mut continuity = Continuity::default();
+        let mut streams = Streams::default();
         let topic = "trusswatch/tower/m/input";
         let at = |number| Stamp { process: Some(7), number: Some(number), ..Stamp::default() };
-        assert!(continuity.fetched(topic, &at(1)).begins);
-        assert_eq!(continuity.fetched(topic, &at(2)), Finding::PLAIN);
-        assert_eq!(continuity.published(topic, &at(2)).gap, None);
-        assert_eq!(continuity.published(topic, &at(3)).gap, None);
-        let gap = continuity.published(topic, &at(6)).gap.unwrap();
+        assert!(streams.fetched(topic, &at(1)).begins);
+        assert_eq!(streams.fetched(topic, &at(2)), Noted::PLAIN);
+        assert_eq!(streams.published(topic, &at(2)).gap, None);
+        assert_eq!(streams.published(topic, &at(3)).gap, None);
+        let gap = streams.published(topic, &at(6)).gap.unwrap();
         assert_eq!((gap.counting, gap.from, gap.to), (Counting::Numbers, 4, 5));
     }
 
@@ -301,62 +307,62 @@ mod tests {
 
     #[test]
     fn what_a_diagnoser_has_taken_and_never_came_is_missing_after_a_while() {
-        let mut continuity = Continuity::default();
+        let mut streams = Streams::default();
         let start = Instant::now();
         for step in 0..=4433 {
-            continuity.published(TOPIC, &at(7, step));
+            streams.published(TOPIC, &at(7, step));
         }
-        continuity.said(PROGRESS, &at(7, 4433), start);
-        assert_eq!(continuity.overdue(start + 2 * GRACE), [], "it is there");
-        continuity.said(PROGRESS, &at(7, 4500), start);
-        continuity.said(PROGRESS, &at(7, 4799), start + GRACE / 2);
-        assert_eq!(continuity.overdue(start + GRACE / 2), [], "it may be on its way");
-        assert_eq!(continuity.overdue(start + GRACE), [gap(7, 4434, 4799, false).unwrap()]);
-        assert_eq!(continuity.overdue(start + 9 * GRACE), [], "once");
-        assert_eq!(continuity.fetched(TOPIC, &at(7, 4434)), Finding::PLAIN);
-        assert_eq!(continuity.outstanding().collect::<Vec<_>>(), [(TOPIC, 365)]);
-        assert_eq!(continuity.settle(&gap(7, 4434, 4799, false).unwrap()), 365);
+        streams.said(PROGRESS, &at(7, 4433), start);
+        assert_eq!(streams.overdue(start + 2 * GRACE), [], "it is there");
+        streams.said(PROGRESS, &at(7, 4500), start);
+        streams.said(PROGRESS, &at(7, 4799), start + GRACE / 2);
+        assert_eq!(streams.overdue(start + GRACE / 2), [], "it may be on its way");
+        assert_eq!(streams.overdue(start + GRACE), [gap(7, 4434, 4799, false).unwrap()]);
+        assert_eq!(streams.overdue(start + 9 * GRACE), [], "once");
+        assert_eq!(streams.fetched(TOPIC, &at(7, 4434)), Noted::PLAIN);
+        assert_eq!(streams.outstanding().collect::<Vec<_>>(), [(TOPIC, 365)]);
+        assert_eq!(streams.settle(&gap(7, 4434, 4799, false).unwrap()), 365);
     }
 
     #[test]
     fn a_sample_that_arrives_after_its_progress_is_not_asked_for() {
-        let mut continuity = Continuity::default();
+        let mut streams = Streams::default();
         let mut now = Instant::now();
         for step in 0..1000 {
-            continuity.said(PROGRESS, &at(7, step), now);
-            assert!(continuity.published(TOPIC, &at(7, step)).is_new);
+            streams.said(PROGRESS, &at(7, step), now);
+            assert!(streams.published(TOPIC, &at(7, step)).is_new);
             now += GRACE / 10;
-            assert_eq!(continuity.overdue(now), []);
+            assert_eq!(streams.overdue(now), []);
         }
     }
 
     #[test]
     fn what_cannot_be_is_no_gap() {
-        let mut continuity = Continuity::default();
+        let mut streams = Streams::default();
         let start = Instant::now();
-        continuity.said(PROGRESS, &at(7, 5), start);
-        continuity.published(TOPIC, &at(7, 0));
+        streams.said(PROGRESS, &at(7, 5), start);
+        streams.published(TOPIC, &at(7, 0));
         for topic in ["trusswatch/tower/plant/status", "trusswatch/tower/other/progress", "x"] {
-            continuity.said(topic, &at(7, 9), start);
+            streams.said(topic, &at(7, 9), start);
         }
-        continuity.said(PROGRESS, &at(7, u64::MAX), start);
-        continuity.said(PROGRESS, &at(8, 9), start);
-        assert_eq!(continuity.overdue(start + GRACE), []);
+        streams.said(PROGRESS, &at(7, u64::MAX), start);
+        streams.said(PROGRESS, &at(8, 9), start);
+        assert_eq!(streams.overdue(start + GRACE), []);
     }
 
     #[test]
     fn what_was_before_the_recorder_is_never_lost() {
-        let mut continuity = Continuity::default();
-        continuity.published(TOPIC, &at(1, 5));
-        continuity.published(TOPIC, &at(1, 9));
-        assert_eq!(continuity.outstanding().collect::<Vec<_>>(), [(TOPIC, 3)]);
+        let mut streams = Streams::default();
+        streams.published(TOPIC, &at(1, 5));
+        streams.published(TOPIC, &at(1, 9));
+        assert_eq!(streams.outstanding().collect::<Vec<_>>(), [(TOPIC, 3)]);
     }
 
     #[test]
     fn what_is_not_counted_is_simply_written() {
-        let mut continuity = Continuity::default();
+        let mut streams = Streams::default();
         let status = "trusswatch/tower/m/status";
-        assert_eq!(continuity.published(status, &at(1, 5)), Finding::PLAIN);
-        assert_eq!(continuity.published(TOPIC, &Stamp::default()), Finding::PLAIN);
+        assert_eq!(streams.published(status, &at(1, 5)), Noted::PLAIN);
+        assert_eq!(streams.published(TOPIC, &Stamp::default()), Noted::PLAIN);
     }
 }

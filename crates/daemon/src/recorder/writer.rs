@@ -1,20 +1,20 @@
-//! Writes everything, on a thread of its own. A disk that fails costs messages, which are counted, and is tried again.
+//! Writes everything, on a thread of its own. Messages that a failing disk costs are counted, and it is tried again.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use recording::{Files, Metadata, Recorded, Stamp, WriteError};
+use parking_lot::Mutex;
+use recording::{Metadata, Recorded, RecordingError, RecordingFiles, Stamp};
 use shell::clock;
 use shell::occurrences::Occurrences;
 use vocabulary::{ModuleConfiguration, Topic};
 
-use super::attendance::wish_about;
-use super::continuity::{Continuity, Counting, Gap};
-use super::fetching::{Desk, Wish};
-use super::inlet::{Arrival, Dropped, Message, Outlet};
-use super::report::{Board, Report};
-use super::subject::Subject;
+use super::fetching::{FetchRequest, FetchRequests, module_request};
+use super::keys::RecordedKeys;
+use super::missing::{Counting, MissingRange, Streams};
+use super::queue::{Dropped, QueuedEvents, ReceivedMessage, RecorderEvent};
+use super::report::RecorderReport;
 
 /// What is older than this is on the disk, with what it takes to get there: a second at most is lost.
 const SYNC_EVERY: Duration = Duration::from_millis(600);
@@ -33,13 +33,13 @@ const UNANSWERED: &str = "missed, and not received before the recorder ended";
 const TOO_MANY: &str = "too many topics";
 
 /// The thread that writes.
-pub(super) struct Pen {
-    files: Files,
-    board: Arc<Board>,
-    dropped: Arc<Dropped>,
-    desk: Desk,
-    continuity: Continuity,
-    report: Report,
+pub(super) struct RecordingThread {
+    files: RecordingFiles,
+    shown: Arc<Mutex<RecorderReport>>,
+    dropped: Dropped,
+    requests: FetchRequests,
+    streams: Streams,
+    report: RecorderReport,
     /// Losses that are not in the file yet, by topic and reason.
     losses: BTreeMap<(String, &'static str), u64>,
     synced: Instant,
@@ -48,28 +48,28 @@ pub(super) struct Pen {
     failures: Occurrences,
 }
 
-impl Pen {
+impl RecordingThread {
     pub(super) fn new(
-        mut files: Files,
-        subject: &Subject,
-        board: Arc<Board>,
-        dropped: Arc<Dropped>,
-        desk: Desk,
+        mut files: RecordingFiles,
+        keys: &RecordedKeys,
+        shown: Arc<Mutex<RecorderReport>>,
+        dropped: Dropped,
+        requests: FetchRequests,
     ) -> Self {
         let about = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("structure", subject.structure.as_ref().map_or("any".to_owned(), ToString::to_string)),
-            ("keys", subject.expressions().join(" ")),
+            ("structure", keys.structure.as_ref().map_or("any".to_owned(), ToString::to_string)),
+            ("keys", keys.expressions().join(" ")),
         ];
         // Without a file there is nothing that could fail.
         let _ = files.note(metadata("recorder", about), 0);
         Self {
             files,
-            board,
+            shown,
             dropped,
-            desk,
-            continuity: Continuity::default(),
-            report: Report::default(),
+            requests,
+            streams: Streams::default(),
+            report: RecorderReport::default(),
             losses: BTreeMap::new(),
             synced: Instant::now(),
             counted: 0,
@@ -79,7 +79,7 @@ impl Pen {
     }
 
     /// Until nothing can come any more.
-    pub(super) fn run(mut self, mut arrivals: Outlet) {
+    pub(super) fn run(mut self, mut arrivals: QueuedEvents) {
         let mut batch = Vec::with_capacity(1024);
         while arrivals.wait(&mut batch) {
             for arrival in batch.drain(..) {
@@ -93,7 +93,7 @@ impl Pen {
             }
         }
         self.retry_at = None;
-        for (topic, count) in self.continuity.outstanding().filter(|(_, count)| *count > 0) {
+        for (topic, count) in self.streams.outstanding().filter(|(_, count)| *count > 0) {
             *self.losses.entry((topic.to_owned(), UNANSWERED)).or_default() += count;
         }
         self.sync();
@@ -103,49 +103,49 @@ impl Pen {
         self.publish();
     }
 
-    fn take(&mut self, arrival: Arrival) {
+    fn take(&mut self, arrival: RecorderEvent) {
         match arrival {
-            Arrival::Published(message) => {
+            RecorderEvent::Published(message) => {
                 let stamp = Stamp::of(&message.payload);
-                let finding = self.continuity.published(&message.topic, &stamp);
-                if let Some(gap) = finding.gap {
+                let noted = self.streams.published(&message.topic, &stamp);
+                if let Some(gap) = noted.gap {
                     self.want(gap);
                 }
-                if finding.begins && Counting::of(&message.topic) == Some(Counting::Numbers) {
+                if noted.begins && Counting::of(&message.topic) == Some(Counting::Numbers) {
                     // A diagnoser was started: its setup may be another one.
-                    wish_about(&message.topic).map(|wish| self.desk.bring(wish));
+                    module_request(&message.topic).map(|request| self.requests.add(request));
                 }
-                self.continuity.said(&message.topic, &stamp, Instant::now());
+                self.streams.said(&message.topic, &stamp, Instant::now());
                 self.record(message, stamp);
             }
-            Arrival::Fetched(message) => {
+            RecorderEvent::Fetched(message) => {
                 let stamp = Stamp::of(&message.payload);
                 if message.topic.ends_with(&format!("/{}", Topic::Configuration)) {
                     self.configure(message, stamp);
-                } else if self.continuity.fetched(&message.topic, &stamp).is_new {
+                } else if self.streams.fetched(&message.topic, &stamp).is_new {
                     self.report.fetched += 1;
                     self.record(message, stamp);
                 }
             }
-            Arrival::Settled(gap) => self.settle(&gap),
-            Arrival::Tick => {
-                for gap in self.continuity.overdue(Instant::now()) {
+            RecorderEvent::Settled(gap) => self.settle(&gap),
+            RecorderEvent::Tick => {
+                for gap in self.streams.overdue(Instant::now()) {
                     self.want(gap);
                 }
             }
         }
     }
 
-    fn want(&mut self, gap: Gap) {
-        let wish = Wish::Missing(gap.clone());
-        if !self.desk.bring(wish) {
+    fn want(&mut self, gap: MissingRange) {
+        let request = FetchRequest::Missing(gap.clone());
+        if !self.requests.add(request) {
             self.settle(&gap);
         }
     }
 
     /// What has not come by now is lost, unless it was before the recorder.
-    fn settle(&mut self, gap: &Gap) {
-        let missing = self.continuity.settle(gap);
+    fn settle(&mut self, gap: &MissingRange) {
+        let missing = self.streams.settle(gap);
         if missing > 0 && !gap.is_past {
             self.lose(&gap.topic, GONE, missing);
         }
@@ -155,8 +155,8 @@ impl Pen {
         *self.losses.entry((topic.to_owned(), reason)).or_default() += count;
     }
 
-    fn record(&mut self, message: Message, stamp: Stamp) {
-        let Message { topic, payload, at_unix_ns } = message;
+    fn record(&mut self, message: ReceivedMessage, stamp: Stamp) {
+        let ReceivedMessage { topic, payload, at_unix_ns } = message;
         if self.is_failing() {
             return self.lose(&topic, DISK, 1);
         }
@@ -175,10 +175,10 @@ impl Pen {
     }
 
     /// A diagnoser gave its setup.
-    fn configure(&mut self, message: Message, stamp: Stamp) {
-        let Message { topic, payload, at_unix_ns } = message;
+    fn configure(&mut self, message: ReceivedMessage, stamp: Stamp) {
+        let ReceivedMessage { topic, payload, at_unix_ns } = message;
         let Ok(setup) = vocabulary::decode::<ModuleConfiguration>(&payload) else {
-            tracing::debug!(topic, "a configuration that makes no sense");
+            tracing::debug!(topic, "invalid configuration");
             return;
         };
         let name = format!("module/{}/{}", setup.structure, setup.module);
@@ -201,7 +201,7 @@ impl Pen {
         self.retry_at.is_some_and(|retry_at| Instant::now() < retry_at)
     }
 
-    fn fail(&mut self, error: &WriteError) {
+    fn fail(&mut self, error: &RecordingError) {
         self.retry_at = Some(Instant::now() + AGAIN_AFTER);
         self.report.problem = Some(error.to_string());
         if let Some(times) = self.failures.note(Instant::now()) {
@@ -213,7 +213,8 @@ impl Pen {
     /// Everything so far onto the disk, losses too.
     fn sync(&mut self) {
         self.rate();
-        for (topic, count) in self.dropped.take() {
+        let dropped = std::mem::take(&mut *self.dropped.lock());
+        for (topic, count) in dropped {
             // What is counted shows as a gap, and may still be had.
             if Counting::of(&topic).is_none() {
                 self.lose(&topic, NO_ROOM, count);
@@ -231,7 +232,7 @@ impl Pen {
         self.publish();
     }
 
-    fn try_sync(&mut self) -> Result<(), WriteError> {
+    fn try_sync(&mut self) -> Result<(), RecordingError> {
         let now = clock::unix_ns();
         let mut outcome = Ok(());
         for ((topic, reason), count) in std::mem::take(&mut self.losses) {
@@ -266,7 +267,7 @@ impl Pen {
         for ((topic, _), count) in &self.losses {
             *self.report.losses.entry(topic.clone()).or_default() += count;
         }
-        self.board.write(self.report.clone());
+        *self.shown.lock() = self.report.clone();
     }
 }
 

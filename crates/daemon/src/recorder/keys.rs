@@ -11,7 +11,7 @@ const ANY: &str = "trusswatch";
 
 /// What is to be recorded.
 #[derive(Debug, Clone, Default)]
-pub struct Subject {
+pub struct RecordedKeys {
     /// This structure only.
     pub structure: Option<StructureName>,
     /// These modules only; without any, everything of the structure.
@@ -20,13 +20,7 @@ pub struct Subject {
     pub keys: Vec<String>,
 }
 
-/// A key expression without what others take already.
-pub(super) struct Distinct {
-    pub(super) whole: KeyExpr<'static>,
-    pub(super) overlapped: Vec<KeyExpr<'static>>,
-}
-
-impl Subject {
+impl RecordedKeys {
     /// What files are called.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -46,8 +40,8 @@ impl Subject {
         expressions
     }
 
-    /// The same such that no message comes twice.
-    pub(super) fn distinct(&self) -> zenoh::Result<Vec<Distinct>> {
+    /// The same such that no message comes twice: each with earlier ones, whose messages it leaves out.
+    pub(super) fn distinct(&self) -> zenoh::Result<Vec<(KeyExpr<'static>, Vec<KeyExpr<'static>>)>> {
         let mut all: Vec<KeyExpr<'static>> = Vec::new();
         for text in self.expressions() {
             let expression = KeyExpr::new(text)?;
@@ -59,7 +53,7 @@ impl Subject {
         }
         let distinct = all.iter().enumerate().map(|(index, whole)| {
             let earlier = all[..index].iter().filter(|other| other.intersects(whole));
-            Distinct { whole: whole.clone(), overlapped: earlier.cloned().collect() }
+            (whole.clone(), earlier.cloned().collect())
         });
         Ok(distinct.collect())
     }
@@ -81,8 +75,8 @@ impl Subject {
 mod tests {
     use super::*;
 
-    fn subject(structure: Option<&str>, modules: &[&str], keys: &[&str]) -> Subject {
-        Subject {
+    fn keys(structure: Option<&str>, modules: &[&str], keys: &[&str]) -> RecordedKeys {
+        RecordedKeys {
             structure: structure.map(|name| name.parse().unwrap()),
             modules: modules.iter().map(|name| name.parse().unwrap()).collect(),
             keys: keys.iter().map(|key| (*key).to_owned()).collect(),
@@ -91,20 +85,20 @@ mod tests {
 
     #[test]
     fn without_a_wish_everything_is_recorded() {
-        assert_eq!(subject(None, &[], &[]).expressions(), ["trusswatch/**"]);
-        let tower = subject(Some("tower"), &[], &[]);
+        assert_eq!(keys(None, &[], &[]).expressions(), ["trusswatch/**"]);
+        let tower = keys(Some("tower"), &[], &[]);
         assert_eq!((tower.name(), &*tower.expressions()[0]), ("tower", "trusswatch/tower/**"));
         assert!(tower.has("trusswatch/tower/m/input") && !tower.has("trusswatch/t/m/input"));
     }
 
     #[test]
     fn no_message_comes_twice() {
-        let keys =
+        let overlapping =
             ["trusswatch/*/*/sample", "trusswatch/tower/m1/fault/**", "trusswatch/tower/*/sample"];
-        let distinct = subject(Some("tower"), &["m1"], &keys).distinct().unwrap();
-        let whole: Vec<&str> = distinct.iter().map(|one| one.whole.as_str()).collect();
+        let distinct = keys(Some("tower"), &["m1"], &overlapping).distinct().unwrap();
+        let whole: Vec<&str> = distinct.iter().map(|(whole, _)| whole.as_str()).collect();
         assert_eq!(whole, ["trusswatch/tower/m1/**", "trusswatch/*/*/sample"]);
-        assert_eq!(distinct[1].overlapped.len(), 1);
-        assert!(subject(None, &[], &["a//b"]).distinct().is_err());
+        assert_eq!(distinct[1].1.len(), 1);
+        assert!(keys(None, &[], &["a//b"]).distinct().is_err());
     }
 }

@@ -10,55 +10,53 @@ use shell::clock;
 use tokio::sync::mpsc;
 use zenoh::sample::{Sample, SampleKind};
 
-use super::Sender;
-use super::continuity::Gap;
+use super::missing::MissingRange;
 
 /// Most bytes of messages that may wait to be written.
 const BYTES: usize = 64 << 20;
 /// From one sign that time has passed to the next.
 const TICK: Duration = Duration::from_millis(200);
 
-/// What the pen takes.
+/// What the writing thread takes.
 #[derive(Debug)]
-pub(super) enum Arrival {
+pub(super) enum RecorderEvent {
     /// A message as it was published.
-    Published(Message),
-    /// One that was asked for.
-    Fetched(Message),
+    Published(ReceivedMessage),
+    /// One that was fetched.
+    Fetched(ReceivedMessage),
     /// What was asked for has come as far as it ever will.
-    Settled(Gap),
+    Settled(MissingRange),
     /// Time has passed.
     Tick,
 }
 
 /// A message with the time of its reception \[ns since 1970\].
 #[derive(Debug)]
-pub(super) struct Message {
+pub(super) struct ReceivedMessage {
     pub(super) topic: String,
     pub(super) payload: Vec<u8>,
     pub(super) at_unix_ns: u64,
 }
 
 /// How many messages of each topic found no room.
-#[derive(Debug, Default)]
-pub(super) struct Dropped(Mutex<BTreeMap<String, u64>>);
+pub(super) type Dropped = Arc<Mutex<BTreeMap<String, u64>>>;
 
 /// The way into the queue.
 #[derive(Debug, Clone)]
-pub(super) struct Inlet {
-    queue: Sender<Arrival>,
+pub(super) struct EventQueue {
+    queue: mpsc::Sender<RecorderEvent>,
     waiting: Arc<AtomicUsize>,
-    dropped: Arc<Dropped>,
+    dropped: Dropped,
 }
 
 /// The queue's other end.
 #[derive(Debug)]
-pub(super) struct Outlet {
-    queue: mpsc::Receiver<Arrival>,
+pub(super) struct QueuedEvents {
+    queue: mpsc::Receiver<RecorderEvent>,
     waiting: Arc<AtomicUsize>,
 }
 
-impl Message {
+impl ReceivedMessage {
     pub(super) fn of(sample: &Sample) -> Self {
         let topic = sample.key_expr().as_str().to_owned();
         let payload = sample.payload().to_bytes().into_owned();
@@ -66,36 +64,26 @@ impl Message {
     }
 }
 
-impl Arrival {
+impl RecorderEvent {
     fn bytes(&self) -> usize {
         match self {
-            Arrival::Published(message) | Arrival::Fetched(message) => message.payload.len(),
-            Arrival::Settled(_) | Arrival::Tick => 0,
+            RecorderEvent::Published(message) | RecorderEvent::Fetched(message) => {
+                message.payload.len()
+            }
+            RecorderEvent::Settled(_) | RecorderEvent::Tick => 0,
         }
     }
 }
 
-impl Dropped {
-    fn count(&self, topic: &str) {
-        let mut dropped = self.0.lock();
-        *dropped.entry(topic.to_owned()).or_default() += 1;
-    }
-
-    /// What was dropped since this was last asked.
-    pub(super) fn take(&self) -> BTreeMap<String, u64> {
-        std::mem::take(&mut *self.0.lock())
-    }
-}
-
-impl Inlet {
-    pub(super) fn new(room: usize) -> (Self, Outlet) {
-        let (queue, outlet) = mpsc::channel(room);
+impl EventQueue {
+    pub(super) fn new(room: usize) -> (Self, QueuedEvents) {
+        let (queue, receiver) = mpsc::channel(room);
         let waiting = Arc::<AtomicUsize>::default();
-        let outlet = Outlet { queue: outlet, waiting: Arc::clone(&waiting) };
-        (Self { queue, waiting, dropped: Arc::default() }, outlet)
+        let queued = QueuedEvents { queue: receiver, waiting: Arc::clone(&waiting) };
+        (Self { queue, waiting, dropped: Arc::default() }, queued)
     }
 
-    pub(super) fn dropped(&self) -> Arc<Dropped> {
+    pub(super) fn dropped(&self) -> Dropped {
         Arc::clone(&self.dropped)
     }
 
@@ -110,25 +98,28 @@ impl Inlet {
         match queued {
             Some(place) => {
                 self.waiting.fetch_add(bytes, Ordering::Relaxed);
-                place.send(Arrival::Published(Message::of(sample)));
+                place.send(RecorderEvent::Published(ReceivedMessage::of(sample)));
             }
-            None => self.dropped.count(sample.key_expr().as_str()),
+            None => {
+                let topic = sample.key_expr().as_str().to_owned();
+                *self.dropped.lock().entry(topic).or_default() += 1;
+            }
         }
     }
 
     /// Waits for room.
-    pub(super) async fn put(&self, arrival: Arrival) {
+    pub(super) async fn put(&self, arrival: RecorderEvent) {
         self.waiting.fetch_add(arrival.bytes(), Ordering::Relaxed);
-        // Fails only when the pen has ended.
+        // Fails only when the writing thread has ended.
         let _ = self.queue.send(arrival).await;
     }
 }
 
-impl Outlet {
+impl QueuedEvents {
     /// Waits for more; false when there will be none.
-    pub(super) fn wait(&mut self, into: &mut Vec<Arrival>) -> bool {
+    pub(super) fn wait(&mut self, into: &mut Vec<RecorderEvent>) -> bool {
         let count = self.queue.blocking_recv_many(into, 1024);
-        let bytes = into.iter().map(Arrival::bytes).sum();
+        let bytes = into.iter().map(RecorderEvent::bytes).sum();
         self.waiting.fetch_sub(bytes, Ordering::Relaxed);
         count > 0
     }
@@ -139,10 +130,10 @@ impl Outlet {
     }
 }
 
-/// The pen looks at the clock when something comes; this comes in any case.
-pub(super) async fn tick(inlet: Inlet) {
+/// The writing thread looks at the clock when something comes; this comes in any case.
+pub(super) async fn tick(queue: EventQueue) {
     loop {
         tokio::time::sleep(TICK).await;
-        inlet.put(Arrival::Tick).await;
+        queue.put(RecorderEvent::Tick).await;
     }
 }

@@ -20,14 +20,14 @@ const MAX_WAITING: usize = 8;
 
 /// The latest samples of a module as they were published, oldest first.
 #[derive(Debug, Clone)]
-pub(crate) struct Recording {
+pub(crate) struct RecentSamples {
     run: RunId,
     samples: Arc<Mutex<VecDeque<(Step, ZBytes)>>>,
     /// When a question was last received or answered.
     asked_at: Arc<Mutex<Option<Instant>>>,
 }
 
-impl Recording {
+impl RecentSamples {
     pub(crate) fn new(run: RunId) -> Self {
         let samples = Arc::new(Mutex::new(VecDeque::with_capacity(KEPT)));
         Self { run, samples, asked_at: Arc::default() }
@@ -84,7 +84,7 @@ impl Recording {
 
     fn reader(self) -> std::io::Result<SyncSender<Query>> {
         let (queue, out) = sync_channel::<Query>(MAX_WAITING);
-        std::thread::Builder::new().name("recording".to_owned()).spawn(move || {
+        std::thread::Builder::new().name("recent samples".to_owned()).spawn(move || {
             while let Ok(query) = out.recv() {
                 self.note_question();
                 self.answer(&query);
@@ -111,7 +111,6 @@ impl Recording {
         }
     }
 
-    /// One sample more or less is all that a thread that failed can have left undone.
     fn samples(&self) -> MutexGuard<'_, VecDeque<(Step, ZBytes)>> {
         self.samples.lock()
     }
@@ -123,13 +122,13 @@ mod tests {
 
     #[test]
     fn what_is_asked_for_and_still_kept_is_given_again_oldest_first() {
-        let recording = Recording::new(RunId(1));
+        let recent = RecentSamples::new(RunId(1));
         for step in 0..10_000_u64 {
-            recording.keep(Step(step), ZBytes::from(step.to_string()));
+            recent.keep(Step(step), ZBytes::from(step.to_string()));
         }
         let asked = |run, from, to| {
             let question = SampleQuestion { run: RunId(run), from: Step(from), to: Step(to) };
-            let texts = recording.asked(question).into_iter();
+            let texts = recent.asked(question).into_iter();
             texts.map(|b| b.try_to_string().unwrap().parse().unwrap()).collect::<Vec<u64>>()
         };
         assert_eq!(asked(1, 9990, 20_000), (9990..10_000).collect::<Vec<_>>());
