@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use study::{Injection, Occurrence, Rig};
+use study::{Occurrence, Rig, TimedFault};
 use vocabulary::{ComponentPath, RunId};
 
 use crate::deployment::Deployment;
@@ -64,7 +64,7 @@ fn occurrences_with(
     steps: u64,
 ) -> Vec<Occurrence> {
     let config = deployment.plant_config(seed);
-    let injections = faults.faults.iter().map(|fault| Injection {
+    let injections = faults.faults.iter().map(|fault| TimedFault {
         at: fault.at_step,
         until: fault.until_step,
         component: fault.component.clone(),

@@ -1,41 +1,9 @@
 //! One run of a plant and its diagnosers: what is drawn of it, and how it goes.
 
-use plant::{InjectError, Plant};
-use serde::{Deserialize, Serialize};
-use vocabulary::{ComponentPath, Step, fault::Fault};
+use vocabulary::Step;
 
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig};
-
-/// A fault of a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Injection {
-    /// First step with the fault.
-    pub at: Step,
-    /// First step without it again; `None` if it stays.
-    pub until: Option<Step>,
-    /// The component.
-    pub component: ComponentPath,
-    /// The fault.
-    pub fault: Fault,
-}
-
-/// Injects and clears what is due at `step`.
-pub(crate) fn apply(
-    faults: &[Injection],
-    step: Step,
-    plant: &mut Plant,
-) -> Result<(), InjectError> {
-    for injection in faults {
-        if injection.until == Some(step) {
-            plant.clear(&injection.component)?;
-        }
-        if injection.at == step {
-            plant.inject(&injection.component, injection.fault)?;
-        }
-    }
-    Ok(())
-}
+use crate::rig::{Diagnosed, Occurrence, Rig, TimedFault};
 
 /// Steps whose samples one diagnoser does not get.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,13 +28,26 @@ pub struct Case<K> {
     /// Seed of its wind, loads and noise, and of its plant if that is not commissioned beforehand.
     pub seed: u64,
     /// Its faults, in the order in which they begin.
-    pub faults: Vec<Injection>,
+    pub faults: Vec<TimedFault>,
     /// What diagnosers do not see.
     pub gaps: Vec<Gap>,
     /// So many of its latest samples the publisher keeps for diagnosers that are restarted.
     pub kept_samples: usize,
     /// Its length.
     pub steps: u64,
+}
+
+impl<K> Case<K> {
+    /// A case whose diagnosers see every sample.
+    pub(crate) fn new(
+        number: u64,
+        kind: K,
+        seed: u64,
+        faults: Vec<TimedFault>,
+        steps: u64,
+    ) -> Self {
+        Self { number, kind, seed, faults, gaps: Vec::new(), kept_samples: 0, steps }
+    }
 }
 
 /// Sees the rig after every step, with what happened in it.
@@ -119,5 +100,11 @@ impl<'a> Run<'a> {
     pub fn finish(&mut self) -> Result<(), StudyError> {
         while self.step()? {}
         Ok(())
+    }
+
+    /// What was declared faulty so far, in order.
+    #[must_use]
+    pub fn diagnosed(&self) -> Vec<Diagnosed> {
+        self.occurrences.iter().filter_map(Occurrence::diagnosed).collect()
     }
 }

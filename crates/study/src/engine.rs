@@ -6,12 +6,13 @@ use std::ops::Range;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::campaign::{Campaign, Rows};
-use crate::case::{Run, Watch};
+use crate::campaign::Campaign;
+use crate::case::{Case, Run, Watch};
 use crate::error::StudyError;
-use crate::journal::Journal;
+use crate::journal::{Done, Journal};
 use crate::parallel;
-use crate::system::{CommissionedPlant, PlantRow};
+use crate::rig::Rig;
+use crate::system::CommissionedPlant;
 
 /// What takes long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,22 +37,8 @@ pub struct Engine<'a> {
     pub begin: Begin<'a>,
 }
 
-/// What is done of a campaign.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Done<R> {
-    /// The plants that were commissioned, by system and number.
-    pub plants: BTreeMap<(usize, u64), PlantRow>,
-    /// What came of the cases.
-    pub rows: Rows<R>,
-}
-
-impl<R> Default for Done<R> {
-    fn default() -> Self {
-        Self { plants: BTreeMap::new(), rows: BTreeMap::new() }
-    }
-}
-
-type Plants = BTreeMap<(usize, u64), CommissionedPlant>;
+/// Commissioned plants, by system and number.
+pub(crate) type Plants = BTreeMap<(usize, u64), CommissionedPlant>;
 
 impl Engine<'_> {
     /// Runs those of the cases that are not done yet, and adds them to those that are and to the journal.
@@ -127,12 +114,22 @@ impl Engine<'_> {
     }
 }
 
-pub(crate) fn run_case<C: Campaign>(
+fn run_case<C: Campaign>(
     campaign: &C,
     number: u64,
     plants: &Plants,
     watch: Watch,
 ) -> Result<C::Row, StudyError> {
+    let (case, rig) = prepare(campaign, number, plants)?;
+    campaign.judge(&case, &mut Run::new(&case, rig, watch))
+}
+
+/// Draws a case and its rig.
+pub(crate) fn prepare<C: Campaign>(
+    campaign: &C,
+    number: u64,
+    plants: &Plants,
+) -> Result<(Case<C::Kind>, Rig), StudyError> {
     let (system, plant) = campaign.plant_of(number);
     let plant = plant.map(|plant| plants.get(&(system, plant)).ok_or(StudyError::Interrupted));
     let plant = plant.transpose()?;
@@ -141,7 +138,7 @@ pub(crate) fn run_case<C: Campaign>(
         Some(plant) => plant.rig(case.seed, case.faults.clone()),
         None => campaign.systems()[system].rig(case.seed, case.faults.clone()),
     };
-    campaign.judge(&case, &mut Run::new(&case, rig?, watch))
+    Ok((case, rig?))
 }
 
 /// One of several parts of a campaign that run apart from each other.

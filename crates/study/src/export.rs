@@ -5,17 +5,16 @@
 //! its residual (\[N\] for an actuator, \[m\] for a gage). Numbers are written so that they are read back
 //! bit by bit.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use diagnosis::Diagnoser;
 use vocabulary::{ComponentPath, Step};
 
 use crate::campaign::Campaign;
-use crate::case::Injection;
-use crate::engine::run_case;
+use crate::case::Run;
+use crate::engine::{Plants, prepare};
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig};
+use crate::rig::{Occurrence, Rig, TimedFault};
 
 /// A change that a diagnoser reported during a recorded run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,15 +35,17 @@ pub fn export<C: Campaign>(
     number: u64,
     out: &mut impl Write,
 ) -> Result<(C::Row, Vec<RecordedChange>), StudyError> {
-    let faults = campaign.draw(number, None)?.faults;
+    let (case, rig) = prepare(campaign, number, &Plants::new())?;
     let mut recorder = Recorder::new(out);
-    let row = run_case(campaign, number, &BTreeMap::new(), &mut |rig, occurrences| {
-        let is_present = |of: &&Injection, step: Step| {
+    let mut watch = |rig: &Rig, occurrences: &[Occurrence]| {
+        let is_present = |of: &&TimedFault, step: Step| {
             of.at <= step && of.until.is_none_or(|until| step < until)
         };
-        let faulty = |step| faults.iter().find(|of| is_present(of, step)).map(|of| &of.component);
+        let faulty =
+            |step| case.faults.iter().find(|of| is_present(of, step)).map(|of| &of.component);
         recorder.take(rig, occurrences, faulty)
-    })?;
+    };
+    let row = campaign.judge(&case, &mut Run::new(&case, rig, &mut watch))?;
     Ok((row, recorder.finish()?))
 }
 

@@ -1,6 +1,7 @@
 //! What is done of a campaign, on disk: lines of JSON in `cases.jsonl`. The first names the request; then one for each
 //! commissioned plant and for each case.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::Write;
@@ -12,8 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::hash::Hasher;
 
-use crate::campaign::Campaign;
-use crate::engine::Done;
+use crate::campaign::{Campaign, Rows};
 use crate::error::StudyError;
 use crate::system::PlantRow;
 
@@ -22,6 +22,21 @@ pub const FILE: &str = "cases.jsonl";
 
 /// Version of the format.
 const VERSION: u64 = 1;
+
+/// What is done of a campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Done<R> {
+    /// The plants that were commissioned, by system and number.
+    pub plants: BTreeMap<(usize, u64), PlantRow>,
+    /// What came of the cases.
+    pub rows: Rows<R>,
+}
+
+impl<R> Default for Done<R> {
+    fn default() -> Self {
+        Self { plants: BTreeMap::new(), rows: BTreeMap::new() }
+    }
+}
 
 /// What all cases of a journal have in common: its first line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -16,7 +16,6 @@ pub mod identification;
 pub mod journal;
 pub mod limits;
 pub mod parallel;
-mod recollection;
 pub mod report;
 mod rig;
 pub mod scenarios;
@@ -29,11 +28,12 @@ pub use calibration::{
     Calibration, ChannelPeaks, ModulePeaks, NominalRuns, Recording, StepOrder, plant,
 };
 pub use campaign::{Campaign, Rows};
-pub use case::{Case, Gap, Injection, Run, Watch};
-pub use engine::{Begin, Done, Engine, Shard, Work};
+pub use case::{Case, Gap, Run, Watch};
+pub use engine::{Begin, Engine, Shard, Work};
 pub use error::StudyError;
 pub use explain::{Explanation, Line, LineKind, explain};
 pub use export::{RecordedChange, export};
-pub use rig::{Occurrence, Rig, RigError};
+pub use journal::Done;
+pub use rig::{Diagnosed, Occurrence, Rig, RigError, TimedFault};
 pub use statistics::{Delays, Interval95, share_interval};
 pub use system::{CommissionedPlant, Controller, PlantRow, ReferenceRow, System};

@@ -4,17 +4,16 @@ use std::fmt;
 
 use diagnosis::ModuleSetup;
 use plant::PlantParameters;
-use rand::Rng;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
 use vocabulary::{Component, ComponentPath, ModuleName, RunId};
 
 use crate::calibration::plant;
-use crate::case::Injection;
 use crate::commissioning::{Site, SnippetPlan, usual_snippets};
-use crate::draw::{gage_length_m, generator};
 use crate::error::StudyError;
-use crate::rig::Rig;
+use crate::rig::{Rig, TimedFault};
 
 /// Plants draw from streams of their own.
 const FIRST_PLANT_STREAM: u64 = 7 << 60;
@@ -179,7 +178,7 @@ impl System {
     ///
     /// # Errors
     /// A plant or diagnosers that cannot be made.
-    pub fn rig(&self, seed: u64, faults: Vec<Injection>) -> Result<Rig, StudyError> {
+    pub fn rig(&self, seed: u64, faults: Vec<TimedFault>) -> Result<Rig, StudyError> {
         let plant = plant(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
         Ok(Rig::new(plant, self.setups.clone(), faults, RunId(seed))?)
     }
@@ -237,7 +236,7 @@ impl CommissionedPlant {
     ///
     /// # Errors
     /// A plant or diagnosers that cannot be made.
-    pub fn rig(&self, seed: u64, faults: Vec<Injection>) -> Result<Rig, StudyError> {
+    pub fn rig(&self, seed: u64, faults: Vec<TimedFault>) -> Result<Rig, StudyError> {
         Ok(Rig::new(self.site.plant(seed)?, self.setups.clone(), faults, RunId(seed))?)
     }
 
@@ -270,4 +269,22 @@ impl CommissionedPlant {
         let length_m = gage_length_m(&self.site.nominal, gage);
         own.and_then(reference).map_or(0.0, |smallest| smallest / length_m)
     }
+}
+
+/// Random numbers that follow from a campaign's seed and the number of a stream alone.
+pub(crate) fn generator(campaign_seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut generator = ChaCha8Rng::seed_from_u64(campaign_seed);
+    generator.set_stream(stream);
+    generator
+}
+
+/// Length of the gage; of no meaning for an actuator.
+pub(crate) fn gage_length_m(structure: &Structure, path: &ComponentPath) -> f64 {
+    let module = structure.module(&path.module);
+    let gages = module.map(|module| module.gages.as_slice()).unwrap_or_default();
+    let gage = gages.iter().find(|gage| match &path.component {
+        Component::Sensor(name) => gage.name == *name,
+        Component::Actuator(_) => false,
+    });
+    gage.map_or(f64::NAN, |gage| structure.gage_length_m(gage))
 }

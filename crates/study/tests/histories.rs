@@ -3,7 +3,7 @@
 
 use crate::tower;
 use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation};
-use study::{Campaign, Case, Gap, Injection, Run};
+use study::{Campaign, Case, Gap, Run, TimedFault};
 use vocabulary::{ComponentPath, Step, fault::Fault};
 
 const ONSET: u64 = 4500;
@@ -22,7 +22,7 @@ fn campaign(mismatch: f64, seed: u64) -> Conditions {
 /// A component has a fault in these stretches of steps.
 fn history(seed: u64, component: &str, fault: Fault, stretches: &[(u64, u64)]) -> Case<Situation> {
     let component: ComponentPath = component.parse().unwrap();
-    let injection = |&(at, until): &(u64, u64)| Injection {
+    let injection = |&(at, until): &(u64, u64)| TimedFault {
         at: Step(at),
         until: Some(Step(until)),
         component: component.clone(),

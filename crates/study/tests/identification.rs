@@ -6,7 +6,7 @@ use crate::tower;
 use diagnosis::ModuleSetup;
 use diagnosis::identification::{Identification, SignaturePoint};
 use study::commissioning::{Site, usual_snippets};
-use study::{Injection, Occurrence, Rig};
+use study::{Occurrence, Rig, TimedFault};
 use truss::Structure;
 use vocabulary::{
     ComponentPath, RunId, Step,
@@ -43,7 +43,7 @@ static PLANT: LazyLock<(Site, Vec<ModuleSetup>)> = LazyLock::new(|| {
 fn identified(component: &str, fault: Fault, seed: u64) -> Vec<Identification> {
     let (site, setups) = &*PLANT;
     let injection =
-        Injection { at: ONSET, until: None, component: component.parse().unwrap(), fault };
+        TimedFault { at: ONSET, until: None, component: component.parse().unwrap(), fault };
     let mut rig =
         Rig::new(site.plant(seed).unwrap(), setups.clone(), vec![injection], RunId(seed)).unwrap();
     rig.identify();

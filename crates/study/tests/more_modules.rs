@@ -7,7 +7,7 @@ use crate::tower;
 use diagnosis::ModuleSetup;
 use study::commissioning::{Site, usual_snippets};
 use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation, Standing};
-use study::{Campaign, Case, Gap, Injection, Occurrence, Rig, Run, System, parallel};
+use study::{Campaign, Case, Gap, Occurrence, Rig, Run, System, TimedFault, parallel};
 use truss::Structure;
 use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
@@ -58,18 +58,18 @@ impl Commissioned {
         format!("{module}/{component}").parse().unwrap()
     }
 
-    fn bias(&self, place: usize, gage: &str, strain: f64, at: u64) -> Injection {
+    fn bias(&self, place: usize, gage: &str, strain: f64, at: u64) -> TimedFault {
         let component = self.component(place, &format!("sensor/{gage}"));
         let module = self.structure.module(&component.module).unwrap();
         let gage = module.gages.iter().find(|known| known.name.as_str() == gage).unwrap();
         let offset_m = strain * self.structure.gage_length_m(gage);
-        Injection { at: Step(at), until: None, component, fault: Fault::Bias { offset_m } }
+        TimedFault { at: Step(at), until: None, component, fault: Fault::Bias { offset_m } }
     }
 
-    fn leak(&self, place: usize, actuator: &str, at: u64) -> Injection {
+    fn leak(&self, place: usize, actuator: &str, at: u64) -> TimedFault {
         let component = self.component(place, &format!("actuator/{actuator}"));
         let fault = Fault::InternalLeakage { area_m2: 5e-8 };
-        Injection { at: Step(at), until: None, component, fault }
+        TimedFault { at: Step(at), until: None, component, fault }
     }
 
     /// A bias from the start of several gages of each module. The module so many places further on is absent: it gets
@@ -135,7 +135,7 @@ fn actuators(setup: &ModuleSetup) -> impl Iterator<Item = ComponentPath> {
         .map(move |component| ComponentPath { module: module.clone(), component })
 }
 
-fn case(number: usize, kind: Situation, faults: Vec<Injection>) -> Case<Situation> {
+fn case(number: usize, kind: Situation, faults: Vec<TimedFault>) -> Case<Situation> {
     let steps = faults.last().map_or(0, |last| last.at.0) + AFTER;
     let (number, gaps) = (number as u64, Vec::new());
     Case { number, kind, seed: 41_000 + number, faults, gaps, kept_samples: 0, steps }

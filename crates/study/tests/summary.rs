@@ -1,7 +1,7 @@
 //! What records come to, held against counts made by hand.
 
-use study::scenarios::{Closest, Conversation, Diagnosed, Found, Record, Summary};
-use study::{Injection, Interval95, Rows};
+use study::scenarios::{Closest, Conversation, Found, Record, Summary};
+use study::{Diagnosed, Interval95, Rows, TimedFault};
 use vocabulary::{
     Step,
     fault::{Fault, FaultKind},
@@ -17,7 +17,7 @@ fn record(fault: Fault, diagnosed: Vec<Diagnosed>) -> Record {
     let component = "m/sensor/g1".parse().unwrap();
     Record {
         seed: 7,
-        injection: Some(Injection { at: Step(600), until: None, component, fault }),
+        injection: Some(TimedFault { at: Step(600), until: None, component, fault }),
         steps: 1000,
         base_speed_m_per_s: 10.0,
         reading_over_noise: Some(20.0),

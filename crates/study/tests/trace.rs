@@ -2,12 +2,12 @@
 
 use crate::tower;
 use study::trace::Trace;
-use study::{Injection, Occurrence};
+use study::{Occurrence, TimedFault};
 use vocabulary::Step;
 
-fn injections() -> Vec<Injection> {
+fn injections() -> Vec<TimedFault> {
     let component = "module1/sensor/g2".parse().unwrap();
-    vec![Injection { at: Step(3000), until: None, component, fault: tower::bias(180e-6) }]
+    vec![TimedFault { at: Step(3000), until: None, component, fault: tower::bias(180e-6) }]
 }
 
 #[test]

@@ -7,9 +7,10 @@ use rand::{Rng, RngExt};
 use vocabulary::{ComponentPath, Step, fault::FaultKind};
 
 use super::situation::Situation;
-use crate::case::{Case, Gap, Injection};
+use crate::case::{Case, Gap};
 use crate::draw::Draw;
-use crate::scenarios::{ScenarioRanges, draw_fault};
+use crate::rig::TimedFault;
+use crate::scenarios::ScenarioRanges;
 use crate::system::System;
 
 /// Histories draw from streams of their own, far from those of scenarios and nominal runs.
@@ -33,14 +34,13 @@ pub(super) fn draw(system: &System, number: u64, kind: Situation) -> Option<Case
     let per_ms = 1e-3 / system.parameters.step_s;
     let steps = |ms: u64| (ms as f64 * per_ms) as u64;
     let begin = steps(BEFORE + draw.generator.random_range(0..=2000));
-    let mut faults: Vec<Injection> = Vec::new();
+    let mut faults: Vec<TimedFault> = Vec::new();
     for stretches in stretches(kind, &mut draw.generator) {
         let taken: Vec<ComponentPath> = faults.iter().map(|of| of.component.clone()).collect();
         let fault_kind = draw.one_of(FaultKind::OF_RESIDUALS);
         let component = draw.component(fault_kind, &taken)?;
-        let of = (&component, &system.structure, &system.parameters);
-        let fault = draw_fault(fault_kind, of, &ScenarioRanges::default(), &mut draw.generator)?;
-        faults.extend(stretches.into_iter().map(|stretch| Injection {
+        let fault = ScenarioRanges::default().fault(fault_kind, &component, &mut draw)?;
+        faults.extend(stretches.into_iter().map(|stretch| TimedFault {
             at: Step(begin + steps(stretch.start)),
             until: (stretch.end != u64::MAX).then(|| Step(begin + steps(stretch.end))),
             component: component.clone(),

@@ -7,7 +7,7 @@ use vocabulary::{ComponentPath, Step};
 
 use super::situation::Situation;
 use crate::case::{Case, Run};
-use crate::scenarios::{Diagnosed, diagnosed};
+use crate::rig::Diagnosed;
 
 /// How a faulty component stands at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -65,7 +65,7 @@ pub struct CaseRow {
 impl CaseRow {
     /// Of a case that is over.
     pub(super) fn of(case: &Case<Situation>, run: &Run) -> Self {
-        let named = diagnosed(&run.occurrences);
+        let named = run.diagnosed();
         let was_faulty = |path: &ComponentPath, until: Step| {
             case.faults.iter().any(|fault| fault.component == *path && fault.at <= until)
         };

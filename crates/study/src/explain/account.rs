@@ -10,11 +10,11 @@ use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::words::Clock;
 use crate::campaign::Campaign;
-use crate::case::{Gap, Injection};
-use crate::engine::{Engine, run_case};
+use crate::case::{Gap, Run};
+use crate::engine::{Engine, prepare};
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig};
-use crate::scenarios::{Diagnosed, Reading, diagnosed};
+use crate::rig::{Diagnosed, Occurrence, Rig, TimedFault};
+use crate::scenarios::Reading;
 use crate::system::System;
 
 /// A change that explains others.
@@ -73,7 +73,7 @@ impl Changed {
 #[derive(Debug, Clone)]
 pub(super) struct Faulty {
     /// Its first fault.
-    pub(super) first: Injection,
+    pub(super) first: TimedFault,
     /// For a gage: the size of its healthy reading right before the fault over its noise.
     pub(super) reading_over_noise: Option<f64>,
     /// When its channel's D/γ was largest since the fault began, and how large.
@@ -87,7 +87,7 @@ pub(super) struct Account<'a> {
     /// What it is an example of.
     pub(super) kind: String,
     pub(super) seed: u64,
-    pub(super) faults: Vec<Injection>,
+    pub(super) faults: Vec<TimedFault>,
     pub(super) gaps: Vec<Gap>,
     /// Its components that became faulty, in the order in which they did.
     pub(super) faulty: Vec<Faulty>,
@@ -115,21 +115,19 @@ impl<'a> Account<'a> {
         number: u64,
         engine: &Engine,
     ) -> Result<(Self, C::Row), StudyError> {
-        let (place, plant) = campaign.plant_of(number);
-        let system = &campaign.systems()[place];
+        let system = &campaign.systems()[campaign.plant_of(number).0];
         let plants = engine.commission(campaign, &[number])?;
-        let plant = plant.map(|plant| plants.get(&(place, plant)).ok_or(StudyError::Interrupted));
-        let plant = plant.transpose()?;
-        let case = campaign.draw(number, plant)?;
+        let (case, rig) = prepare(campaign, number, &plants)?;
         let mut observer = Observer::new(system, &case.faults);
         let mut watch = |rig: &Rig, occurrences: &[Occurrence]| {
             observer.look(rig, occurrences);
             Ok(())
         };
-        let row = run_case(campaign, number, &plants, &mut watch)?;
+        let mut run = Run::new(&case, rig, &mut watch);
+        let row = campaign.judge(&case, &mut run)?;
+        let diagnosed = run.diagnosed();
         let Observer { moments, conditions, mut changes, watching_since, .. } = observer;
         judge(&mut changes, &moments);
-        let occurrences: Vec<Occurrence> = moments.iter().map(|(_, of)| of.clone()).collect();
         let faulty = observer.faulty.into_iter().map(|(faulty, reading)| Faulty {
             reading_over_noise: reading.map(|reading| reading.over_noise()),
             ..faulty
@@ -142,7 +140,7 @@ impl<'a> Account<'a> {
             faults: case.faults,
             gaps: case.gaps,
             faulty: faulty.collect(),
-            diagnosed: diagnosed(&occurrences),
+            diagnosed,
             end: observer.end,
             base_speed_m_per_s: observer.base_speed_m_per_s,
             moments,
@@ -156,13 +154,13 @@ impl<'a> Account<'a> {
 
     /// Since when a component has been faulty, if it was at this step.
     pub(super) fn faulty_since(&self, component: &ComponentPath, step: Step) -> Option<Step> {
-        let of = |fault: &&Injection| fault.component == *component && fault.at <= step;
+        let of = |fault: &&TimedFault| fault.component == *component && fault.at <= step;
         self.faults.iter().filter(of).map(|fault| fault.at).max()
     }
 
     /// The verdict on a faulty component, if it was named after its first fault had begun.
     pub(super) fn named(&self, faulty: &Faulty) -> Option<&Diagnosed> {
-        let Injection { component, at, .. } = &faulty.first;
+        let TimedFault { component, at, .. } = &faulty.first;
         self.diagnosed.iter().find(|d| d.component == *component && d.detection >= *at)
     }
 
@@ -210,7 +208,7 @@ struct Observer {
 }
 
 impl Observer {
-    fn new(system: &System, faults: &[Injection]) -> Self {
+    fn new(system: &System, faults: &[TimedFault]) -> Self {
         let longest_tie = system.setups.iter().map(|setup| setup.isolation.tie_steps).max();
         let mut faulty: Vec<(Faulty, Option<Reading>)> = Vec::new();
         for first in faults {

@@ -10,8 +10,8 @@ use vocabulary::{ComponentPath, ModuleName, Step};
 use super::account::{Account, Changed, Fate, Root};
 use super::words::{Clock, counted, list, often, times};
 use super::{Line, LineKind, outcome, reason};
-use crate::case::Injection;
 use crate::rig::Occurrence;
+use crate::rig::TimedFault;
 
 /// Most changes of an answer, or channels of a summary, that are named.
 const SHOWN: usize = 4;
@@ -85,7 +85,7 @@ impl<'a> Story<'a> {
     }
 
     fn faults(&mut self) {
-        for Injection { at, until, component, fault } in &self.account.faults {
+        for TimedFault { at, until, component, fault } in &self.account.faults {
             let mut faulty = self.account.faulty.iter();
             let first = faulty.find(|of| of.first.component == *component && of.first.at == *at);
             let reading = first.and_then(|of| of.reading_over_noise);

@@ -9,10 +9,11 @@ use vocabulary::{
     fault::{Fault, FaultKind},
 };
 
-use crate::case::{Case, Injection};
+use crate::case::Case;
 use crate::conditions::Situation;
-use crate::draw::{Draw, gage_length_m};
-use crate::system::System;
+use crate::draw::{Draw, fault_of_size};
+use crate::rig::TimedFault;
+use crate::system::{System, gage_length_m};
 
 /// Cases draw from streams of their own.
 const FIRST_STREAM: u64 = 5 << 60;
@@ -115,16 +116,10 @@ impl IdentificationCases {
             Situation::Alone => None,
             _ => Some(draw.other(situation, Step(begin), &component)?),
         };
-        let subject = Injection { at, until: None, component, fault };
-        Some(Case {
-            number,
-            kind: Subject { situation, in_limits },
-            seed,
-            faults: other.into_iter().chain([subject]).collect(),
-            gaps: Vec::new(),
-            kept_samples: 0,
-            steps: at.0 + draw.steps(AFTER_S),
-        })
+        let subject = TimedFault { at, until: None, component, fault };
+        let faults = other.into_iter().chain([subject]).collect();
+        let (subject, steps) = (Subject { situation, in_limits }, at.0 + draw.steps(AFTER_S));
+        Some(Case::new(number, subject, seed, faults, steps))
     }
 }
 
@@ -134,31 +129,20 @@ impl Draw<'_> {
         let size = in_limits * limit(kind).unwrap_or(0.0);
         let size_m = size * gage_length_m(self.structure, component);
         match kind {
-            FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2: size },
-            FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2: size },
-            FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2: size },
-            FaultKind::HardOver => Fault::HardOver {},
-            FaultKind::Stiction => Fault::Stiction { band_m3_per_s: size },
-            FaultKind::Bias => Fault::Bias { offset_m: self.sign() * size_m },
-            FaultKind::Drift => Fault::Drift { drift_m_per_s: self.sign() * size_m },
-            FaultKind::RandomWalk => Fault::RandomWalk {
-                drift_m_per_s: 0.0,
-                // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
-                increment_m: size_m * (self.step_s / 1e-3).sqrt(),
-            },
+            FaultKind::Bias | FaultKind::Drift => fault_of_size(kind, self.sign() * size_m),
+            // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
+            FaultKind::RandomWalk => fault_of_size(kind, size_m * (self.step_s / 1e-3).sqrt()),
             // A gain below one cannot be off by more than one.
             FaultKind::Gain => match size < 0.9 && self.generator.random() {
-                true => Fault::Gain { gain: 1.0 - size },
-                false => Fault::Gain { gain: 1.0 + size },
+                true => fault_of_size(kind, 1.0 - size),
+                false => fault_of_size(kind, 1.0 + size),
             },
-            FaultKind::ZeroOutput => Fault::ZeroOutput {},
-            FaultKind::Stuck => Fault::Stuck {},
             FaultKind::Intermittent => Fault::Intermittent {
                 offset_m: self.sign() * size_m,
                 closed_s: self.log_uniform([0.02, 1.0]),
                 open_s: self.log_uniform([0.02, 0.5]),
             },
-            FaultKind::NoSignal => Fault::NoSignal {},
+            _ => fault_of_size(kind, size),
         }
     }
 
@@ -168,7 +152,7 @@ impl Draw<'_> {
         situation: Situation,
         at: Step,
         taken: &ComponentPath,
-    ) -> Option<Injection> {
+    ) -> Option<TimedFault> {
         const OF_CYLINDERS: &[FaultKind] = &[
             FaultKind::InternalLeakage,
             FaultKind::ExternalLeakageA,
@@ -184,6 +168,6 @@ impl Draw<'_> {
         let component = self.component(kind, std::slice::from_ref(taken))?;
         let in_limits = self.log_uniform([8.0, IN_LIMITS[1]]);
         let fault = self.fault(kind, &component, in_limits);
-        Some(Injection { at, until: None, component, fault })
+        Some(TimedFault { at, until: None, component, fault })
     }
 }

@@ -16,7 +16,6 @@ use crate::case::{Case, Run};
 use crate::error::StudyError;
 use crate::figure::{limits_figure, power_figure};
 use crate::report::{Figure, Table};
-use crate::scenarios::diagnosed;
 use crate::system::{CommissionedPlant, System};
 use outcome::{Outcome, Since};
 
@@ -94,7 +93,7 @@ impl Campaign for Limits {
         let Some(fault) = case.faults.first() else { return Ok(LimitRow::default()) };
         if case.kind.detector == Detector::Isolation {
             run.finish()?;
-            return Ok(LimitRow::of_isolation(&diagnosed(&run.occurrences), fault));
+            return Ok(LimitRow::of_isolation(&run.diagnosed(), fault));
         }
         let (mut found, mut right) = (Since::default(), Since::default());
         for step in (0..).map(Step) {

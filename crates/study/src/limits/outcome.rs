@@ -5,10 +5,8 @@ use serde::{Deserialize, Serialize};
 use vocabulary::{ComponentPath, Step};
 
 use super::question::Detector;
-use crate::case::Injection;
 use crate::conditions::{Standing, standing};
-use crate::rig::Rig;
-use crate::scenarios::Diagnosed;
+use crate::rig::{Diagnosed, Rig, TimedFault};
 
 /// When it was found, and when the right component was known, in steps from the fault's first sample on, which is 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,7 +19,7 @@ pub struct LimitRow {
 
 impl LimitRow {
     /// Of what was declared faulty in a run with this fault.
-    pub(super) fn of_isolation(diagnosed: &[Diagnosed], fault: &Injection) -> Self {
+    pub(super) fn of_isolation(diagnosed: &[Diagnosed], fault: &TimedFault) -> Self {
         let is_false_alarm = diagnosed.iter().any(|of| of.detection < fault.at);
         let mut named = diagnosed.iter().filter(|of| of.detection >= fault.at && !is_false_alarm);
         let named = named.find(|of| of.component == fault.component);

@@ -12,9 +12,10 @@ use vocabulary::{
     fault::{Fault, FaultKind},
 };
 
-use crate::case::{Case, Injection};
-use crate::draw::{Draw, components_that_can_have, gage_length_m};
-use crate::system::System;
+use crate::case::Case;
+use crate::draw::{Draw, components_that_can_have, fault_of_size};
+use crate::rig::TimedFault;
+use crate::system::{System, gage_length_m};
 
 /// Runs draw from streams of their own, those of isolation as they always did.
 const FIRST_STREAM: u64 = 5 << 60;
@@ -148,22 +149,16 @@ impl SizedKind {
     fn fault(self, size: f64, sign: f64, kind: FaultKind, of: (f64, &PlantParameters)) -> Fault {
         let (length_m, parameters) = of;
         let noise_m = size * parameters.gages.noise_strain * length_m;
-        match (self, kind) {
-            (Self::Bias, _) => Fault::Bias { offset_m: sign * size * 1e-6 * length_m },
-            (Self::BiasInNoise, _) => Fault::Bias { offset_m: noise_m },
-            (Self::WalkInNoise, _) => Fault::RandomWalk {
+        match self {
+            Self::Bias => fault_of_size(kind, sign * size * 1e-6 * length_m),
+            Self::BiasInNoise => fault_of_size(kind, noise_m),
+            Self::WalkInNoise => Fault::RandomWalk {
                 drift_m_per_s: 0.0,
                 increment_m: noise_m * (parameters.step_s / 1e-3).sqrt(),
             },
-            (Self::DriftInNoise, _) => {
-                Fault::RandomWalk { drift_m_per_s: noise_m, increment_m: 0.0 }
-            }
-            (Self::LeakInNoise, _) => {
-                Fault::ExternalLeakageA { area_m2: size * leak_unit_m2(parameters) }
-            }
-            (_, FaultKind::ExternalLeakageA) => Fault::ExternalLeakageA { area_m2: size },
-            (_, FaultKind::ExternalLeakageB) => Fault::ExternalLeakageB { area_m2: size },
-            _ => Fault::InternalLeakage { area_m2: size },
+            Self::DriftInNoise => Fault::RandomWalk { drift_m_per_s: noise_m, increment_m: 0.0 },
+            Self::LeakInNoise => fault_of_size(kind, size * leak_unit_m2(parameters)),
+            Self::InternalLeakage | Self::ExternalLeakage => fault_of_size(kind, size),
         }
     }
 }
@@ -228,16 +223,9 @@ impl Question {
         };
         let of = (gage_length_m(&system.structure, &component), &system.parameters);
         let fault = self.kind.fault(self.size, sign, kind, of);
-        let injection = Injection { at: Step(at), until: None, component, fault };
-        Some(Case {
-            number,
-            kind: *self,
-            seed,
-            faults: vec![injection],
-            gaps: Vec::new(),
-            kept_samples: 0,
-            steps: at + draw.steps(followed_s),
-        })
+        let injection = TimedFault { at: Step(at), until: None, component, fault };
+        let steps = at + draw.steps(followed_s);
+        Some(Case::new(number, *self, seed, vec![injection], steps))
     }
 }
 

@@ -108,7 +108,8 @@ impl Summary {
             }
         }
         let scenarios: Vec<&Record> = rows.values().filter(|row| row.kind().is_some()).collect();
-        let (samples, samples_95) = paper_table::of(&scenarios);
+        let counts: Vec<_> = scenarios.iter().map(|record| record.samples()).collect();
+        let (samples, samples_95) = paper_table::of(&counts);
         Self {
             all: Isolation::of(&scenarios, step_s),
             kinds: kinds.iter().map(|(kind, of)| (*kind, Isolation::of(of, step_s))).collect(),

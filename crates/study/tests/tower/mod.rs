@@ -14,7 +14,7 @@ use vocabulary::fault::Fault;
 
 use plant::PlantParameters;
 use study::scenarios::{ScenarioRanges, Scenarios};
-use study::{Begin, Campaign, Done, Engine, Injection, Occurrence, Rig, Rows, System};
+use study::{Begin, Campaign, Done, Engine, Occurrence, Rig, Rows, System, TimedFault};
 use truss::Structure;
 use vocabulary::{ComponentPath, RunId, Step};
 
@@ -89,7 +89,7 @@ pub fn setups(structure: &Structure, parameters: &PlantParameters) -> Vec<Module
     setups.collect()
 }
 
-pub fn rig(seed: u64, injections: Vec<Injection>) -> Rig {
+pub fn rig(seed: u64, injections: Vec<TimedFault>) -> Rig {
     let (structure, parameters, setups) = parts();
     let plant = study::plant(&structure, &parameters, 0.0, seed).unwrap();
     Rig::new(plant, setups, injections, RunId(seed)).unwrap()

@@ -5,7 +5,7 @@ use vocabulary::ComponentPath;
 use super::channels::Channels;
 use super::story::Story;
 use super::verdict::Finding;
-use crate::case::Injection;
+use crate::rig::TimedFault;
 use figure::plot::{Mark, MarkKind};
 
 impl Story {
@@ -30,7 +30,7 @@ impl Story {
 
     /// The fault, when the faulty component changed and the verdict on it, and when the first other
     /// change of these channels was explained; in milliseconds since the fault.
-    pub(super) fn close_up_marks(&self, channels: &Channels, injection: &Injection) -> Vec<Mark> {
+    pub(super) fn close_up_marks(&self, channels: &Channels, injection: &TimedFault) -> Vec<Mark> {
         let mut marks = vec![Mark::new(MarkKind::Onset, 0.0, "fault")];
         let mut verdict = |at_ms: f64, what: &str| {
             let words = format!("{what}, {at_ms:.0} ms");
@@ -54,7 +54,7 @@ impl Story {
     }
 
     /// What was found of a component that is faulty.
-    fn judgement(&self, injection: &Injection) -> Option<Mark> {
+    fn judgement(&self, injection: &TimedFault) -> Option<Mark> {
         let found = self.finding_of(injection)?;
         let name = injection.component.component.name();
         let delay_ms = self.ms_since(injection, found.decided);

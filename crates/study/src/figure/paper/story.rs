@@ -4,8 +4,8 @@ use vocabulary::{ComponentKind, ComponentPath, Step};
 
 use super::channels::Channels;
 use super::verdict::{self, Finding};
-use crate::case::Injection;
 use crate::error::StudyError;
+use crate::rig::TimedFault;
 use crate::scenarios::Scenarios;
 use crate::trace::Trace;
 
@@ -16,7 +16,7 @@ pub(super) const WINDOW_S: [f64; 2] = [10.4, 11.8];
 pub(super) struct Story {
     pub(super) trace: Trace,
     pub(super) findings: Vec<Finding>,
-    pub(super) injections: Vec<Injection>,
+    pub(super) injections: Vec<TimedFault>,
     pub(super) step_s: f64,
 }
 
@@ -28,10 +28,10 @@ impl Story {
         faults: Vec<(f64, ComponentPath, vocabulary::fault::Fault)>,
     ) -> Result<Self, StudyError> {
         let step_s = campaign.system.parameters.step_s;
-        let injections: Vec<Injection> = (faults.into_iter())
+        let injections: Vec<TimedFault> = (faults.into_iter())
             .map(|(at_s, component, fault)| {
                 let at = Step((at_s / step_s).round() as u64);
-                Injection { at, until: None, component, fault }
+                TimedFault { at, until: None, component, fault }
             })
             .collect();
         let mut rig = campaign.system.rig(seed, injections.clone())?;
@@ -57,7 +57,7 @@ impl Story {
 
     /// The verdict on a component that is faulty, if there is one: that it is or, failing that, that
     /// something else is.
-    pub(super) fn finding_of(&self, injection: &Injection) -> Option<&Finding> {
+    pub(super) fn finding_of(&self, injection: &TimedFault) -> Option<&Finding> {
         let is_of = |found: &&Finding| {
             found.component == injection.component && found.detection >= injection.at
         };
@@ -67,7 +67,7 @@ impl Story {
     }
 
     /// Time from a fault to a step \[ms\].
-    pub(super) fn ms_since(&self, injection: &Injection, step: Step) -> f64 {
+    pub(super) fn ms_since(&self, injection: &TimedFault, step: Step) -> f64 {
         1e3 * self.step_s * step.since(injection.at) as f64
     }
 
@@ -88,8 +88,8 @@ impl Story {
 
     /// What these faults are, in a sentence.
     pub(super) fn faults(&self) -> String {
-        let fault = |injection: &Injection| {
-            let Injection { at, component, fault, .. } = injection;
+        let fault = |injection: &TimedFault| {
+            let TimedFault { at, component, fault, .. } = injection;
             format!("{} in {component} at {:.1} s", fault.kind().words(), self.seconds(*at))
         };
         self.injections.iter().map(fault).collect::<Vec<_>>().join(" and ")
@@ -97,7 +97,7 @@ impl Story {
 
     /// What came of it, in a sentence.
     pub(super) fn outcome(&self) -> String {
-        let outcome = |injection: &Injection| {
+        let outcome = |injection: &TimedFault| {
             let component = &injection.component;
             let Some(found) = self.finding_of(injection) else {
                 return format!("{component} is not found");
