@@ -3,11 +3,11 @@
 use vocabulary::Step;
 
 use crate::error::StudyError;
-use crate::rig::{Diagnosed, Occurrence, Rig, TimedFault};
+use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
 
 /// Steps whose samples one diagnoser does not get.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gap {
+pub struct SampleGap {
     /// Place of the diagnoser.
     pub place: usize,
     /// First step that it does not get.
@@ -20,7 +20,7 @@ pub struct Gap {
 
 /// One run as it is drawn. It follows from the campaign's seed and its number alone.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Case<K> {
+pub struct CampaignCase<K> {
     /// Its number in the campaign, from 0.
     pub number: u64,
     /// What it is an example of.
@@ -30,14 +30,14 @@ pub struct Case<K> {
     /// Its faults, in the order in which they begin.
     pub faults: Vec<TimedFault>,
     /// What diagnosers do not see.
-    pub gaps: Vec<Gap>,
+    pub gaps: Vec<SampleGap>,
     /// So many of its latest samples the publisher keeps for diagnosers that are restarted.
     pub kept_samples: usize,
     /// Its length.
     pub steps: u64,
 }
 
-impl<K> Case<K> {
+impl<K> CampaignCase<K> {
     /// A case whose diagnosers see every sample.
     pub(crate) fn new(
         number: u64,
@@ -51,22 +51,22 @@ impl<K> Case<K> {
 }
 
 /// Sees the rig after every step, with what happened in it.
-pub type Watch<'a> = &'a mut dyn FnMut(&Rig, &[Occurrence]) -> Result<(), StudyError>;
+pub type Watch<'a> = &'a mut dyn FnMut(&Rig, &[RigEvent]) -> Result<(), StudyError>;
 
 /// A case while it runs.
-pub struct Run<'a> {
+pub struct CaseRun<'a> {
     /// Plant and diagnosers.
     pub rig: Rig,
     /// What happened so far, in order.
-    pub occurrences: Vec<Occurrence>,
-    gaps: &'a [Gap],
+    pub occurrences: Vec<RigEvent>,
+    gaps: &'a [SampleGap],
     steps_left: u64,
     watch: Watch<'a>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> CaseRun<'a> {
     /// Before its first step. The rig has the case's faults.
-    pub fn new<K>(case: &'a Case<K>, mut rig: Rig, watch: Watch<'a>) -> Self {
+    pub fn new<K>(case: &'a CampaignCase<K>, mut rig: Rig, watch: Watch<'a>) -> Self {
         rig.keep_samples(case.kept_samples);
         Self { rig, occurrences: Vec::new(), gaps: &case.gaps, steps_left: case.steps, watch }
     }
@@ -84,7 +84,7 @@ impl<'a> Run<'a> {
         for gap in gaps.iter().filter(|gap| gap.restarted && gap.until == step) {
             self.rig.restart(gap.place)?;
         }
-        let is_hidden = |gap: &Gap| (gap.from..gap.until).contains(&step);
+        let is_hidden = |gap: &SampleGap| (gap.from..gap.until).contains(&step);
         self.rig
             .step_without(|place| gaps.iter().any(|gap| gap.place == place && is_hidden(gap)))?;
         let latest = self.rig.take_occurrences();
@@ -105,6 +105,6 @@ impl<'a> Run<'a> {
     /// What was declared faulty so far, in order.
     #[must_use]
     pub fn diagnosed(&self) -> Vec<Diagnosed> {
-        self.occurrences.iter().filter_map(Occurrence::diagnosed).collect()
+        self.occurrences.iter().filter_map(RigEvent::diagnosed).collect()
     }
 }

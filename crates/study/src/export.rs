@@ -11,10 +11,10 @@ use diagnosis::Diagnoser;
 use vocabulary::{ComponentPath, Step};
 
 use crate::campaign::Campaign;
-use crate::case::Run;
+use crate::case::CaseRun;
 use crate::engine::{Plants, prepare};
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig, TimedFault};
+use crate::rig::{Rig, RigEvent, TimedFault};
 
 /// A change that a diagnoser reported during a recorded run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub fn export<C: Campaign>(
 ) -> Result<(C::Row, Vec<RecordedChange>), StudyError> {
     let (case, rig) = prepare(campaign, number, &Plants::new())?;
     let mut recorder = Recorder::new(out);
-    let mut watch = |rig: &Rig, occurrences: &[Occurrence]| {
+    let mut watch = |rig: &Rig, occurrences: &[RigEvent]| {
         let is_present = |of: &&TimedFault, step: Step| {
             of.at <= step && of.until.is_none_or(|until| step < until)
         };
@@ -45,7 +45,7 @@ pub fn export<C: Campaign>(
             |step| case.faults.iter().find(|of| is_present(of, step)).map(|of| &of.component);
         recorder.take(rig, occurrences, faulty)
     };
-    let row = campaign.judge(&case, &mut Run::new(&case, rig, &mut watch))?;
+    let row = campaign.judge(&case, &mut CaseRun::new(&case, rig, &mut watch))?;
     Ok((row, recorder.finish()?))
 }
 
@@ -65,7 +65,7 @@ impl<'a, W: Write> Recorder<'a, W> {
     fn take<'f>(
         &mut self,
         rig: &Rig,
-        occurrences: &[Occurrence],
+        occurrences: &[RigEvent],
         faulty: impl Fn(Step) -> Option<&'f ComponentPath>,
     ) -> Result<(), StudyError> {
         self.changes.extend(occurrences.iter().filter_map(change));
@@ -99,8 +99,8 @@ impl<'a, W: Write> Recorder<'a, W> {
     }
 }
 
-fn change(occurrence: &Occurrence) -> Option<RecordedChange> {
-    let Occurrence::Change { module, change } = occurrence else { return None };
+fn change(occurrence: &RigEvent) -> Option<RecordedChange> {
+    let RigEvent::Change { module, change } = occurrence else { return None };
     let component = ComponentPath { module: module.clone(), component: change.component.clone() };
     Some(RecordedChange { component, step: change.step })
 }

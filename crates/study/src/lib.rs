@@ -25,15 +25,15 @@ pub mod tail;
 pub mod trace;
 
 pub use calibration::{
-    Calibration, ChannelPeaks, ModulePeaks, NominalRuns, Recording, StepOrder, plant,
+    Calibration, ChannelPeaks, ModulePeaks, NominalRuns, ResidualRecording, StepOrder, plant,
 };
 pub use campaign::{Campaign, Rows};
-pub use case::{Case, Gap, Run, Watch};
-pub use engine::{Begin, Engine, Shard, Work};
+pub use case::{CampaignCase, CaseRun, SampleGap, Watch};
+pub use engine::{Begin, Engine, EngineWork, Shard};
 pub use error::StudyError;
-pub use explain::{Explanation, Line, LineKind, explain};
+pub use explain::{CaseExplanation, LineKind, StoryLine, explain};
 pub use export::{RecordedChange, export};
 pub use journal::Done;
-pub use rig::{Diagnosed, Occurrence, Rig, RigError, TimedFault};
+pub use rig::{Diagnosed, Rig, RigError, RigEvent, TimedFault};
 pub use statistics::{Delays, Interval95, share_interval};
-pub use system::{CommissionedPlant, Controller, PlantRow, ReferenceRow, System};
+pub use system::{CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System};

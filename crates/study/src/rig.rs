@@ -39,7 +39,7 @@ fn apply(faults: &[TimedFault], step: Step, plant: &mut Plant) -> Result<(), Inj
 
 /// An event of a module that the study records.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Occurrence {
+pub enum RigEvent {
     /// A channel changed.
     Change {
         /// The module.
@@ -76,7 +76,7 @@ pub enum Occurrence {
     },
 }
 
-impl Occurrence {
+impl RigEvent {
     /// The transition and its component, if it is one.
     #[must_use]
     pub fn transition(&self) -> Option<(ComponentPath, &Transition)> {
@@ -142,7 +142,7 @@ pub struct Rig {
     diagnosers: Vec<Diagnoser>,
     samples: Vec<Sample>,
     faults: Vec<TimedFault>,
-    occurrences: Vec<Occurrence>,
+    occurrences: Vec<RigEvent>,
     actions: Vec<Action>,
     /// Every question put so far, by token: asker, peer and question.
     asked: Vec<(usize, ModuleName, Question)>,
@@ -216,7 +216,7 @@ impl Rig {
     }
 
     /// What happened so far, in order; forgets it.
-    pub fn take_occurrences(&mut self) -> Vec<Occurrence> {
+    pub fn take_occurrences(&mut self) -> Vec<RigEvent> {
         std::mem::take(&mut self.occurrences)
     }
 
@@ -317,18 +317,18 @@ impl Rig {
         self.stores[actor].note(&action);
         match action {
             Action::Report { change, .. } => {
-                self.occurrences.push(Occurrence::Change { module, change });
+                self.occurrences.push(RigEvent::Change { module, change });
                 None
             }
             Action::Publish(transition) => {
                 let transition = Box::new(transition);
-                self.occurrences.push(Occurrence::Transition { module, transition });
+                self.occurrences.push(RigEvent::Transition { module, transition });
                 None
             }
             Action::Identify(excerpt) => {
                 if let Some(identify) = self.identify {
                     let identification = Box::new(identify(&excerpt));
-                    self.occurrences.push(Occurrence::Identified { module, identification });
+                    self.occurrences.push(RigEvent::Identified { module, identification });
                 }
                 None
             }
@@ -343,7 +343,7 @@ impl Rig {
                 if answer.question.window.is_some() {
                     return Some((asker, Event::Answered { peer, answer }));
                 }
-                self.occurrences.push(Occurrence::Question {
+                self.occurrences.push(RigEvent::Question {
                     asker: self.diagnosers.get(asker)?.module().clone(),
                     peer: peer.clone(),
                     question: answer.question,

@@ -11,7 +11,7 @@ use truss::Structure;
 use vocabulary::{Component, ComponentPath, ModuleName, RunId};
 
 use crate::calibration::plant;
-use crate::commissioning::{Site, SnippetPlan, usual_snippets};
+use crate::commissioning::{PlantSite, SnippetPlan, usual_snippets};
 use crate::error::StudyError;
 use crate::rig::{Rig, TimedFault};
 
@@ -27,7 +27,7 @@ const STROKE_N: f64 = 100e3;
 /// How a controller is tuned: no rule of the diagnosis may rest on what one controller demands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Controller {
+pub enum ControllerTuning {
     /// As the plant's parameters have it.
     Shipped,
     /// Ten times the weight of the effort, and gages taken for four times as noisy: demands hardly move.
@@ -38,7 +38,7 @@ pub enum Controller {
     Saturating,
 }
 
-impl Controller {
+impl ControllerTuning {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Shipped, Self::Gentle, Self::Aggressive, Self::Saturating];
 
@@ -69,7 +69,7 @@ impl Controller {
     }
 }
 
-impl fmt::Display for Controller {
+impl fmt::Display for ControllerTuning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str())
     }
@@ -89,7 +89,7 @@ pub struct System {
     /// By how much each plant differs from its description; 0 for no mismatch.
     pub mismatch: f64,
     /// The controllers that plants have in turn; none for the shipped one.
-    pub controllers: Vec<Controller>,
+    pub controllers: Vec<ControllerTuning>,
     /// What everything drawn follows from.
     pub seed: u64,
 }
@@ -102,7 +102,7 @@ pub struct CommissionedPlant {
     /// Its seed.
     pub seed: u64,
     /// The plant.
-    pub site: Site,
+    pub site: PlantSite,
     /// The diagnosers.
     pub setups: Vec<ModuleSetup>,
 }
@@ -170,7 +170,7 @@ impl System {
     fn parameters(&self, seed: u64) -> PlantParameters {
         let count = self.controllers.len().max(1) as u64;
         let place = usize::try_from(seed % count).unwrap_or_default();
-        let controller = self.controllers.get(place).copied().unwrap_or(Controller::Shipped);
+        let controller = self.controllers.get(place).copied().unwrap_or(ControllerTuning::Shipped);
         controller.of(&self.parameters)
     }
 
@@ -201,7 +201,7 @@ impl System {
     ) -> Result<CommissionedPlant, StudyError> {
         let mut seeds = generator(self.seed, FIRST_PLANT_STREAM | number);
         let (seed, first_snippet) = (seeds.next_u64(), seeds.next_u64());
-        let site = Site::drawn(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
+        let site = PlantSite::drawn(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
         let setups = site.commission(&self.setups, &self.snippets(first_snippet), jobs, done)?;
         Ok(CommissionedPlant { number, seed, site, setups })
     }

@@ -2,7 +2,7 @@
 
 use crate::tower;
 use diagnosis::Verdict;
-use study::{Occurrence, Rig, TimedFault};
+use study::{Rig, RigEvent, TimedFault};
 
 #[test]
 fn a_healthy_tower_in_the_wind_raises_no_alarm() {
@@ -44,7 +44,7 @@ fn a_hard_over_in_one_module_is_explained_to_the_other_by_the_peer_s_answer() {
     rig.run(8000).unwrap();
     let occurrences = rig.take_occurrences();
     let explained = occurrences.iter().filter(|occurrence| match occurrence {
-        Occurrence::Transition { module, transition } => {
+        RigEvent::Transition { module, transition } => {
             module.as_str() == "module2"
                 && matches!(&transition.verdict, Verdict::Explained { by, .. }
                     if by.to_string() == "module1/actuator/a3")
@@ -54,7 +54,7 @@ fn a_hard_over_in_one_module_is_explained_to_the_other_by_the_peer_s_answer() {
     assert!(explained.count() > 0, "the neighbour changes too");
     let asked = occurrences
         .iter()
-        .any(|o| matches!(o, Occurrence::Question { asker, .. } if asker.as_str() == "module2"));
+        .any(|o| matches!(o, RigEvent::Question { asker, .. } if asker.as_str() == "module2"));
     assert!(asked);
 }
 

@@ -1,6 +1,6 @@
 //! Which columns of a recording belong to which channels.
 
-use study::Recording;
+use study::ResidualRecording;
 use vocabulary::ComponentPath;
 
 /// Name of the column that numbers the steps.
@@ -59,7 +59,11 @@ impl Columns {
     ///
     /// # Errors
     /// In words, what is wrong with the step.
-    pub(super) fn take(&self, row: &[f64], recordings: &mut [Recording]) -> Result<(), String> {
+    pub(super) fn take(
+        &self,
+        row: &[f64],
+        recordings: &mut [ResidualRecording],
+    ) -> Result<(), String> {
         let (step, mut rest) = match row {
             [step, rest @ ..] if self.step => (Some(whole(*step)?), rest),
             _ => (None, row),
@@ -75,7 +79,7 @@ impl Columns {
     }
 
     /// Records a missing row. Where steps are numbered, the gap follows from the next one.
-    pub(super) fn skip(&self, recordings: &mut [Recording]) {
+    pub(super) fn skip(&self, recordings: &mut [ResidualRecording]) {
         if self.step {
             return;
         }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use ::replay::{ModuleRecord, Replayed, Shortfall, courses, replay};
 use vocabulary::{ModuleName, StructureName};
 
-use super::reading::Reading;
+use super::reading::RecordingContents;
 
 /// A process of a module, replayed.
 pub(super) struct Process {
@@ -40,7 +40,7 @@ pub(super) struct Exact {
 }
 
 /// Replays each module on a thread of its own.
-pub(super) fn run(reading: &Reading, began: Instant) -> Exact {
+pub(super) fn run(reading: &RecordingContents, began: Instant) -> Exact {
     let modules = thread::scope(|scope| {
         let threads: Vec<_> =
             reading.records.iter().map(|record| scope.spawn(|| module(record))).collect();

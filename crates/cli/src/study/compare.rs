@@ -7,7 +7,7 @@ use diagnosis::Rule;
 use diagnosis::residual::ActuatorResidual;
 use serde::Serialize;
 use study::report::{interval, percent};
-use study::scenarios::{Scenarios, Summary};
+use study::scenarios::{ScenarioCampaign, ScenarioSummary};
 use study::{Campaign, Done, NominalRuns, System};
 
 use super::arguments::CompareArguments;
@@ -29,7 +29,7 @@ struct Combination {
     rule: Rule,
     actuator_residual: ActuatorResidual,
     #[serde(flatten)]
-    summary: Summary,
+    summary: ScenarioSummary,
 }
 
 /// What all four came to.
@@ -70,9 +70,9 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
 /// The campaign with its actuators watched by this residual, with thresholds made for it.
 fn watched_by(
     residual: ActuatorResidual,
-    mut campaign: Scenarios,
+    mut campaign: ScenarioCampaign,
     jobs: usize,
-) -> Result<Scenarios, Failure> {
+) -> Result<ScenarioCampaign, Failure> {
     let steps = campaign.system.steps(campaign.ranges.length_s);
     let System { structure, parameters, setups, .. } = &mut campaign.system;
     if setups.iter().all(|setup| setup.detection.actuator_residual == residual) {

@@ -7,7 +7,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use serde::Serialize;
-use study::scenarios::{Record, Scenarios};
+use study::scenarios::{ScenarioCampaign, ScenarioRow};
 use study::{Campaign, RecordedChange, StudyError, export, parallel};
 use vocabulary::{
     ComponentPath,
@@ -22,7 +22,7 @@ use crate::progress::Progress;
 use crate::versioned;
 
 /// What came of the runs, by their number.
-type Recorded = BTreeMap<u64, (Record, Vec<RecordedChange>)>;
+type Recorded = BTreeMap<u64, (ScenarioRow, Vec<RecordedChange>)>;
 
 /// A line of `truth.csv`. A nominal run has nothing in the last four columns.
 #[derive(Serialize)]
@@ -48,7 +48,7 @@ struct ChangeRow<'a> {
 
 /// What was left in a directory.
 #[derive(Serialize)]
-struct Written<'a> {
+struct ExportedRecordings<'a> {
     directory: &'a Path,
     scenarios: u64,
     nominal_runs: u64,
@@ -78,15 +78,15 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
     }
     let changes = recorded.values().map(|(_, changes)| changes.len()).sum();
     let (scenarios, nominal_runs) = (campaign.scenarios, campaign.nominal);
-    print(&Written { directory, scenarios, nominal_runs, changes }, arguments.json)
+    print(&ExportedRecordings { directory, scenarios, nominal_runs, changes }, arguments.json)
 }
 
-fn print(written: &Written, json: bool) -> Result<(), Failure> {
+fn print(written: &ExportedRecordings, json: bool) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if json {
         write!(out, "{}", versioned::line(written)?)?;
     } else {
-        let Written { directory, scenarios, nominal_runs, changes } = written;
+        let ExportedRecordings { directory, scenarios, nominal_runs, changes } = written;
         writeln!(
             out,
             "{}: {scenarios} scenarios and {nominal_runs} nominal runs, a table each; the truth of \
@@ -97,7 +97,7 @@ fn print(written: &Written, json: bool) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-fn file_name(campaign: &Scenarios, case: u64) -> String {
+fn file_name(campaign: &ScenarioCampaign, case: u64) -> String {
     match case.checked_sub(campaign.scenarios) {
         None => format!("scenario-{case:05}.csv"),
         Some(number) => format!("nominal-{number:05}.csv"),
@@ -105,10 +105,10 @@ fn file_name(campaign: &Scenarios, case: u64) -> String {
 }
 
 fn record(
-    campaign: &Scenarios,
+    campaign: &ScenarioCampaign,
     case: u64,
     directory: &Path,
-) -> Result<(Record, Vec<RecordedChange>), Failure> {
+) -> Result<(ScenarioRow, Vec<RecordedChange>), Failure> {
     let path = directory.join(file_name(campaign, case));
     let file = File::create(&path).map_err(|error| cannot_write(&path, &error))?;
     let mut out = BufWriter::new(file);
@@ -120,7 +120,11 @@ fn record(
     Ok(recorded)
 }
 
-fn write_truth(campaign: &Scenarios, directory: &Path, recorded: &Recorded) -> Result<(), Failure> {
+fn write_truth(
+    campaign: &ScenarioCampaign,
+    directory: &Path,
+    recorded: &Recorded,
+) -> Result<(), Failure> {
     let rows = recorded.iter().map(|(case, (record, _))| {
         let injection = record.injection.as_ref();
         TruthRow {
@@ -142,7 +146,7 @@ fn parameters(fault: &Fault) -> String {
 }
 
 fn write_changes(
-    campaign: &Scenarios,
+    campaign: &ScenarioCampaign,
     directory: &Path,
     recorded: &Recorded,
 ) -> Result<(), Failure> {

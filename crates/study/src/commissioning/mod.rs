@@ -12,7 +12,7 @@ use plant::{Plant, Stroke};
 use vocabulary::{ComponentPath, RunId};
 
 pub use collector::{SETTLING_S, WindowCollector};
-pub use site::Site;
+pub use site::PlantSite;
 
 use crate::error::StudyError;
 use crate::parallel;
@@ -48,7 +48,7 @@ impl SnippetPlan {
 /// # Errors
 /// A plant or a diagnoser that cannot be made.
 pub fn record_snippets(
-    site: &Site,
+    site: &PlantSite,
     setups: &[ModuleSetup],
     plans: &[SnippetPlan],
     jobs: usize,
@@ -70,7 +70,11 @@ pub fn record_snippets(
     Ok(snippets.into_iter().flatten().collect())
 }
 
-fn record(site: &Site, setups: &[ModuleSetup], plan: &SnippetPlan) -> Result<Snippet, StudyError> {
+fn record(
+    site: &PlantSite,
+    setups: &[ModuleSetup],
+    plan: &SnippetPlan,
+) -> Result<Snippet, StudyError> {
     let mut plant = site.plant(plan.seed)?;
     check_modules(&plant, setups)?;
     let steps = |seconds: f64| (seconds / site.true_parameters.step_s).round() as u64;
@@ -122,7 +126,7 @@ pub fn usual_snippets(
     plans
 }
 
-impl Site {
+impl PlantSite {
     /// Gives each of its diagnosers the reference that these snippets teach.
     ///
     /// # Errors

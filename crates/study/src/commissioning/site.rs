@@ -7,7 +7,7 @@ use crate::error::StudyError;
 
 /// A healthy plant as it stands, and as it is described.
 #[derive(Debug, Clone)]
-pub struct Site {
+pub struct PlantSite {
     /// The structure as it is.
     pub truth: Structure,
     /// The structure as described.
@@ -18,7 +18,7 @@ pub struct Site {
     pub nominal_parameters: PlantParameters,
 }
 
-impl Site {
+impl PlantSite {
     /// A plant that is just as described.
     #[must_use]
     pub fn nominal(structure: &Structure, parameters: &PlantParameters) -> Self {

@@ -7,7 +7,7 @@ use vocabulary::{
 };
 
 use super::situation::Situation;
-use crate::case::{Case, Gap};
+use crate::case::{CampaignCase, SampleGap};
 use crate::draw::{Draw, components_that_can_have, fault_of_size};
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
@@ -53,7 +53,7 @@ impl HiddenFaults {
         smallest: Smallest,
         (number, kind): (u64, Situation),
         turn: u64,
-    ) -> Option<Case<Situation>> {
+    ) -> Option<CampaignCase<Situation>> {
         let structure = &system.structure;
         let mut draw = Draw::new(system, FIRST_STREAM | number);
         let seed = draw.generator.next_u64();
@@ -70,7 +70,7 @@ impl HiddenFaults {
                 let mut modules = structure.equipped();
                 let place = modules.position(|module| module.name == injection.component.module)?;
                 let (from, until) = (Step(begin - before), Step(begin + after));
-                gaps.push(Gap { place, from, until, restarted });
+                gaps.push(SampleGap { place, from, until, restarted });
                 vec![injection]
             }
             Situation::Drift => vec![draw.drift(Step(begin))?],
@@ -102,7 +102,7 @@ impl HiddenFaults {
             _ => 0.0,
         });
         let steps = last.map_or(begin, |last| last.at.0) + system.steps(AFTER_S + creeping_s);
-        Some(Case { gaps, ..Case::new(number, kind, seed, faults, steps) })
+        Some(CampaignCase { gaps, ..CampaignCase::new(number, kind, seed, faults, steps) })
     }
 }
 
@@ -201,7 +201,11 @@ mod tests {
 
     use super::*;
 
-    fn cases(of: HiddenFaults, situations: &[Situation], count: u64) -> Vec<Case<Situation>> {
+    fn cases(
+        of: HiddenFaults,
+        situations: &[Situation],
+        count: u64,
+    ) -> Vec<CampaignCase<Situation>> {
         let system = System::tower(9);
         let turns = situations.len() as u64;
         let draw = |number| {

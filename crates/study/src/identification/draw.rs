@@ -9,7 +9,7 @@ use vocabulary::{
     fault::{Fault, FaultKind},
 };
 
-use crate::case::Case;
+use crate::case::CampaignCase;
 use crate::conditions::Situation;
 use crate::draw::{Draw, fault_of_size};
 use crate::rig::TimedFault;
@@ -81,7 +81,7 @@ fn limit(kind: FaultKind) -> Option<f64> {
 
 /// What is to be identified in a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Subject {
+pub struct IdentificationTask {
     /// What else happens.
     pub situation: Situation,
     /// How many times the limit of its kind the fault is; `None` if it has no size.
@@ -89,7 +89,7 @@ pub struct Subject {
 }
 
 /// `second, 3.2 times the limit of its kind`
-impl fmt::Display for Subject {
+impl fmt::Display for IdentificationTask {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.situation.as_str())?;
         self.in_limits.map_or(Ok(()), |size| write!(f, ", {size:.1} times the limit of its kind"))
@@ -98,7 +98,11 @@ impl fmt::Display for Subject {
 
 impl IdentificationCases {
     /// Draws a case, whose last fault is to be identified. `None` if nothing can break so.
-    pub(super) fn draw(self, system: &System, number: u64) -> Option<Case<Subject>> {
+    pub(super) fn draw(
+        self,
+        system: &System,
+        number: u64,
+    ) -> Option<CampaignCase<IdentificationTask>> {
         let mut draw = Draw::new(system, FIRST_STREAM | number);
         let seed = draw.generator.next_u64();
         let (kind, situation) = self.turn(number);
@@ -118,8 +122,9 @@ impl IdentificationCases {
         };
         let subject = TimedFault { at, until: None, component, fault };
         let faults = other.into_iter().chain([subject]).collect();
-        let (subject, steps) = (Subject { situation, in_limits }, at.0 + draw.steps(AFTER_S));
-        Some(Case::new(number, subject, seed, faults, steps))
+        let (subject, steps) =
+            (IdentificationTask { situation, in_limits }, at.0 + draw.steps(AFTER_S));
+        Some(CampaignCase::new(number, subject, seed, faults, steps))
     }
 }
 

@@ -4,7 +4,7 @@ use diagnosis::{Symptom, Verdict};
 use serde::{Deserialize, Serialize};
 use vocabulary::{ComponentPath, Step};
 
-use super::question::Detector;
+use super::question::LimitDetector;
 use crate::conditions::{Standing, standing};
 use crate::rig::{Diagnosed, Rig, TimedFault};
 
@@ -30,44 +30,50 @@ impl LimitRow {
 
 /// What a detector has found out of a component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Outcome {
+pub(super) enum DetectionOutcome {
     Nothing,
     Found,
     Right,
 }
 
 /// What a detector has found out of a component, and whether that will never be otherwise.
-pub(super) fn outcome(rig: &Rig, path: &ComponentPath, detector: Detector) -> (Outcome, bool) {
-    let nothing = (Outcome::Nothing, false);
+pub(super) fn outcome(
+    rig: &Rig,
+    path: &ComponentPath,
+    detector: LimitDetector,
+) -> (DetectionOutcome, bool) {
+    let nothing = (DetectionOutcome::Nothing, false);
     let of_module = |d: &&diagnosis::Diagnoser| *d.module() == path.module;
     let Some(diagnoser) = rig.diagnosers().iter().find(of_module) else { return nothing };
     let mut all = diagnoser.verdicts().zip(diagnoser.conditions());
     let component = all.find(|((component, _), _)| **component == path.component);
     let Some(((component, verdict), condition)) = component else { return nothing };
     let outcome = match detector {
-        Detector::Change | Detector::Isolation => {
+        LimitDetector::Change | LimitDetector::Isolation => {
             let symptom = diagnoser.last_transition(component).map(|latest| latest.symptom);
             by_change(verdict, symptom)
         }
-        Detector::Reference => by_standing(standing(path, verdict, condition)),
+        LimitDetector::Reference => by_standing(standing(path, verdict, condition)),
     };
     (outcome, verdict.is_latched())
 }
 
-fn by_change(verdict: &Verdict, symptom: Option<Symptom>) -> Outcome {
+fn by_change(verdict: &Verdict, symptom: Option<Symptom>) -> DetectionOutcome {
     match (verdict, symptom) {
         (_, Some(Symptom::Departure | Symptom::OilContent | Symptom::Scatter) | None)
-        | (Verdict::Normal | Verdict::Unknown | Verdict::Explained { .. }, _) => Outcome::Nothing,
-        (Verdict::Tentative | Verdict::Unconfirmed { .. }, _) => Outcome::Found,
-        (Verdict::Latched | Verdict::Acknowledged, _) => Outcome::Right,
+        | (Verdict::Normal | Verdict::Unknown | Verdict::Explained { .. }, _) => {
+            DetectionOutcome::Nothing
+        }
+        (Verdict::Tentative | Verdict::Unconfirmed { .. }, _) => DetectionOutcome::Found,
+        (Verdict::Latched | Verdict::Acknowledged, _) => DetectionOutcome::Right,
     }
 }
 
-fn by_standing(standing: Standing) -> Outcome {
+fn by_standing(standing: Standing) -> DetectionOutcome {
     match standing {
-        Standing::Named | Standing::Likeliest => Outcome::Right,
-        Standing::InAGroup => Outcome::Found,
-        Standing::CannotTell | Standing::Normal => Outcome::Nothing,
+        Standing::Named | Standing::Likeliest => DetectionOutcome::Right,
+        Standing::InAGroup => DetectionOutcome::Found,
+        Standing::CannotTell | Standing::Normal => DetectionOutcome::Nothing,
     }
 }
 

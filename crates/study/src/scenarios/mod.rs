@@ -12,16 +12,16 @@ use vocabulary::{
 };
 
 pub use paper_table::{PAPER_TABLE, PaperTable};
-pub(crate) use record::Reading;
-pub use record::{Closest, Conversation, Record};
-pub use summary::{Found, Isolation, Nominal, READABLE, Summary};
+pub(crate) use record::GageReading;
+pub use record::{Closest, Conversation, ScenarioRow};
+pub use summary::{FoundCount, Isolation, Nominal, READABLE, ScenarioSummary};
 
 use crate::campaign::{Campaign, Rows};
-use crate::case::{Case, Run};
+use crate::case::{CampaignCase, CaseRun};
 use crate::draw::Draw;
 use crate::error::StudyError;
 use crate::figure::{figure4, figure5, figure6};
-use crate::report::{Figure, Table};
+use crate::report::{ReportFigure, Table};
 use crate::rig::TimedFault;
 use crate::system::{CommissionedPlant, System, gage_length_m, generator};
 
@@ -103,7 +103,7 @@ impl ScenarioRanges {
 /// Scenarios, each with one fault, and after them nominal runs without any. Kinds of fault take turns, so that every
 /// kind is equally frequent.
 #[derive(Debug, Clone)]
-pub struct Scenarios {
+pub struct ScenarioCampaign {
     /// What they are of; each has a plant of its own.
     pub system: System,
     /// From what they are drawn.
@@ -114,12 +114,12 @@ pub struct Scenarios {
     pub nominal: u64,
 }
 
-impl Scenarios {
+impl ScenarioCampaign {
     /// Draws a scenario.
     ///
     /// # Errors
     /// The structure has no component that the scenario's fault could befall.
-    pub fn scenario(&self, number: u64) -> Result<Case<&'static str>, StudyError> {
+    pub fn scenario(&self, number: u64) -> Result<CampaignCase<&'static str>, StudyError> {
         let mut draw = Draw::new(&self.system, number);
         let kinds = FaultKind::OF_RESIDUALS;
         let kind = kinds[(number % kinds.len() as u64) as usize];
@@ -130,19 +130,19 @@ impl Scenarios {
         let fault = fault.ok_or(StudyError::NothingToBreak)?;
         let fault = TimedFault { at: Step(draw.steps(onset_s)), until: None, component, fault };
         let steps = self.system.steps(self.ranges.length_s);
-        Ok(Case::new(number, kind.words(), seed, vec![fault], steps))
+        Ok(CampaignCase::new(number, kind.words(), seed, vec![fault], steps))
     }
 
-    fn nominal_run(&self, number: u64) -> Case<&'static str> {
+    fn nominal_run(&self, number: u64) -> CampaignCase<&'static str> {
         let stream = FIRST_NOMINAL_STREAM | (number - self.scenarios);
         let seed = generator(self.system.seed, stream).next_u64();
         let steps = self.system.steps(self.ranges.nominal_s);
-        Case::new(number, "nominal run", seed, Vec::new(), steps)
+        CampaignCase::new(number, "nominal run", seed, Vec::new(), steps)
     }
 
     /// What the rows were made from, in words.
     #[must_use]
-    pub fn heading(&self, rows: &Rows<Record>) -> String {
+    pub fn heading(&self, rows: &Rows<ScenarioRow>) -> String {
         let step_s = self.system.parameters.step_s;
         let hours = rows.values().map(|row| row.steps as f64).sum::<f64>() * step_s / 3600.0;
         let nominal = rows.values().filter(|row| row.injection.is_none()).count();
@@ -153,10 +153,10 @@ impl Scenarios {
     }
 }
 
-impl Campaign for Scenarios {
+impl Campaign for ScenarioCampaign {
     type Kind = &'static str;
-    type Row = Record;
-    type Summary = Summary;
+    type Row = ScenarioRow;
+    type Summary = ScenarioSummary;
 
     fn systems(&self) -> &[System] {
         std::slice::from_ref(&self.system)
@@ -174,26 +174,35 @@ impl Campaign for Scenarios {
         &self,
         number: u64,
         _: Option<&CommissionedPlant>,
-    ) -> Result<Case<&'static str>, StudyError> {
+    ) -> Result<CampaignCase<&'static str>, StudyError> {
         if number < self.scenarios { self.scenario(number) } else { Ok(self.nominal_run(number)) }
     }
 
-    fn judge(&self, case: &Case<&'static str>, run: &mut Run) -> Result<Record, StudyError> {
-        Record::of(&self.system, case, run)
+    fn judge(
+        &self,
+        case: &CampaignCase<&'static str>,
+        run: &mut CaseRun,
+    ) -> Result<ScenarioRow, StudyError> {
+        ScenarioRow::of(&self.system, case, run)
     }
 
-    fn summarize(&self, rows: &Rows<Record>) -> Summary {
-        Summary::of(rows, self.system.parameters.step_s)
+    fn summarize(&self, rows: &Rows<ScenarioRow>) -> ScenarioSummary {
+        ScenarioSummary::of(rows, self.system.parameters.step_s)
     }
 
-    fn tables(&self, rows: &Rows<Record>, summary: &Summary) -> (Vec<Table>, Vec<String>) {
+    fn tables(
+        &self,
+        rows: &Rows<ScenarioRow>,
+        summary: &ScenarioSummary,
+    ) -> (Vec<Table>, Vec<String>) {
         let notes = [Some(self.heading(rows)), tables::not_exact(summary)];
         (tables::tables(summary), notes.into_iter().flatten().collect())
     }
 
-    fn figures(&self, _: &Summary) -> Result<Vec<Figure>, StudyError> {
+    fn figures(&self, _: &ScenarioSummary) -> Result<Vec<ReportFigure>, StudyError> {
         let seed = self.system.seed;
-        let figure = |name, caption: &str, svg| Figure { name, caption: caption.to_owned(), svg };
+        let figure =
+            |name, caption: &str, svg| ReportFigure { name, caption: caption.to_owned(), svg };
         Ok(vec![
             figure(
                 "figure4",

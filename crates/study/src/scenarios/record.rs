@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ComponentPath, Step, fault::FaultKind};
 
 use super::paper_table::PaperTable;
-use crate::case::{Case, Run};
+use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
-use crate::rig::{Diagnosed, Occurrence, Rig, TimedFault};
+use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
 use crate::system::System;
 use crate::system::gage_length_m;
 
@@ -40,7 +40,7 @@ pub struct Closest {
 
 /// What came of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct ScenarioRow {
     /// Seed of its plant.
     pub seed: u64,
     /// Its fault, which stays; `None` in a nominal run.
@@ -59,14 +59,14 @@ pub struct Record {
     pub conversation: Conversation,
 }
 
-impl Record {
+impl ScenarioRow {
     pub(crate) fn of<K>(
         system: &System,
-        case: &Case<K>,
-        run: &mut Run,
+        case: &CampaignCase<K>,
+        run: &mut CaseRun,
     ) -> Result<Self, StudyError> {
         let injection = case.faults.first();
-        let mut reading = injection.and_then(|fault| Reading::new(system, fault));
+        let mut reading = injection.and_then(|fault| GageReading::new(system, fault));
         let mut closest = None;
         while run.step()? {
             if let Some(reading) = &mut reading {
@@ -164,7 +164,7 @@ impl Record {
 
 /// What a gage reads right before its fault.
 #[derive(Debug)]
-pub(crate) struct Reading {
+pub(crate) struct GageReading {
     /// Place of its module and its own.
     at: (usize, usize),
     noise_m: f64,
@@ -172,7 +172,7 @@ pub(crate) struct Reading {
     mean_m: f64,
 }
 
-impl Reading {
+impl GageReading {
     /// `None` for an actuator.
     pub(crate) fn new(system: &System, fault: &TimedFault) -> Option<Self> {
         let System { structure, parameters, .. } = system;
@@ -225,14 +225,14 @@ fn closest_of((module, channel, step, ratio): At, rig: &Rig) -> Option<Closest> 
     Some(Closest { component, step, ratio })
 }
 
-fn conversation(occurrences: &[Occurrence]) -> Conversation {
+fn conversation(occurrences: &[RigEvent]) -> Conversation {
     let mut conversation = Conversation::default();
     for occurrence in occurrences {
         match occurrence {
-            Occurrence::Identified { .. } => {}
-            Occurrence::Change { .. } => conversation.changes += 1,
-            Occurrence::Question { .. } => conversation.questions += 1,
-            Occurrence::Transition { module, transition } => {
+            RigEvent::Identified { .. } => {}
+            RigEvent::Change { .. } => conversation.changes += 1,
+            RigEvent::Question { .. } => conversation.questions += 1,
+            RigEvent::Transition { module, transition } => {
                 if let Verdict::Explained { by, .. } = &transition.verdict {
                     conversation.explained += 1;
                     conversation.explained_by_peer += u64::from(by.module != *module);

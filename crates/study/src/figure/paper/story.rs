@@ -2,28 +2,28 @@
 
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
-use super::channels::Channels;
-use super::verdict::{self, Finding};
+use super::channels::FigureChannels;
+use super::verdict::{self, FigureVerdict};
 use crate::error::StudyError;
 use crate::rig::TimedFault;
-use crate::scenarios::Scenarios;
-use crate::trace::Trace;
+use crate::scenarios::ScenarioCampaign;
+use crate::trace::RunTrace;
 
 /// What the paper's figures show of their runs \[s\].
 pub(super) const WINDOW_S: [f64; 2] = [10.4, 11.8];
 
 /// A run that a figure shows.
-pub(super) struct Story {
-    pub(super) trace: Trace,
-    pub(super) findings: Vec<Finding>,
+pub(super) struct FigureRun {
+    pub(super) trace: RunTrace,
+    pub(super) findings: Vec<FigureVerdict>,
     pub(super) injections: Vec<TimedFault>,
     pub(super) step_s: f64,
 }
 
-impl Story {
+impl FigureRun {
     /// Runs the campaign's plant with faults that begin at these times \[s\].
     pub(super) fn run(
-        campaign: &Scenarios,
+        campaign: &ScenarioCampaign,
         seed: u64,
         faults: Vec<(f64, ComponentPath, vocabulary::fault::Fault)>,
     ) -> Result<Self, StudyError> {
@@ -35,19 +35,19 @@ impl Story {
             })
             .collect();
         let mut rig = campaign.system.rig(seed, injections.clone())?;
-        let trace = Trace::record(&mut rig, (WINDOW_S[1] / step_s).ceil() as u64)?;
+        let trace = RunTrace::record(&mut rig, (WINDOW_S[1] / step_s).ceil() as u64)?;
         Ok(Self { findings: verdict::findings(&trace), trace, injections, step_s })
     }
 
     /// Components of this kind in equipped module `number`, counted from 1.
-    pub(super) fn channels(&self, number: usize, kind: ComponentKind) -> Channels<'_> {
+    pub(super) fn channels(&self, number: usize, kind: ComponentKind) -> FigureChannels<'_> {
         let module = self.trace.modules.get(number.saturating_sub(1));
-        Channels { modules: module.into_iter().collect(), kind }
+        FigureChannels { modules: module.into_iter().collect(), kind }
     }
 
     /// Components of this kind in all modules.
-    pub(super) fn all_channels(&self, kind: ComponentKind) -> Channels<'_> {
-        Channels { modules: self.trace.modules.iter().collect(), kind }
+    pub(super) fn all_channels(&self, kind: ComponentKind) -> FigureChannels<'_> {
+        FigureChannels { modules: self.trace.modules.iter().collect(), kind }
     }
 
     /// Time of a step \[s\].
@@ -57,8 +57,8 @@ impl Story {
 
     /// The verdict on a component that is faulty, if there is one: that it is or, failing that, that
     /// something else is.
-    pub(super) fn finding_of(&self, injection: &TimedFault) -> Option<&Finding> {
-        let is_of = |found: &&Finding| {
+    pub(super) fn finding_of(&self, injection: &TimedFault) -> Option<&FigureVerdict> {
+        let is_of = |found: &&FigureVerdict| {
             found.component == injection.component && found.detection >= injection.at
         };
         let mut all = self.findings.iter().filter(is_of);
@@ -72,7 +72,7 @@ impl Story {
     }
 
     /// What became of these channels, module by module.
-    pub(super) fn summary(&self, channels: &Channels) -> String {
+    pub(super) fn summary(&self, channels: &FigureChannels) -> String {
         let summaries: Vec<String> = (channels.modules.iter())
             .map(|module| {
                 let count = channels.of(module).count();
