@@ -11,7 +11,7 @@ use study::scenarios::{ScenarioCampaign, ScenarioSummary};
 use study::{Campaign, Done, NominalRuns, System};
 
 use super::arguments::CompareArguments;
-use super::{conduct, interrupt};
+use super::conduct;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::table::{TextTable, table};
@@ -34,14 +34,14 @@ struct Combination {
 
 /// What all four came to.
 #[derive(Serialize)]
-struct Comparison<'a> {
+struct CombinationSummaries<'a> {
     combinations: &'a [Combination],
 }
 
 /// Tries the four combinations and prints what they come to.
 pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let campaign = arguments.of.campaign()?;
-    let (stop, jobs) = (interrupt::listen()?, arguments.jobs.count());
+    let (stop, jobs) = (conduct::stop_on_signal()?, arguments.jobs.count());
     let mut combinations = Vec::new();
     for actuator_residual in [ActuatorResidual::Demand, ActuatorResidual::Tracking] {
         let watched = watched_by(actuator_residual, campaign.clone(), jobs)?;
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     }
     let mut out = io::stdout().lock();
     if arguments.json {
-        let comparison = Comparison { combinations: &combinations };
+        let comparison = CombinationSummaries { combinations: &combinations };
         write!(out, "{}", versioned::text(&comparison)?)?;
     } else {
         writeln!(out, "{}", side_by_side(&combinations).text(arguments.width.limit()))?;

@@ -1,16 +1,19 @@
 //! Runs, resumes, explains or merges any campaign, and prints and keeps what comes of it.
 
 use std::io::{self, Write};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 use serde_json::Value;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 use study::journal::{self, CampaignHeader, CampaignJournal};
 use study::report::{StudyReport, Table};
 use study::{Begin, Campaign, Done, Engine, EngineWork, LineKind, PlantRow, StudyError, explain};
 
 use super::arguments::{CampaignRequest, EngineArguments, MergeArguments, OutputArguments};
-use super::{files, interrupt};
+use super::files;
 use crate::failure::Failure;
 use crate::paint::{Colour, Paint};
 use crate::progress::Progress;
@@ -56,6 +59,21 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
     }
 }
 
+/// Exit code of a program that a second signal ended.
+const ENDED_BY_SIGNAL: i32 = 130;
+
+/// A flag that the first SIGINT or SIGTERM sets: running cases finish. The second one ends the program at once.
+pub(super) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: the first signal must find the flag unset here and set it below.
+        flag::register_conditional_shutdown(signal, ENDED_BY_SIGNAL, Arc::clone(&stop))
+            .and_then(|_| flag::register(signal, Arc::clone(&stop)))
+            .map_err(|error| Failure::runtime(format!("cannot listen for signals: {error}")))?;
+    }
+    Ok(stop)
+}
+
 /// An engine that reports its progress on standard error.
 pub(super) fn engine(jobs: usize, stop: &AtomicBool) -> Engine<'_> {
     const BEGIN: Begin = &|work, all| {
@@ -73,7 +91,7 @@ fn run_campaign<C: Campaign>(
     campaign: &C,
     asked: &EngineArguments,
 ) -> Result<(), Failure> {
-    let stop = interrupt::listen()?;
+    let stop = stop_on_signal()?;
     let engine = engine(asked.jobs.count(), &stop);
     if let Some(case) = asked.show {
         return show(campaign, case, &engine);

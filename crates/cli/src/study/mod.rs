@@ -4,7 +4,6 @@ mod arguments;
 mod compare;
 mod conduct;
 mod files;
-mod interrupt;
 mod recordings;
 mod systems;
 

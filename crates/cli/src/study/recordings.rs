@@ -15,8 +15,8 @@ use vocabulary::{
 };
 
 use super::arguments::ExportArguments;
+use super::conduct;
 use super::files::{self, cannot_write};
-use super::interrupt;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::versioned;
@@ -57,7 +57,7 @@ struct ExportedRecordings<'a> {
 
 /// Records every run that the arguments ask for, and prints what was written where.
 pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
-    let (campaign, stop) = (arguments.of.campaign()?, interrupt::listen()?);
+    let (campaign, stop) = (arguments.of.campaign()?, conduct::stop_on_signal()?);
     let directory = arguments.directory.as_path();
     files::make(directory)?;
     let cases: Vec<u64> = (0..campaign.cases()).collect();
