@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use study::{Injection, Occurrence, Rig};
+use study::{Rig, RigEvent, TimedFault};
 use vocabulary::{ComponentPath, RunId};
 
 use crate::deployment::Deployment;
@@ -16,11 +16,9 @@ pub fn verdicts(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> B
     final_verdicts(occurrences(deployment, seed, run, steps))
 }
 
-fn final_verdicts(occurrences: Vec<Occurrence>) -> BTreeSet<Reached> {
+fn final_verdicts(occurrences: Vec<RigEvent>) -> BTreeSet<Reached> {
     let reached = occurrences.into_iter().filter_map(|occurrence| match occurrence {
-        Occurrence::Transition { module, transition } => {
-            Reached::of_transition(&module, &transition)
-        }
+        RigEvent::Transition { module, transition } => Reached::of_transition(&module, &transition),
         _ => None,
     });
     reached.collect()
@@ -43,7 +41,7 @@ pub fn verdicts_with(
 pub fn timeline(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> Timeline {
     let mut timeline = Timeline::default();
     for occurrence in occurrences(deployment, seed, run, steps) {
-        if let Occurrence::Transition { module, transition } = occurrence {
+        if let RigEvent::Transition { module, transition } = occurrence {
             let component = ComponentPath { module, component: transition.component };
             timeline.note(component, transition.decided, Held::of_verdict(&transition.verdict));
         }
@@ -51,7 +49,7 @@ pub fn timeline(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> T
     timeline
 }
 
-fn occurrences(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> Vec<Occurrence> {
+fn occurrences(deployment: &Deployment, seed: u64, run: RunId, steps: u64) -> Vec<RigEvent> {
     let faults = deployment.plant_config(seed).schedule;
     occurrences_with(deployment, &faults, seed, run, steps)
 }
@@ -62,9 +60,9 @@ fn occurrences_with(
     seed: u64,
     run: RunId,
     steps: u64,
-) -> Vec<Occurrence> {
+) -> Vec<RigEvent> {
     let config = deployment.plant_config(seed);
-    let injections = faults.faults.iter().map(|fault| Injection {
+    let injections = faults.faults.iter().map(|fault| TimedFault {
         at: fault.at_step,
         until: fault.until_step,
         component: fault.component.clone(),

@@ -4,7 +4,7 @@
 #[path = "../../truss/tests/shared/mod.rs"]
 mod shared;
 
-use figure::structure::{Look, Plan, drawing};
+use figure::structure::{SignLook, StructurePlan, drawing};
 use svg::parser::Event;
 
 fn texts(drawing: &str) -> Vec<String> {
@@ -67,8 +67,8 @@ fn every_coordinate_is_finite_and_the_drawing_is_always_the_same() {
 #[test]
 fn a_plan_has_a_link_with_title_and_badge_for_every_component() {
     for structure in shared::all() {
-        let plan = Plan::of(&structure);
-        let look = |component: &vocabulary::ComponentPath| Look {
+        let plan = StructurePlan::of(&structure);
+        let look = |component: &vocabulary::ComponentPath| SignLook {
             class: "latched".to_owned(),
             badge: "sign-latched".to_owned(),
             title: format!("{component}: <script>"),

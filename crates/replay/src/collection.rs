@@ -11,7 +11,7 @@ use crate::samples::Samples;
 
 /// Where a module was when.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Position {
+pub struct ModulePosition {
     /// By the module's clock \[ns since 1970\].
     pub time_unix_ns: u64,
     /// The run.
@@ -38,7 +38,7 @@ pub struct ModuleRecord {
     /// Its divergences, by time.
     pub divergences: Vec<Divergences>,
     /// Where it was, by time.
-    pub positions: Vec<Position>,
+    pub positions: Vec<ModulePosition>,
     /// Messages that could not be read.
     pub unreadable: u64,
     /// What was wrong with the first of them.
@@ -91,7 +91,7 @@ impl ModuleRecord {
     }
 
     fn note(&mut self, time_unix_ns: u64, run: Option<RunId>, step: Option<Step>) {
-        let position = run.zip(step).map(|(run, step)| Position { time_unix_ns, run, step });
+        let position = run.zip(step).map(|(run, step)| ModulePosition { time_unix_ns, run, step });
         self.positions.extend(position);
     }
 

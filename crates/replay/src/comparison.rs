@@ -10,7 +10,7 @@ use vocabulary::{
 };
 
 use crate::collection::ModuleRecord;
-use crate::course::Course;
+use crate::course::ProcessCourse;
 use crate::difference::{Difference, first_field};
 
 /// A process that is killed leaves this much unpublished at most \[s\].
@@ -21,7 +21,7 @@ type Waiting = (Divergences, Option<(u64, Difference)>);
 
 /// What a comparison found.
 #[derive(Debug)]
-pub struct Comparison {
+pub struct ReplayComparison {
     /// Verdicts that are the same.
     pub verdicts: u64,
     /// Divergence messages that are.
@@ -50,8 +50,8 @@ pub struct Comparison {
     difference_at: u64,
 }
 
-impl Comparison {
-    pub(crate) fn new(record: &ModuleRecord, course: &Course) -> Self {
+impl ReplayComparison {
+    pub(crate) fn new(record: &ModuleRecord, course: &ProcessCourse) -> Self {
         let is_own = |time: u64| time >= course.process && time < course.until;
         // A state that is unknown for now, as a reply says, is no verdict.
         let judged = |message: &&FaultTransition| {
@@ -154,7 +154,7 @@ impl Comparison {
     }
 
     /// The replay is over; `falls_short`: without having reached the end of what was recorded.
-    pub(crate) fn finish(&mut self, course: &Course, falls_short: bool) {
+    pub(crate) fn finish(&mut self, course: &ProcessCourse, falls_short: bool) {
         for (message, difference) in std::mem::take(&mut self.messages).into_values().flatten() {
             match difference {
                 Some((at, difference)) => self.differs(at, difference),

@@ -7,12 +7,12 @@ use diagnosis::{Event, Memory, ModuleSetup};
 use vocabulary::{Input, ModuleConfiguration, RunId, Step, Taken};
 
 use crate::collection::ModuleRecord;
-use crate::cursor::{Cursor, Next};
+use crate::cursor::{NextSample, SampleCursor};
 use crate::shortfall::Shortfall;
 
 /// One thing taken.
 #[derive(Debug, Clone)]
-pub(crate) enum Item {
+pub(crate) enum CourseItem {
     /// The sample at this place.
     Sample(usize),
     /// A sample that was not used because of its step. Its values do not matter.
@@ -23,7 +23,7 @@ pub(crate) enum Item {
 
 /// What one process took, as far as it is recorded.
 #[derive(Debug)]
-pub struct Course {
+pub struct ProcessCourse {
     /// When the process was started \[ns since 1970\].
     pub process: u64,
     /// When the next one was; the largest number if none was.
@@ -40,19 +40,19 @@ pub struct Course {
     pub shortfall: Option<Shortfall>,
     /// The last step that it is known to have taken.
     pub known_until: Option<(RunId, Step)>,
-    pub(crate) items: Vec<Item>,
+    pub(crate) items: Vec<CourseItem>,
 }
 
 /// The courses of all processes of a module, the first one first.
 #[must_use]
-pub fn courses(record: &ModuleRecord) -> Vec<(u64, Result<Course, Shortfall>)> {
+pub fn courses(record: &ModuleRecord) -> Vec<(u64, Result<ProcessCourse, Shortfall>)> {
     let mut processes: Vec<u64> = record.inputs.keys().copied().collect();
     processes.push(u64::MAX);
     let pairs = processes.windows(2);
     pairs.map(|pair| (pair[0], course(record, pair[0], pair[1]))).collect()
 }
 
-fn course(record: &ModuleRecord, process: u64, until: u64) -> Result<Course, Shortfall> {
+fn course(record: &ModuleRecord, process: u64, until: u64) -> Result<ProcessCourse, Shortfall> {
     let nothing = BTreeMap::new();
     let inputs = record.inputs.get(&process).unwrap_or(&nothing);
     let started = inputs.get(&1).map(|input| input.taken.clone());
@@ -60,7 +60,7 @@ fn course(record: &ModuleRecord, process: u64, until: u64) -> Result<Course, Sho
         return Err(Shortfall::StartMissing);
     };
     let (setup, notes) = setup(record, &configuration)?;
-    let mut course = Course {
+    let mut course = ProcessCourse {
         process,
         until,
         software,
@@ -71,11 +71,11 @@ fn course(record: &ModuleRecord, process: u64, until: u64) -> Result<Course, Sho
         known_until: None,
         items: Vec::new(),
     };
-    let mut follower = Follower {
-        cursor: Cursor::new(&record.samples),
+    let mut follower = InputFollower {
+        cursor: SampleCursor::new(&record.samples),
         items: &mut course.items,
         taken: 0,
-        next: Next::Following,
+        next: NextSample::Following,
     };
     course.shortfall = follower.follow(inputs).err();
     course.known_until = known_until(record, (process, until), inputs);
@@ -148,14 +148,14 @@ fn known_until(
 }
 
 /// Goes through the inputs and looks up the samples between them.
-struct Follower<'a> {
-    cursor: Cursor<'a>,
-    items: &'a mut Vec<Item>,
+struct InputFollower<'a> {
+    cursor: SampleCursor<'a>,
+    items: &'a mut Vec<CourseItem>,
     taken: u64,
-    next: Next,
+    next: NextSample,
 }
 
-impl Follower<'_> {
+impl InputFollower<'_> {
     fn follow(&mut self, inputs: &BTreeMap<u64, Input>) -> Result<(), Shortfall> {
         for (expected, (&number, input)) in (1..).zip(inputs) {
             if number != expected {
@@ -176,9 +176,9 @@ impl Follower<'_> {
     }
 
     fn take_sample(&mut self, wanted: u64) -> Result<(), Shortfall> {
-        let next = std::mem::replace(&mut self.next, Next::Following);
+        let next = std::mem::replace(&mut self.next, NextSample::Following);
         let index = self.cursor.advance(next, (self.taken, wanted))?;
-        self.items.push(Item::Sample(index));
+        self.items.push(CourseItem::Sample(index));
         self.taken += 1;
         Ok(())
     }
@@ -207,16 +207,16 @@ impl Follower<'_> {
         match &input.taken {
             Taken::Started { .. } if input.number == 1 => {}
             Taken::RunBegan { run, step } => {
-                self.next = Next::Begins(*run, *step, input.time_unix_ns);
+                self.next = NextSample::Begins(*run, *step, input.time_unix_ns);
             }
-            Taken::Gap { from, missing } => self.next = Next::At(from.plus(*missing)),
-            Taken::Rejected { run, step } => self.items.push(Item::Rejected(*run, *step)),
+            Taken::Gap { from, missing } => self.next = NextSample::At(from.plus(*missing)),
+            Taken::Rejected { run, step } => self.items.push(CourseItem::Rejected(*run, *step)),
             taken => {
                 let event = from_taken(taken.clone()).ok_or_else(|| Shortfall::Contradiction {
                     number: input.number,
                     problem: "the process starts once more".to_owned(),
                 })?;
-                self.items.push(Item::Event(Box::new(event)));
+                self.items.push(CourseItem::Event(Box::new(event)));
             }
         }
         Ok(())
@@ -228,8 +228,10 @@ impl Follower<'_> {
         loop {
             let reached = match (known, self.cursor.position(), self.next) {
                 (None, ..) => true,
-                (Some(_), _, Next::At(_) | Next::Begins(..)) | (Some(_), None, _) => false,
-                (Some((run, step)), Some(position), Next::Following) => {
+                (Some(_), _, NextSample::At(_) | NextSample::Begins(..)) | (Some(_), None, _) => {
+                    false
+                }
+                (Some((run, step)), Some(position), NextSample::Following) => {
                     if position.0 != run {
                         return Err(Shortfall::UnknownSample { samples: self.taken });
                     }

@@ -9,7 +9,7 @@ use crate::shortfall::Shortfall;
 
 /// What is known of the next sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Next {
+pub(crate) enum NextSample {
     /// It is of the same run, a step further.
     Following,
     /// It is of the same run, at this step.
@@ -20,7 +20,7 @@ pub(crate) enum Next {
 
 /// The position in a module's samples.
 #[derive(Debug)]
-pub(crate) struct Cursor<'a> {
+pub(crate) struct SampleCursor<'a> {
     samples: &'a Samples,
     position: Option<(RunId, Step)>,
     /// Samples that were published before are of an earlier pass of the same run.
@@ -30,7 +30,7 @@ pub(crate) struct Cursor<'a> {
     near: usize,
 }
 
-impl<'a> Cursor<'a> {
+impl<'a> SampleCursor<'a> {
     pub(crate) fn new(samples: &'a Samples) -> Self {
         Self {
             samples,
@@ -50,23 +50,23 @@ impl<'a> Cursor<'a> {
     /// The next sample; `taken` in all, `wanted` are known to have been taken.
     pub(crate) fn advance(
         &mut self,
-        next: Next,
+        next: NextSample,
         (taken, wanted): (u64, u64),
     ) -> Result<usize, Shortfall> {
         let unknown = || Shortfall::UnknownSample { samples: taken };
         let (run, step) = match (next, self.position) {
-            (Next::Begins(run, step, _), _) => (run, step),
-            (Next::At(step), Some((run, _))) => (run, step),
-            (Next::Following, Some((run, last))) => (run, last.plus(1)),
-            (Next::At(_) | Next::Following, None) => return Err(unknown()),
+            (NextSample::Begins(run, step, _), _) => (run, step),
+            (NextSample::At(step), Some((run, _))) => (run, step),
+            (NextSample::Following, Some((run, last))) => (run, last.plus(1)),
+            (NextSample::At(_) | NextSample::Following, None) => return Err(unknown()),
         };
         let group = self.samples.of(run, step, self.near);
         let chosen = match next {
-            Next::Begins(_, _, at) => self.nearest(group, at),
-            Next::At(_) | Next::Following => self.first(group),
+            NextSample::Begins(_, _, at) => self.nearest(group, at),
+            NextSample::At(_) | NextSample::Following => self.first(group),
         };
         let Some(index) = chosen else { return Err(self.missing(run, step, wanted - taken)) };
-        if let Next::Begins(..) = next {
+        if let NextSample::Begins(..) = next {
             let is_again = !self.begun.insert(run) || self.samples.of(run, step, index).len() > 1;
             let time = self.samples.head(index).map(|head| head.time_unix_ns);
             self.not_before = time.filter(|_| is_again);

@@ -2,13 +2,15 @@
 
 use std::fmt;
 
+use serde::Serialize;
 use serde_json::Value;
 use vocabulary::{Component, ModuleName, RunId, Step};
 
 /// A difference.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Difference {
     /// The module.
+    #[serde(skip)]
     pub module: ModuleName,
     /// The run.
     pub run: RunId,

@@ -9,8 +9,8 @@ use std::collections::VecDeque;
 use diagnosis::{Action, Diagnoser, Event, PeerFailure, Question, QuestionToken, Sample};
 use vocabulary::ModuleName;
 
-use crate::course::Item;
-use crate::part::{Part, PartError};
+use crate::course::CourseItem;
+use crate::part::{PartError, ReplayPart};
 use crate::player::{ReplayedTransition, is_of_consequence, without_values};
 use crate::samples::empty_sample;
 
@@ -21,8 +21,8 @@ const TIMEOUT_S: f64 = 0.3;
 ///
 /// # Errors
 /// A setup that no diagnoser can be made of.
-pub fn together(parts: &[Part<'_>]) -> Result<Vec<Vec<ReplayedTransition>>, PartError> {
-    let mut rig = Rig::new(parts)?;
+pub fn together(parts: &[ReplayPart<'_>]) -> Result<Vec<Vec<ReplayedTransition>>, PartError> {
+    let mut rig = JointReplay::new(parts)?;
     while let Some(place) = rig.next() {
         rig.go_on(place);
     }
@@ -31,7 +31,7 @@ pub fn together(parts: &[Part<'_>]) -> Result<Vec<Vec<ReplayedTransition>>, Part
 
 /// A question on its way.
 #[derive(Debug)]
-struct Asked {
+struct AskedQuestion {
     asker: usize,
     peer: usize,
     question: Question,
@@ -40,15 +40,15 @@ struct Asked {
     is_open: bool,
 }
 
-struct Rig<'a> {
-    parts: &'a [Part<'a>],
+struct JointReplay<'a> {
+    parts: &'a [ReplayPart<'a>],
     diagnosers: Vec<Diagnoser>,
     /// How many items each has taken.
     taken: Vec<usize>,
     times: Vec<u64>,
     timeouts: Vec<usize>,
     sample: Sample,
-    asked: Vec<Asked>,
+    asked: Vec<AskedQuestion>,
     /// Questions before this one are all answered.
     open_from: usize,
     /// Who did not answer whom, and until when that stays so, in items of the asker.
@@ -56,15 +56,15 @@ struct Rig<'a> {
     verdicts: Vec<Vec<ReplayedTransition>>,
 }
 
-impl<'a> Rig<'a> {
-    fn new(parts: &'a [Part<'a>]) -> Result<Self, PartError> {
-        let diagnoser = |part: &Part<'_>| {
+impl<'a> JointReplay<'a> {
+    fn new(parts: &'a [ReplayPart<'a>]) -> Result<Self, PartError> {
+        let diagnoser = |part: &ReplayPart<'_>| {
             Diagnoser::new(part.setup.clone()).map_err(|problems| PartError {
                 module: part.setup.module.clone(),
                 problems: problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "),
             })
         };
-        let timeout = |part: &Part<'_>| (TIMEOUT_S / part.setup.step_s).ceil() as usize;
+        let timeout = |part: &ReplayPart<'_>| (TIMEOUT_S / part.setup.step_s).ceil() as usize;
         Ok(Self {
             parts,
             diagnosers: parts.iter().map(diagnoser).collect::<Result<_, _>>()?,
@@ -95,18 +95,18 @@ impl<'a> Rig<'a> {
         let mut actions = Vec::new();
         let diagnoser = &mut self.diagnosers[place];
         match item {
-            Item::Sample(index) => {
+            CourseItem::Sample(index) => {
                 part.samples.read(*index, &mut self.sample);
                 self.times[place] = part.samples.head(*index).map_or(0, |head| head.time_unix_ns);
                 diagnoser.take_sample(&self.sample, &mut actions);
             }
-            Item::Rejected(run, step) => {
+            CourseItem::Rejected(run, step) => {
                 if is_of_consequence(diagnoser, part.setup.step_s, (*run, *step)) {
                     let sample = without_values(diagnoser, *run, *step);
                     diagnoser.take_sample(&sample, &mut actions);
                 }
             }
-            Item::Event(event) => diagnoser.handle((**event).clone(), &mut actions),
+            CourseItem::Event(event) => diagnoser.handle((**event).clone(), &mut actions),
         }
         self.carry_out(place, actions);
         self.give_up();
@@ -156,7 +156,7 @@ impl<'a> Rig<'a> {
         };
         let token = QuestionToken(self.asked.len() as u64);
         let at = self.taken[asker];
-        self.asked.push(Asked { asker, peer: target, question, at, is_open: true });
+        self.asked.push(AskedQuestion { asker, peer: target, question, at, is_open: true });
         (target, Event::Asked { token, question })
     }
 
@@ -187,7 +187,7 @@ impl<'a> Rig<'a> {
             self.open_from += 1;
         }
         for index in self.open_from..self.asked.len() {
-            let Asked { asker, peer, question, at, is_open } = self.asked[index];
+            let AskedQuestion { asker, peer, question, at, is_open } = self.asked[index];
             let is_over = self.taken[asker] > at + self.timeouts[asker]
                 || self.taken[peer] >= self.parts[peer].items.len();
             if !is_open || !is_over {

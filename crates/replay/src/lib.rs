@@ -1,6 +1,6 @@
 //! Recorded inputs through the same diagnosers, and what comes of it.
 //!
-//! A [`Collection`] takes recorded messages and sorts them by module. A [`Course`] is what one process of a module took,
+//! A [`Collection`] takes recorded messages and sorts them by module. A [`ProcessCourse`] is what one process of a module took,
 //! in order; [`replay`] leads it through a diagnoser and compares what comes of it with what was recorded.
 //! [`together`](fn@together) runs all modules on the recorded samples with other settings.
 
@@ -16,13 +16,13 @@ mod samples;
 mod settings;
 mod shortfall;
 
-pub use collection::{Collection, ModuleRecord, Position};
-pub use comparison::Comparison;
-pub use course::{Course, courses, latest_setup};
+pub use collection::{Collection, ModulePosition, ModuleRecord};
+pub use comparison::ReplayComparison;
+pub use course::{ProcessCourse, courses, latest_setup};
 pub use difference::Difference;
 pub use joint::together;
-pub use part::{Beginnings, Part, PartError};
+pub use part::{Beginnings, PartError, ReplayPart};
 pub use player::{Replayed, ReplayedTransition, replay};
 pub use samples::{SampleHead, Samples};
-pub use settings::Settings;
+pub use settings::ReplaySettings;
 pub use shortfall::Shortfall;

@@ -6,7 +6,7 @@ use diagnosis::{Event, ModuleSetup};
 use vocabulary::{ModuleName, RunId, Step};
 
 use crate::collection::ModuleRecord;
-use crate::course::{Course, Item};
+use crate::course::{CourseItem, ProcessCourse};
 use crate::samples::Samples;
 
 /// When: the run by its first sample, how often it had begun again, the step.
@@ -14,11 +14,11 @@ pub(crate) type Moment = (u64, u64, Step);
 
 /// A module that takes part.
 #[derive(Debug)]
-pub struct Part<'a> {
+pub struct ReplayPart<'a> {
     pub(crate) samples: &'a Samples,
     pub(crate) setup: ModuleSetup,
     /// What it takes, and when; the latter rises.
-    pub(crate) items: Vec<(Moment, Item)>,
+    pub(crate) items: Vec<(Moment, CourseItem)>,
 }
 
 /// A setup that no diagnoser can be made of.
@@ -31,24 +31,24 @@ pub struct PartError {
     pub problems: String,
 }
 
-impl<'a> Part<'a> {
+impl<'a> ReplayPart<'a> {
     /// A module with a setup: what its processes took, or, if none is known, all its samples in order.
     #[must_use]
     pub fn new(
         record: &'a ModuleRecord,
-        courses: &[Course],
+        courses: &[ProcessCourse],
         setup: ModuleSetup,
         runs: &Beginnings,
     ) -> Self {
         let samples = &record.samples;
-        let all: Vec<Item>;
-        let items: Box<dyn Iterator<Item = &Item>> = if courses.is_empty() {
-            all = (0..samples.len()).map(Item::Sample).collect();
+        let all: Vec<CourseItem>;
+        let items: Box<dyn Iterator<Item = &CourseItem>> = if courses.is_empty() {
+            all = (0..samples.len()).map(CourseItem::Sample).collect();
             Box::new(all.iter())
         } else {
             Box::new(courses.iter().flat_map(|course| &course.items))
         };
-        let mut line = Line { runs, run: None, moment: Moment::default(), time: 0 };
+        let mut line = ItemTimes { runs, run: None, moment: Moment::default(), time: 0 };
         let items = items.filter_map(|item| line.place(samples, item)).collect();
         Self { samples, setup, items }
     }
@@ -75,7 +75,7 @@ impl Beginnings {
 
 /// Places what a module took in time.
 #[derive(Debug)]
-struct Line<'a> {
+struct ItemTimes<'a> {
     runs: &'a Beginnings,
     run: Option<RunId>,
     moment: Moment,
@@ -83,10 +83,10 @@ struct Line<'a> {
     time: u64,
 }
 
-impl Line<'_> {
-    fn place(&mut self, samples: &Samples, item: &Item) -> Option<(Moment, Item)> {
+impl ItemTimes<'_> {
+    fn place(&mut self, samples: &Samples, item: &CourseItem) -> Option<(Moment, CourseItem)> {
         match item {
-            Item::Sample(index) => {
+            CourseItem::Sample(index) => {
                 let head = samples.head(*index)?;
                 let is_same = self.run == Some(head.run);
                 if is_same && head.step <= self.moment.2 {
@@ -105,8 +105,10 @@ impl Line<'_> {
                 self.time = head.time_unix_ns;
                 Some((self.moment, item.clone()))
             }
-            Item::Rejected(run, _) => (self.run == Some(*run)).then(|| (self.moment, item.clone())),
-            Item::Event(event) => match **event {
+            CourseItem::Rejected(run, _) => {
+                (self.run == Some(*run)).then(|| (self.moment, item.clone()))
+            }
+            CourseItem::Event(event) => match **event {
                 Event::Ordered { .. } => Some((self.moment, item.clone())),
                 _ => None,
             },

@@ -4,8 +4,8 @@ use diagnosis::{Action, Diagnoser, Sample, Transition};
 use vocabulary::{RunId, Step};
 
 use crate::collection::ModuleRecord;
-use crate::comparison::Comparison;
-use crate::course::{Course, Item};
+use crate::comparison::ReplayComparison;
+use crate::course::{CourseItem, ProcessCourse};
 use crate::samples::empty_sample;
 use crate::shortfall::Shortfall;
 
@@ -29,7 +29,7 @@ pub struct Replayed {
     /// Samples used.
     pub samples: u64,
     /// What a comparison with the recording found.
-    pub comparison: Comparison,
+    pub comparison: ReplayComparison,
     /// Why it does not go further, if it does not.
     pub shortfall: Option<Shortfall>,
 }
@@ -64,7 +64,7 @@ pub(crate) fn is_of_consequence(
 ///
 /// # Errors
 /// A setup that no diagnoser can be made of.
-pub fn replay(record: &ModuleRecord, course: &Course) -> Result<Replayed, Shortfall> {
+pub fn replay(record: &ModuleRecord, course: &ProcessCourse) -> Result<Replayed, Shortfall> {
     let diagnoser = Diagnoser::new(course.setup.clone()).map_err(|problems| {
         let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
         Shortfall::Configuration(problems.join("; "))
@@ -76,7 +76,7 @@ pub fn replay(record: &ModuleRecord, course: &Course) -> Result<Replayed, Shortf
         sample: empty_sample(),
         time_unix_ns: 0,
         transitions: Vec::new(),
-        comparison: Comparison::new(record, course),
+        comparison: ReplayComparison::new(record, course),
     };
     player.diagnoser.recall(course.memory.clone());
     let shortfall = player.play(&course.items).err().or(course.shortfall.clone());
@@ -92,25 +92,25 @@ struct Player<'a> {
     sample: Sample,
     time_unix_ns: u64,
     transitions: Vec<ReplayedTransition>,
-    comparison: Comparison,
+    comparison: ReplayComparison,
 }
 
 impl Player<'_> {
-    fn play(&mut self, items: &[Item]) -> Result<(), Shortfall> {
+    fn play(&mut self, items: &[CourseItem]) -> Result<(), Shortfall> {
         let mut actions = Vec::new();
         for item in items {
             let used = self.diagnoser.counters().samples;
             match item {
-                Item::Sample(index) => self.take(*index, &mut actions),
-                Item::Rejected(run, step) => {
+                CourseItem::Sample(index) => self.take(*index, &mut actions),
+                CourseItem::Rejected(run, step) => {
                     if is_of_consequence(&self.diagnoser, self.step_s, (*run, *step)) {
                         let sample = without_values(&self.diagnoser, *run, *step);
                         self.diagnoser.take_sample(&sample, &mut actions);
                     }
                 }
-                Item::Event(event) => self.diagnoser.handle((**event).clone(), &mut actions),
+                CourseItem::Event(event) => self.diagnoser.handle((**event).clone(), &mut actions),
             }
-            let takes = u64::from(matches!(item, Item::Sample(_)));
+            let takes = u64::from(matches!(item, CourseItem::Sample(_)));
             if self.diagnoser.counters().samples != used + takes {
                 return Err(Shortfall::UnknownSample { samples: used });
             }

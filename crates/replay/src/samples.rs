@@ -16,7 +16,7 @@ pub struct SampleHead {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Entry {
+struct SampleEntry {
     head: SampleHead,
     /// Where its values begin.
     at: usize,
@@ -28,7 +28,7 @@ struct Entry {
 /// is there once.
 #[derive(Debug, Default)]
 pub struct Samples {
-    entries: Vec<Entry>,
+    entries: Vec<SampleEntry>,
     /// All values one after the other: an hour has millions.
     values: Vec<f64>,
 }
@@ -41,7 +41,7 @@ impl Samples {
         let at = self.values.len();
         let lengths =
             [sample.demands_n.len(), sample.pressures_pa.len(), sample.elongations_m.len()];
-        self.entries.push(Entry { head, at, lengths });
+        self.entries.push(SampleEntry { head, at, lengths });
         self.values.extend_from_slice(&sample.demands_n);
         self.values.extend(sample.pressures_pa.iter().flatten());
         self.values.extend_from_slice(&sample.elongations_m);
@@ -50,7 +50,7 @@ impl Samples {
     /// Brings them into order.
     pub(crate) fn sort(&mut self) {
         let Self { entries, values } = self;
-        let key = |entry: &Entry| (entry.head.run, entry.head.step);
+        let key = |entry: &SampleEntry| (entry.head.run, entry.head.step);
         entries.sort_by_key(key);
         let mut group = 0;
         let mut kept = 0;
@@ -97,7 +97,8 @@ impl Samples {
 
     /// Copies one.
     pub fn read(&self, index: usize, into: &mut diagnosis::Sample) {
-        let Some(Entry { head, at, lengths: [demands, pairs, gages] }) = self.entries.get(index)
+        let Some(SampleEntry { head, at, lengths: [demands, pairs, gages] }) =
+            self.entries.get(index)
         else {
             return;
         };
@@ -145,8 +146,8 @@ pub(crate) fn empty_sample() -> diagnosis::Sample {
     }
 }
 
-fn same(one: &Entry, other: &Entry, values: &[f64]) -> bool {
-    let bits = |entry: &Entry| {
+fn same(one: &SampleEntry, other: &SampleEntry, values: &[f64]) -> bool {
+    let bits = |entry: &SampleEntry| {
         let [demands, pairs, gages] = entry.lengths;
         values[entry.at..entry.at + demands + 2 * pairs + gages].iter().map(|v| v.to_bits())
     };

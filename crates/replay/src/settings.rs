@@ -8,7 +8,7 @@ use vocabulary::ModuleName;
 
 /// What is to be different.
 #[derive(Debug, Clone, Default)]
-pub struct Settings {
+pub struct ReplaySettings {
     /// Whole setups, by module.
     pub setups: BTreeMap<ModuleName, ModuleSetup>,
     /// A factor on every threshold.
@@ -19,7 +19,7 @@ pub struct Settings {
     pub residual: Option<ActuatorResidual>,
 }
 
-impl Settings {
+impl ReplaySettings {
     /// Is anything different?
     #[must_use]
     pub fn is_any(&self) -> bool {

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::identification::{Excerpt, Identification, identify};
-use study::{Injection, Rig};
+use study::{Rig, TimedFault};
 use vocabulary::{RunId, fault::Fault};
 
 #[path = "../tests/tower/mod.rs"]
@@ -27,7 +27,7 @@ fn keep(excerpt: &Excerpt) -> Identification {
 #[expect(clippy::expect_used, reason = "a bench without a tower has nothing to measure")]
 fn excerpts(component: &str, fault: Fault) -> Vec<Excerpt> {
     let (structure, parameters, setups) = tower::parts();
-    let injection = Injection {
+    let injection = TimedFault {
         at: vocabulary::Step(7000),
         until: None,
         component: component.parse().expect("a component"),

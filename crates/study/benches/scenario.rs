@@ -6,16 +6,16 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use study::scenarios::{ScenarioRanges, Scenarios};
+use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 
 #[path = "../tests/tower/mod.rs"]
 mod tower;
 
-fn campaign() -> Scenarios {
+fn campaign() -> ScenarioCampaign {
     tower::scenarios(tower::system(0.1, 1), ScenarioRanges::default())
 }
 
-fn run(campaign: &Scenarios, number: u64) {
+fn run(campaign: &ScenarioCampaign, number: u64) {
     black_box(tower::row(campaign, number));
 }
 
@@ -36,7 +36,7 @@ fn scenario(criterion: &mut Criterion) {
 
 /// How many times faster than the tower itself, with one run at a time and with more, measured in
 /// turns so that all see the same machine.
-fn print_speeds(campaign: &Scenarios) {
+fn print_speeds(campaign: &ScenarioCampaign) {
     const TURNS: usize = 5;
     const RUNS_A_JOB: u64 = 6;
     let processors = std::thread::available_parallelism().map_or(1, usize::from);

@@ -6,9 +6,9 @@ use std::fmt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::case::{Case, Run};
+use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
-use crate::report::{Figure, Table};
+use crate::report::{ReportFigure, Table};
 use crate::system::{CommissionedPlant, System};
 
 /// What came of cases, by their number.
@@ -41,13 +41,17 @@ pub trait Campaign: Sync {
         &self,
         number: u64,
         plant: Option<&CommissionedPlant>,
-    ) -> Result<Case<Self::Kind>, StudyError>;
+    ) -> Result<CampaignCase<Self::Kind>, StudyError>;
 
     /// Runs a case, to its end or as far as need be, and judges what comes of it.
     ///
     /// # Errors
     /// What the run fails with.
-    fn judge(&self, case: &Case<Self::Kind>, run: &mut Run) -> Result<Self::Row, StudyError>;
+    fn judge(
+        &self,
+        case: &CampaignCase<Self::Kind>,
+        run: &mut CaseRun,
+    ) -> Result<Self::Row, StudyError>;
 
     /// Sums up rows, which may be those of a part of the cases.
     fn summarize(&self, rows: &Rows<Self::Row>) -> Self::Summary;
@@ -59,7 +63,7 @@ pub trait Campaign: Sync {
     ///
     /// # Errors
     /// A structure that has not what a figure shows.
-    fn figures(&self, _: &Self::Summary) -> Result<Vec<Figure>, StudyError> {
+    fn figures(&self, _: &Self::Summary) -> Result<Vec<ReportFigure>, StudyError> {
         Ok(Vec::new())
     }
 

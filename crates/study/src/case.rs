@@ -1,45 +1,13 @@
 //! One run of a plant and its diagnosers: what is drawn of it, and how it goes.
 
-use plant::{InjectError, Plant};
-use serde::{Deserialize, Serialize};
-use vocabulary::{ComponentPath, Step, fault::Fault};
+use vocabulary::Step;
 
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig};
-
-/// A fault of a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Injection {
-    /// First step with the fault.
-    pub at: Step,
-    /// First step without it again; `None` if it stays.
-    pub until: Option<Step>,
-    /// The component.
-    pub component: ComponentPath,
-    /// The fault.
-    pub fault: Fault,
-}
-
-/// Injects and clears what is due at `step`.
-pub(crate) fn apply(
-    faults: &[Injection],
-    step: Step,
-    plant: &mut Plant,
-) -> Result<(), InjectError> {
-    for injection in faults {
-        if injection.until == Some(step) {
-            plant.clear(&injection.component)?;
-        }
-        if injection.at == step {
-            plant.inject(&injection.component, injection.fault)?;
-        }
-    }
-    Ok(())
-}
+use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
 
 /// Steps whose samples one diagnoser does not get.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gap {
+pub struct SampleGap {
     /// Place of the diagnoser.
     pub place: usize,
     /// First step that it does not get.
@@ -52,7 +20,7 @@ pub struct Gap {
 
 /// One run as it is drawn. It follows from the campaign's seed and its number alone.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Case<K> {
+pub struct CampaignCase<K> {
     /// Its number in the campaign, from 0.
     pub number: u64,
     /// What it is an example of.
@@ -60,32 +28,45 @@ pub struct Case<K> {
     /// Seed of its wind, loads and noise, and of its plant if that is not commissioned beforehand.
     pub seed: u64,
     /// Its faults, in the order in which they begin.
-    pub faults: Vec<Injection>,
+    pub faults: Vec<TimedFault>,
     /// What diagnosers do not see.
-    pub gaps: Vec<Gap>,
+    pub gaps: Vec<SampleGap>,
     /// So many of its latest samples the publisher keeps for diagnosers that are restarted.
     pub kept_samples: usize,
     /// Its length.
     pub steps: u64,
 }
 
+impl<K> CampaignCase<K> {
+    /// A case whose diagnosers see every sample.
+    pub(crate) fn new(
+        number: u64,
+        kind: K,
+        seed: u64,
+        faults: Vec<TimedFault>,
+        steps: u64,
+    ) -> Self {
+        Self { number, kind, seed, faults, gaps: Vec::new(), kept_samples: 0, steps }
+    }
+}
+
 /// Sees the rig after every step, with what happened in it.
-pub type Watch<'a> = &'a mut dyn FnMut(&Rig, &[Occurrence]) -> Result<(), StudyError>;
+pub type Watch<'a> = &'a mut dyn FnMut(&Rig, &[RigEvent]) -> Result<(), StudyError>;
 
 /// A case while it runs.
-pub struct Run<'a> {
+pub struct CaseRun<'a> {
     /// Plant and diagnosers.
     pub rig: Rig,
     /// What happened so far, in order.
-    pub occurrences: Vec<Occurrence>,
-    gaps: &'a [Gap],
+    pub occurrences: Vec<RigEvent>,
+    gaps: &'a [SampleGap],
     steps_left: u64,
     watch: Watch<'a>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> CaseRun<'a> {
     /// Before its first step. The rig has the case's faults.
-    pub fn new<K>(case: &'a Case<K>, mut rig: Rig, watch: Watch<'a>) -> Self {
+    pub fn new<K>(case: &'a CampaignCase<K>, mut rig: Rig, watch: Watch<'a>) -> Self {
         rig.keep_samples(case.kept_samples);
         Self { rig, occurrences: Vec::new(), gaps: &case.gaps, steps_left: case.steps, watch }
     }
@@ -103,7 +84,7 @@ impl<'a> Run<'a> {
         for gap in gaps.iter().filter(|gap| gap.restarted && gap.until == step) {
             self.rig.restart(gap.place)?;
         }
-        let is_hidden = |gap: &Gap| (gap.from..gap.until).contains(&step);
+        let is_hidden = |gap: &SampleGap| (gap.from..gap.until).contains(&step);
         self.rig
             .step_without(|place| gaps.iter().any(|gap| gap.place == place && is_hidden(gap)))?;
         let latest = self.rig.take_occurrences();
@@ -119,5 +100,11 @@ impl<'a> Run<'a> {
     pub fn finish(&mut self) -> Result<(), StudyError> {
         while self.step()? {}
         Ok(())
+    }
+
+    /// What was declared faulty so far, in order.
+    #[must_use]
+    pub fn diagnosed(&self) -> Vec<Diagnosed> {
+        self.occurrences.iter().filter_map(RigEvent::diagnosed).collect()
     }
 }

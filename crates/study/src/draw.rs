@@ -1,18 +1,14 @@
 //! Drawing components and faults at random.
 
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use truss::Structure;
-use vocabulary::{Component, ComponentPath, fault::FaultKind};
+use vocabulary::{
+    ComponentPath,
+    fault::{Fault, FaultKind},
+};
 
-use crate::system::System;
-
-/// Random numbers that follow from a campaign's seed and the number of a stream alone.
-pub(crate) fn generator(campaign_seed: u64, stream: u64) -> ChaCha8Rng {
-    let mut generator = ChaCha8Rng::seed_from_u64(campaign_seed);
-    generator.set_stream(stream);
-    generator
-}
+use crate::system::{System, generator};
 
 /// Draws what happens in one case.
 pub(crate) struct Draw<'a> {
@@ -74,13 +70,24 @@ pub(crate) fn components_that_can_have(
     paths.filter(|path| path.component.kind() == kind.component_kind()).collect()
 }
 
-/// Length of the gage; of no meaning for an actuator.
-pub(crate) fn gage_length_m(structure: &Structure, path: &ComponentPath) -> f64 {
-    let module = structure.module(&path.module);
-    let gages = module.map(|module| module.gages.as_slice()).unwrap_or_default();
-    let gage = gages.iter().find(|gage| match &path.component {
-        Component::Sensor(name) => gage.name == *name,
-        Component::Actuator(_) => false,
-    });
-    gage.map_or(f64::NAN, |gage| structure.gage_length_m(gage))
+/// The fault of a kind with this size: area of a leak, dead band of a valve, gain, or offset, drift or increment of a
+/// reading. Its other parameters are zero.
+pub(crate) fn fault_of_size(kind: FaultKind, size: f64) -> Fault {
+    match kind {
+        FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2: size },
+        FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2: size },
+        FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2: size },
+        FaultKind::HardOver => Fault::HardOver {},
+        FaultKind::Stiction => Fault::Stiction { band_m3_per_s: size },
+        FaultKind::Bias => Fault::Bias { offset_m: size },
+        FaultKind::Drift => Fault::Drift { drift_m_per_s: size },
+        FaultKind::RandomWalk => Fault::RandomWalk { drift_m_per_s: 0.0, increment_m: size },
+        FaultKind::Gain => Fault::Gain { gain: size },
+        FaultKind::ZeroOutput => Fault::ZeroOutput {},
+        FaultKind::Stuck => Fault::Stuck {},
+        FaultKind::Intermittent => {
+            Fault::Intermittent { offset_m: size, closed_s: 0.0, open_s: 0.0 }
+        }
+        FaultKind::NoSignal => Fault::NoSignal {},
+    }
 }

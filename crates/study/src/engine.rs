@@ -6,16 +6,17 @@ use std::ops::Range;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::campaign::{Campaign, Rows};
-use crate::case::{Run, Watch};
+use crate::campaign::Campaign;
+use crate::case::{CampaignCase, CaseRun, Watch};
 use crate::error::StudyError;
-use crate::journal::Journal;
+use crate::journal::{CampaignJournal, Done};
 use crate::parallel;
-use crate::system::{CommissionedPlant, PlantRow};
+use crate::rig::Rig;
+use crate::system::CommissionedPlant;
 
 /// What takes long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Work {
+pub enum EngineWork {
     /// Commissioning plants, in snippets.
     Commissioning,
     /// Cases.
@@ -23,7 +24,7 @@ pub enum Work {
 }
 
 /// Begins to report progress of so much work; what is returned is called whenever a piece is done.
-pub type Begin<'a> = &'a dyn Fn(Work, u64) -> Box<dyn Fn() + Sync>;
+pub type Begin<'a> = &'a dyn Fn(EngineWork, u64) -> Box<dyn Fn() + Sync>;
 
 /// How cases are run. What comes of them does not depend on it.
 #[derive(Clone, Copy)]
@@ -36,22 +37,8 @@ pub struct Engine<'a> {
     pub begin: Begin<'a>,
 }
 
-/// What is done of a campaign.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Done<R> {
-    /// The plants that were commissioned, by system and number.
-    pub plants: BTreeMap<(usize, u64), PlantRow>,
-    /// What came of the cases.
-    pub rows: Rows<R>,
-}
-
-impl<R> Default for Done<R> {
-    fn default() -> Self {
-        Self { plants: BTreeMap::new(), rows: BTreeMap::new() }
-    }
-}
-
-type Plants = BTreeMap<(usize, u64), CommissionedPlant>;
+/// Commissioned plants, by system and number.
+pub(crate) type Plants = BTreeMap<(usize, u64), CommissionedPlant>;
 
 impl Engine<'_> {
     /// Runs those of the cases that are not done yet, and adds them to those that are and to the journal.
@@ -63,7 +50,7 @@ impl Engine<'_> {
         campaign: &C,
         cases: Range<u64>,
         done: &mut Done<C::Row>,
-        mut journal: Option<&mut Journal>,
+        mut journal: Option<&mut CampaignJournal>,
     ) -> Result<(), StudyError> {
         let missing: Vec<u64> = cases.filter(|case| !done.rows.contains_key(case)).collect();
         if missing.is_empty() {
@@ -76,7 +63,7 @@ impl Engine<'_> {
                 journal.as_mut().map_or(Ok(()), |journal| journal.plant(*id, &row))?;
             }
         }
-        let advance = (self.begin)(Work::Cases, missing.len() as u64);
+        let advance = (self.begin)(EngineWork::Cases, missing.len() as u64);
         let keep = |case: &u64, row: C::Row| {
             journal.as_mut().map_or(Ok(()), |journal| journal.case(*case, &row))?;
             done.rows.insert(*case, row);
@@ -115,7 +102,7 @@ impl Engine<'_> {
             return Ok(plants);
         }
         let snippets = ids.iter().map(|id| campaign.systems()[id.0].snippets_per_plant()).sum();
-        let advance = (self.begin)(Work::Commissioning, snippets);
+        let advance = (self.begin)(EngineWork::Commissioning, snippets);
         for id in ids {
             if self.stop.load(Ordering::Relaxed) {
                 break;
@@ -127,12 +114,22 @@ impl Engine<'_> {
     }
 }
 
-pub(crate) fn run_case<C: Campaign>(
+fn run_case<C: Campaign>(
     campaign: &C,
     number: u64,
     plants: &Plants,
     watch: Watch,
 ) -> Result<C::Row, StudyError> {
+    let (case, rig) = prepare(campaign, number, plants)?;
+    campaign.judge(&case, &mut CaseRun::new(&case, rig, watch))
+}
+
+/// Draws a case and its rig.
+pub(crate) fn prepare<C: Campaign>(
+    campaign: &C,
+    number: u64,
+    plants: &Plants,
+) -> Result<(CampaignCase<C::Kind>, Rig), StudyError> {
     let (system, plant) = campaign.plant_of(number);
     let plant = plant.map(|plant| plants.get(&(system, plant)).ok_or(StudyError::Interrupted));
     let plant = plant.transpose()?;
@@ -141,7 +138,7 @@ pub(crate) fn run_case<C: Campaign>(
         Some(plant) => plant.rig(case.seed, case.faults.clone()),
         None => campaign.systems()[system].rig(case.seed, case.faults.clone()),
     };
-    campaign.judge(&case, &mut Run::new(&case, rig?, watch))
+    Ok((case, rig?))
 }
 
 /// One of several parts of a campaign that run apart from each other.

@@ -5,17 +5,16 @@
 //! its residual (\[N\] for an actuator, \[m\] for a gage). Numbers are written so that they are read back
 //! bit by bit.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use diagnosis::Diagnoser;
 use vocabulary::{ComponentPath, Step};
 
 use crate::campaign::Campaign;
-use crate::case::Injection;
-use crate::engine::run_case;
+use crate::case::CaseRun;
+use crate::engine::{Plants, prepare};
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig};
+use crate::rig::{Rig, RigEvent, TimedFault};
 
 /// A change that a diagnoser reported during a recorded run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,15 +35,17 @@ pub fn export<C: Campaign>(
     number: u64,
     out: &mut impl Write,
 ) -> Result<(C::Row, Vec<RecordedChange>), StudyError> {
-    let faults = campaign.draw(number, None)?.faults;
+    let (case, rig) = prepare(campaign, number, &Plants::new())?;
     let mut recorder = Recorder::new(out);
-    let row = run_case(campaign, number, &BTreeMap::new(), &mut |rig, occurrences| {
-        let is_present = |of: &&Injection, step: Step| {
+    let mut watch = |rig: &Rig, occurrences: &[RigEvent]| {
+        let is_present = |of: &&TimedFault, step: Step| {
             of.at <= step && of.until.is_none_or(|until| step < until)
         };
-        let faulty = |step| faults.iter().find(|of| is_present(of, step)).map(|of| &of.component);
+        let faulty =
+            |step| case.faults.iter().find(|of| is_present(of, step)).map(|of| &of.component);
         recorder.take(rig, occurrences, faulty)
-    })?;
+    };
+    let row = campaign.judge(&case, &mut CaseRun::new(&case, rig, &mut watch))?;
     Ok((row, recorder.finish()?))
 }
 
@@ -64,7 +65,7 @@ impl<'a, W: Write> Recorder<'a, W> {
     fn take<'f>(
         &mut self,
         rig: &Rig,
-        occurrences: &[Occurrence],
+        occurrences: &[RigEvent],
         faulty: impl Fn(Step) -> Option<&'f ComponentPath>,
     ) -> Result<(), StudyError> {
         self.changes.extend(occurrences.iter().filter_map(change));
@@ -98,8 +99,8 @@ impl<'a, W: Write> Recorder<'a, W> {
     }
 }
 
-fn change(occurrence: &Occurrence) -> Option<RecordedChange> {
-    let Occurrence::Change { module, change } = occurrence else { return None };
+fn change(occurrence: &RigEvent) -> Option<RecordedChange> {
+    let RigEvent::Change { module, change } = occurrence else { return None };
     let component = ComponentPath { module: module.clone(), component: change.component.clone() };
     Some(RecordedChange { component, step: change.step })
 }

@@ -1,6 +1,7 @@
 //! What is done of a campaign, on disk: lines of JSON in `cases.jsonl`. The first names the request; then one for each
 //! commissioned plant and for each case.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::Write;
@@ -12,8 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::hash::Hasher;
 
-use crate::campaign::Campaign;
-use crate::engine::Done;
+use crate::campaign::{Campaign, Rows};
 use crate::error::StudyError;
 use crate::system::PlantRow;
 
@@ -23,9 +23,24 @@ pub const FILE: &str = "cases.jsonl";
 /// Version of the format.
 const VERSION: u64 = 1;
 
+/// What is done of a campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Done<R> {
+    /// The plants that were commissioned, by system and number.
+    pub plants: BTreeMap<(usize, u64), PlantRow>,
+    /// What came of the cases.
+    pub rows: Rows<R>,
+}
+
+impl<R> Default for Done<R> {
+    fn default() -> Self {
+        Self { plants: BTreeMap::new(), rows: BTreeMap::new() }
+    }
+}
+
 /// What all cases of a journal have in common: its first line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct CampaignHeader {
     v: u64,
     program: String,
     /// The request.
@@ -40,12 +55,12 @@ pub struct Header {
 /// A line after the first.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
-enum Line<P, R> {
+enum JournalLine<P, R> {
     Plant { system: usize, plant: P },
     Case { case: u64, row: R },
 }
 
-impl Header {
+impl CampaignHeader {
     /// Of a campaign that was requested so.
     #[must_use]
     pub fn new(request: Value, campaign: &impl Campaign, shard: Option<String>) -> Self {
@@ -108,19 +123,19 @@ impl Header {
 
 /// A journal that cases are added to.
 #[derive(Debug)]
-pub struct Journal {
+pub struct CampaignJournal {
     path: PathBuf,
     file: File,
 }
 
-impl Journal {
+impl CampaignJournal {
     /// Opens the journal in a directory, or begins it; returns what is done already.
     ///
     /// # Errors
     /// A journal of another request, or one that cannot be read or written.
     pub fn open<R: DeserializeOwned>(
         directory: &Path,
-        header: &Header,
+        header: &CampaignHeader,
     ) -> Result<(Self, Done<R>), StudyError> {
         let path = directory.join(FILE);
         let io = |error| StudyError::File { path: path.clone(), error };
@@ -143,7 +158,7 @@ impl Journal {
     /// # Errors
     /// What the file fails with.
     pub fn case(&mut self, case: u64, row: &impl Serialize) -> Result<(), StudyError> {
-        self.write(&Line::<(), _>::Case { case, row })
+        self.write(&JournalLine::<(), _>::Case { case, row })
     }
 
     /// Adds a plant of a system.
@@ -151,7 +166,7 @@ impl Journal {
     /// # Errors
     /// What the file fails with.
     pub fn plant(&mut self, (system, _): (usize, u64), plant: &PlantRow) -> Result<(), StudyError> {
-        self.write(&Line::<_, ()>::Plant { system, plant })
+        self.write(&JournalLine::<_, ()>::Plant { system, plant })
     }
 
     fn write(&mut self, line: &impl Serialize) -> Result<(), StudyError> {
@@ -165,13 +180,16 @@ impl Journal {
 ///
 /// # Errors
 /// A row that cannot be written as JSON.
-pub fn text<R: Serialize>(header: &Header, done: &Done<R>) -> Result<String, serde_json::Error> {
+pub fn text<R: Serialize>(
+    header: &CampaignHeader,
+    done: &Done<R>,
+) -> Result<String, serde_json::Error> {
     let mut text = line_of(header)?;
     for ((system, _), plant) in &done.plants {
-        text += &line_of(&Line::<_, ()>::Plant { system: *system, plant })?;
+        text += &line_of(&JournalLine::<_, ()>::Plant { system: *system, plant })?;
     }
     for (case, row) in &done.rows {
-        text += &line_of(&Line::<(), _>::Case { case: *case, row })?;
+        text += &line_of(&JournalLine::<(), _>::Case { case: *case, row })?;
     }
     Ok(text)
 }
@@ -182,15 +200,15 @@ pub fn text<R: Serialize>(header: &Header, done: &Done<R>) -> Result<String, ser
 /// A journal of another request than `header`'s, or one that cannot be read.
 pub fn read_all<R: DeserializeOwned>(
     directories: &[PathBuf],
-    header: &Header,
+    header: &CampaignHeader,
 ) -> Result<Done<R>, StudyError> {
     let mut all = Done::default();
     for directory in directories {
         let path = directory.join(FILE);
         let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let shard = Header::first_of(&path, &text)?.shard;
-        let done = parse(&path, &text[..whole], &Header { shard, ..header.clone() })?;
+        let shard = CampaignHeader::first_of(&path, &text)?.shard;
+        let done = parse(&path, &text[..whole], &CampaignHeader { shard, ..header.clone() })?;
         all.plants.extend(done.plants);
         all.rows.extend(done.rows);
     }
@@ -204,25 +222,25 @@ fn line_of(line: &impl Serialize) -> Result<String, serde_json::Error> {
 fn parse<R: DeserializeOwned>(
     path: &Path,
     text: &str,
-    expected: &Header,
+    expected: &CampaignHeader,
 ) -> Result<Done<R>, StudyError> {
     let mut done = Done::default();
     for (number, line) in text.lines().enumerate() {
         let at =
             |error: serde_json::Error| unreadable(path, &format!("line {}: {error}", number + 1));
         if number == 0 {
-            let header: Header = serde_json::from_str(line).map_err(at)?;
+            let header: CampaignHeader = serde_json::from_str(line).map_err(at)?;
             if let Some(difference) = header.difference(expected) {
                 return Err(wrong(path, &difference));
             }
             continue;
         }
         match serde_json::from_str(line).map_err(at)? {
-            Line::Plant { system, plant } => {
+            JournalLine::Plant { system, plant } => {
                 let plant: PlantRow = plant;
                 done.plants.insert((system, plant.number), plant);
             }
-            Line::Case { case, row } => {
+            JournalLine::Case { case, row } => {
                 done.rows.insert(case, row);
             }
         }

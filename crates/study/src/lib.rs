@@ -16,7 +16,6 @@ pub mod identification;
 pub mod journal;
 pub mod limits;
 pub mod parallel;
-mod recollection;
 pub mod report;
 mod rig;
 pub mod scenarios;
@@ -26,14 +25,15 @@ pub mod tail;
 pub mod trace;
 
 pub use calibration::{
-    Calibration, ChannelPeaks, ModulePeaks, NominalRuns, Recording, StepOrder, plant,
+    Calibration, ChannelPeaks, ModulePeaks, NominalRuns, ResidualRecording, StepOrder, plant,
 };
 pub use campaign::{Campaign, Rows};
-pub use case::{Case, Gap, Injection, Run, Watch};
-pub use engine::{Begin, Done, Engine, Shard, Work};
+pub use case::{CampaignCase, CaseRun, SampleGap, Watch};
+pub use engine::{Begin, Engine, EngineWork, Shard};
 pub use error::StudyError;
-pub use explain::{Explanation, Line, LineKind, explain};
+pub use explain::{CaseExplanation, LineKind, StoryLine, explain};
 pub use export::{RecordedChange, export};
-pub use rig::{Occurrence, Rig, RigError};
+pub use journal::Done;
+pub use rig::{Diagnosed, Rig, RigError, RigEvent, TimedFault};
 pub use statistics::{Delays, Interval95, share_interval};
-pub use system::{CommissionedPlant, Controller, PlantRow, ReferenceRow, System};
+pub use system::{CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System};

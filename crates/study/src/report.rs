@@ -6,7 +6,7 @@ use crate::statistics::Interval95;
 
 /// What is reported.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Report {
+pub struct StudyReport {
     /// Title.
     pub title: String,
     /// What stands below the title, one entry a paragraph.
@@ -14,7 +14,7 @@ pub struct Report {
     /// Tables.
     pub tables: Vec<Table>,
     /// Figures.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<ReportFigure>,
 }
 
 /// A table of a report. A column in which every cell begins like a number is set flush right.
@@ -59,7 +59,7 @@ pub fn interval(Interval95(low, high): Interval95) -> String {
 
 /// A figure of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Figure {
+pub struct ReportFigure {
     /// Name of its file, without what follows the point.
     pub name: &'static str,
     /// What it shows.
@@ -94,7 +94,7 @@ figcaption, .note { font-size: 0.9rem; opacity: 0.8; }
 
 /// The report as an HTML document.
 #[must_use]
-pub fn html(report: &Report) -> String {
+pub fn html(report: &StudyReport) -> String {
     let title = escape(&report.title);
     let body: Vec<String> = (report.paragraphs.iter().map(|words| paragraph("", words)))
         .chain(report.tables.iter().map(table))
@@ -154,7 +154,7 @@ fn is_numeric(table: &Table, column: usize) -> bool {
     any.is_some_and(|cell| begins_like_one(cell)) && said.all(|cell| begins_like_one(cell))
 }
 
-fn figure((number, figure): (usize, &Figure)) -> String {
+fn figure((number, figure): (usize, &ReportFigure)) -> String {
     format!(
         "<figure>\n{}\n<figcaption>Figure {}. {}</figcaption>\n</figure>",
         without_prolog(&figure.svg),

@@ -4,18 +4,42 @@ use std::collections::VecDeque;
 
 use diagnosis::identification::{Excerpt, Identification, identify};
 use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, ModuleSetup, Question, QuestionToken, Sample,
-    SetupError, Transition,
+    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Phase,
+    Question, QuestionToken, Sample, SetupError, Transition, Verdict,
 };
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
-use vocabulary::{ComponentPath, ModuleName, RunId, Step};
+use serde::{Deserialize, Serialize};
+use vocabulary::{ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
-use crate::case::{Injection, apply};
-use crate::recollection::Store;
+/// A fault of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TimedFault {
+    /// First step with the fault.
+    pub at: Step,
+    /// First step without it again; `None` if it stays.
+    pub until: Option<Step>,
+    /// The component.
+    pub component: ComponentPath,
+    /// The fault.
+    pub fault: Fault,
+}
+
+/// Injects and clears what is due at `step`.
+fn apply(faults: &[TimedFault], step: Step, plant: &mut Plant) -> Result<(), InjectError> {
+    for fault in faults {
+        if fault.until == Some(step) {
+            plant.clear(&fault.component)?;
+        }
+        if fault.at == step {
+            plant.inject(&fault.component, fault.fault)?;
+        }
+    }
+    Ok(())
+}
 
 /// An event of a module that the study records.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Occurrence {
+pub enum RigEvent {
     /// A channel changed.
     Change {
         /// The module.
@@ -52,7 +76,7 @@ pub enum Occurrence {
     },
 }
 
-impl Occurrence {
+impl RigEvent {
     /// The transition and its component, if it is one.
     #[must_use]
     pub fn transition(&self) -> Option<(ComponentPath, &Transition)> {
@@ -60,6 +84,26 @@ impl Occurrence {
         let component = transition.component.clone();
         Some((ComponentPath { module: module.clone(), component }, transition))
     }
+
+    /// What was declared faulty, if anything was.
+    #[must_use]
+    pub fn diagnosed(&self) -> Option<Diagnosed> {
+        let (component, transition) = self.transition()?;
+        let (detection, decided) = (transition.detection, transition.decided);
+        let is_latched = transition.verdict == Verdict::Latched;
+        is_latched.then_some(Diagnosed { component, detection, decided })
+    }
+}
+
+/// Something that was declared faulty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosed {
+    /// The component.
+    pub component: ComponentPath,
+    /// When its divergence reached its threshold.
+    pub detection: Step,
+    /// As of which step the verdict was found.
+    pub decided: Step,
 }
 
 /// A rig that cannot be put together or driven.
@@ -97,13 +141,13 @@ pub struct Rig {
     setups: Vec<ModuleSetup>,
     diagnosers: Vec<Diagnoser>,
     samples: Vec<Sample>,
-    faults: Vec<Injection>,
-    occurrences: Vec<Occurrence>,
+    faults: Vec<TimedFault>,
+    occurrences: Vec<RigEvent>,
     actions: Vec<Action>,
     /// Every question put so far, by token: asker, peer and question.
     asked: Vec<(usize, ModuleName, Question)>,
     /// What each diagnoser has stored.
-    stores: Vec<Store>,
+    stores: Vec<StoredMemory>,
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
     kept: VecDeque<Vec<Sample>>,
     keep: usize,
@@ -118,11 +162,11 @@ impl Rig {
     pub fn new(
         plant: Plant,
         setups: Vec<ModuleSetup>,
-        faults: Vec<Injection>,
+        faults: Vec<TimedFault>,
         run: RunId,
     ) -> Result<Self, RigError> {
         check_modules(&plant, &setups)?;
-        let stores = setups.iter().map(|_| Store::default()).collect();
+        let stores = setups.iter().map(|_| StoredMemory::default()).collect();
         let diagnosers = setups.iter().map(|setup| {
             let module = setup.module.clone();
             Diagnoser::new(setup.clone()).map_err(|problems| RigError::Setup { module, problems })
@@ -172,7 +216,7 @@ impl Rig {
     }
 
     /// What happened so far, in order; forgets it.
-    pub fn take_occurrences(&mut self) -> Vec<Occurrence> {
+    pub fn take_occurrences(&mut self) -> Vec<RigEvent> {
         std::mem::take(&mut self.occurrences)
     }
 
@@ -273,18 +317,18 @@ impl Rig {
         self.stores[actor].note(&action);
         match action {
             Action::Report { change, .. } => {
-                self.occurrences.push(Occurrence::Change { module, change });
+                self.occurrences.push(RigEvent::Change { module, change });
                 None
             }
             Action::Publish(transition) => {
                 let transition = Box::new(transition);
-                self.occurrences.push(Occurrence::Transition { module, transition });
+                self.occurrences.push(RigEvent::Transition { module, transition });
                 None
             }
             Action::Identify(excerpt) => {
                 if let Some(identify) = self.identify {
                     let identification = Box::new(identify(&excerpt));
-                    self.occurrences.push(Occurrence::Identified { module, identification });
+                    self.occurrences.push(RigEvent::Identified { module, identification });
                 }
                 None
             }
@@ -299,7 +343,7 @@ impl Rig {
                 if answer.question.window.is_some() {
                     return Some((asker, Event::Answered { peer, answer }));
                 }
-                self.occurrences.push(Occurrence::Question {
+                self.occurrences.push(RigEvent::Question {
                     asker: self.diagnosers.get(asker)?.module().clone(),
                     peer: peer.clone(),
                     question: answer.question,
@@ -327,6 +371,41 @@ impl Rig {
             | Action::WordBroken { .. }
             | Action::RunStarted(_)
             | Action::RunEnded => None,
+        }
+    }
+}
+
+/// What a diagnoser has stored, as a shell around it would.
+#[derive(Debug, Default)]
+struct StoredMemory {
+    run: Option<RunId>,
+    /// Since when every channel has been watched.
+    watched_since: Option<Step>,
+    /// Changes whose ratio is final.
+    changes: Vec<Change>,
+}
+
+impl StoredMemory {
+    /// Takes what an action says.
+    fn note(&mut self, action: &Action) {
+        match action {
+            Action::RunEnded => *self = Self::default(),
+            Action::RunStarted(run) => self.run = Some(*run),
+            Action::Phase(Phase::InService { since }) => self.watched_since = Some(*since),
+            Action::Phase(_) => self.watched_since = None,
+            Action::Settled { change, .. } => self.changes.push(change.clone()),
+            _ => {}
+        }
+    }
+
+    /// What the successor of this diagnoser takes up.
+    fn memory(&self, diagnoser: &Diagnoser) -> Memory {
+        let watched = self.watched_since.zip(diagnoser.last_step());
+        let components = diagnoser.components().iter();
+        Memory {
+            sequence: diagnoser.next_sequence() - 1,
+            latest: components.filter_map(|c| diagnoser.last_transition(c).cloned()).collect(),
+            watch: self.run.map(|run| PastWatch { run, watched, changes: self.changes.clone() }),
         }
     }
 }

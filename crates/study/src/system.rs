@@ -4,17 +4,16 @@ use std::fmt;
 
 use diagnosis::ModuleSetup;
 use plant::PlantParameters;
-use rand::Rng;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use truss::Structure;
 use vocabulary::{Component, ComponentPath, ModuleName, RunId};
 
 use crate::calibration::plant;
-use crate::case::Injection;
-use crate::commissioning::{Site, SnippetPlan, usual_snippets};
-use crate::draw::{gage_length_m, generator};
+use crate::commissioning::{PlantSite, SnippetPlan, usual_snippets};
 use crate::error::StudyError;
-use crate::rig::Rig;
+use crate::rig::{Rig, TimedFault};
 
 /// Plants draw from streams of their own.
 const FIRST_PLANT_STREAM: u64 = 7 << 60;
@@ -28,7 +27,7 @@ const STROKE_N: f64 = 100e3;
 /// How a controller is tuned: no rule of the diagnosis may rest on what one controller demands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Controller {
+pub enum ControllerTuning {
     /// As the plant's parameters have it.
     Shipped,
     /// Ten times the weight of the effort, and gages taken for four times as noisy: demands hardly move.
@@ -39,7 +38,7 @@ pub enum Controller {
     Saturating,
 }
 
-impl Controller {
+impl ControllerTuning {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Shipped, Self::Gentle, Self::Aggressive, Self::Saturating];
 
@@ -70,7 +69,7 @@ impl Controller {
     }
 }
 
-impl fmt::Display for Controller {
+impl fmt::Display for ControllerTuning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str())
     }
@@ -90,7 +89,7 @@ pub struct System {
     /// By how much each plant differs from its description; 0 for no mismatch.
     pub mismatch: f64,
     /// The controllers that plants have in turn; none for the shipped one.
-    pub controllers: Vec<Controller>,
+    pub controllers: Vec<ControllerTuning>,
     /// What everything drawn follows from.
     pub seed: u64,
 }
@@ -103,7 +102,7 @@ pub struct CommissionedPlant {
     /// Its seed.
     pub seed: u64,
     /// The plant.
-    pub site: Site,
+    pub site: PlantSite,
     /// The diagnosers.
     pub setups: Vec<ModuleSetup>,
 }
@@ -171,7 +170,7 @@ impl System {
     fn parameters(&self, seed: u64) -> PlantParameters {
         let count = self.controllers.len().max(1) as u64;
         let place = usize::try_from(seed % count).unwrap_or_default();
-        let controller = self.controllers.get(place).copied().unwrap_or(Controller::Shipped);
+        let controller = self.controllers.get(place).copied().unwrap_or(ControllerTuning::Shipped);
         controller.of(&self.parameters)
     }
 
@@ -179,7 +178,7 @@ impl System {
     ///
     /// # Errors
     /// A plant or diagnosers that cannot be made.
-    pub fn rig(&self, seed: u64, faults: Vec<Injection>) -> Result<Rig, StudyError> {
+    pub fn rig(&self, seed: u64, faults: Vec<TimedFault>) -> Result<Rig, StudyError> {
         let plant = plant(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
         Ok(Rig::new(plant, self.setups.clone(), faults, RunId(seed))?)
     }
@@ -202,7 +201,7 @@ impl System {
     ) -> Result<CommissionedPlant, StudyError> {
         let mut seeds = generator(self.seed, FIRST_PLANT_STREAM | number);
         let (seed, first_snippet) = (seeds.next_u64(), seeds.next_u64());
-        let site = Site::drawn(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
+        let site = PlantSite::drawn(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
         let setups = site.commission(&self.setups, &self.snippets(first_snippet), jobs, done)?;
         Ok(CommissionedPlant { number, seed, site, setups })
     }
@@ -237,7 +236,7 @@ impl CommissionedPlant {
     ///
     /// # Errors
     /// A plant or diagnosers that cannot be made.
-    pub fn rig(&self, seed: u64, faults: Vec<Injection>) -> Result<Rig, StudyError> {
+    pub fn rig(&self, seed: u64, faults: Vec<TimedFault>) -> Result<Rig, StudyError> {
         Ok(Rig::new(self.site.plant(seed)?, self.setups.clone(), faults, RunId(seed))?)
     }
 
@@ -270,4 +269,22 @@ impl CommissionedPlant {
         let length_m = gage_length_m(&self.site.nominal, gage);
         own.and_then(reference).map_or(0.0, |smallest| smallest / length_m)
     }
+}
+
+/// Random numbers that follow from a campaign's seed and the number of a stream alone.
+pub(crate) fn generator(campaign_seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut generator = ChaCha8Rng::seed_from_u64(campaign_seed);
+    generator.set_stream(stream);
+    generator
+}
+
+/// Length of the gage; of no meaning for an actuator.
+pub(crate) fn gage_length_m(structure: &Structure, path: &ComponentPath) -> f64 {
+    let module = structure.module(&path.module);
+    let gages = module.map(|module| module.gages.as_slice()).unwrap_or_default();
+    let gage = gages.iter().find(|gage| match &path.component {
+        Component::Sensor(name) => gage.name == *name,
+        Component::Actuator(_) => false,
+    });
+    gage.map_or(f64::NAN, |gage| structure.gage_length_m(gage))
 }

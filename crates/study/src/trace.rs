@@ -4,17 +4,17 @@
 use diagnosis::{Diagnoser, Evidence, Sample};
 use vocabulary::{Component, ModuleName, Step};
 
-use crate::rig::{Occurrence, Rig, RigError};
+use crate::rig::{Rig, RigError, RigEvent};
 
 /// What happened in a run from one step to another.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
+pub struct RunTrace {
     /// The steps of the samples, ascending.
     pub steps: Vec<Step>,
     /// The modules, in the order of the structure.
     pub modules: Vec<ModuleTrace>,
     /// Changes, questions and verdicts, in order.
-    pub occurrences: Vec<Occurrence>,
+    pub occurrences: Vec<RigEvent>,
 }
 
 /// One module of a run. Every signal has one value a step.
@@ -43,7 +43,7 @@ pub struct ChannelTrace {
     pub divergence: Vec<f64>,
 }
 
-impl Trace {
+impl RunTrace {
     /// Goes on with the rig for `steps` steps and writes down what happens.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use crate::tower;
 use diagnosis::ModuleSetup;
 use study::tail::TailError;
-use study::{Calibration, NominalRuns, Recording, StepOrder};
+use study::{Calibration, NominalRuns, ResidualRecording, StepOrder};
 
 const STEPS: u64 = 5000;
 
@@ -35,7 +35,7 @@ fn a_calibration_does_not_depend_on_the_number_of_jobs() {
 
 #[test]
 fn recorded_residuals_give_the_very_peaks_of_the_runs_that_they_were_recorded_from() {
-    let mut recording = Recording::new(&setup()).unwrap();
+    let mut recording = ResidualRecording::new(&setup()).unwrap();
     for seed in [1, 2] {
         for (step, residuals) in record(seed).iter().enumerate() {
             recording.push((seed == 1).then_some(step as u64), residuals).unwrap();
@@ -48,8 +48,8 @@ fn recorded_residuals_give_the_very_peaks_of_the_runs_that_they_were_recorded_fr
 #[test]
 fn missing_steps_are_a_gap_and_others_must_rise() {
     let rows = record(1);
-    let mut all = Recording::new(&setup()).unwrap();
-    let mut gappy = Recording::new(&setup()).unwrap();
+    let mut all = ResidualRecording::new(&setup()).unwrap();
+    let mut gappy = ResidualRecording::new(&setup()).unwrap();
     for (step, residuals) in rows.iter().enumerate() {
         let step = step as u64;
         let missing = (4000..4100).contains(&step);

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use crate::tower;
 use study::Campaign;
-use study::scenarios::{ScenarioRanges, Scenarios};
+use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 use vocabulary::fault::{Fault, FaultKind};
 
-fn campaign(mismatch: f64, seed: u64) -> Scenarios {
+fn campaign(mismatch: f64, seed: u64) -> ScenarioCampaign {
     let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.5, 4.0], ..ScenarioRanges::default() };
     tower::scenarios(tower::system(mismatch, seed), ranges)
 }

@@ -5,12 +5,12 @@ use std::sync::{Arc, LazyLock};
 use crate::tower;
 use diagnosis::state::{Condition, ReferenceProblem};
 use diagnosis::{Diagnoser, ModuleSetup, SetupError};
-use study::conditions::{Conditions, HiddenFaults, Situation, Standing};
+use study::conditions::{ConditionCampaign, HiddenFaults, Situation, Standing};
 use study::{Campaign, CommissionedPlant, System};
 
 /// The tower, two cases of each situation.
-fn campaign() -> Conditions {
-    Conditions {
+fn campaign() -> ConditionCampaign {
+    ConditionCampaign {
         system: tower::system(0.1, 20_261_201),
         situations: Situation::HIDDEN.to_vec(),
         hidden: HiddenFaults::default(),

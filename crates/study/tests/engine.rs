@@ -5,24 +5,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::tower;
 use serde_json::json;
-use study::conditions::{Conditions, HiddenFaults, Situation};
-use study::journal::{self, Header, Journal};
-use study::limits::{Detector, Limits, Question, SizedKind};
-use study::scenarios::{ScenarioRanges, Scenarios};
+use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
+use study::journal::{self, CampaignHeader, CampaignJournal};
+use study::limits::{LimitCampaign, LimitDetector, LimitQuestion, SizedKind};
+use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 use study::{Campaign, Done, Engine, Shard};
 
-fn scenarios() -> Scenarios {
+fn scenarios() -> ScenarioCampaign {
     let ranges = ScenarioRanges {
         length_s: 4.0,
         nominal_s: 3.0,
         onset_s: [3.0, 3.2],
         ..ScenarioRanges::default()
     };
-    Scenarios { scenarios: 5, nominal: 2, ..tower::scenarios(tower::system(0.1, 5), ranges) }
+    ScenarioCampaign { scenarios: 5, nominal: 2, ..tower::scenarios(tower::system(0.1, 5), ranges) }
 }
 
-fn histories() -> Conditions {
-    Conditions {
+fn histories() -> ConditionCampaign {
+    ConditionCampaign {
         system: tower::system(0.0, 6),
         situations: vec![Situation::Repaired],
         hidden: HiddenFaults::default(),
@@ -32,25 +32,25 @@ fn histories() -> Conditions {
     }
 }
 
-fn limits() -> Limits {
-    let question = |size| Question {
+fn limits() -> LimitCampaign {
+    let question = |size| LimitQuestion {
         system: 0,
-        detector: Detector::Isolation,
+        detector: LimitDetector::Isolation,
         kind: SizedKind::BiasInNoise,
         size,
     };
     let questions = [1.0, 20.0].map(question).to_vec();
-    Limits { questions, ..Limits::new(vec![tower::system(0.0, 7)], 1, 3, true) }
+    LimitCampaign { questions, ..LimitCampaign::new(vec![tower::system(0.0, 7)], 1, 3, true) }
 }
 
-fn header(campaign: &impl Campaign, shard: Option<Shard>) -> Header {
-    Header::new(json!({"seed": 5}), campaign, shard.map(|shard| shard.to_string()))
+fn header(campaign: &impl Campaign, shard: Option<Shard>) -> CampaignHeader {
+    CampaignHeader::new(json!({"seed": 5}), campaign, shard.map(|shard| shard.to_string()))
 }
 
 /// Runs what is missing of these cases with a journal, and stops after so many.
 fn run<C: Campaign>(campaign: &C, directory: &Path, shard: Option<Shard>, stop_after: u64) -> u64 {
     let (mut journal, mut done) =
-        Journal::open::<C::Row>(directory, &header(campaign, shard)).unwrap();
+        CampaignJournal::open::<C::Row>(directory, &header(campaign, shard)).unwrap();
     let (before, all) = (done.rows.len() as u64, campaign.cases());
     let cases = shard.map_or(0..all, |shard| shard.cases(all));
     let stop_at = cases.start.saturating_add(before).saturating_add(stop_after);
@@ -107,12 +107,12 @@ fn a_journal_of_another_request_is_refused() {
     let directory = tempfile::tempdir().unwrap();
     let mine = scenarios();
     run(&mine, directory.path(), None, 0);
-    let refused = |header: &Header| {
-        Journal::open::<<Scenarios as Campaign>::Row>(directory.path(), header)
+    let refused = |header: &CampaignHeader| {
+        CampaignJournal::open::<<ScenarioCampaign as Campaign>::Row>(directory.path(), header)
             .unwrap_err()
             .to_string()
     };
-    let other = refused(&Header::new(json!({"seed": 6}), &mine, None));
+    let other = refused(&CampaignHeader::new(json!({"seed": 6}), &mine, None));
     assert!(other.ends_with("cases.jsonl` holds another request: seed 5, not 6"), "{other}");
     let shard = refused(&header(&mine, Some(Shard { number: 1, of: 2 })));
     assert!(shard.ends_with("holds another request: shard none, not 1/2"), "{shard}");

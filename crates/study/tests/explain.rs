@@ -2,19 +2,19 @@
 
 use crate::tower;
 use diagnosis::Rule;
-use study::scenarios::{Record, Scenarios};
-use study::{Explanation as Story, LineKind};
+use study::scenarios::{ScenarioCampaign, ScenarioRow};
+use study::{CaseExplanation, LineKind};
 
-type Explanation = Story<Record>;
+type Explained = CaseExplanation<ScenarioRow>;
 
-fn explain(campaign: &Scenarios, number: u64) -> Explanation {
+fn explain(campaign: &ScenarioCampaign, number: u64) -> Explained {
     study::explain(campaign, number, &tower::engine(2)).unwrap()
 }
 
 const HARD_OVER: u64 = 3;
 const ZERO_OUTPUT: u64 = 6;
 
-fn with_thresholds(factor: f64, rule: Rule) -> Scenarios {
+fn with_thresholds(factor: f64, rule: Rule) -> ScenarioCampaign {
     let mut campaign = tower::campaign(rule);
     for setup in &mut campaign.system.setups {
         setup.thresholds.iter_mut().for_each(|threshold| *threshold *= factor);
@@ -22,12 +22,12 @@ fn with_thresholds(factor: f64, rule: Rule) -> Scenarios {
     campaign
 }
 
-fn texts(explanation: &Explanation, kind: LineKind) -> Vec<&str> {
+fn texts(explanation: &Explained, kind: LineKind) -> Vec<&str> {
     let lines = explanation.lines.iter().filter(|line| line.kind == kind);
     lines.map(|line| line.text.as_str()).collect()
 }
 
-fn has(explanation: &Explanation, kind: LineKind, said: &str) -> bool {
+fn has(explanation: &Explained, kind: LineKind, said: &str) -> bool {
     texts(explanation, kind).iter().any(|text| text.contains(said))
 }
 

@@ -9,20 +9,20 @@ use vocabulary::{Component, ComponentPath, Step};
 /// The scenario with a hard-over.
 const HARD_OVER: u64 = 3;
 
-struct Recording {
+struct ResidualRecording {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-fn read(bytes: &[u8]) -> Recording {
+fn read(bytes: &[u8]) -> ResidualRecording {
     let text = std::str::from_utf8(bytes).unwrap();
     let fields = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
     let mut lines = text.lines().map(fields);
-    Recording { names: lines.next().unwrap(), rows: lines.collect() }
+    ResidualRecording { names: lines.next().unwrap(), rows: lines.collect() }
 }
 
 /// The changes that a module's own bank and monitors find in a recording.
-fn changes_of(setup: &ModuleSetup, recording: &Recording) -> Vec<RecordedChange> {
+fn changes_of(setup: &ModuleSetup, recording: &ResidualRecording) -> Vec<RecordedChange> {
     let module = setup.structure.module(&setup.module).unwrap();
     let components: Vec<Component> = module.components().collect();
     let path = |component: &Component| ComponentPath {

@@ -1,12 +1,14 @@
 //! Figures: well-formed, faithful to the run, the same for the same input.
 
 use crate::tower;
-use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
+use figure::plot::{
+    Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
+};
 use roxmltree::{Document, Node};
 use study::StudyError;
 use study::figure::{figure4, figure5, figure6, limits_figure, power_figure};
-use study::limits::{Detector, LimitCurve, LimitPoint, Reached, SizedKind, Within};
-use study::scenarios::{ScenarioRanges, Scenarios};
+use study::limits::{LimitCurve, LimitDetector, LimitPoint, Reached, SizedKind, Within};
+use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 use study::share_interval;
 use truss::Structure;
 
@@ -15,11 +17,11 @@ const SEED: u64 = 12;
 /// Largest size that a figure may have \[bytes\].
 const LARGEST: usize = 400_000;
 
-fn campaign() -> Scenarios {
+fn campaign() -> ScenarioCampaign {
     tower::scenarios(tower::system(0.1, 1), ScenarioRanges::default())
 }
 
-fn all_of(figure: impl Fn(&Scenarios, u64) -> Result<String, StudyError>) -> String {
+fn all_of(figure: impl Fn(&ScenarioCampaign, u64) -> Result<String, StudyError>) -> String {
     figure(&campaign(), SEED).unwrap()
 }
 
@@ -45,7 +47,7 @@ fn corners(path: Node) -> Vec<[f64; 2]> {
 }
 
 fn plain(panel: Panel) -> String {
-    let rows = vec![Row::new(100.0, vec![panel])];
+    let rows = vec![PanelRow::new(100.0, vec![panel])];
     let words = || "a < b & \"c\"".to_owned();
     Figure { title: words(), subtitle: words(), description: words(), rows }.svg()
 }
@@ -60,7 +62,7 @@ fn curve(kind: SizedKind, found: &[(f64, u64, Option<f64>)]) -> LimitCurve {
     let sure = found.iter().filter(|(_, count, _)| *count == 10);
     LimitCurve {
         weather: "none".to_owned(),
-        detector: Detector::Isolation,
+        detector: LimitDetector::Isolation,
         kind,
         unit: kind.unit(),
         points: points.collect(),
@@ -135,8 +137,8 @@ fn a_structure_without_the_component_is_refused_with_its_position() {
 fn a_single_peak_among_many_values_reaches_its_height() {
     let height = |i: u32| if i == 61_234 { 10.0 } else { 1.0 + f64::from(i % 7) };
     let points = (0..100_000).map(|i| [f64::from(i), height(i)]).collect();
-    let series = Series::new("", Shape::Line, Stroke::nth(0), points);
-    let axes = [Axis::linear("x"), Axis::linear("y").over([0.0, 10.0])];
+    let series = Series::new("", Shape::Line, SeriesStyle::nth(0), points);
+    let axes = [PlotAxis::linear("x"), PlotAxis::linear("y").over([0.0, 10.0])];
     let [x, y] = axes;
     let svg = plain(Panel::new("peak", x, y, vec![series]));
     let document = Document::parse(&svg).unwrap();
@@ -151,8 +153,8 @@ fn a_single_peak_among_many_values_reaches_its_height() {
 #[test]
 fn values_without_a_place_break_a_line_and_draw_nothing() {
     let points = vec![[0.0, 1.0], [1.0, 2.0], [2.0, f64::NAN], [3.0, -1.0], [4.0, 3.0], [5.0, 1.0]];
-    let series = Series::new("", Shape::Line, Stroke::nth(0), points);
-    let svg = plain(Panel::new("gap", Axis::linear("x"), Axis::log("y"), vec![series]));
+    let series = Series::new("", Shape::Line, SeriesStyle::nth(0), points);
+    let svg = plain(Panel::new("gap", PlotAxis::linear("x"), PlotAxis::log("y"), vec![series]));
     let document = Document::parse(&svg).unwrap();
     let path = document.descendants().find(|node| node.has_tag_name("path")).unwrap();
     assert_eq!(path.attribute("d").unwrap().matches('M').count(), 2);
@@ -164,11 +166,11 @@ fn bars_and_dots_stand_at_their_names() {
     let names: Vec<String> = ["leak", "bias", "walk"].map(String::from).to_vec();
     let points = vec![[0.0, 3.0], [1.0, 5.0], [2.0, 4.0]];
     for shape in [Shape::Bars, Shape::Dots] {
-        let series = Series::new("", shape, Stroke::nth(0), points.clone());
+        let series = Series::new("", shape, SeriesStyle::nth(0), points.clone());
         let series = series.spread(vec![[2.0, 4.0], [4.5, 5.5], [3.0, 6.0]]);
-        let x = Axis::categories("", names.clone());
-        let level = Mark::new(MarkKind::Level, 4.5, "limit");
-        let panel = Panel::new("delays", x, Axis::linear("ms"), vec![series]).marked([level]);
+        let x = PlotAxis::categories("", names.clone());
+        let level = PanelMark::new(MarkKind::Level, 4.5, "limit");
+        let panel = Panel::new("delays", x, PlotAxis::linear("ms"), vec![series]).marked([level]);
         let svg = plain(panel);
         let document = Document::parse(&svg).unwrap();
         let texts = texts(&document);
@@ -217,8 +219,8 @@ fn limits_are_drawn_by_weather_and_detector_with_what_there_is_of_them() {
         right: Vec::new(),
     };
     let limits = vec![
-        curve(Detector::Change, SizedKind::Bias, &within),
-        curve(Detector::Reference, SizedKind::Bias, &[]),
+        curve(LimitDetector::Change, SizedKind::Bias, &within),
+        curve(LimitDetector::Reference, SizedKind::Bias, &[]),
     ];
     for curves in [vec![], limits] {
         let svg = limits_figure(&curves);

@@ -2,14 +2,14 @@
 //! several at a time, lost samples, restarts.
 
 use crate::tower;
-use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation};
-use study::{Campaign, Case, Gap, Injection, Run};
+use study::conditions::{ConditionCampaign, ConditionRow, HiddenFaults, Situation};
+use study::{Campaign, CampaignCase, CaseRun, SampleGap, TimedFault};
 use vocabulary::{ComponentPath, Step, fault::Fault};
 
 const ONSET: u64 = 4500;
 
-fn campaign(mismatch: f64, seed: u64) -> Conditions {
-    Conditions {
+fn campaign(mismatch: f64, seed: u64) -> ConditionCampaign {
+    ConditionCampaign {
         system: tower::system(mismatch, seed),
         situations: Situation::HISTORIES.to_vec(),
         hidden: HiddenFaults::default(),
@@ -20,16 +20,21 @@ fn campaign(mismatch: f64, seed: u64) -> Conditions {
 }
 
 /// A component has a fault in these stretches of steps.
-fn history(seed: u64, component: &str, fault: Fault, stretches: &[(u64, u64)]) -> Case<Situation> {
+fn history(
+    seed: u64,
+    component: &str,
+    fault: Fault,
+    stretches: &[(u64, u64)],
+) -> CampaignCase<Situation> {
     let component: ComponentPath = component.parse().unwrap();
-    let injection = |&(at, until): &(u64, u64)| Injection {
+    let injection = |&(at, until): &(u64, u64)| TimedFault {
         at: Step(at),
         until: Some(Step(until)),
         component: component.clone(),
         fault,
     };
     let last = stretches.iter().map(|(_, until)| *until).max().unwrap();
-    Case {
+    CampaignCase {
         number: 0,
         kind: Situation::Intermittent,
         seed,
@@ -42,10 +47,10 @@ fn history(seed: u64, component: &str, fault: Fault, stretches: &[(u64, u64)]) -
 
 /// What comes of a history: how many components were named, none of them healthy.
 #[track_caller]
-fn named(campaign: &Conditions, history: &Case<Situation>) -> (CaseRow, usize) {
+fn named(campaign: &ConditionCampaign, history: &CampaignCase<Situation>) -> (ConditionRow, usize) {
     let rig = campaign.system.rig(history.seed, history.faults.clone()).unwrap();
-    let mut watch = |_: &study::Rig, _: &[study::Occurrence]| Ok(());
-    let mut run = Run::new(history, rig, &mut watch);
+    let mut watch = |_: &study::Rig, _: &[study::RigEvent]| Ok(());
+    let mut run = CaseRun::new(history, rig, &mut watch);
     let row = campaign.judge(history, &mut run).unwrap();
     assert_eq!(row.healthy_named, [], "healthy, and named: {history:#?}");
     let named = run.occurrences.iter().filter_map(tower::latched).count();
@@ -79,7 +84,7 @@ fn a_restarted_diagnoser_goes_on_where_its_predecessor_was() {
         history(9, "module1/actuator/a1", tower::hard_over(), &[(ONSET, ONSET + 1500)]);
     for (step, place) in [(ONSET + 3, 0), (ONSET + 700, 1), (ONSET + 1502, 0)] {
         let (from, until) = (Step(step), Step(step));
-        history.gaps.push(Gap { place, from, until, restarted: true });
+        history.gaps.push(SampleGap { place, from, until, restarted: true });
     }
     let (row, _) = named(&campaign(0.0, 7), &history);
     let [faulty] = &row.faulty[..] else { panic!("{row:?}") };

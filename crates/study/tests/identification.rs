@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use crate::tower;
 use diagnosis::ModuleSetup;
 use diagnosis::identification::{Identification, SignaturePoint};
-use study::commissioning::{Site, usual_snippets};
-use study::{Injection, Occurrence, Rig};
+use study::commissioning::{PlantSite, usual_snippets};
+use study::{Rig, RigEvent, TimedFault};
 use truss::Structure;
 use vocabulary::{
     ComponentPath, RunId, Step,
@@ -19,12 +19,12 @@ const END: u64 = 10_100;
 const GAGE: &str = "module1/sensor/g1";
 const CYLINDER: &str = "module1/actuator/a2";
 
-static PLANT: LazyLock<(Site, Vec<ModuleSetup>)> = LazyLock::new(|| {
+static PLANT: LazyLock<(PlantSite, Vec<ModuleSetup>)> = LazyLock::new(|| {
     let text = include_str!("../../../configs/tower.toml");
     let structure = Structure::from_toml(text).unwrap();
     let parameters = tower::weather::alike();
     let setups = tower::setups(&structure, &parameters);
-    let site = Site::drawn(&structure, &parameters, 0.1, 20_261_501).unwrap();
+    let site = PlantSite::drawn(&structure, &parameters, 0.1, 20_261_501).unwrap();
     let components = setups.iter().flat_map(|setup| {
         let module = setup.module.clone();
         setup
@@ -43,13 +43,13 @@ static PLANT: LazyLock<(Site, Vec<ModuleSetup>)> = LazyLock::new(|| {
 fn identified(component: &str, fault: Fault, seed: u64) -> Vec<Identification> {
     let (site, setups) = &*PLANT;
     let injection =
-        Injection { at: ONSET, until: None, component: component.parse().unwrap(), fault };
+        TimedFault { at: ONSET, until: None, component: component.parse().unwrap(), fault };
     let mut rig =
         Rig::new(site.plant(seed).unwrap(), setups.clone(), vec![injection], RunId(seed)).unwrap();
     rig.identify();
     rig.run(END).unwrap();
     let found = rig.take_occurrences().into_iter().filter_map(|occurrence| match occurrence {
-        Occurrence::Identified { module, identification } => {
+        RigEvent::Identified { module, identification } => {
             let path = ComponentPath { module, component: identification.component.clone() };
             (path.to_string() == component).then_some(*identification)
         }

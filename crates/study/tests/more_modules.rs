@@ -5,9 +5,11 @@ use std::sync::LazyLock;
 
 use crate::tower;
 use diagnosis::ModuleSetup;
-use study::commissioning::{Site, usual_snippets};
-use study::conditions::{CaseRow, Conditions, HiddenFaults, Situation, Standing};
-use study::{Campaign, Case, Gap, Injection, Occurrence, Rig, Run, System, parallel};
+use study::commissioning::{PlantSite, usual_snippets};
+use study::conditions::{ConditionCampaign, ConditionRow, HiddenFaults, Situation, Standing};
+use study::{
+    Campaign, CampaignCase, CaseRun, Rig, RigEvent, SampleGap, System, TimedFault, parallel,
+};
 use truss::Structure;
 use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
@@ -29,7 +31,7 @@ static PLANT: LazyLock<Commissioned> = LazyLock::new(|| Commissioned::new(4));
 /// A plant whose diagnosers have references.
 struct Commissioned {
     structure: Structure,
-    site: Site,
+    site: PlantSite,
     setups: Vec<ModuleSetup>,
 }
 
@@ -39,7 +41,7 @@ impl Commissioned {
         let parameters = tower::weather::alike();
         let setups = tower::setups(&structure, &parameters);
         assert!(setups.iter().all(|setup| setup.peers.len() == modules - 1));
-        let site = Site::drawn(&structure, &parameters, 0.1, 20_261_210).unwrap();
+        let site = PlantSite::drawn(&structure, &parameters, 0.1, 20_261_210).unwrap();
         let actuators: Vec<ComponentPath> = setups.iter().flat_map(actuators).collect();
         let values =
             structure.equipped().map(|module| module.components().count() as u64).sum::<u64>();
@@ -58,30 +60,30 @@ impl Commissioned {
         format!("{module}/{component}").parse().unwrap()
     }
 
-    fn bias(&self, place: usize, gage: &str, strain: f64, at: u64) -> Injection {
+    fn bias(&self, place: usize, gage: &str, strain: f64, at: u64) -> TimedFault {
         let component = self.component(place, &format!("sensor/{gage}"));
         let module = self.structure.module(&component.module).unwrap();
         let gage = module.gages.iter().find(|known| known.name.as_str() == gage).unwrap();
         let offset_m = strain * self.structure.gage_length_m(gage);
-        Injection { at: Step(at), until: None, component, fault: Fault::Bias { offset_m } }
+        TimedFault { at: Step(at), until: None, component, fault: Fault::Bias { offset_m } }
     }
 
-    fn leak(&self, place: usize, actuator: &str, at: u64) -> Injection {
+    fn leak(&self, place: usize, actuator: &str, at: u64) -> TimedFault {
         let component = self.component(place, &format!("actuator/{actuator}"));
         let fault = Fault::InternalLeakage { area_m2: 5e-8 };
-        Injection { at: Step(at), until: None, component, fault }
+        TimedFault { at: Step(at), until: None, component, fault }
     }
 
     /// A bias from the start of several gages of each module. The module so many places further on is absent: it gets
     /// no sample and answers nothing.
-    fn hidden_from_the_start(&self, absent: Option<usize>) -> Vec<Case<Situation>> {
+    fn hidden_from_the_start(&self, absent: Option<usize>) -> Vec<CampaignCase<Situation>> {
         let modules = self.setups.len();
         let gages = (0..modules).flat_map(|place| GAGES.map(|gage| (place, gage)));
         let case = |(number, (place, gage)): (usize, (usize, &str))| {
             let strain = if number.is_multiple_of(2) { BIAS_STRAIN } else { -BIAS_STRAIN };
             let mut case =
                 case(number, Situation::FromTheStart, vec![self.bias(place, gage, strain, 0)]);
-            case.gaps.extend(absent.map(|further| Gap {
+            case.gaps.extend(absent.map(|further| SampleGap {
                 place: (place + further) % modules,
                 from: Step(0),
                 until: Step(u64::MAX),
@@ -93,7 +95,7 @@ impl Commissioned {
     }
 
     /// A second fault soon after a first one in another module.
-    fn second(&self) -> Vec<Case<Situation>> {
+    fn second(&self) -> Vec<CampaignCase<Situation>> {
         let pairs = |place: usize| {
             let first = || self.bias(place, "g2", 2.0 * BIAS_STRAIN, SETTLED);
             let later = SETTLED + 700 * (1 + place as u64);
@@ -110,15 +112,15 @@ impl Commissioned {
         pairs.map(|(number, faults)| case(100 + number, Situation::Second, faults)).collect()
     }
 
-    fn run(&self, cases: &[Case<Situation>]) -> Vec<(u64, CaseRow)> {
+    fn run(&self, cases: &[CampaignCase<Situation>]) -> Vec<(u64, ConditionRow)> {
         let mut records = Vec::new();
         let campaign = campaign(self.structure.clone());
-        let work = |case: &Case<Situation>| {
+        let work = |case: &CampaignCase<Situation>| {
             let (plant, run) = (self.site.plant(case.seed)?, RunId(case.seed));
             let rig = Rig::new(plant, self.setups.clone(), case.faults.clone(), run)?;
-            campaign.judge(case, &mut Run::new(case, rig, &mut |_, _| Ok(())))
+            campaign.judge(case, &mut CaseRun::new(case, rig, &mut |_, _| Ok(())))
         };
-        let done = |case: &Case<Situation>, row| {
+        let done = |case: &CampaignCase<Situation>, row| {
             records.push((case.number, row));
             Ok::<_, study::StudyError>(())
         };
@@ -135,24 +137,24 @@ fn actuators(setup: &ModuleSetup) -> impl Iterator<Item = ComponentPath> {
         .map(move |component| ComponentPath { module: module.clone(), component })
 }
 
-fn case(number: usize, kind: Situation, faults: Vec<Injection>) -> Case<Situation> {
+fn case(number: usize, kind: Situation, faults: Vec<TimedFault>) -> CampaignCase<Situation> {
     let steps = faults.last().map_or(0, |last| last.at.0) + AFTER;
     let (number, gaps) = (number as u64, Vec::new());
-    Case { number, kind, seed: 41_000 + number, faults, gaps, kept_samples: 0, steps }
+    CampaignCase { number, kind, seed: 41_000 + number, faults, gaps, kept_samples: 0, steps }
 }
 
-fn campaign(structure: Structure) -> Conditions {
+fn campaign(structure: Structure) -> ConditionCampaign {
     let parameters = tower::weather::alike();
     let setups = tower::setups(&structure, &parameters);
     let (name, controllers) = (String::new(), Vec::new());
     let system =
         System { name, structure, parameters, setups, mismatch: 0.1, controllers, seed: 1 };
     let (situations, hidden) = (Vec::new(), HiddenFaults::default());
-    Conditions { system, situations, hidden, plants: 1, cases: 1, alone: false }
+    ConditionCampaign { system, situations, hidden, plants: 1, cases: 1, alone: false }
 }
 
 /// Each fault is named, or among those of which one is faulty; what is healthy is not named.
-fn check(rows: &[(u64, CaseRow)], may_be_in_group: bool) {
+fn check(rows: &[(u64, ConditionRow)], may_be_in_group: bool) {
     for (case, row) in rows {
         assert_eq!(row.healthy_named, [], "case {case}");
         for faulty in &row.faulty {
@@ -192,10 +194,10 @@ fn healthy_minutes_have_no_transition() {
         let mut rig = Rig::new(healthy, PLANT.setups.clone(), Vec::new(), RunId(*seed))?;
         rig.run(60 * SECOND)?;
         let occurrences = rig.take_occurrences().into_iter();
-        let transition = |o: &Occurrence| matches!(o, Occurrence::Transition { .. });
+        let transition = |o: &RigEvent| matches!(o, RigEvent::Transition { .. });
         Ok::<Vec<_>, study::StudyError>(occurrences.filter(transition).collect())
     };
-    let done = |seed: &u64, transitions: Vec<Occurrence>| {
+    let done = |seed: &u64, transitions: Vec<RigEvent>| {
         assert!(transitions.is_empty(), "seed {seed}: {transitions:?}");
         Ok(())
     };

@@ -1,9 +1,9 @@
 //! The report: self-contained, and whatever it is given shows as it is.
 
-use study::report::{Figure, Report, Table, html};
+use study::report::{ReportFigure, StudyReport, Table, html};
 
-fn report() -> Report {
-    Report {
+fn report() -> StudyReport {
+    StudyReport {
         title: "Study of <tower> & \"co\"".into(),
         paragraphs: vec!["D < γ & so on".into()],
         tables: vec![Table {
@@ -16,7 +16,7 @@ fn report() -> Report {
                 vec!["walk".into(), "–".into()],
             ],
         }],
-        figures: vec![Figure {
+        figures: vec![ReportFigure {
             name: "figure",
             caption: "A & B".into(),
             svg: "<?xml version=\"1.0\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\"/>\n".into(),
@@ -59,5 +59,5 @@ fn columns_of_numbers_are_set_flush_right() {
 
 #[test]
 fn an_empty_report_is_a_page() {
-    assert!(html(&Report::default()).ends_with("</html>\n"));
+    assert!(html(&StudyReport::default()).ends_with("</html>\n"));
 }

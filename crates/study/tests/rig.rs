@@ -2,7 +2,7 @@
 
 use crate::tower;
 use diagnosis::Verdict;
-use study::{Injection, Occurrence, Rig};
+use study::{Rig, RigEvent, TimedFault};
 
 #[test]
 fn a_healthy_tower_in_the_wind_raises_no_alarm() {
@@ -24,7 +24,7 @@ fn the_paper_s_stories_end_with_the_right_component_and_no_other() {
     for (component, fault) in stories {
         let component: vocabulary::ComponentPath = component.parse().unwrap();
         let at = vocabulary::Step(5000);
-        let injection = Injection { at, until: None, component: component.clone(), fault };
+        let injection = TimedFault { at, until: None, component: component.clone(), fault };
         let mut rig = tower::rig(12, vec![injection]);
         rig.run(6000).unwrap();
         let occurrences = rig.take_occurrences();
@@ -40,11 +40,11 @@ fn a_hard_over_in_one_module_is_explained_to_the_other_by_the_peer_s_answer() {
     let component = "module1/actuator/a3".parse().unwrap();
     let at = vocabulary::Step(5000);
     let fault = tower::hard_over();
-    let mut rig = tower::rig(12, vec![Injection { at, until: None, component, fault }]);
+    let mut rig = tower::rig(12, vec![TimedFault { at, until: None, component, fault }]);
     rig.run(8000).unwrap();
     let occurrences = rig.take_occurrences();
     let explained = occurrences.iter().filter(|occurrence| match occurrence {
-        Occurrence::Transition { module, transition } => {
+        RigEvent::Transition { module, transition } => {
             module.as_str() == "module2"
                 && matches!(&transition.verdict, Verdict::Explained { by, .. }
                     if by.to_string() == "module1/actuator/a3")
@@ -54,7 +54,7 @@ fn a_hard_over_in_one_module_is_explained_to_the_other_by_the_peer_s_answer() {
     assert!(explained.count() > 0, "the neighbour changes too");
     let asked = occurrences
         .iter()
-        .any(|o| matches!(o, Occurrence::Question { asker, .. } if asker.as_str() == "module2"));
+        .any(|o| matches!(o, RigEvent::Question { asker, .. } if asker.as_str() == "module2"));
     assert!(asked);
 }
 
@@ -64,7 +64,7 @@ fn the_same_seed_gives_the_same_story_and_another_seed_another() {
         let component = "module1/sensor/g2".parse().unwrap();
         let at = vocabulary::Step(3000);
         let fault = tower::random_walk();
-        let mut rig = tower::rig(seed, vec![Injection { at, until: None, component, fault }]);
+        let mut rig = tower::rig(seed, vec![TimedFault { at, until: None, component, fault }]);
         rig.run(4000).unwrap();
         rig.take_occurrences()
     };

@@ -3,10 +3,10 @@
 use crate::tower;
 use diagnosis::IsolationSettings;
 use study::NominalRuns;
-use study::scenarios::{Record, ScenarioRanges, Scenarios};
+use study::scenarios::{ScenarioCampaign, ScenarioRanges, ScenarioRow};
 
 /// The tower's campaign at this sampling period, with thresholds made for it.
-fn campaign(step_s: f64) -> Scenarios {
+fn campaign(step_s: f64) -> ScenarioCampaign {
     let (structure, mut parameters, mut setups) = tower::parts();
     parameters.step_s = step_s;
     // A sampled force control needs a time constant of more than two steps: here eight of them.
@@ -46,7 +46,7 @@ fn campaign(step_s: f64) -> Scenarios {
 fn a_tower_at_200_hz_and_one_at_4_khz_are_diagnosed() {
     for (step_s, count) in [(5e-3, 28), (0.25e-3, 14)] {
         let rows = tower::rows(&campaign(step_s), 0..count, 2);
-        let records: Vec<Record> = rows.into_values().collect();
+        let records: Vec<ScenarioRow> = rows.into_values().collect();
         let inexact: Vec<_> = records.iter().filter(|record| !record.is_exact()).collect();
         assert!(inexact.len() * 20 <= records.len(), "{step_s} s: {inexact:#?}");
         let wrong = records.iter().flat_map(|record| record.wrong());

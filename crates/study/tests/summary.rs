@@ -1,7 +1,7 @@
 //! What records come to, held against counts made by hand.
 
-use study::scenarios::{Closest, Conversation, Diagnosed, Found, Record, Summary};
-use study::{Injection, Interval95, Rows};
+use study::scenarios::{Closest, Conversation, FoundCount, ScenarioRow, ScenarioSummary};
+use study::{Diagnosed, Interval95, Rows, TimedFault};
 use vocabulary::{
     Step,
     fault::{Fault, FaultKind},
@@ -13,11 +13,11 @@ fn diagnosed(component: &str, detection: u64) -> Diagnosed {
 }
 
 /// A run of 1000 steps with a fault of m/sensor/g1 from step 600 on.
-fn record(fault: Fault, diagnosed: Vec<Diagnosed>) -> Record {
+fn record(fault: Fault, diagnosed: Vec<Diagnosed>) -> ScenarioRow {
     let component = "m/sensor/g1".parse().unwrap();
-    Record {
+    ScenarioRow {
         seed: 7,
-        injection: Some(Injection { at: Step(600), until: None, component, fault }),
+        injection: Some(TimedFault { at: Step(600), until: None, component, fault }),
         steps: 1000,
         base_speed_m_per_s: 10.0,
         reading_over_noise: Some(20.0),
@@ -68,7 +68,7 @@ fn a_summary_counts_what_happened() {
         record(Fault::ZeroOutput {}, vec![diagnosed("m/sensor/g1", 610)]),
         quiet,
     ];
-    let nominal = |step, diagnosed| Record {
+    let nominal = |step, diagnosed| ScenarioRow {
         injection: None,
         reading_over_noise: None,
         closest: Some(Closest {
@@ -79,8 +79,8 @@ fn a_summary_counts_what_happened() {
         ..record(bias(), diagnosed)
     };
     let nominals = [nominal(0, vec![]), nominal(1, vec![diagnosed("m/sensor/g1", 5)])];
-    let rows: Rows<Record> = (0..).zip(records.into_iter().chain(nominals)).collect();
-    let summary = Summary::of(&rows, 1e-3);
+    let rows: Rows<ScenarioRow> = (0..).zip(records.into_iter().chain(nominals)).collect();
+    let summary = ScenarioSummary::of(&rows, 1e-3);
     let counts = (summary.all.cases, summary.nominal.cases, summary.nominal.false_alarms);
     assert_eq!(counts, (4, 2, 1));
     // equally near: the first run counts
@@ -90,7 +90,7 @@ fn a_summary_counts_what_happened() {
     assert_eq!((of_bias.cases, of_bias.exact, of_bias.wrong), (2, 1, 1));
     assert_eq!((summary.all.wrong, summary.all.missed, summary.all.early), (1, 1, 0));
     assert_eq!(summary.not_exact, [1, 3]);
-    assert_eq!(summary.readable_zero_outputs, Found { all: 1, found: 1 });
+    assert_eq!(summary.readable_zero_outputs, FoundCount { all: 1, found: 1 });
     let delays = of_bias.delay_ms;
     assert_eq!((delays.median, delays.max), (Some(0.0), Some(4.0)));
     assert_eq!(of_bias.verdict_delay_ms.max, Some(10.0));
@@ -105,7 +105,7 @@ fn a_summary_counts_what_happened() {
 
 #[test]
 fn no_runs_make_a_summary_too() {
-    let summary = Summary::of(&Rows::new(), 1e-3);
+    let summary = ScenarioSummary::of(&Rows::new(), 1e-3);
     assert_eq!((summary.all.cases, summary.samples.accuracy), (0, 0.0));
     assert_eq!(summary.nominal.false_alarms_95, Interval95(0.0, 1.0));
 }

@@ -1,13 +1,13 @@
 //! A trace records what the rig does, and changes nothing in it.
 
 use crate::tower;
-use study::trace::Trace;
-use study::{Injection, Occurrence};
+use study::trace::RunTrace;
+use study::{RigEvent, TimedFault};
 use vocabulary::Step;
 
-fn injections() -> Vec<Injection> {
+fn injections() -> Vec<TimedFault> {
     let component = "module1/sensor/g2".parse().unwrap();
-    vec![Injection { at: Step(3000), until: None, component, fault: tower::bias(180e-6) }]
+    vec![TimedFault { at: Step(3000), until: None, component, fault: tower::bias(180e-6) }]
 }
 
 #[test]
@@ -15,9 +15,9 @@ fn a_traced_run_is_the_run_without_the_trace() {
     let mut plain = tower::rig(5, injections());
     plain.run(3200).unwrap();
     let mut traced = tower::rig(5, injections());
-    let trace = Trace::record(&mut traced, 3200).unwrap();
+    let trace = RunTrace::record(&mut traced, 3200).unwrap();
     assert_eq!(trace.occurrences, plain.take_occurrences());
-    assert!(trace.occurrences.iter().any(|o| matches!(o, Occurrence::Transition { .. })));
+    assert!(trace.occurrences.iter().any(|o| matches!(o, RigEvent::Transition { .. })));
     assert_eq!(trace.steps, (0..3200).map(Step).collect::<Vec<_>>());
     let latest = plain.samples().iter().zip(plain.diagnosers());
     for (module, (sample, diagnoser)) in trace.modules.iter().zip(latest) {
@@ -38,9 +38,9 @@ fn a_traced_run_is_the_run_without_the_trace() {
 #[test]
 fn one_trace_goes_on_where_the_other_ended() {
     let mut rig = tower::rig(5, Vec::new());
-    let whole = Trace::record(&mut tower::rig(5, Vec::new()), 300).unwrap();
-    Trace::record(&mut rig, 200).unwrap();
-    let rest = Trace::record(&mut rig, 100).unwrap();
+    let whole = RunTrace::record(&mut tower::rig(5, Vec::new()), 300).unwrap();
+    RunTrace::record(&mut rig, 200).unwrap();
+    let rest = RunTrace::record(&mut rig, 100).unwrap();
     assert_eq!(rest.steps, whole.steps[200..]);
     assert_eq!(rest.modules[1].demands_n[2], whole.modules[1].demands_n[2][200..]);
 }

@@ -1,6 +1,6 @@
 //! The structure drawn with the states of its components.
 
-use figure::structure::{Look, Plan};
+use figure::structure::{SignLook, StructurePlan};
 use maud::{Markup, PreEscaped, html};
 use observer::{StateRow, title};
 use truss::Structure;
@@ -13,12 +13,12 @@ use crate::view::View;
 #[derive(Debug)]
 pub(crate) struct Drawing {
     structure: StructureName,
-    plan: Plan,
+    plan: StructurePlan,
 }
 
 impl Drawing {
     pub(crate) fn of(structure: &Structure) -> Self {
-        Self { structure: structure.name.clone(), plan: Plan::of(structure) }
+        Self { structure: structure.name.clone(), plan: StructurePlan::of(structure) }
     }
 
     /// Whether it shows this structure.
@@ -42,11 +42,11 @@ impl Drawing {
         PreEscaped(self.plan.signs(|component| self.look(view, component)))
     }
 
-    fn look(&self, view: &View<'_>, component: &ComponentPath) -> Look {
+    fn look(&self, view: &View<'_>, component: &ComponentPath) -> SignLook {
         let href = view.component(Some(&self.structure), component);
         match view.scene.component(Some(&self.structure), component) {
             // No module diagnoses it, or nothing has been heard of it.
-            None => Look {
+            None => SignLook {
                 class: "absent".to_owned(),
                 badge: String::new(),
                 title: format!("{component}: nothing is known of it"),
@@ -56,7 +56,7 @@ impl Drawing {
                 let row = StateRow::of_component(state);
                 // What is normal draws no attention to itself.
                 let is_quiet = matches!(row.sign, "normal" | "unverified");
-                Look {
+                SignLook {
                     class: look::classes(&row),
                     badge: if is_quiet { String::new() } else { format!("sign-{}", row.sign) },
                     title: title(state),

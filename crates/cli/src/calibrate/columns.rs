@@ -1,6 +1,6 @@
 //! Which columns of a recording belong to which channels.
 
-use study::Recording;
+use study::ResidualRecording;
 use vocabulary::ComponentPath;
 
 use crate::csv_rows::{STEP, whole_step};
@@ -56,7 +56,11 @@ impl ChannelColumns {
     ///
     /// # Errors
     /// In words, what is wrong with the step.
-    pub(super) fn take(&self, row: &[f64], recordings: &mut [Recording]) -> Result<(), String> {
+    pub(super) fn take(
+        &self,
+        row: &[f64],
+        recordings: &mut [ResidualRecording],
+    ) -> Result<(), String> {
         let (step, mut rest) = match row {
             [step, rest @ ..] if self.step => (Some(whole_step(*step)?), rest),
             _ => (None, row),
@@ -72,7 +76,7 @@ impl ChannelColumns {
     }
 
     /// Records a missing row. Where steps are numbered, the gap follows from the next one.
-    pub(super) fn skip(&self, recordings: &mut [Recording]) {
+    pub(super) fn skip(&self, recordings: &mut [ResidualRecording]) {
         if self.step {
             return;
         }

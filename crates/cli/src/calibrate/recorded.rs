@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use daemon::config::Uncalibrated;
-use study::{Calibration, Recording};
+use study::{Calibration, ResidualRecording};
 use vocabulary::ComponentPath;
 
 use super::columns::ChannelColumns;
@@ -20,7 +20,7 @@ pub(super) fn read(
     let step_s = common_step(modules)?;
     let mut recordings = modules
         .iter()
-        .map(|module| Recording::new(&module.setup))
+        .map(|module| ResidualRecording::new(&module.setup))
         .collect::<Result<Vec<_>, _>>()
         .map_err(|error| Failure::input(error.to_string()))?;
     let channels: Vec<Vec<ComponentPath>> = (modules.iter().zip(&recordings))
@@ -30,7 +30,7 @@ pub(super) fn read(
         read_file(file.as_ref(), skip_bad, &channels, &mut recordings)?;
     }
     let calibration =
-        Calibration { modules: recordings.into_iter().map(Recording::finish).collect() };
+        Calibration { modules: recordings.into_iter().map(ResidualRecording::finish).collect() };
     check_watched(&calibration)?;
     let names = files.iter().map(|file| file.as_ref().display().to_string()).collect();
     let provenance = origin(None, names, files.len() as u64);
@@ -50,7 +50,7 @@ fn common_step(modules: &[Uncalibrated]) -> Result<f64, Failure> {
     Ok(first)
 }
 
-fn paths(module: &Uncalibrated, recording: &Recording) -> Vec<ComponentPath> {
+fn paths(module: &Uncalibrated, recording: &ResidualRecording) -> Vec<ComponentPath> {
     let path = |component: &vocabulary::Component| ComponentPath {
         module: module.setup.module.clone(),
         component: component.clone(),
@@ -62,7 +62,7 @@ fn read_file(
     file: &Path,
     skip_bad: bool,
     channels: &[Vec<ComponentPath>],
-    recordings: &mut [Recording],
+    recordings: &mut [ResidualRecording],
 ) -> Result<(), Failure> {
     let name = file.display().to_string();
     let opened = File::open(file).map_err(|error| Failure::unreadable(file, error))?;
@@ -82,7 +82,7 @@ fn read_file(
             taken.map_err(|wrong| Failure::input(format!("{name}, line {}: {wrong}", row.line)))?;
         }
     }
-    recordings.iter_mut().for_each(Recording::end_run);
+    recordings.iter_mut().for_each(ResidualRecording::end_run);
     Ok(())
 }
 

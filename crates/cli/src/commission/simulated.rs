@@ -3,7 +3,7 @@
 use daemon::config::{MismatchSection, PlantConfig, PlantFlags, load_plant};
 use diagnosis::ModuleSetup;
 use diagnosis::state::Snippet;
-use study::commissioning::{Site, SnippetPlan, record_snippets, usual_snippets};
+use study::commissioning::{PlantSite, SnippetPlan, record_snippets, usual_snippets};
 use vocabulary::{Component, ComponentPath};
 
 use super::arguments::SnippetFlags;
@@ -37,14 +37,14 @@ impl SnippetFlags {
     }
 
     /// The plant as it stands: flags come before its file.
-    fn site(&self, plant: &PlantConfig) -> Result<Site, Failure> {
+    fn site(&self, plant: &PlantConfig) -> Result<PlantSite, Failure> {
         let flags = self.mismatch.zip(self.plant_seed);
         let drawn = flags.map(|(relative, seed)| MismatchSection { relative, seed });
         let (structure, parameters) = (&plant.structure, &plant.parameters);
         match drawn.or(plant.mismatch).filter(|mismatch| mismatch.relative > 0.0) {
-            None => Ok(Site::nominal(structure, parameters)),
+            None => Ok(PlantSite::nominal(structure, parameters)),
             Some(MismatchSection { relative, seed }) => {
-                Site::drawn(structure, parameters, relative, seed)
+                PlantSite::drawn(structure, parameters, relative, seed)
                     .map_err(|error| Failure::input(error.to_string()))
             }
         }

@@ -3,103 +3,145 @@
 use std::thread;
 use std::time::Instant;
 
-use ::replay::{ModuleRecord, Replayed, Shortfall, courses, replay};
-use vocabulary::{ModuleName, StructureName};
+use ::replay::{Difference, ModuleRecord, ProcessCourse, Replayed, Shortfall, courses, replay};
+use diagnosis::messages::Speaker;
+use serde::Serialize;
+use vocabulary::{FaultTransition, ModuleName, StructureName};
 
-use super::reading::Reading;
+use super::reading::RecordingContents;
 
-/// A process of a module, replayed.
-pub(super) struct Process {
+/// A process of a module, replayed as far as it can be.
+#[derive(Default, Serialize)]
+pub(super) struct ReplayedProcess {
     /// When it was started \[ns since 1970\].
     pub(super) process: u64,
-    /// Version of its software.
-    pub(super) software: String,
-    /// Length of a step \[s\].
-    pub(super) step_s: f64,
+    /// Version of its software; `None` if it cannot be replayed.
+    pub(super) software: Option<String>,
+    /// Samples used.
+    pub(super) samples: u64,
+    /// The verdicts as they are published, in order.
+    pub(super) verdicts: Vec<FaultTransition>,
+    pub(super) verdicts_same: u64,
+    pub(super) divergences_same: u64,
+    pub(super) verdicts_not_verified: u64,
+    pub(super) divergences_not_verified: u64,
+    pub(super) verdicts_not_recorded: u64,
+    pub(super) verdicts_after_recorded: u64,
+    /// The first difference.
+    pub(super) difference: Option<Difference>,
+    /// Why it is not replayed, or not to its end.
+    pub(super) shortfall: Option<String>,
     /// What should be known of it.
     pub(super) notes: Vec<String>,
-    /// What came of it.
-    pub(super) replayed: Replayed,
+    /// Length of a step \[s\].
+    #[serde(skip)]
+    pub(super) step_s: f64,
 }
 
 /// A module, replayed.
-pub(super) struct Module {
+#[derive(Serialize)]
+pub(super) struct ReplayedModule {
     pub(super) structure: StructureName,
     pub(super) module: ModuleName,
-    /// Each process, or why it cannot be replayed.
-    pub(super) processes: Vec<Result<Process, (u64, Shortfall)>>,
-    /// Recorded verdicts and divergences that no process is known of.
-    pub(super) unverified: (u64, u64),
+    /// Recorded verdicts that no process is known of.
+    pub(super) verdicts_without_process: u64,
+    /// Recorded divergences that no process is known of.
+    pub(super) divergences_without_process: u64,
+    pub(super) processes: Vec<ReplayedProcess>,
 }
 
 /// The whole recording, replayed.
-pub(super) struct Exact {
-    pub(super) modules: Vec<Module>,
+#[derive(Serialize)]
+pub(super) struct ExactReplay {
+    /// The longest time of a module \[s\].
+    pub(super) seconds: f64,
     /// How long all of it took \[s\].
     pub(super) took_s: f64,
+    pub(super) modules: Vec<ReplayedModule>,
 }
 
 /// Replays each module on a thread of its own.
-pub(super) fn run(reading: &Reading, began: Instant) -> Exact {
-    let modules = thread::scope(|scope| {
+pub(super) fn run(reading: &RecordingContents, began: Instant) -> ExactReplay {
+    let modules: Vec<ReplayedModule> = thread::scope(|scope| {
         let threads: Vec<_> =
             reading.records.iter().map(|record| scope.spawn(|| module(record))).collect();
         threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
     });
-    Exact { modules, took_s: began.elapsed().as_secs_f64() }
+    let of_module = |module: &ReplayedModule| -> f64 {
+        module.replayed().map(|one| one.samples as f64 * one.step_s).sum()
+    };
+    let seconds = modules.iter().map(of_module).fold(0.0, f64::max);
+    ExactReplay { seconds, took_s: began.elapsed().as_secs_f64(), modules }
 }
 
-fn module(record: &ModuleRecord) -> Module {
-    let processes: Vec<_> = courses(record)
+fn module(record: &ModuleRecord) -> ReplayedModule {
+    let processes: Vec<ReplayedProcess> = courses(record)
         .into_iter()
         .map(|(process, course)| {
-            let course = course.map_err(|shortfall| (process, shortfall))?;
-            let replayed = replay(record, &course).map_err(|shortfall| (process, shortfall))?;
-            Ok(Process {
-                process,
-                software: course.software,
-                step_s: course.setup.step_s,
-                notes: course.notes,
-                replayed,
-            })
+            let replayed = course.and_then(|course| Ok((replay(record, &course)?, course)));
+            match replayed {
+                Ok((replayed, course)) => ReplayedProcess::of(record, course, replayed),
+                Err(shortfall) => ReplayedProcess {
+                    process,
+                    shortfall: Some(shortfall.to_string()),
+                    ..ReplayedProcess::default()
+                },
+            }
         })
         .collect();
-    let compared = |of: fn(&Replayed) -> u64| -> u64 {
-        processes.iter().flatten().map(|process| of(&process.replayed)).sum()
-    };
-    let verdicts = compared(|r| r.comparison.verdicts + r.comparison.verdicts_unverified);
-    let divergences = compared(|r| r.comparison.divergences + r.comparison.divergences_unverified);
+    let compared = |of: fn(&ReplayedProcess) -> u64| -> u64 { processes.iter().map(of).sum() };
+    let verdicts = compared(|one| one.verdicts_same + one.verdicts_not_verified);
+    let divergences = compared(|one| one.divergences_same + one.divergences_not_verified);
     let judged = record.transitions.iter().filter(|t| t.run.is_some() && t.sequence > 0);
-    let unverified = (
-        (judged.count() as u64).saturating_sub(verdicts),
-        (record.divergences.len() as u64).saturating_sub(divergences),
-    );
-    let (structure, module) = (record.structure.clone(), record.module.clone());
-    Module { structure, module, processes, unverified }
-}
-
-impl Module {
-    fn replayed(&self) -> impl Iterator<Item = &Process> {
-        self.processes.iter().flatten()
+    ReplayedModule {
+        structure: record.structure.clone(),
+        module: record.module.clone(),
+        verdicts_without_process: (judged.count() as u64).saturating_sub(verdicts),
+        divergences_without_process: (record.divergences.len() as u64).saturating_sub(divergences),
+        processes,
     }
 }
 
-impl Exact {
+impl ReplayedProcess {
+    fn of(record: &ModuleRecord, course: ProcessCourse, replayed: Replayed) -> Self {
+        let speaker = Speaker::of(record.structure.clone(), record.module.clone());
+        let Replayed { transitions, samples, comparison, shortfall } = replayed;
+        let message =
+            |of: ::replay::ReplayedTransition| speaker.transition(of.transition, of.time_unix_ns);
+        Self {
+            process: course.process,
+            software: Some(course.software),
+            samples,
+            verdicts: transitions.into_iter().map(message).collect(),
+            verdicts_same: comparison.verdicts,
+            divergences_same: comparison.divergences,
+            verdicts_not_verified: comparison.verdicts_unverified,
+            divergences_not_verified: comparison.divergences_unverified,
+            verdicts_not_recorded: comparison.verdicts_unrecorded,
+            verdicts_after_recorded: comparison.verdicts_beyond,
+            difference: comparison.difference,
+            shortfall: shortfall.as_ref().map(Shortfall::to_string),
+            notes: course.notes,
+            step_s: course.setup.step_s,
+        }
+    }
+}
+
+impl ReplayedModule {
+    /// Its processes that were replayed.
+    pub(super) fn replayed(&self) -> impl Iterator<Item = &ReplayedProcess> {
+        self.processes.iter().filter(|one| one.software.is_some())
+    }
+}
+
+impl ExactReplay {
     /// All processes that were replayed.
-    pub(super) fn replayed(&self) -> impl Iterator<Item = (&Module, &Process)> {
+    pub(super) fn replayed(&self) -> impl Iterator<Item = (&ReplayedModule, &ReplayedProcess)> {
         self.modules.iter().flat_map(|module| module.replayed().map(move |one| (module, one)))
     }
 
     /// A sum over all processes.
-    pub(super) fn sum(&self, of: fn(&Replayed) -> u64) -> u64 {
-        self.replayed().map(|(_, process)| of(&process.replayed)).sum()
-    }
-
-    /// The longest time of a module \[s\].
-    pub(super) fn seconds(&self) -> f64 {
-        let of_module = |module: &Module| -> f64 {
-            module.replayed().map(|one| one.replayed.samples as f64 * one.step_s).sum()
-        };
-        self.modules.iter().map(of_module).fold(0.0, f64::max)
+    pub(super) fn sum(&self, of: fn(&ReplayedProcess) -> u64) -> u64 {
+        self.replayed().map(|(_, process)| of(process)).sum()
     }
 }

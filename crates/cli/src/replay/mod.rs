@@ -83,12 +83,12 @@ enum ResidualName {
 }
 
 impl SettingsArguments {
-    fn settings(&self) -> Result<::replay::Settings, Failure> {
+    fn settings(&self) -> Result<::replay::ReplaySettings, Failure> {
         if let Some(factor) = self.threshold_factor.filter(|f| !(f.is_finite() && *f > 0.0)) {
             let problem = format!("`--threshold-factor` is {factor}; use a finite number above 0");
             return Err(Failure::usage(problem));
         }
-        let mut settings = ::replay::Settings {
+        let mut settings = ::replay::ReplaySettings {
             threshold_factor: self.threshold_factor,
             rule: self.rule.map(|rule| match rule {
                 RuleName::FirstChange => diagnosis::Rule::FirstChange,
@@ -98,7 +98,7 @@ impl SettingsArguments {
                 ResidualName::Tracking => diagnosis::residual::ActuatorResidual::Tracking,
                 ResidualName::Demand => diagnosis::residual::ActuatorResidual::Demand,
             }),
-            ..::replay::Settings::default()
+            ..::replay::ReplaySettings::default()
         };
         for file in &self.config {
             let config = load_diagnoser(file).map_err(|errors| {

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use ::replay::{
-    Beginnings, Course, ModuleRecord, Part, ReplayedTransition, Settings, courses, latest_setup,
-    together,
+    Beginnings, ModuleRecord, ProcessCourse, ReplayPart, ReplaySettings, ReplayedTransition,
+    courses, latest_setup, together,
 };
 use diagnosis::messages::Speaker;
 use serde::Serialize;
 use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleName};
 
-use super::reading::Reading;
+use super::reading::RecordingContents;
 use crate::failure::Failure;
 use crate::output;
 use crate::table::table;
@@ -19,7 +19,7 @@ use vocabulary::words::{NOTHING, reason};
 
 /// What became of a component.
 #[derive(Debug, Clone, Serialize)]
-struct Fate {
+struct ComponentFate {
     state: FaultState,
     onset_step: Option<u64>,
     detection_step: Option<u64>,
@@ -29,10 +29,10 @@ struct Fate {
 
 /// A component, then and now; nothing if it never had a verdict.
 #[derive(Debug, Serialize)]
-struct Row {
+struct ReplayedComponent {
     component: ComponentPath,
-    was: Option<Fate>,
-    would_be: Option<Fate>,
+    was: Option<ComponentFate>,
+    would_be: Option<ComponentFate>,
     #[serde(skip)]
     step_s: f64,
 }
@@ -40,12 +40,15 @@ struct Row {
 /// Both side by side.
 #[derive(Debug, Serialize)]
 pub(super) struct SideBySide {
-    components: Vec<Row>,
+    components: Vec<ReplayedComponent>,
     notes: Vec<String>,
 }
 
 /// Runs all modules together.
-pub(super) fn run(reading: &Reading, settings: &Settings) -> Result<SideBySide, Failure> {
+pub(super) fn run(
+    reading: &RecordingContents,
+    settings: &ReplaySettings,
+) -> Result<SideBySide, Failure> {
     let records = &reading.records;
     let is_unknown = |module: &&ModuleName| !records.iter().any(|r| r.module == **module);
     if let Some(module) = settings.setups.keys().find(is_unknown) {
@@ -64,7 +67,7 @@ pub(super) fn run(reading: &Reading, settings: &Settings) -> Result<SideBySide, 
             Failure::input(format!("{}: {why}; give it with `--config`", record.module))
         })?;
         modules.push((record, setup.step_s));
-        parts.push(Part::new(record, &known, settings.applied_to(setup), &runs));
+        parts.push(ReplayPart::new(record, &known, settings.applied_to(setup), &runs));
     }
     let mut rows = BTreeMap::new();
     let verdicts = together(&parts).map_err(|error| Failure::input(error.to_string()))?;
@@ -74,9 +77,10 @@ pub(super) fn run(reading: &Reading, settings: &Settings) -> Result<SideBySide, 
     Ok(SideBySide { components: rows.into_values().collect(), notes })
 }
 
-fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> Vec<Course> {
+fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> Vec<ProcessCourse> {
     let module = &record.module;
-    let known: Vec<Course> = courses(record).into_iter().filter_map(|(_, c)| c.ok()).collect();
+    let known: Vec<ProcessCourse> =
+        courses(record).into_iter().filter_map(|(_, c)| c.ok()).collect();
     if known.is_empty() {
         notes.push(format!(
             "{module}: which samples it took is not in the recording: all that are there, in order"
@@ -94,13 +98,13 @@ fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> Vec<Course> {
 }
 
 fn enter(
-    rows: &mut BTreeMap<ComponentPath, Row>,
+    rows: &mut BTreeMap<ComponentPath, ReplayedComponent>,
     record: &ModuleRecord,
     step_s: f64,
     verdicts: &[ReplayedTransition],
 ) {
     let speaker = Speaker::of(record.structure.clone(), record.module.clone());
-    let row = |component: &ComponentPath| Row {
+    let row = |component: &ComponentPath| ReplayedComponent {
         component: component.clone(),
         was: None,
         would_be: None,
@@ -118,11 +122,11 @@ fn enter(
 }
 
 /// The first time that it was named counts, else its latest state.
-fn take(fate: &mut Option<Fate>, message: &FaultTransition) {
+fn take(fate: &mut Option<ComponentFate>, message: &FaultTransition) {
     if fate.as_ref().is_some_and(|fate| fate.state == FaultState::Latched) {
         return;
     }
-    *fate = Some(Fate {
+    *fate = Some(ComponentFate {
         state: message.state(),
         onset_step: message.onset_step.map(|step| step.0),
         detection_step: message.detection_step.map(|step| step.0),
@@ -161,7 +165,7 @@ impl SideBySide {
     }
 }
 
-fn fate(fate: Option<&Fate>, step_s: f64) -> [String; 3] {
+fn fate(fate: Option<&ComponentFate>, step_s: f64) -> [String; 3] {
     let nothing = || NOTHING.to_owned();
     let Some(fate) = fate else { return [nothing(), nothing(), nothing()] };
     let detected = fate.detection_step.map(|step| format!("{:.3}", step as f64 * step_s));

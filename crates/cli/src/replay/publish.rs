@@ -10,7 +10,7 @@ use shell::shutdown::ShutdownFlags;
 use shell::{clock, logging, runtime};
 use vocabulary::{RunId, StructureName};
 
-use super::reading::Reading;
+use super::reading::RecordingContents;
 use crate::failure::Failure;
 use crate::link::Link;
 
@@ -41,7 +41,7 @@ impl PublishArguments {
     }
 
     /// Publishes until the last sample is out, or the end is asked for.
-    pub(crate) fn publish(&self, reading: &Reading) -> Result<(), Failure> {
+    pub(crate) fn publish(&self, reading: &RecordingContents) -> Result<(), Failure> {
         logging::start();
         let target = self.link.target()?;
         let records = of_one_structure(&reading.records, target.structure.as_ref())?;

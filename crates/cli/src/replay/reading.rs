@@ -16,14 +16,14 @@ use crate::failure::Failure;
 const BATCH: usize = 512;
 
 /// What recordings hold of modules.
-pub(crate) struct Reading {
+pub(crate) struct RecordingContents {
     /// The modules.
     pub(crate) records: Vec<ModuleRecord>,
     /// What could not be read.
     pub(crate) problems: Vec<String>,
 }
 
-impl Reading {
+impl RecordingContents {
     /// Everything could be read.
     pub(crate) fn complete(&self) -> Result<(), Failure> {
         if self.problems.is_empty() { Ok(()) } else { Err(Failure::inputs(self.problems.clone())) }
@@ -31,14 +31,14 @@ impl Reading {
 }
 
 /// Reads recordings: of these modules only, or, if none is named, of all.
-pub(crate) fn read(files: &[PathBuf], wanted: &[ModuleName]) -> Result<Reading, Failure> {
+pub(crate) fn read(files: &[PathBuf], wanted: &[ModuleName]) -> Result<RecordingContents, Failure> {
     let threads = thread::available_parallelism().map_or(1, NonZeroUsize::get).min(8);
     let (mut records, problems) = thread::scope(|scope| {
         let mut lanes = Vec::new();
         let mut collectors = Vec::new();
         for _ in 0..threads {
             let (lane, batches) = sync_channel(16);
-            lanes.push(Lane { lane, batch: Vec::with_capacity(BATCH) });
+            lanes.push(CollectorLane { lane, batch: Vec::with_capacity(BATCH) });
             collectors.push(scope.spawn(move || collect(&batches)));
         }
         let problems = distribute(files, &mut lanes);
@@ -66,16 +66,16 @@ pub(crate) fn read(files: &[PathBuf], wanted: &[ModuleName]) -> Result<Reading, 
             problems.push(format!("{count} messages of `{module}` cannot be read: {problem}"));
         }
     }
-    Ok(Reading { records, problems })
+    Ok(RecordingContents { records, problems })
 }
 
 /// A thread that all messages of some modules go to.
-struct Lane {
+struct CollectorLane {
     lane: SyncSender<Vec<Recorded>>,
     batch: Vec<Recorded>,
 }
 
-impl Lane {
+impl CollectorLane {
     fn send(&mut self) {
         let batch = std::mem::replace(&mut self.batch, Vec::with_capacity(BATCH));
         // A collector ends only after its lane.
@@ -92,7 +92,7 @@ fn collect(batches: &Receiver<Vec<Recorded>>) -> Vec<ModuleRecord> {
 }
 
 /// Sends each message to its module's thread. What of a file cannot be read is a problem, unless it is all of it.
-fn distribute(files: &[PathBuf], lanes: &mut [Lane]) -> Result<Vec<String>, Failure> {
+fn distribute(files: &[PathBuf], lanes: &mut [CollectorLane]) -> Result<Vec<String>, Failure> {
     let mut modules: Vec<String> = Vec::new();
     let mut problems = Vec::new();
     for file in files {
@@ -128,6 +128,6 @@ fn distribute(files: &[PathBuf], lanes: &mut [Lane]) -> Result<Vec<String>, Fail
             writeln!(io::stderr(), "{}", printable_lines(&note))?;
         }
     }
-    lanes.iter_mut().for_each(Lane::send);
+    lanes.iter_mut().for_each(CollectorLane::send);
     Ok(problems)
 }

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 const ROUTER: &str = include_str!("../../../../configs/zenoh/router.json5");
 const ROUTER_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
-pub(super) enum Layout {
+pub(super) enum NetworkLayout {
     /// Every process listens on a port of this machine: first the plant, then the modules.
     Mesh {
         /// The plant's.
@@ -22,27 +22,27 @@ pub(super) enum Layout {
     },
 }
 
-impl Layout {
+impl NetworkLayout {
     /// Ports for a plant and this many modules.
-    pub(super) fn mesh(first_port: u16, modules: usize) -> Result<Layout, Failure> {
+    pub(super) fn mesh(first_port: u16, modules: usize) -> Result<NetworkLayout, Failure> {
         let highest = usize::from(u16::MAX) - modules;
         if first_port == 0 || usize::from(first_port) > highest {
             return Err(Failure::usage(format!(
                 "`--first-port` is {first_port}; use 1 to {highest} for a plant and {modules} diagnosers"
             )));
         }
-        Ok(Layout::Mesh { first_port })
+        Ok(NetworkLayout::Mesh { first_port })
     }
 
-    pub(super) fn star(router: &EndPoint) -> Layout {
-        Layout::Star { router: router.to_string() }
+    pub(super) fn star(router: &EndPoint) -> NetworkLayout {
+        NetworkLayout::Star { router: router.to_string() }
     }
 
     /// The plant's table `[network]`.
     pub(super) fn of_plant(&self) -> Table {
         match self {
-            Layout::Mesh { first_port } => peer(*first_port, &[]),
-            Layout::Star { router } => client(router),
+            NetworkLayout::Mesh { first_port } => peer(*first_port, &[]),
+            NetworkLayout::Star { router } => client(router),
         }
     }
 
@@ -50,7 +50,7 @@ impl Layout {
     /// the later one connects, also after a restart of either.
     pub(super) fn of_module(&self, module: usize, linked: &[usize]) -> Table {
         match self {
-            Layout::Mesh { first_port } => {
+            NetworkLayout::Mesh { first_port } => {
                 // `mesh` has made sure that there are ports for all.
                 let port = |module: usize| first_port.saturating_add(module as u16 + 1);
                 let before =
@@ -58,15 +58,15 @@ impl Layout {
                 let connect: Vec<u16> = [*first_port].into_iter().chain(before).collect();
                 peer(port(module), &connect)
             }
-            Layout::Star { router } => client(router),
+            NetworkLayout::Star { router } => client(router),
         }
     }
 
     /// File and text of the settings of the router, if there is one.
     pub(super) fn router_settings(&self) -> Option<(&'static str, String)> {
         match self {
-            Layout::Mesh { .. } => None,
-            Layout::Star { router } => {
+            NetworkLayout::Mesh { .. } => None,
+            NetworkLayout::Star { router } => {
                 Some(("router.json5", ROUTER.replace(ROUTER_ENDPOINT, router)))
             }
         }
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn of_two_that_are_linked_the_later_one_connects() {
-        let layout = Layout::mesh(7447, 3).ok();
+        let layout = NetworkLayout::mesh(7447, 3).ok();
         let network = |module, linked: &[usize]| {
             layout.as_ref().map(|layout| layout.of_module(module, linked))
         };
@@ -110,9 +110,9 @@ mod tests {
 
     #[test]
     fn there_are_ports_for_all_or_the_highest_first_port_is_named() {
-        assert!(Layout::mesh(65_485, 50).is_ok());
+        assert!(NetworkLayout::mesh(65_485, 50).is_ok());
         for port in [0, 65_486] {
-            let failure = Layout::mesh(port, 50).err();
+            let failure = NetworkLayout::mesh(port, 50).err();
             let text = format!("{failure:?}");
             assert!(text.contains(&format!("`--first-port` is {port}; use 1 to 65485")), "{text}");
         }
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn the_router_listens_where_its_clients_connect() {
         let endpoint: Result<EndPoint, _> = "tcp/192.0.2.1:7000".parse();
-        let layout = endpoint.ok().map(|endpoint| Layout::star(&endpoint));
+        let layout = endpoint.ok().map(|endpoint| NetworkLayout::star(&endpoint));
         let text = layout.and_then(|layout| layout.router_settings()).map(|(_, text)| text);
         let text = text.unwrap_or_default();
         assert!(text.contains("tcp/192.0.2.1:7000") && !text.contains("127.0.0.1"), "{text}");

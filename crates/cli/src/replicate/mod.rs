@@ -22,7 +22,7 @@ use zenoh::config::EndPoint;
 
 use crate::failure::Failure;
 use directory::Directory;
-use layout::Layout;
+use layout::NetworkLayout;
 use neighbourhood::Neighbourhood;
 use template::{Template, read_table, unusable};
 
@@ -77,8 +77,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|error| Failure::input(format!("{}: {error}", arguments.plant.display())))?;
     let neighbourhood = Neighbourhood::new(&templates, copies, arguments.neighbours);
     let layout = match &arguments.router {
-        Some(endpoint) => Layout::star(endpoint),
-        None => Layout::mesh(arguments.first_port, neighbourhood.members())?,
+        Some(endpoint) => NetworkLayout::star(endpoint),
+        None => NetworkLayout::mesh(arguments.first_port, neighbourhood.members())?,
     };
     let directory = Directory::claim(&arguments.out)?;
     directory.write("structure.toml", &structure_text(&row, &plant.structure, copies))?;
@@ -137,7 +137,7 @@ fn structure_text(row: &Structure, original: &Structure, copies: usize) -> Strin
     )
 }
 
-fn plant_text(file: &Path, layout: &Layout) -> Result<String, Failure> {
+fn plant_text(file: &Path, layout: &NetworkLayout) -> Result<String, Failure> {
     let mut table = read_table(file)?;
     table.insert("structure".into(), "structure.toml".into());
     table.insert("network".into(), layout.of_plant().into());

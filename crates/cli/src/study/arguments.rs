@@ -8,7 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use serde::{Deserialize, Serialize};
 use study::conditions::Situation;
-use study::{Controller, Shard};
+use study::{ControllerTuning, Shard};
 use vocabulary::fault::FaultKind;
 
 use crate::table::WidthArguments;
@@ -26,13 +26,13 @@ pub(super) const HISTORIES: &str = "histories";
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
-    pub(super) command: Command,
+    pub(super) command: StudyCommand,
 }
 
 #[derive(Debug, Subcommand)]
-pub(super) enum Command {
+pub(super) enum StudyCommand {
     #[command(flatten)]
-    Campaign(Box<Request>),
+    Campaign(Box<CampaignRequest>),
     Merge(MergeArguments),
     Compare(CompareArguments),
     Export(ExportArguments),
@@ -41,7 +41,7 @@ pub(super) enum Command {
 /// A campaign, and everything that its figures follow from.
 #[derive(Debug, Clone, Subcommand, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "snake_case")]
-pub(super) enum Request {
+pub(super) enum CampaignRequest {
     Run(RunArguments),
     Conditions(ConditionArguments),
     Limits(LimitArguments),
@@ -100,9 +100,9 @@ pub(super) struct SystemArguments {
         value_delimiter = ',',
         default_value = "shipped",
         value_name = "NAME,…",
-        value_parser = named(Controller::ALL, Controller::as_str)
+        value_parser = named(ControllerTuning::ALL, ControllerTuning::as_str)
     )]
-    pub(super) controllers: Vec<Controller>,
+    pub(super) controllers: Vec<ControllerTuning>,
 }
 
 /// How many cases run at a time.

@@ -7,11 +7,11 @@ use diagnosis::Rule;
 use diagnosis::residual::ActuatorResidual;
 use serde::Serialize;
 use study::report::{interval, percent};
-use study::scenarios::{Scenarios, Summary};
+use study::scenarios::{ScenarioCampaign, ScenarioSummary};
 use study::{Campaign, Done, NominalRuns, System};
 
 use super::arguments::CompareArguments;
-use super::{conduct, interrupt};
+use super::conduct;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::WorkProgress;
@@ -29,19 +29,19 @@ struct Combination {
     rule: Rule,
     actuator_residual: ActuatorResidual,
     #[serde(flatten)]
-    summary: Summary,
+    summary: ScenarioSummary,
 }
 
 /// What all four came to.
 #[derive(Serialize)]
-struct Comparison<'a> {
+struct CombinationSummaries<'a> {
     combinations: &'a [Combination],
 }
 
 /// Tries the four combinations and prints what they come to.
 pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let campaign = arguments.of.campaign()?;
-    let (stop, jobs) = (interrupt::listen()?, arguments.jobs.count());
+    let (stop, jobs) = (conduct::stop_on_signal()?, arguments.jobs.count());
     let mut combinations = Vec::new();
     for actuator_residual in [ActuatorResidual::Demand, ActuatorResidual::Tracking] {
         let watched = watched_by(actuator_residual, campaign.clone(), jobs)?;
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     }
     let mut out = io::stdout().lock();
     if arguments.json {
-        let comparison = Comparison { combinations: &combinations };
+        let comparison = CombinationSummaries { combinations: &combinations };
         write!(out, "{}", output::text(&comparison)?)?;
     } else {
         writeln!(out, "{}", side_by_side(&combinations).text(arguments.width.limit()))?;
@@ -70,9 +70,9 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
 /// The campaign with its actuators watched by this residual, with thresholds made for it.
 fn watched_by(
     residual: ActuatorResidual,
-    mut campaign: Scenarios,
+    mut campaign: ScenarioCampaign,
     jobs: usize,
-) -> Result<Scenarios, Failure> {
+) -> Result<ScenarioCampaign, Failure> {
     let steps = campaign.system.steps(campaign.ranges.length_s);
     let System { structure, parameters, setups, .. } = &mut campaign.system;
     if setups.iter().all(|setup| setup.detection.actuator_residual == residual) {

@@ -1,16 +1,19 @@
 //! Runs, resumes, explains or merges any campaign, and prints and keeps what comes of it.
 
 use std::io::{self, Write};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 use serde_json::Value;
-use study::journal::{self, Header, Journal};
-use study::report::{Report, Table};
-use study::{Begin, Campaign, Done, Engine, LineKind, PlantRow, StudyError, Work, explain};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use study::journal::{self, CampaignHeader, CampaignJournal};
+use study::report::{StudyReport, Table};
+use study::{Begin, Campaign, Done, Engine, EngineWork, LineKind, PlantRow, StudyError, explain};
 
-use super::arguments::{EngineArguments, MergeArguments, OutputArguments, Request};
-use super::{files, interrupt};
+use super::arguments::{CampaignRequest, EngineArguments, MergeArguments, OutputArguments};
+use super::files;
 use crate::failure::Failure;
 use crate::output;
 use crate::paint::{Colour, Paint};
@@ -19,7 +22,7 @@ use crate::table::table;
 
 /// What was asked for and what came of it.
 #[derive(Serialize)]
-struct Document<'a, S> {
+struct CampaignDocument<'a, S> {
     campaign: &'a Value,
     /// Were all cases run?
     complete: bool,
@@ -30,38 +33,53 @@ struct Document<'a, S> {
 }
 
 /// Runs the campaign that is asked for.
-pub(super) fn run(request: &Request) -> Result<(), Failure> {
+pub(super) fn run(request: &CampaignRequest) -> Result<(), Failure> {
     let request = request.clone().resolved();
     let value = serde_json::to_value(&request)?;
     match &request {
-        Request::Run(of) => run_campaign(value, &of.of.campaign()?, &of.engine),
-        Request::Conditions(of) => run_campaign(value, &of.campaign()?, &of.engine),
-        Request::Limits(of) => run_campaign(value, &of.campaign()?, &of.engine),
-        Request::Identify(of) => run_campaign(value, &of.campaign()?, &of.engine),
+        CampaignRequest::Run(of) => run_campaign(value, &of.of.campaign()?, &of.engine),
+        CampaignRequest::Conditions(of) => run_campaign(value, &of.campaign()?, &of.engine),
+        CampaignRequest::Limits(of) => run_campaign(value, &of.campaign()?, &of.engine),
+        CampaignRequest::Identify(of) => run_campaign(value, &of.campaign()?, &of.engine),
     }
 }
 
 /// Puts the shards of a campaign together.
 pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
-    let first = arguments.directories.iter().take(1).map(|directory| Header::of(directory));
+    let first = arguments.directories.iter().take(1).map(|directory| CampaignHeader::of(directory));
     let value = first.map(|header| header.map(|header| header.campaign)).collect::<Result<_, _>>();
     let value: Value = value.map(|mut all: Vec<Value>| all.pop().unwrap_or_default())?;
-    let request: Request = serde_json::from_value(value.clone())
+    let request: CampaignRequest = serde_json::from_value(value.clone())
         .map_err(|error| Failure::input(format!("a journal holds an unknown request: {error}")))?;
     match &request {
-        Request::Run(of) => merge_campaign(value, &of.of.campaign()?, arguments),
-        Request::Conditions(of) => merge_campaign(value, &of.campaign()?, arguments),
-        Request::Limits(of) => merge_campaign(value, &of.campaign()?, arguments),
-        Request::Identify(of) => merge_campaign(value, &of.campaign()?, arguments),
+        CampaignRequest::Run(of) => merge_campaign(value, &of.of.campaign()?, arguments),
+        CampaignRequest::Conditions(of) => merge_campaign(value, &of.campaign()?, arguments),
+        CampaignRequest::Limits(of) => merge_campaign(value, &of.campaign()?, arguments),
+        CampaignRequest::Identify(of) => merge_campaign(value, &of.campaign()?, arguments),
     }
+}
+
+/// Exit code of a program that a second signal ended.
+const ENDED_BY_SIGNAL: i32 = 130;
+
+/// A flag that the first SIGINT or SIGTERM sets: running cases finish. The second one ends the program at once.
+pub(super) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: the first signal must find the flag unset here and set it below.
+        flag::register_conditional_shutdown(signal, ENDED_BY_SIGNAL, Arc::clone(&stop))
+            .and_then(|_| flag::register(signal, Arc::clone(&stop)))
+            .map_err(|error| Failure::runtime(format!("cannot listen for signals: {error}")))?;
+    }
+    Ok(stop)
 }
 
 /// An engine that reports its progress on standard error.
 pub(super) fn engine(jobs: usize, stop: &AtomicBool) -> Engine<'_> {
     const BEGIN: Begin = &|work, all| {
         let progress = match work {
-            Work::Commissioning => WorkProgress::of_snippets("commissioning", all),
-            Work::Cases => WorkProgress::of_runs("cases", all),
+            EngineWork::Commissioning => WorkProgress::of_snippets("commissioning", all),
+            EngineWork::Cases => WorkProgress::of_runs("cases", all),
         };
         Box::new(move || progress.advance())
     };
@@ -73,17 +91,17 @@ fn run_campaign<C: Campaign>(
     campaign: &C,
     asked: &EngineArguments,
 ) -> Result<(), Failure> {
-    let stop = interrupt::listen()?;
+    let stop = stop_on_signal()?;
     let engine = engine(asked.jobs.count(), &stop);
     if let Some(case) = asked.show {
         return show(campaign, case, &engine);
     }
     let cases = asked.shard.map_or(0..campaign.cases(), |shard| shard.cases(campaign.cases()));
-    let header = Header::new(request, campaign, asked.shard.map(|shard| shard.to_string()));
+    let header = CampaignHeader::new(request, campaign, asked.shard.map(|shard| shard.to_string()));
     let (mut journal, mut done) = match &asked.output.out {
         Some(directory) => {
             let (journal, done) =
-                Journal::open(directory, &header).map_err(|error| match error {
+                CampaignJournal::open(directory, &header).map_err(|error| match error {
                     StudyError::Journal { .. } => {
                         Failure::input(format!("{error}; give another directory with `--out`"))
                     }
@@ -124,7 +142,7 @@ fn merge_campaign<C: Campaign>(
     campaign: &C,
     arguments: &MergeArguments,
 ) -> Result<(), Failure> {
-    let header = Header::new(request, campaign, None);
+    let header = CampaignHeader::new(request, campaign, None);
     let done = journal::read_all(&arguments.directories, &header)?;
     let missing = (0..campaign.cases()).filter(|case| !done.rows.contains_key(case));
     if let Some(first) = missing.clone().next() {
@@ -143,7 +161,7 @@ fn merge_campaign<C: Campaign>(
 
 /// Prints what came of the cases, and keeps it.
 fn report<C: Campaign>(
-    header: &Header,
+    header: &CampaignHeader,
     campaign: &C,
     done: &Done<C::Row>,
     output: &OutputArguments,
@@ -151,7 +169,8 @@ fn report<C: Campaign>(
     let complete = done.rows.len() as u64 == campaign.cases();
     let summary = campaign.summarize(&done.rows);
     let plants = done.plants.values().collect();
-    let document = Document { campaign: &header.campaign, complete, plants, summary: &summary };
+    let document =
+        CampaignDocument { campaign: &header.campaign, complete, plants, summary: &summary };
     let document = output::text(&document)?;
     let (tables, notes) = campaign.tables(&done.rows, &summary);
     let heading = in_words(&header.campaign);
@@ -178,7 +197,8 @@ fn report<C: Campaign>(
         files::write(&directory.join(format!("{}.svg", figure.name)), &figure.svg)?;
     }
     let paragraphs = [heading].into_iter().chain(notes).collect();
-    let report = Report { title: "trusswatch: a study".to_owned(), paragraphs, tables, figures };
+    let report =
+        StudyReport { title: "trusswatch: a study".to_owned(), paragraphs, tables, figures };
     files::write(&directory.join("report.html"), study::report::html(&report))
 }
 

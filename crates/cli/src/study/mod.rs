@@ -4,20 +4,19 @@ mod arguments;
 mod compare;
 mod conduct;
 mod files;
-mod interrupt;
 mod recordings;
 mod systems;
 
 pub(crate) use arguments::Arguments;
-use arguments::Command;
+use arguments::StudyCommand;
 
 use crate::failure::Failure;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
-        Command::Campaign(request) => conduct::run(request),
-        Command::Merge(arguments) => conduct::merge(arguments),
-        Command::Compare(arguments) => compare::run(arguments),
-        Command::Export(arguments) => recordings::write(arguments),
+        StudyCommand::Campaign(request) => conduct::run(request),
+        StudyCommand::Merge(arguments) => conduct::merge(arguments),
+        StudyCommand::Compare(arguments) => compare::run(arguments),
+        StudyCommand::Export(arguments) => recordings::write(arguments),
     }
 }

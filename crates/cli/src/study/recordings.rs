@@ -7,7 +7,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use serde::Serialize;
-use study::scenarios::{Record, Scenarios};
+use study::scenarios::{ScenarioCampaign, ScenarioRow};
 use study::{Campaign, RecordedChange, StudyError, export, parallel};
 use vocabulary::{
     ComponentPath,
@@ -15,14 +15,14 @@ use vocabulary::{
 };
 
 use super::arguments::ExportArguments;
+use super::conduct;
 use super::files::{self, cannot_write};
-use super::interrupt;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::WorkProgress;
 
 /// What came of the runs, by their number.
-type Recorded = BTreeMap<u64, (Record, Vec<RecordedChange>)>;
+type Recorded = BTreeMap<u64, (ScenarioRow, Vec<RecordedChange>)>;
 
 /// A line of `truth.csv`. A nominal run has nothing in the last four columns.
 #[derive(Serialize)]
@@ -48,7 +48,7 @@ struct ChangeRow<'a> {
 
 /// What was left in a directory.
 #[derive(Serialize)]
-struct Written<'a> {
+struct ExportedRecordings<'a> {
     directory: &'a Path,
     scenarios: u64,
     nominal_runs: u64,
@@ -57,7 +57,7 @@ struct Written<'a> {
 
 /// Records every run that the arguments ask for, and prints what was written where.
 pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
-    let (campaign, stop) = (arguments.of.campaign()?, interrupt::listen()?);
+    let (campaign, stop) = (arguments.of.campaign()?, conduct::stop_on_signal()?);
     let directory = arguments.directory.as_path();
     files::make(directory)?;
     let cases: Vec<u64> = (0..campaign.cases()).collect();
@@ -78,15 +78,15 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
     }
     let changes = recorded.values().map(|(_, changes)| changes.len()).sum();
     let (scenarios, nominal_runs) = (campaign.scenarios, campaign.nominal);
-    print(&Written { directory, scenarios, nominal_runs, changes }, arguments.json)
+    print(&ExportedRecordings { directory, scenarios, nominal_runs, changes }, arguments.json)
 }
 
-fn print(written: &Written, json: bool) -> Result<(), Failure> {
+fn print(written: &ExportedRecordings, json: bool) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if json {
         write!(out, "{}", output::line(written)?)?;
     } else {
-        let Written { directory, scenarios, nominal_runs, changes } = written;
+        let ExportedRecordings { directory, scenarios, nominal_runs, changes } = written;
         writeln!(
             out,
             "{}: {scenarios} scenarios and {nominal_runs} nominal runs, a table each; the truth of \
@@ -97,7 +97,7 @@ fn print(written: &Written, json: bool) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-fn file_name(campaign: &Scenarios, case: u64) -> String {
+fn file_name(campaign: &ScenarioCampaign, case: u64) -> String {
     match case.checked_sub(campaign.scenarios) {
         None => format!("scenario-{case:05}.csv"),
         Some(number) => format!("nominal-{number:05}.csv"),
@@ -105,10 +105,10 @@ fn file_name(campaign: &Scenarios, case: u64) -> String {
 }
 
 fn record(
-    campaign: &Scenarios,
+    campaign: &ScenarioCampaign,
     case: u64,
     directory: &Path,
-) -> Result<(Record, Vec<RecordedChange>), Failure> {
+) -> Result<(ScenarioRow, Vec<RecordedChange>), Failure> {
     let path = directory.join(file_name(campaign, case));
     let file = File::create(&path).map_err(|error| cannot_write(&path, &error))?;
     let mut out = BufWriter::new(file);
@@ -120,7 +120,11 @@ fn record(
     Ok(recorded)
 }
 
-fn write_truth(campaign: &Scenarios, directory: &Path, recorded: &Recorded) -> Result<(), Failure> {
+fn write_truth(
+    campaign: &ScenarioCampaign,
+    directory: &Path,
+    recorded: &Recorded,
+) -> Result<(), Failure> {
     let rows = recorded.iter().map(|(case, (record, _))| {
         let injection = record.injection.as_ref();
         TruthRow {
@@ -142,7 +146,7 @@ fn parameters(fault: &Fault) -> String {
 }
 
 fn write_changes(
-    campaign: &Scenarios,
+    campaign: &ScenarioCampaign,
     directory: &Path,
     recorded: &Recorded,
 ) -> Result<(), Failure> {

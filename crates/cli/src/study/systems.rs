@@ -6,14 +6,14 @@ use daemon::config::{PlantConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::ModuleSetup;
 use settings::ConfigErrors;
 use study::System;
-use study::conditions::{Conditions, HiddenFaults, Situation};
+use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
 use study::identification::{IdentificationCampaign, IdentificationCases};
-use study::limits::Limits;
-use study::scenarios::{ScenarioRanges, Scenarios};
+use study::limits::LimitCampaign;
+use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 
 use super::arguments::{
-    ConditionArguments, HIDDEN, HISTORIES, IdentifyArguments, LimitArguments, PresetName, Request,
-    ScenarioArguments, SystemArguments, Weather,
+    CampaignRequest, ConditionArguments, HIDDEN, HISTORIES, IdentifyArguments, LimitArguments,
+    PresetName, ScenarioArguments, SystemArguments, Weather,
 };
 use crate::failure::Failure;
 use crate::shipped::{
@@ -43,7 +43,7 @@ impl Weather {
     }
 }
 
-impl Request {
+impl CampaignRequest {
     /// The same with every default written out.
     pub(super) fn resolved(mut self) -> Self {
         let (system, mismatch, weather) = match &mut self {
@@ -109,8 +109,8 @@ impl SystemArguments {
 }
 
 impl ScenarioArguments {
-    pub(super) fn campaign(&self) -> Result<Scenarios, Failure> {
-        Ok(Scenarios {
+    pub(super) fn campaign(&self) -> Result<ScenarioCampaign, Failure> {
+        Ok(ScenarioCampaign {
             system: self.system.only_system()?,
             ranges: ScenarioRanges { nominal_s: self.nominal_seconds, ..Default::default() },
             scenarios: self.scenarios,
@@ -135,7 +135,7 @@ impl ConditionArguments {
         self.situations().iter().any(|situation| situation.is_history())
     }
 
-    pub(super) fn campaign(&self) -> Result<Conditions, Failure> {
+    pub(super) fn campaign(&self) -> Result<ConditionCampaign, Failure> {
         let mut system = self.system.only_system()?;
         if self.alone {
             system.setups.iter_mut().for_each(|setup| setup.peers.clear());
@@ -146,14 +146,14 @@ impl ConditionArguments {
             healthy_s: self.healthy_seconds,
         };
         let (situations, plants, cases) = (self.situations(), self.plants.get(), self.cases.get());
-        Ok(Conditions { system, situations, hidden, plants, cases, alone: self.alone })
+        Ok(ConditionCampaign { system, situations, hidden, plants, cases, alone: self.alone })
     }
 }
 
 impl LimitArguments {
-    pub(super) fn campaign(&self) -> Result<Limits, Failure> {
+    pub(super) fn campaign(&self) -> Result<LimitCampaign, Failure> {
         let (plants, runs) = (self.plants.get(), self.runs.get());
-        Ok(Limits::new(self.system.systems()?, plants, runs, self.isolation))
+        Ok(LimitCampaign::new(self.system.systems()?, plants, runs, self.isolation))
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::load_uncalibrated;
 use daemon::thresholds::Thresholds;
-use study::Recording;
+use study::ResidualRecording;
 
 use crate::binary::{Outcome, repository, run};
 
@@ -53,7 +53,7 @@ fn noise(step: u64, channel: usize, size: f64) -> f64 {
 /// Residuals of the lower module: (header, rows).
 fn residuals(module: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     let setup = load_uncalibrated(module).unwrap().setup;
-    let recording = Recording::new(&setup).unwrap();
+    let recording = ResidualRecording::new(&setup).unwrap();
     let sizes: Vec<f64> = setup.prior_scatters().iter().map(|variance| variance.sqrt()).collect();
     let names = recording.components().iter().map(|c| format!("{}/{c}", setup.module)).collect();
     let row = |step| sizes.iter().enumerate().map(|(k, size)| noise(step, k, *size)).collect();
@@ -90,7 +90,7 @@ fn recorded_residuals_give_the_thresholds_of_the_same_rows_in_the_library() {
     let numbered = write(&mast, "numbered.csv", &table(&names, &rows, true));
     let outcome = calibrate(&mast, &["lower"], &["--recorded", &plain, &numbered, "--margin", "2"]);
     outcome.succeeds();
-    let mut recording = Recording::new(&load_uncalibrated(&module).unwrap().setup).unwrap();
+    let mut recording = ResidualRecording::new(&load_uncalibrated(&module).unwrap().setup).unwrap();
     for _ in 0..2 {
         rows.iter().for_each(|row| recording.push(None, row).unwrap());
         recording.end_run();

@@ -9,7 +9,7 @@ use diagnosis::ModuleSetup;
 use diagnosis::state::Reference;
 use serde_json::Value;
 use study::Rig;
-use study::commissioning::{Site, SnippetPlan, learn, record_snippets};
+use study::commissioning::{PlantSite, SnippetPlan, learn, record_snippets};
 use vocabulary::RunId;
 
 use crate::binary::{Outcome, run};
@@ -145,13 +145,13 @@ fn earlier_snippets_of_something_else_are_refused() {
 }
 
 /// The mast's plant, and what its modules are.
-fn site(mast: &tempfile::TempDir) -> (Site, Vec<ModuleSetup>) {
+fn site(mast: &tempfile::TempDir) -> (PlantSite, Vec<ModuleSetup>) {
     let plant = load_plant(Path::new(&path(mast, "plant.toml")), &PlantFlags::default()).unwrap();
     let setup = |module| {
         let file = path(mast, &format!("{module}.toml"));
         load_uncalibrated(Path::new(&file)).unwrap().setup
     };
-    let site = Site::nominal(&plant.structure, &plant.parameters);
+    let site = PlantSite::nominal(&plant.structure, &plant.parameters);
     (site, MODULES.map(setup).to_vec())
 }
 

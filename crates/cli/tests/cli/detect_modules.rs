@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::binary::{Outcome, repository, run, run_with};
 use daemon::config::{PlantFlags, load_diagnoser, load_plant};
 use serde_json::Value;
-use study::scenarios::{ScenarioRanges, Scenarios};
+use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 use study::{System, export};
 
 fn shipped(name: &str) -> String {
@@ -14,7 +14,7 @@ fn shipped(name: &str) -> String {
 }
 
 /// The shipped tower in short runs: 3 s without and 2 s with a fault.
-fn campaign() -> Scenarios {
+fn campaign() -> ScenarioCampaign {
     let plant = load_plant(Path::new(&shipped("plant.toml")), &PlantFlags::default()).unwrap();
     let setup = |name| load_diagnoser(Path::new(&shipped(name))).unwrap().module_setup();
     let system = System {
@@ -27,7 +27,7 @@ fn campaign() -> Scenarios {
         seed: 7,
     };
     let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() };
-    Scenarios { system, ranges, scenarios: 7, nominal: 0 }
+    ScenarioCampaign { system, ranges, scenarios: 7, nominal: 0 }
 }
 
 fn modules(names: &[&str]) -> Vec<String> {

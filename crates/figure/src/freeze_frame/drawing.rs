@@ -1,6 +1,8 @@
 //! A freeze frame drawn as SVG.
 
-use crate::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
+use crate::plot::{
+    Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
+};
 use vocabulary::{FreezeFrame, Trace};
 
 use vocabulary::words::utc;
@@ -39,7 +41,7 @@ pub fn svg(frame: &FreezeFrame) -> String {
              residual, and the divergence over its threshold.",
             frame.module
         ),
-        rows: panels.into_iter().flatten().map(|panel| Row::new(HEIGHT, vec![panel])).collect(),
+        rows: panels.into_iter().flatten().map(|panel| PanelRow::new(HEIGHT, vec![panel])).collect(),
     }
     .svg()
 }
@@ -57,7 +59,7 @@ fn panel(frame: &FreezeFrame, title: &str, names: &[&str]) -> Option<Panel> {
         let name = if traces.len() == 1 { "" } else { trace.name.as_str() };
         line(frame, name, place, values)
     });
-    let y = Axis::linear(format!("[{unit}]"));
+    let y = PlotAxis::linear(format!("[{unit}]"));
     Some(marked(frame, Panel::new(title, time(), y, series.collect())))
 }
 
@@ -65,9 +67,9 @@ fn divergence(frame: &FreezeFrame) -> Panel {
     let ratios = ratios(frame);
     let highest = ratios.iter().copied().filter(|ratio| ratio.is_finite()).fold(3.0, f64::max);
     let lowest = ratios.iter().copied().filter(|ratio| *ratio > 0.0).fold(0.1, f64::min);
-    let y = Axis::log("D / γ").over([lowest.max(LOWEST), 1.3 * highest]);
+    let y = PlotAxis::log("D / γ").over([lowest.max(LOWEST), 1.3 * highest]);
     let series = vec![line(frame, "", 0, ratios.into_iter())];
-    let level = Mark::new(MarkKind::Level, 1.0, "threshold");
+    let level = PanelMark::new(MarkKind::Level, 1.0, "threshold");
     marked(frame, Panel::new("divergence over its threshold", time(), y, series).marked([level]))
 }
 
@@ -79,11 +81,11 @@ fn line(
 ) -> Series {
     let times = frame.steps.iter().map(|step| ms(frame, step.0));
     let points = times.zip(values).map(|(time, value)| [time, value]).collect();
-    Series::new(name, Shape::Line, Stroke::nth(place).solid(), points)
+    Series::new(name, Shape::Line, SeriesStyle::nth(place).solid(), points)
 }
 
-fn time() -> Axis {
-    Axis::linear("time since the detection [ms]")
+fn time() -> PlotAxis {
+    PlotAxis::linear("time since the detection [ms]")
 }
 
 fn marked(frame: &FreezeFrame, panel: Panel) -> Panel {
@@ -97,7 +99,7 @@ fn marked(frame: &FreezeFrame, panel: Panel) -> Panel {
         (MarkKind::Verdict, frame.decided_step.0, "latched"),
     ];
     let marks = marks.into_iter().filter(|(_, step, _)| shown(*step));
-    panel.marked(marks.map(|(kind, step, label)| Mark::new(kind, ms(frame, step), label)))
+    panel.marked(marks.map(|(kind, step, label)| PanelMark::new(kind, ms(frame, step), label)))
 }
 
 #[cfg(test)]

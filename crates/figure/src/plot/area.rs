@@ -3,11 +3,11 @@
 use svg::node::element::Rectangle;
 
 use super::ink;
-use super::layout::Layout;
+use super::layout::PlotLayout;
 
 /// The plot of a panel at its height.
 pub(super) struct PlotArea<'a> {
-    pub(super) layout: &'a Layout<'a>,
+    pub(super) layout: &'a PlotLayout<'a>,
     pub(super) top: f64,
     pub(super) height: f64,
 }

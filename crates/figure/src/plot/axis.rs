@@ -18,7 +18,7 @@ pub enum Scale {
 
 /// An axis of a panel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub struct PlotAxis {
     /// What it shows, with the unit.
     pub label: String,
     /// How values become places.
@@ -29,7 +29,7 @@ pub struct Axis {
     pub tick_labels: bool,
 }
 
-impl Axis {
+impl PlotAxis {
     /// An evenly divided axis that fits its data.
     #[must_use]
     pub fn linear(label: impl Into<String>) -> Self {
@@ -148,19 +148,19 @@ mod tests {
 
     #[test]
     fn ends_of_the_range_are_ends_of_the_axis() {
-        let linear = Axis::linear("x").over([2.0, 4.0]).fit(std::iter::empty());
+        let linear = PlotAxis::linear("x").over([2.0, 4.0]).fit(std::iter::empty());
         assert_eq!([2.0, 3.0, 4.0, 5.0].map(|x| linear.place(x)), [0.0, 0.5, 1.0, 1.5]);
-        let log = Axis::log("x").over([0.01, 100.0]).fit(std::iter::empty());
+        let log = PlotAxis::log("x").over([0.01, 100.0]).fit(std::iter::empty());
         assert_eq!([0.01, 1.0, 100.0].map(|x| log.place(x)), [0.0, 0.5, 1.0]);
         assert!(log.place(0.0).is_nan() && log.place(-1.0).is_nan());
     }
 
     #[test]
     fn a_range_from_data_holds_all_of_it_and_needs_none() {
-        let fitted = Axis::linear("x").fit([3.0, f64::NAN, -1.0].into_iter());
+        let fitted = PlotAxis::linear("x").fit([3.0, f64::NAN, -1.0].into_iter());
         assert!(fitted.place(-1.0) > 0.0 && fitted.place(3.0) < 1.0);
-        let single = Axis::log("x").fit([5.0].into_iter());
+        let single = PlotAxis::log("x").fit([5.0].into_iter());
         assert!((single.place(5.0) - 0.5).abs() < 1e-12);
-        assert_eq!(Axis::linear("x").fit(std::iter::empty()).place(0.5), 0.5);
+        assert_eq!(PlotAxis::linear("x").fit(std::iter::empty()).place(0.5), 0.5);
     }
 }

@@ -5,7 +5,7 @@ const GAP: f64 = 4.0;
 
 /// A label to be placed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Wanted {
+pub(super) struct WantedLabel {
     /// Its mark's place \[px\].
     pub(super) x: f64,
     /// Room that its words take up \[px\].
@@ -16,7 +16,7 @@ pub(super) struct Wanted {
 
 /// Where a label goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Placed {
+pub(super) struct PlacedLabel {
     /// Where the words begin \[px\].
     pub(super) start: f64,
     /// 0 right above the panel; the mark's line goes up to the label.
@@ -24,24 +24,24 @@ pub(super) struct Placed {
 }
 
 /// Places for the labels, each within the limits as far as it fits.
-pub(super) fn place(wanted: &[Wanted], limits: [f64; 2]) -> Vec<Placed> {
-    let mut taken: Vec<(Wanted, Placed)> = Vec::new();
+pub(super) fn place(wanted: &[WantedLabel], limits: [f64; 2]) -> Vec<PlacedLabel> {
+    let mut taken: Vec<(WantedLabel, PlacedLabel)> = Vec::new();
     let most = i32::try_from(wanted.len()).unwrap_or(i32::MAX);
     for want in wanted {
         let starts = starts(want, limits);
         // Above or below those that are placed, whichever is nearer.
         let lanes = (0..=most).flat_map(|lane| [lane, -lane]);
-        let mut places = lanes.flat_map(|lane| starts.map(|start| Placed { start, lane }));
+        let mut places = lanes.flat_map(|lane| starts.map(|start| PlacedLabel { start, lane }));
         let free = places.find(|place| is_free(&taken, want, place));
-        taken.push((*want, free.unwrap_or(Placed { start: starts[0], lane: most })));
+        taken.push((*want, free.unwrap_or(PlacedLabel { start: starts[0], lane: most })));
     }
     let lowest = taken.iter().map(|(_, placed)| placed.lane).min().unwrap_or(0);
-    let raised = |placed: Placed| Placed { lane: placed.lane - lowest, ..placed };
+    let raised = |placed: PlacedLabel| PlacedLabel { lane: placed.lane - lowest, ..placed };
     taken.into_iter().map(|(_, placed)| raised(placed)).collect()
 }
 
 /// Right and left of the mark, the better one first; moved if they would stick out.
-fn starts(want: &Wanted, [low, high]: [f64; 2]) -> [f64; 2] {
+fn starts(want: &WantedLabel, [low, high]: [f64; 2]) -> [f64; 2] {
     let right = want.x + GAP;
     let left = want.x - GAP - want.width;
     let fits = |start: f64| low <= start && start + want.width <= high;
@@ -51,7 +51,7 @@ fn starts(want: &Wanted, [low, high]: [f64; 2]) -> [f64; 2] {
     [first, second].map(|start| start.min(high - want.width).max(low))
 }
 
-fn is_free(taken: &[(Wanted, Placed)], want: &Wanted, place: &Placed) -> bool {
+fn is_free(taken: &[(WantedLabel, PlacedLabel)], want: &WantedLabel, place: &PlacedLabel) -> bool {
     let covers = |start: f64, width: f64, x: f64| start - GAP < x && x < start + width + GAP;
     taken.iter().all(|(other, placed)| {
         let beside = place.start + want.width + GAP < placed.start
@@ -72,20 +72,20 @@ fn is_free(taken: &[(Wanted, Placed)], want: &Wanted, place: &Placed) -> bool {
 mod tests {
     use super::*;
 
-    fn want(x: f64, width: f64, leftwards: bool) -> Wanted {
-        Wanted { x, width, leftwards }
+    fn want(x: f64, width: f64, leftwards: bool) -> WantedLabel {
+        WantedLabel { x, width, leftwards }
     }
 
     #[test]
     fn neighbours_stand_back_to_back() {
         let placed = place(&[want(100.0, 50.0, true), want(103.0, 50.0, false)], [0.0, 500.0]);
-        assert_eq!(placed[0], Placed { start: 46.0, lane: 0 });
-        assert_eq!(placed[1], Placed { start: 107.0, lane: 0 });
+        assert_eq!(placed[0], PlacedLabel { start: 46.0, lane: 0 });
+        assert_eq!(placed[1], PlacedLabel { start: 107.0, lane: 0 });
     }
 
     #[test]
     fn crowded_labels_overlap_neither_each_other_nor_lines() {
-        let crowd: Vec<Wanted> =
+        let crowd: Vec<WantedLabel> =
             (0..7).map(|i| want(100.0 + 12.0 * f64::from(i), 90.0, i % 2 == 0)).collect();
         let placed = place(&crowd, [0.0, 400.0]);
         for (i, a) in placed.iter().enumerate() {

@@ -2,8 +2,8 @@
 
 use super::axis::Fitted;
 use super::ink;
-use super::labels::{self, Placed, Wanted};
-use super::panel::{Mark, MarkKind, Panel};
+use super::labels::{self, PlacedLabel, WantedLabel};
+use super::panel::{MarkKind, Panel, PanelMark};
 
 /// Height of the title's line \[px\].
 pub(super) const TITLE: f64 = 17.0;
@@ -21,17 +21,17 @@ pub(super) const AXIS_LABEL: f64 = 16.0;
 pub(super) const TICK: f64 = 4.0;
 
 /// A panel, its axes fitted, with the plot at a place of the page.
-pub(super) struct Layout<'a> {
+pub(super) struct PlotLayout<'a> {
     pub(super) panel: &'a Panel,
     pub(super) x: Fitted,
     pub(super) y: Fitted,
     /// Left edge and width of the plot \[px\].
     pub(super) across: [f64; 2],
     /// Vertical marks with labels, and where those go.
-    pub(super) labels: Vec<(&'a Mark, Placed)>,
+    pub(super) labels: Vec<(&'a PanelMark, PlacedLabel)>,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> PlotLayout<'a> {
     /// A panel whose plot begins at `left` and is `width` wide; `limits` is how far labels may reach.
     pub(super) fn new(panel: &'a Panel, [left, width]: [f64; 2], limits: [f64; 2]) -> Self {
         let seen = panel.x.range;
@@ -45,13 +45,13 @@ impl<'a> Layout<'a> {
         layout
     }
 
-    fn place_labels(&self, limits: [f64; 2]) -> Vec<(&'a Mark, Placed)> {
+    fn place_labels(&self, limits: [f64; 2]) -> Vec<(&'a PanelMark, PlacedLabel)> {
         let vertical = self.panel.marks.iter().filter(|mark| {
             mark.kind != MarkKind::Level && !mark.label.is_empty() && self.is_seen(mark.at)
         });
-        let marks: Vec<&Mark> = vertical.collect();
-        let wanted: Vec<Wanted> = (marks.iter())
-            .map(|mark| Wanted {
+        let marks: Vec<&PanelMark> = vertical.collect();
+        let wanted: Vec<WantedLabel> = (marks.iter())
+            .map(|mark| WantedLabel {
                 x: self.across(mark.at),
                 width: ink::width(&mark.label, ink::SMALL),
                 leftwards: mark.kind == MarkKind::Onset,

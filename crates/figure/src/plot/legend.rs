@@ -3,7 +3,7 @@
 use svg::node::element::{Group, Rectangle};
 
 use super::ink::{self, Anchor};
-use super::panel::{Mark, MarkKind, Panel};
+use super::panel::{MarkKind, Panel, PanelMark};
 use super::series::{Series, Shape};
 
 /// Distance of two entries \[px\].
@@ -14,9 +14,9 @@ const SPECIMEN: f64 = 26.0;
 const GAP: f64 = 7.0;
 
 /// Does the panel need one? A single series is named by the panel itself.
-fn named(panel: &Panel) -> (Vec<&Series>, Vec<&Mark>) {
+fn named(panel: &Panel) -> (Vec<&Series>, Vec<&PanelMark>) {
     let series = panel.series.iter().filter(|series| !series.name.is_empty()).collect();
-    let is_level = |mark: &&Mark| mark.kind == MarkKind::Level && !mark.label.is_empty();
+    let is_level = |mark: &&PanelMark| mark.kind == MarkKind::Level && !mark.label.is_empty();
     (series, panel.marks.iter().filter(is_level).collect())
 }
 

@@ -1,7 +1,7 @@
 //! Plots, drawn for grey print and for colour-blind readers as well: lines differ in colour, brightness and
 //! dash pattern. Lines of many points are reduced to what a pixel can show; peaks survive.
 //!
-//! A [`Figure`] has rows of [`Panel`]s, a panel has two axes, [`Series`] and [`Mark`]s.
+//! A [`Figure`] has rows of [`Panel`]s, a panel has two axes, [`Series`] and [`PanelMark`]s.
 
 mod area;
 mod axis;
@@ -19,7 +19,7 @@ mod plot_series;
 mod series;
 pub mod ticks;
 
-pub use axis::{Axis, Scale};
-pub use page::{Figure, Row};
-pub use panel::{Mark, MarkKind, Panel};
-pub use series::{Marker, Series, Shape, Stroke};
+pub use axis::{PlotAxis, Scale};
+pub use page::{Figure, PanelRow};
+pub use panel::{MarkKind, Panel, PanelMark};
+pub use series::{Marker, Series, SeriesStyle, Shape};

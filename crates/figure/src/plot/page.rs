@@ -4,7 +4,7 @@ use svg::Document;
 use svg::node::element::{Description, Group, Rectangle, Title};
 
 use super::ink::{self, Anchor};
-use super::layout::Layout;
+use super::layout::PlotLayout;
 use super::legend;
 use super::panel::Panel;
 use super::panel_drawing;
@@ -27,7 +27,7 @@ const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 
 /// Panels side by side.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct PanelRow {
     /// Height of the plots \[px\].
     pub height_px: f64,
     /// The panels.
@@ -36,7 +36,7 @@ pub struct Row {
     pub columns: usize,
 }
 
-impl Row {
+impl PanelRow {
     /// A row that its panels fill.
     #[must_use]
     pub fn new(height_px: f64, panels: Vec<Panel>) -> Self {
@@ -65,7 +65,7 @@ pub struct Figure {
     /// What is to be seen, for readers who cannot see it.
     pub description: String,
     /// The rows.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PanelRow>,
 }
 
 impl Figure {
@@ -79,8 +79,8 @@ impl Figure {
         let lettered = self.rows.iter().map(|row| row.panels.len()).sum::<usize>() > 1;
         for row in &self.rows {
             let layouts = self.layouts(row);
-            let above = layouts.iter().map(Layout::above).fold(0.0, f64::max);
-            let below = layouts.iter().map(Layout::below).fold(0.0, f64::max);
+            let above = layouts.iter().map(PlotLayout::above).fold(0.0, f64::max);
+            let below = layouts.iter().map(PlotLayout::below).fold(0.0, f64::max);
             for layout in layouts {
                 let name = if lettered { letter(number) } else { String::new() };
                 let plot_top = top + above;
@@ -119,13 +119,13 @@ impl Figure {
         (group, y + 1.5 * ROW_GAP)
     }
 
-    fn layouts<'a>(&self, row: &'a Row) -> Vec<Layout<'a>> {
+    fn layouts<'a>(&self, row: &'a PanelRow) -> Vec<PlotLayout<'a>> {
         let count = row.divisions() as f64;
         let cell = (WIDTH - 2.0 * MARGIN - BETWEEN * (count - 1.0)) / count;
         let plot = cell - AXIS - self.legend_width(row.divisions());
         let place = |(index, panel): (usize, &'a Panel)| {
             let left = MARGIN + index as f64 * (cell + BETWEEN);
-            Layout::new(panel, [left + AXIS, plot], [left, left + cell])
+            PlotLayout::new(panel, [left + AXIS, plot], [left, left + cell])
         };
         row.panels.iter().enumerate().map(place).collect()
     }

@@ -1,6 +1,6 @@
 //! One panel: two axes, series and marks.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::series::Series;
 
 /// What a mark stands for.
@@ -16,7 +16,7 @@ pub enum MarkKind {
 
 /// A line across a panel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
+pub struct PanelMark {
     /// Where: x, or y for a level.
     pub at: f64,
     /// What it says; may be empty.
@@ -25,7 +25,7 @@ pub struct Mark {
     pub kind: MarkKind,
 }
 
-impl Mark {
+impl PanelMark {
     /// A mark.
     #[must_use]
     pub fn new(kind: MarkKind, at: f64, label: impl Into<String>) -> Self {
@@ -41,19 +41,19 @@ pub struct Panel {
     /// What is to be seen in it, in small letters; may be empty.
     pub note: String,
     /// The horizontal axis.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// The vertical axis.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// What is plotted, later series over earlier ones.
     pub series: Vec<Series>,
     /// Lines across.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<PanelMark>,
 }
 
 impl Panel {
     /// A panel without marks.
     #[must_use]
-    pub fn new(title: impl Into<String>, x: Axis, y: Axis, series: Vec<Series>) -> Self {
+    pub fn new(title: impl Into<String>, x: PlotAxis, y: PlotAxis, series: Vec<Series>) -> Self {
         Self { title: title.into(), note: String::new(), x, y, series, marks: Vec::new() }
     }
 
@@ -65,7 +65,7 @@ impl Panel {
 
     /// The same with these marks besides those that it has.
     #[must_use]
-    pub fn marked(mut self, marks: impl IntoIterator<Item = Mark>) -> Self {
+    pub fn marked(mut self, marks: impl IntoIterator<Item = PanelMark>) -> Self {
         self.marks.extend(marks);
         self
     }

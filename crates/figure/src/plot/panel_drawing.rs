@@ -4,11 +4,11 @@ use svg::node::element::Group;
 
 use super::area::PlotArea;
 use super::ink::{self, Anchor};
-use super::layout::{Layout, TITLE};
+use super::layout::{PlotLayout, TITLE};
 use super::legend;
 
 /// The panel with its heading from `head` on and its plot from `top` on, so high.
-pub(super) fn draw(layout: &Layout, name: &str, head: f64, top: f64, height: f64) -> Group {
+pub(super) fn draw(layout: &PlotLayout, name: &str, head: f64, top: f64, height: f64) -> Group {
     let plot = PlotArea { layout, top, height };
     let [left, width] = layout.across;
     let ground = plot.outline().set("fill", ink::PAPER);
@@ -26,7 +26,7 @@ pub(super) fn draw(layout: &Layout, name: &str, head: f64, top: f64, height: f64
 }
 
 /// Title and note, left-aligned with the plot.
-fn heading(layout: &Layout, name: &str, head: f64) -> Group {
+fn heading(layout: &PlotLayout, name: &str, head: f64) -> Group {
     let [left, _] = layout.across;
     let panel = layout.panel;
     let words = [name, &panel.title].join(if name.is_empty() { "" } else { " " });

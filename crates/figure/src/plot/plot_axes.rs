@@ -4,7 +4,7 @@ use svg::node::element::Group;
 
 use super::area::PlotArea;
 use super::ink::{self, Anchor};
-use super::layout::{AXIS_LABEL, Layout, TICK, TICK_LABELS};
+use super::layout::{AXIS_LABEL, PlotLayout, TICK, TICK_LABELS};
 
 /// Distance of ticks that reads well, across and down \[px\].
 const TICK_DISTANCE: [f64; 2] = [75.0, 28.0];
@@ -18,7 +18,7 @@ impl PlotArea<'_> {
     }
 
     fn horizontal(&self, mut group: Group) -> Group {
-        let Layout { panel, x, across: [left, width], .. } = self.layout;
+        let PlotLayout { panel, x, across: [left, width], .. } = self.layout;
         let bottom = self.bottom();
         for tick in panel.x.ticks(x, width / TICK_DISTANCE[0]) {
             let at = self.layout.across(tick.value);
@@ -35,7 +35,7 @@ impl PlotArea<'_> {
     }
 
     fn vertical(&self, mut group: Group) -> Group {
-        let Layout { panel, y, across: [left, width], .. } = self.layout;
+        let PlotLayout { panel, y, across: [left, width], .. } = self.layout;
         for tick in panel.y.ticks(y, self.height / TICK_DISTANCE[1]) {
             let at = self.down(tick.value);
             let length = if tick.minor { 0.5 * TICK } else { TICK };

@@ -5,7 +5,7 @@ use svg::node::element::{Group, Line};
 use super::area::PlotArea;
 use super::ink::{self, Anchor};
 use super::layout::LANE;
-use super::panel::{Mark, MarkKind};
+use super::panel::{MarkKind, PanelMark};
 
 const VERDICT_DASH: &str = "4 2.5";
 
@@ -24,7 +24,7 @@ impl PlotArea<'_> {
     /// Vertical lines, up to their labels where they have any, and the labels.
     pub(super) fn marks(&self) -> Group {
         let is_vertical =
-            |mark: &&Mark| mark.kind != MarkKind::Level && self.layout.is_seen(mark.at);
+            |mark: &&PanelMark| mark.kind != MarkKind::Level && self.layout.is_seen(mark.at);
         let mut group = Group::new();
         for mark in self.layout.panel.marks.iter().filter(is_vertical) {
             group = group.add(self.upright(mark));
@@ -37,7 +37,7 @@ impl PlotArea<'_> {
         group
     }
 
-    fn upright(&self, mark: &Mark) -> Line {
+    fn upright(&self, mark: &PanelMark) -> Line {
         let x = self.layout.across(mark.at);
         let label = self.layout.labels.iter().find(|(labelled, _)| *labelled == mark);
         // Beside its label, or only up to it if it had to stand above the line for want of room.

@@ -39,7 +39,7 @@ pub enum Shape {
 
 /// Colour, line and marker of a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke {
+pub struct SeriesStyle {
     /// Colour as SVG has it.
     pub colour: &'static str,
     /// Dash pattern as SVG has it; empty for none.
@@ -50,7 +50,7 @@ pub struct Stroke {
     pub marker: Marker,
 }
 
-impl Stroke {
+impl SeriesStyle {
     /// The look of the n-th of several series, from 0; repeats after the eighth.
     #[must_use]
     pub fn nth(n: usize) -> Self {
@@ -96,7 +96,7 @@ pub struct Series {
     /// How it is drawn.
     pub shape: Shape,
     /// How it looks.
-    pub stroke: Stroke,
+    pub stroke: SeriesStyle,
 }
 
 impl Series {
@@ -105,7 +105,7 @@ impl Series {
     pub fn new(
         name: impl Into<String>,
         shape: Shape,
-        stroke: Stroke,
+        stroke: SeriesStyle,
         points: Vec<[f64; 2]>,
     ) -> Self {
         Self { name: name.into(), points, spread: Vec::new(), shape, stroke }

@@ -3,7 +3,7 @@
 use svg::node::element::{Group, Rectangle};
 use truss::Structure;
 
-use super::projection::{Point, Projection};
+use super::projection::{PagePoint, Projection};
 use super::support::{SupportKind, kind_of_support};
 use super::symbols::{self, Style};
 
@@ -15,7 +15,7 @@ pub(super) const HEIGHT: f64 = 370.0;
 const ROW: f64 = 38.0;
 
 /// The legend, with those signs only that occur.
-pub(super) fn legend(at: Point, structure: &Structure) -> Group {
+pub(super) fn legend(at: PagePoint, structure: &Structure) -> Group {
     let mut group = Group::new();
     let mut row = at.offset(18.0, 34.0);
     for (sign, words) in entries(structure) {
@@ -36,8 +36,8 @@ pub(super) fn legend(at: Point, structure: &Structure) -> Group {
 }
 
 fn entries(structure: &Structure) -> Vec<(Group, &'static str)> {
-    let across = [Point { x: 0.0, y: 0.0 }, Point { x: 48.0, y: 0.0 }];
-    let middle = Point { x: 24.0, y: 0.0 };
+    let across = [PagePoint { x: 0.0, y: 0.0 }, PagePoint { x: 48.0, y: 0.0 }];
+    let middle = PagePoint { x: 24.0, y: 0.0 };
     let stroke = |beam: bool| {
         Group::new().add(symbols::line(across, symbols::member_width(beam), symbols::INK))
     };
@@ -83,7 +83,11 @@ fn entries(structure: &Structure) -> Vec<(Group, &'static str)> {
 }
 
 /// A bar of a round number of metres, and the three axes.
-pub(super) fn scale_and_axes(bar_at: Point, axes_at: Point, projection: &Projection) -> Group {
+pub(super) fn scale_and_axes(
+    bar_at: PagePoint,
+    axes_at: PagePoint,
+    projection: &Projection,
+) -> Group {
     let metres = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
         .into_iter()
         .find(|metres| metres * projection.scale() >= 60.0)
@@ -99,7 +103,7 @@ pub(super) fn scale_and_axes(bar_at: Point, axes_at: Point, projection: &Project
     group.add(axes(axes_at, projection))
 }
 
-fn axes(at: Point, projection: &Projection) -> Group {
+fn axes(at: PagePoint, projection: &Projection) -> Group {
     let mut group = Group::new();
     for (name, axis) in [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])] {
         let metre = projection.direction(axis);

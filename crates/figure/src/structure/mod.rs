@@ -14,8 +14,8 @@ use truss::{Actuator, Member, Module, Node, Structure};
 use vocabulary::{Component, ComponentKind, ComponentPath};
 
 use self::placement::Placement;
-pub use self::plan::{Look, Plan};
-use self::projection::{Point, Projection, hull, range};
+pub use self::plan::{SignLook, StructurePlan};
+use self::projection::{PagePoint, Projection, hull, range};
 use self::support::{SupportKind, kind_of_support};
 use self::symbols::Style;
 
@@ -37,13 +37,13 @@ const NAME_OFFSET: f64 = 19.0;
 /// Draws the structure as an SVG document: text to be written to a file.
 #[must_use]
 pub fn drawing(structure: &Structure) -> String {
-    let corner = Point { x: LEFT, y: HEADING };
+    let corner = PagePoint { x: LEFT, y: HEADING };
     let projection = Projection::fit(structure, corner);
     let [figure_width, figure_height] = projection.size;
-    let legend_at = Point { x: LEFT + figure_width + NAMES, y: HEADING };
+    let legend_at = PagePoint { x: LEFT + figure_width + NAMES, y: HEADING };
     let width = legend_at.x + legend::WIDTH + MARGIN;
     let height = HEADING + figure_height.max(legend::HEIGHT) + FOOT;
-    let drawing = Drawing { structure, projection };
+    let drawing = StructureDrawing { structure, projection };
     Document::new()
         .set("viewBox", (0, 0, width.ceil(), height.ceil()))
         .set("width", width.ceil())
@@ -56,25 +56,25 @@ pub fn drawing(structure: &Structure) -> String {
         .add(drawing.equipment())
         .add(legend::legend(legend_at, structure))
         .add(legend::scale_and_axes(
-            Point { x: LEFT, y: HEADING + figure_height + 78.0 },
+            PagePoint { x: LEFT, y: HEADING + figure_height + 78.0 },
             legend_at.offset(40.0, legend::HEIGHT + 10.0),
             &drawing.projection,
         ))
         .to_string()
 }
 
-struct Drawing<'a> {
+struct StructureDrawing<'a> {
     structure: &'a Structure,
     projection: Projection,
 }
 
-impl Drawing<'_> {
+impl StructureDrawing<'_> {
     fn node(&self, node: usize) -> &Node {
         // Indices of a structure are valid in its own lists.
         &self.structure.nodes[node]
     }
 
-    fn points(&self, ends: [usize; 2]) -> [Point; 2] {
+    fn points(&self, ends: [usize; 2]) -> [PagePoint; 2] {
         ends.map(|end| self.projection.point(self.node(end).position_m))
     }
 
@@ -93,7 +93,7 @@ impl Drawing<'_> {
             members.len(),
             counted(modules.len(), "module")
         );
-        let left = Point { x: MARGIN, y: 50.0 };
+        let left = PagePoint { x: MARGIN, y: 50.0 };
         Group::new().add(symbols::text(left, name.as_str(), Style::HEADING)).add(symbols::text(
             left.offset(0.0, 24.0),
             &figures,
@@ -125,7 +125,7 @@ impl Drawing<'_> {
         let nodes = module.lower_interface.iter().map(|&node| self.node(node).position_m);
         let corners = hull(nodes.map(|position| self.projection.point(position)).collect());
         let count = corners.len().max(1) as f64;
-        let centre = Point {
+        let centre = PagePoint {
             x: corners.iter().map(|corner| corner.x).sum::<f64>() / count,
             y: corners.iter().map(|corner| corner.y).sum::<f64>() / count,
         };
@@ -137,12 +137,12 @@ impl Drawing<'_> {
     }
 
     /// The points on paper of a module's nodes at a given height, leftmost and rightmost.
-    fn edges(&self, module: &Module, height_m: f64) -> [Point; 2] {
+    fn edges(&self, module: &Module, height_m: f64) -> [PagePoint; 2] {
         let nodes = module.nodes.iter().map(|&node| self.node(node).position_m);
         let level = nodes.filter(|position| (position[2] - height_m).abs() < 1e-6);
-        let mut points: Vec<Point> = level.map(|place| self.projection.point(place)).collect();
+        let mut points: Vec<PagePoint> = level.map(|place| self.projection.point(place)).collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
-        let corner = Point { x: LEFT, y: HEADING };
+        let corner = PagePoint { x: LEFT, y: HEADING };
         [points.first(), points.last()].map(|point| point.copied().unwrap_or(corner))
     }
 
@@ -151,7 +151,7 @@ impl Drawing<'_> {
         let right = LEFT + self.projection.size[0] + 52.0 + 26.0 * lane as f64;
         let mut group = Group::new();
         for height in heights {
-            let mark = Point { x: LEFT - 62.0, y: self.edges(module, height)[0].y };
+            let mark = PagePoint { x: LEFT - 62.0, y: self.edges(module, height)[0].y };
             let words = format!("{height:.1} m");
             let style = Style { anchor: "end", ..Style::NOTE };
             group = group
@@ -159,7 +159,7 @@ impl Drawing<'_> {
                 .add(symbols::line([mark, mark.offset(18.0, 0.0)], 1.2, symbols::FAINT));
         }
         let [bottom, top] = heights.map(|height| self.edges(module, height)[1].y);
-        let spine = [Point { x: right, y: bottom - 4.0 }, Point { x: right, y: top + 4.0 }];
+        let spine = [PagePoint { x: right, y: bottom - 4.0 }, PagePoint { x: right, y: top + 4.0 }];
         for end in spine {
             group = group.add(symbols::line([end, end.offset(-9.0, 0.0)], 1.8, symbols::INK));
         }
@@ -204,8 +204,8 @@ impl Drawing<'_> {
         let places = self.places();
         let mut group = Group::new();
         for kind in [ComponentKind::Actuator, ComponentKind::Sensor] {
-            let of_kind = |place: &&Place| place.component.component.kind() == kind;
-            for Place { sign, .. } in places.iter().filter(of_kind) {
+            let of_kind = |place: &&ComponentPlace| place.component.component.kind() == kind;
+            for ComponentPlace { sign, .. } in places.iter().filter(of_kind) {
                 group = group.add(sign.clone());
             }
         }
@@ -213,7 +213,7 @@ impl Drawing<'_> {
     }
 
     /// Where every actuator and gage is drawn, each with its name where there is room.
-    fn places(&self) -> Vec<Place> {
+    fn places(&self) -> Vec<ComponentPlace> {
         let mut placement = Placement::default();
         for member in &self.structure.members {
             placement.line(self.points(member.ends));
@@ -240,7 +240,12 @@ impl Drawing<'_> {
                 let name_at = gage_name_place(&mut placement, at);
                 let component = Component::Sensor(gage.name.clone());
                 let sign = symbols::gage(at, line);
-                places.push(Place { component: path(module, component), at, sign, name_at });
+                places.push(ComponentPlace {
+                    component: path(module, component),
+                    at,
+                    sign,
+                    name_at,
+                });
             }
         }
         for (module, actuator) in actuators() {
@@ -249,31 +254,31 @@ impl Drawing<'_> {
             placement.mark(name_at);
             let component = Component::Actuator(actuator.name.clone());
             let (at, sign) = (line[0].towards(line[1], 0.5), symbols::cylinder(line));
-            places.push(Place { component: path(module, component), at, sign, name_at });
+            places.push(ComponentPlace { component: path(module, component), at, sign, name_at });
         }
         places
     }
 
     /// The line of an actuator, moved outwards so that it does not hide what it stands beside.
-    fn beside(&self, actuator: &Actuator) -> [Point; 2] {
+    fn beside(&self, actuator: &Actuator) -> [PagePoint; 2] {
         let [from, to] = self.points(actuator.ends);
         let away = self.outwards([from, to]);
         let shifted =
-            |point: Point| point.offset(away.x * ACTUATOR_OFFSET, away.y * ACTUATOR_OFFSET);
+            |point: PagePoint| point.offset(away.x * ACTUATOR_OFFSET, away.y * ACTUATOR_OFFSET);
         let (from, to) = (shifted(from), shifted(to));
         [from.towards(to, 0.03), to.towards(from, 0.03)]
     }
 
     /// Unit vector across a line, away from the middle of the figure.
-    fn outwards(&self, [from, to]: [Point; 2]) -> Point {
+    fn outwards(&self, [from, to]: [PagePoint; 2]) -> PagePoint {
         let length = from.distance(to).max(1e-9);
-        let across = Point { x: (to.y - from.y) / length, y: -(to.x - from.x) / length };
+        let across = PagePoint { x: (to.y - from.y) / length, y: -(to.x - from.x) / length };
         let middle = LEFT + 0.5 * self.projection.size[0];
         let outside = (from.towards(to, 0.5).x - middle) * across.x >= 0.0;
-        if outside { across } else { Point { x: -across.x, y: -across.y } }
+        if outside { across } else { PagePoint { x: -across.x, y: -across.y } }
     }
 
-    fn actuator_name_place(&self, placement: &Placement, actuator: &Actuator) -> Point {
+    fn actuator_name_place(&self, placement: &Placement, actuator: &Actuator) -> PagePoint {
         let line = self.beside(actuator);
         let away = self.outwards(line);
         let length = line[0].distance(line[1]).max(1e-9);
@@ -286,21 +291,21 @@ impl Drawing<'_> {
     }
 }
 
-fn gage_place(placement: &Placement, line: [Point; 2]) -> Point {
+fn gage_place(placement: &Placement, line: [PagePoint; 2]) -> PagePoint {
     let places = [0.5, 0.42, 0.58, 0.35, 0.65, 0.28, 0.72, 0.22, 0.78]
         .map(|part| line[0].towards(line[1], part));
     placement.roomiest(places, Some(line)).unwrap_or(places[0])
 }
 
 /// Where a component is drawn, and its name beside it.
-struct Place {
+struct ComponentPlace {
     component: ComponentPath,
-    at: Point,
+    at: PagePoint,
     sign: Group,
-    name_at: Point,
+    name_at: PagePoint,
 }
 
-impl Place {
+impl ComponentPlace {
     fn label(&self) -> svg::node::element::Text {
         let ink = match self.component.component.kind() {
             ComponentKind::Actuator => symbols::ACTUATOR_INK,
@@ -314,7 +319,7 @@ fn path(module: &Module, component: Component) -> ComponentPath {
     ComponentPath { module: module.name.clone(), component }
 }
 
-fn gage_name_place(placement: &mut Placement, at: Point) -> Point {
+fn gage_name_place(placement: &mut Placement, at: PagePoint) -> PagePoint {
     let around = [
         (-22.0, 0.0),
         (22.0, 0.0),

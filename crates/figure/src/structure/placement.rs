@@ -1,22 +1,22 @@
 //! Finds room for symbols and their labels.
 
-use super::projection::Point;
+use super::projection::PagePoint;
 
 /// What is on paper already.
 #[derive(Default)]
 pub(super) struct Placement {
-    lines: Vec<[Point; 2]>,
-    marks: Vec<Point>,
+    lines: Vec<[PagePoint; 2]>,
+    marks: Vec<PagePoint>,
 }
 
 impl Placement {
     /// Takes note of a line.
-    pub(super) fn line(&mut self, line: [Point; 2]) {
+    pub(super) fn line(&mut self, line: [PagePoint; 2]) {
         self.lines.push(line);
     }
 
     /// Takes note of a symbol or label.
-    pub(super) fn mark(&mut self, at: Point) {
+    pub(super) fn mark(&mut self, at: PagePoint) {
         self.marks.push(at);
     }
 
@@ -24,10 +24,10 @@ impl Placement {
     /// symbols: a label may lie near a line, never on a symbol.
     pub(super) fn roomiest(
         &self,
-        candidates: impl IntoIterator<Item = Point>,
-        own: Option<[Point; 2]>,
-    ) -> Option<Point> {
-        let mut best: Option<(Point, f64)> = None;
+        candidates: impl IntoIterator<Item = PagePoint>,
+        own: Option<[PagePoint; 2]>,
+    ) -> Option<PagePoint> {
+        let mut best: Option<(PagePoint, f64)> = None;
         for candidate in candidates {
             let room = self.room(candidate, own);
             if best.is_none_or(|(_, most)| room > most + 0.5) {
@@ -37,7 +37,7 @@ impl Placement {
         best.map(|(point, _)| point)
     }
 
-    fn room(&self, at: Point, own: Option<[Point; 2]>) -> f64 {
+    fn room(&self, at: PagePoint, own: Option<[PagePoint; 2]>) -> f64 {
         let marks = self.marks.iter().map(|mark| 0.5 * at.distance(*mark));
         let lines = self.lines.iter().filter(|line| Some(**line) != own);
         let lines = lines.map(|line| at.distance_from_line(*line));

@@ -5,8 +5,8 @@ use svg::node::element::{Anchor, Circle, Group, Title, Use};
 use truss::Structure;
 use vocabulary::ComponentPath;
 
-use super::projection::{Point, Projection};
-use super::{Drawing, HEADING, LEFT, NAMES, Place, symbols};
+use super::projection::{PagePoint, Projection};
+use super::{ComponentPlace, HEADING, LEFT, NAMES, StructureDrawing, symbols};
 
 /// Room above the figure \[px\].
 const ABOVE: f64 = 34.0;
@@ -17,7 +17,7 @@ const BADGE: f64 = 21.0;
 
 /// How a component looks.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Look {
+pub struct SignLook {
     /// Classes of the style sheet, e.g. `latched`.
     pub class: String,
     /// The identifier of the `symbol` element that is drawn upon it; empty for none.
@@ -29,30 +29,30 @@ pub struct Look {
 }
 
 /// A structure laid out on paper: where each of its components is drawn.
-pub struct Plan {
+pub struct StructurePlan {
     ground: String,
-    places: Vec<Place>,
+    places: Vec<ComponentPlace>,
     view_box: [f64; 4],
 }
 
-impl std::fmt::Debug for Plan {
+impl std::fmt::Debug for StructurePlan {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Plan").field("components", &self.places.len()).finish_non_exhaustive()
     }
 }
 
-impl Plan {
+impl StructurePlan {
     /// Lays a structure out.
     #[must_use]
-    pub fn of(structure: &Structure) -> Plan {
-        let projection = Projection::fit(structure, Point { x: LEFT, y: HEADING });
+    pub fn of(structure: &Structure) -> StructurePlan {
+        let projection = Projection::fit(structure, PagePoint { x: LEFT, y: HEADING });
         let [width, height] = projection.size;
-        let drawing = Drawing { structure, projection };
+        let drawing = StructureDrawing { structure, projection };
         let ground =
             Group::new().add(drawing.modules()).add(drawing.members()).add(drawing.supports());
         let view_box =
             [0.0, HEADING - ABOVE, (LEFT + width + NAMES).ceil(), (height + ABOVE + BELOW).ceil()];
-        Plan { ground: ground.to_string(), places: drawing.places(), view_box }
+        StructurePlan { ground: ground.to_string(), places: drawing.places(), view_box }
     }
 
     /// The `viewBox` that both parts are drawn in.
@@ -75,13 +75,13 @@ impl Plan {
     /// A link for each component, with its sign, its name and its badge: SVG text for within an `svg` element. Names and
     /// titles are escaped.
     #[must_use]
-    pub fn signs(&self, look: impl Fn(&ComponentPath) -> Look) -> String {
+    pub fn signs(&self, look: impl Fn(&ComponentPath) -> SignLook) -> String {
         self.places.iter().map(|place| sign(place, &look(&place.component)).to_string()).collect()
     }
 }
 
-fn sign(place: &Place, look: &Look) -> Anchor {
-    let Point { x, y } = place.at;
+fn sign(place: &ComponentPlace, look: &SignLook) -> Anchor {
+    let PagePoint { x, y } = place.at;
     // Larger than the sign, so that a finger finds it.
     let target = Circle::new()
         .set("class", "target")

@@ -17,29 +17,29 @@ const LARGEST_SCALE: f64 = 90.0;
 
 /// A place on paper [px].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Point {
+pub(super) struct PagePoint {
     pub(super) x: f64,
     pub(super) y: f64,
 }
 
-impl Point {
+impl PagePoint {
     /// The point a given part of the way to another.
-    pub(super) fn towards(self, other: Point, part: f64) -> Point {
-        Point { x: self.x + part * (other.x - self.x), y: self.y + part * (other.y - self.y) }
+    pub(super) fn towards(self, other: PagePoint, part: f64) -> PagePoint {
+        PagePoint { x: self.x + part * (other.x - self.x), y: self.y + part * (other.y - self.y) }
     }
 
     /// The point this far away.
-    pub(super) fn offset(self, x: f64, y: f64) -> Point {
-        Point { x: self.x + x, y: self.y + y }
+    pub(super) fn offset(self, x: f64, y: f64) -> PagePoint {
+        PagePoint { x: self.x + x, y: self.y + y }
     }
 
-    pub(super) fn distance(self, other: Point) -> f64 {
+    pub(super) fn distance(self, other: PagePoint) -> f64 {
         (self.x - other.x).hypot(self.y - other.y)
     }
 
     /// Distance from a line between two points.
-    pub(super) fn distance_from_line(self, [from, to]: [Point; 2]) -> f64 {
-        let along = Point { x: to.x - from.x, y: to.y - from.y };
+    pub(super) fn distance_from_line(self, [from, to]: [PagePoint; 2]) -> f64 {
+        let along = PagePoint { x: to.x - from.x, y: to.y - from.y };
         let length = (along.x * along.x + along.y * along.y).max(1e-12);
         let part = ((self.x - from.x) * along.x + (self.y - from.y) * along.y) / length;
         self.distance(from.towards(to, part.clamp(0.0, 1.0)))
@@ -48,9 +48,9 @@ impl Point {
 
 /// Scale and place of the figure.
 pub(super) struct Projection {
-    view: View,
+    view: ViewDirection,
     scale: f64,
-    origin: Point,
+    origin: PagePoint,
     depths: [f64; 2],
     /// Size of the figure [px].
     pub(super) size: [f64; 2],
@@ -58,9 +58,9 @@ pub(super) struct Projection {
 
 impl Projection {
     /// Fits a structure into its room, its upper left corner at a given place.
-    pub(super) fn fit(structure: &Structure, corner: Point) -> Projection {
-        let view = View::of(structure);
-        let flat: Vec<Point> =
+    pub(super) fn fit(structure: &Structure, corner: PagePoint) -> Projection {
+        let view = ViewDirection::of(structure);
+        let flat: Vec<PagePoint> =
             structure.nodes.iter().map(|node| view.flatten(node.position_m)).collect();
         let [left, right] = range(flat.iter().map(|point| point.x));
         let [top, bottom] = range(flat.iter().map(|point| point.y));
@@ -69,7 +69,7 @@ impl Projection {
         Projection {
             view,
             scale,
-            origin: Point { x: corner.x - scale * left, y: corner.y - scale * top },
+            origin: PagePoint { x: corner.x - scale * left, y: corner.y - scale * top },
             depths: range(structure.nodes.iter().map(|node| view.depth(node.position_m))),
             size: [scale * width, scale * height],
         }
@@ -81,9 +81,9 @@ impl Projection {
     }
 
     /// Where a place in space lies on paper.
-    pub(super) fn point(&self, position_m: [f64; 3]) -> Point {
+    pub(super) fn point(&self, position_m: [f64; 3]) -> PagePoint {
         let flat = self.view.flatten(position_m);
-        Point { x: self.origin.x + self.scale * flat.x, y: self.origin.y + self.scale * flat.y }
+        PagePoint { x: self.origin.x + self.scale * flat.x, y: self.origin.y + self.scale * flat.y }
     }
 
     /// How near a place is to the eye, 0 being the farthest and 1 the nearest.
@@ -93,31 +93,31 @@ impl Projection {
     }
 
     /// Direction on paper of a global axis, for one metre [px].
-    pub(super) fn direction(&self, axis: [f64; 3]) -> Point {
+    pub(super) fn direction(&self, axis: [f64; 3]) -> PagePoint {
         let flat = self.view.flatten(axis);
-        Point { x: self.scale * flat.x, y: self.scale * flat.y }
+        PagePoint { x: self.scale * flat.x, y: self.scale * flat.y }
     }
 }
 
 /// The direction of view.
 #[derive(Clone, Copy)]
-struct View {
+struct ViewDirection {
     sine: f64,
     cosine: f64,
 }
 
-impl View {
+impl ViewDirection {
     /// The view in which the columns of a structure stand farthest apart.
-    fn of(structure: &Structure) -> View {
+    fn of(structure: &Structure) -> ViewDirection {
         let mut plan: Vec<[f64; 2]> =
             structure.nodes.iter().map(|node| [node.position_m[0], node.position_m[1]]).collect();
         plan.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
         plan.dedup();
         plan.truncate(MOST_PLACES);
-        let mut best = View::turned(AZIMUTHS[0]);
+        let mut best = ViewDirection::turned(AZIMUTHS[0]);
         let mut widest = best.narrowest_gap(&plan);
         for azimuth in AZIMUTHS {
-            let view = View::turned(azimuth);
+            let view = ViewDirection::turned(azimuth);
             let gap = view.narrowest_gap(&plan);
             if gap > widest * 1.001 {
                 (best, widest) = (view, gap);
@@ -126,9 +126,9 @@ impl View {
         best
     }
 
-    fn turned(degrees: f64) -> View {
+    fn turned(degrees: f64) -> ViewDirection {
         let (sine, cosine) = degrees.to_radians().sin_cos();
-        View { sine, cosine }
+        ViewDirection { sine, cosine }
     }
 
     /// Smallest distance across the paper between places of a plan.
@@ -139,10 +139,10 @@ impl View {
     }
 
     /// Where a place in space lies on paper, in metres.
-    fn flatten(&self, [x, y, z]: [f64; 3]) -> Point {
+    fn flatten(&self, [x, y, z]: [f64; 3]) -> PagePoint {
         let across = self.cosine * x + self.sine * y;
         let away = self.cosine * y - self.sine * x;
-        Point { x: across, y: -(z * ELEVATION.cos() + away * ELEVATION.sin()) }
+        PagePoint { x: across, y: -(z * ELEVATION.cos() + away * ELEVATION.sin()) }
     }
 
     /// Towards the eye, within the plan.
@@ -159,7 +159,7 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The convex hull of points, in order around it.
-pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
+pub(super) fn hull(mut points: Vec<PagePoint>) -> Vec<PagePoint> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let mut hull = half_hull(points.iter().copied());
     hull.pop();
@@ -169,8 +169,8 @@ pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     hull
 }
 
-fn half_hull(points: impl Iterator<Item = Point>) -> Vec<Point> {
-    let mut half: Vec<Point> = Vec::new();
+fn half_hull(points: impl Iterator<Item = PagePoint>) -> Vec<PagePoint> {
+    let mut half: Vec<PagePoint> = Vec::new();
     for point in points {
         while let [.., a, b] = half.as_slice() {
             let turn = (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);

@@ -3,7 +3,7 @@
 
 use svg::node::element::{Circle, Group, Line, Polygon, Rectangle, Text};
 
-use super::projection::Point;
+use super::projection::PagePoint;
 
 /// Ink of lines and letters.
 pub(super) const INK: &str = "#222222";
@@ -41,7 +41,7 @@ impl Style {
 }
 
 /// Words, their baseline starting (or centred) here.
-pub(super) fn text(at: Point, words: &str, style: Style) -> Text {
+pub(super) fn text(at: PagePoint, words: &str, style: Style) -> Text {
     Text::new(words)
         .set("x", tenths(at.x))
         .set("y", tenths(at.y))
@@ -53,7 +53,7 @@ pub(super) fn text(at: Point, words: &str, style: Style) -> Text {
 }
 
 /// A name centred here, legible on top of lines.
-pub(super) fn label(at: Point, words: &str, fill: &'static str) -> Text {
+pub(super) fn label(at: PagePoint, words: &str, fill: &'static str) -> Text {
     let style = Style { fill, ..Style::LABEL };
     text(at.offset(0.0, 5.0), words, style)
         .set("stroke", PAPER)
@@ -68,7 +68,7 @@ pub(super) const ACTUATOR_INK: &str = "#8a4b00";
 pub(super) const GAGE_INK: &str = "#004b7a";
 
 /// A straight line.
-pub(super) fn line([from, to]: [Point; 2], width: f64, colour: &str) -> Line {
+pub(super) fn line([from, to]: [PagePoint; 2], width: f64, colour: &str) -> Line {
     Line::new()
         .set("x1", tenths(from.x))
         .set("y1", tenths(from.y))
@@ -80,7 +80,7 @@ pub(super) fn line([from, to]: [Point; 2], width: f64, colour: &str) -> Line {
 }
 
 /// A member: a line that hides what is behind it.
-pub(super) fn member(line_between: [Point; 2], width: f64, colour: &str) -> Group {
+pub(super) fn member(line_between: [PagePoint; 2], width: f64, colour: &str) -> Group {
     let [from, to] = line_between;
     // The paper-coloured rim ends short of the joints, so that it does not nibble at neighbours.
     let rim = [from.towards(to, 0.04), to.towards(from, 0.04)];
@@ -92,7 +92,7 @@ pub(super) fn member(line_between: [Point; 2], width: f64, colour: &str) -> Grou
 }
 
 /// A joint.
-pub(super) fn joint(at: Point, colour: &str) -> Circle {
+pub(super) fn joint(at: PagePoint, colour: &str) -> Circle {
     Circle::new()
         .set("cx", tenths(at.x))
         .set("cy", tenths(at.y))
@@ -103,7 +103,7 @@ pub(super) fn joint(at: Point, colour: &str) -> Circle {
 }
 
 /// A hydraulic cylinder between two points: piston rods at both ends, the barrel in the middle.
-pub(super) fn cylinder([from, to]: [Point; 2]) -> Group {
+pub(super) fn cylinder([from, to]: [PagePoint; 2]) -> Group {
     let angle = (to.y - from.y).atan2(to.x - from.x).to_degrees();
     let length = from.distance(to);
     let barrel = (0.45 * length).clamp(20.0, 96.0);
@@ -127,14 +127,15 @@ pub(super) fn cylinder([from, to]: [Point; 2]) -> Group {
 }
 
 /// A short bar across a line.
-fn end_bar(at: Point, [from, to]: [Point; 2]) -> Line {
+fn end_bar(at: PagePoint, [from, to]: [PagePoint; 2]) -> Line {
     let length = from.distance(to).max(1e-9);
-    let across = Point { x: -(to.y - from.y) / length * 6.0, y: (to.x - from.x) / length * 6.0 };
+    let across =
+        PagePoint { x: -(to.y - from.y) / length * 6.0, y: (to.x - from.x) / length * 6.0 };
     line([at.offset(-across.x, -across.y), at.offset(across.x, across.y)], 2.2, INK)
 }
 
 /// A strain gage at a point of a line.
-pub(super) fn gage(at: Point, [from, to]: [Point; 2]) -> Group {
+pub(super) fn gage(at: PagePoint, [from, to]: [PagePoint; 2]) -> Group {
     let angle = (to.y - from.y).atan2(to.x - from.x).to_degrees();
     let body = Rectangle::new()
         .set("x", -11)
@@ -145,12 +146,12 @@ pub(super) fn gage(at: Point, [from, to]: [Point; 2]) -> Group {
         .set("fill", GAGE)
         .set("stroke", PAPER)
         .set("stroke-width", 1.8);
-    let grid = |y: f64| line([Point { x: -6.0, y }, Point { x: 6.0, y }], 1.3, PAPER);
+    let grid = |y: f64| line([PagePoint { x: -6.0, y }, PagePoint { x: 6.0, y }], 1.3, PAPER);
     Group::new().set("transform", placed(at, angle)).add(body).add(grid(-1.8)).add(grid(1.8))
 }
 
 /// A support that holds the translations, and perhaps some rotations.
-pub(super) fn pinned(at: Point) -> Group {
+pub(super) fn pinned(at: PagePoint) -> Group {
     let corner = |x: f64, y: f64| format!("{},{}", tenths(at.x + x), tenths(at.y + y));
     let triangle = [corner(0.0, 2.0), corner(-10.0, 17.0), corner(10.0, 17.0)].join(" ");
     let triangle = Polygon::new()
@@ -163,7 +164,7 @@ pub(super) fn pinned(at: Point) -> Group {
 }
 
 /// A support that holds everything.
-pub(super) fn clamped(at: Point) -> Group {
+pub(super) fn clamped(at: PagePoint) -> Group {
     let block = Rectangle::new()
         .set("x", tenths(at.x - 9.0))
         .set("y", tenths(at.y - 1.0))
@@ -174,7 +175,7 @@ pub(super) fn clamped(at: Point) -> Group {
 }
 
 /// A support that holds only some of the translations.
-pub(super) fn guided(at: Point) -> Group {
+pub(super) fn guided(at: PagePoint) -> Group {
     let roller = Circle::new()
         .set("cx", tenths(at.x))
         .set("cy", tenths(at.y + 9.0))
@@ -186,7 +187,7 @@ pub(super) fn guided(at: Point) -> Group {
 }
 
 /// Adds the ground: a line with strokes below.
-fn hatched(group: Group, at: Point, half: f64) -> Group {
+fn hatched(group: Group, at: PagePoint, half: f64) -> Group {
     let mut group = group.add(line([at.offset(-half, 0.0), at.offset(half, 0.0)], 1.8, INK));
     for stroke in 0..5 {
         let x = -half + 3.0 + 6.0 * f64::from(stroke);
@@ -195,7 +196,7 @@ fn hatched(group: Group, at: Point, half: f64) -> Group {
     group
 }
 
-fn placed(at: Point, degrees: f64) -> String {
+fn placed(at: PagePoint, degrees: f64) -> String {
     format!("translate({} {}) rotate({})", tenths(at.x), tenths(at.y), tenths(degrees))
 }
 
@@ -205,7 +206,7 @@ pub(super) fn tenths(value: f64) -> f64 {
 }
 
 /// A thin arrow.
-pub(super) fn arrow([from, to]: [Point; 2]) -> Group {
+pub(super) fn arrow([from, to]: [PagePoint; 2]) -> Group {
     let angle = (to.y - from.y).atan2(to.x - from.x).to_degrees();
     let head = Polygon::new()
         .set("points", "0,0 -9,-3.5 -9,3.5")

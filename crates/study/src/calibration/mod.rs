@@ -10,7 +10,7 @@ use vocabulary::{Component, ComponentPath, ModuleName};
 use crate::tail::{ChannelTail, LargestPeaks, TailError, TailThreshold};
 
 pub use nominal_runs::{NominalRuns, plant};
-pub use recording::{Recording, StepOrder};
+pub use recording::{ResidualRecording, StepOrder};
 
 /// The divergences of data without a fault.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -22,7 +22,7 @@ pub struct StepOrder {
 /// Turns recorded residuals of one module into the peaks of their divergences, just as a diagnoser
 /// would see them.
 #[derive(Debug, Clone)]
-pub struct Recording {
+pub struct ResidualRecording {
     components: Vec<Component>,
     bank: DivergenceBank,
     warm_up_vectors: u64,
@@ -31,7 +31,7 @@ pub struct Recording {
     collector: Collector,
 }
 
-impl Recording {
+impl ResidualRecording {
     /// Has seen nothing yet. Whatever thresholds `setup` has do not matter.
     ///
     /// # Errors

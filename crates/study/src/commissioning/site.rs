@@ -1,17 +1,13 @@
 //! A plant as it stands, which may differ from its description.
 
-use diagnosis::ModuleSetup;
-use diagnosis::state::CommissioningError;
 use plant::{Mismatch, Plant, PlantParameters};
 use truss::Structure;
 
-use super::learn::{FALSE_ALARMS_PER_HOUR, learn};
-use super::runs::{SnippetPlan, record_snippets};
 use crate::error::StudyError;
 
 /// A healthy plant as it stands, and as it is described.
 #[derive(Debug, Clone)]
-pub struct Site {
+pub struct PlantSite {
     /// The structure as it is.
     pub truth: Structure,
     /// The structure as described.
@@ -22,7 +18,7 @@ pub struct Site {
     pub nominal_parameters: PlantParameters,
 }
 
-impl Site {
+impl PlantSite {
     /// A plant that is just as described.
     #[must_use]
     pub fn nominal(structure: &Structure, parameters: &PlantParameters) -> Self {
@@ -58,27 +54,5 @@ impl Site {
         let (truth, nominal) = (&self.truth, &self.nominal);
         let parameters = (&self.true_parameters, &self.nominal_parameters);
         Ok(Plant::with_nominal(truth, nominal, parameters.0, parameters.1, seed)?)
-    }
-
-    /// Gives each of its diagnosers the reference that these snippets teach.
-    ///
-    /// # Errors
-    /// Snippets that cannot be made, or are too few.
-    pub fn commission(
-        &self,
-        setups: &[ModuleSetup],
-        plans: &[SnippetPlan],
-        jobs: usize,
-        done: &(dyn Fn() + Sync),
-    ) -> Result<Vec<ModuleSetup>, StudyError> {
-        let snippets = record_snippets(self, setups, plans, jobs, done)?;
-        let with_reference = |(place, setup): (usize, &ModuleSetup)| {
-            let reference = learn(setups, place, &snippets, FALSE_ALARMS_PER_HOUR)?;
-            Ok::<_, CommissioningError>(ModuleSetup {
-                reference: Some(reference.into()),
-                ..setup.clone()
-            })
-        };
-        Ok(setups.iter().enumerate().map(with_reference).collect::<Result<_, _>>()?)
     }
 }

@@ -7,9 +7,10 @@ use vocabulary::{
 };
 
 use super::situation::Situation;
-use crate::case::{Case, Gap, Injection};
-use crate::draw::{Draw, components_that_can_have, gage_length_m};
-use crate::system::System;
+use crate::case::{CampaignCase, SampleGap};
+use crate::draw::{Draw, components_that_can_have, fault_of_size};
+use crate::rig::TimedFault;
+use crate::system::{System, gage_length_m};
 
 /// Cases draw from streams of their own.
 const FIRST_STREAM: u64 = 3 << 61;
@@ -52,7 +53,7 @@ impl HiddenFaults {
         smallest: Smallest,
         (number, kind): (u64, Situation),
         turn: u64,
-    ) -> Option<Case<Situation>> {
+    ) -> Option<CampaignCase<Situation>> {
         let structure = &system.structure;
         let mut draw = Draw::new(system, FIRST_STREAM | number);
         let seed = draw.generator.next_u64();
@@ -69,7 +70,7 @@ impl HiddenFaults {
                 let mut modules = structure.equipped();
                 let place = modules.position(|module| module.name == injection.component.module)?;
                 let (from, until) = (Step(begin - before), Step(begin + after));
-                gaps.push(Gap { place, from, until, restarted });
+                gaps.push(SampleGap { place, from, until, restarted });
                 vec![injection]
             }
             Situation::Drift => vec![draw.drift(Step(begin))?],
@@ -101,7 +102,7 @@ impl HiddenFaults {
             _ => 0.0,
         });
         let steps = last.map_or(begin, |last| last.at.0) + system.steps(AFTER_S + creeping_s);
-        Some(Case { number, kind, seed, faults, gaps, kept_samples: 0, steps })
+        Some(CampaignCase { gaps, ..CampaignCase::new(number, kind, seed, faults, steps) })
     }
 }
 
@@ -124,7 +125,7 @@ impl Hidden<'_> {
         self.draw.steps(seconds)
     }
 
-    fn any(&mut self, at: Step, taken: &[ComponentPath]) -> Option<Injection> {
+    fn any(&mut self, at: Step, taken: &[ComponentPath]) -> Option<TimedFault> {
         const KINDS: [FaultKind; 5] = [
             FaultKind::InternalLeakage,
             FaultKind::ExternalLeakageA,
@@ -143,33 +144,38 @@ impl Hidden<'_> {
         self.of_kind(KINDS[place.min(KINDS.len() - 1)], at, taken)
     }
 
-    fn of_kind(&mut self, kind: FaultKind, at: Step, taken: &[ComponentPath]) -> Option<Injection> {
+    fn of_kind(
+        &mut self,
+        kind: FaultKind,
+        at: Step,
+        taken: &[ComponentPath],
+    ) -> Option<TimedFault> {
         let component = self.component(kind, taken)?;
         let length = gage_length_m(self.draw.structure, &component);
         let fault = match kind {
-            FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2: self.leak_m2() },
-            FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2: self.leak_m2() },
-            FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2: self.leak_m2() },
-            FaultKind::HardOver => Fault::HardOver {},
-            _ => {
+            FaultKind::InternalLeakage
+            | FaultKind::ExternalLeakageA
+            | FaultKind::ExternalLeakageB => fault_of_size(kind, self.leak_m2()),
+            FaultKind::Bias => {
                 let bias = self.of.bias_strain;
                 let range = bias.map_or_else(|| sizes((self.smallest)(&component)), |b| [b; 2]);
-                Fault::Bias { offset_m: self.signed(range) * length }
+                fault_of_size(kind, self.signed(range) * length)
             }
+            _ => fault_of_size(kind, 0.0),
         };
-        Some(Injection { at, until: None, component, fault })
+        Some(TimedFault { at, until: None, component, fault })
     }
 
     fn leak_m2(&mut self) -> f64 {
         self.draw.log_uniform(self.of.leak_m2.map_or(LEAK_AREA_M2, |leak| [leak; 2]))
     }
 
-    fn drift(&mut self, at: Step) -> Option<Injection> {
+    fn drift(&mut self, at: Step) -> Option<TimedFault> {
         let component = self.component(FaultKind::RandomWalk, &[])?;
         let length = gage_length_m(self.draw.structure, &component);
         let drift_m_per_s = self.signed(DRIFT_STRAIN_PER_S) * length;
         let fault = Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 };
-        Some(Injection { at, until: None, component, fault })
+        Some(TimedFault { at, until: None, component, fault })
     }
 
     fn component(&mut self, kind: FaultKind, taken: &[ComponentPath]) -> Option<ComponentPath> {
@@ -195,7 +201,11 @@ mod tests {
 
     use super::*;
 
-    fn cases(of: HiddenFaults, situations: &[Situation], count: u64) -> Vec<Case<Situation>> {
+    fn cases(
+        of: HiddenFaults,
+        situations: &[Situation],
+        count: u64,
+    ) -> Vec<CampaignCase<Situation>> {
         let system = System::tower(9);
         let turns = situations.len() as u64;
         let draw = |number| {

@@ -7,9 +7,10 @@ use rand::{Rng, RngExt};
 use vocabulary::{ComponentPath, Step, fault::FaultKind};
 
 use super::situation::Situation;
-use crate::case::{Case, Gap, Injection};
+use crate::case::{CampaignCase, SampleGap};
 use crate::draw::Draw;
-use crate::scenarios::{ScenarioRanges, draw_fault};
+use crate::rig::TimedFault;
+use crate::scenarios::ScenarioRanges;
 use crate::system::System;
 
 /// Histories draw from streams of their own, far from those of scenarios and nominal runs.
@@ -27,20 +28,23 @@ const KEPT_S: f64 = 4.0;
 type Stretch = Range<u64>;
 
 /// Draws a history. `None` if nothing can break.
-pub(super) fn draw(system: &System, number: u64, kind: Situation) -> Option<Case<Situation>> {
+pub(super) fn draw(
+    system: &System,
+    number: u64,
+    kind: Situation,
+) -> Option<CampaignCase<Situation>> {
     let mut draw = Draw::new(system, FIRST_STREAM | number);
     let seed = draw.generator.next_u64();
     let per_ms = 1e-3 / system.parameters.step_s;
     let steps = |ms: u64| (ms as f64 * per_ms) as u64;
     let begin = steps(BEFORE + draw.generator.random_range(0..=2000));
-    let mut faults: Vec<Injection> = Vec::new();
+    let mut faults: Vec<TimedFault> = Vec::new();
     for stretches in stretches(kind, &mut draw.generator) {
         let taken: Vec<ComponentPath> = faults.iter().map(|of| of.component.clone()).collect();
         let fault_kind = draw.one_of(FaultKind::OF_RESIDUALS);
         let component = draw.component(fault_kind, &taken)?;
-        let of = (&component, &system.structure, &system.parameters);
-        let fault = draw_fault(fault_kind, of, &ScenarioRanges::default(), &mut draw.generator)?;
-        faults.extend(stretches.into_iter().map(|stretch| Injection {
+        let fault = ScenarioRanges::default().fault(fault_kind, &component, &mut draw)?;
+        faults.extend(stretches.into_iter().map(|stretch| TimedFault {
             at: Step(begin + steps(stretch.start)),
             until: (stretch.end != u64::MAX).then(|| Step(begin + steps(stretch.end))),
             component: component.clone(),
@@ -52,12 +56,12 @@ pub(super) fn draw(system: &System, number: u64, kind: Situation) -> Option<Case
     let last = ends.max().unwrap_or_default();
     let gaps = draw_gaps(system.setups.len(), begin..last.0, &mut draw.generator);
     let (steps, kept_samples) = (last.0 + steps(AFTER), system.steps(KEPT_S) as usize);
-    Some(Case { number, kind, seed, faults, gaps, kept_samples, steps })
+    Some(CampaignCase { number, kind, seed, faults, gaps, kept_samples, steps })
 }
 
 /// Every second history is undisturbed; of the others some lose single samples all the time, some bursts, some
 /// have diagnosers that are restarted.
-fn draw_gaps(diagnosers: usize, steps: Range<u64>, generator: &mut impl Rng) -> Vec<Gap> {
+fn draw_gaps(diagnosers: usize, steps: Range<u64>, generator: &mut impl Rng) -> Vec<SampleGap> {
     // How many samples are lost from a step on; none if the diagnoser is restarted before it.
     let mut lost = BTreeMap::<(usize, u64), u64>::new();
     let kind = generator.random_range(0..8);
@@ -83,7 +87,7 @@ fn draw_gaps(diagnosers: usize, steps: Range<u64>, generator: &mut impl Rng) -> 
         let next = lost.range((place, step + 1)..).next();
         next.filter(|((other, _), _)| *other == place).map_or(u64::MAX, |((_, next), _)| *next)
     };
-    let gap = |(&(place, from), &lost): (&(usize, u64), &u64)| Gap {
+    let gap = |(&(place, from), &lost): (&(usize, u64), &u64)| SampleGap {
         place,
         from: Step(from),
         // A burst ends where the next one begins, which may be shorter.
@@ -166,7 +170,7 @@ mod tests {
         for _ in 0..400 {
             let gaps = draw_gaps(2, 4000..6000, &mut generator);
             let follow =
-                |pair: &[Gap]| pair[0].place < pair[1].place || pair[0].until <= pair[1].from;
+                |pair: &[SampleGap]| pair[0].place < pair[1].place || pair[0].until <= pair[1].from;
             assert!(gaps.windows(2).all(follow), "{gaps:?}");
             assert!(gaps.iter().all(|gap| gap.restarted == (gap.from == gap.until)), "{gaps:?}");
         }

@@ -10,12 +10,12 @@ mod tally;
 
 pub use hidden::HiddenFaults;
 pub(crate) use row::standing;
-pub use row::{CaseRow, Faulty, Standing};
+pub use row::{ConditionRow, Faulty, Standing};
 pub use situation::Situation;
-pub use tally::{ConditionSummary, Tally};
+pub use tally::{ConditionSummary, ConditionTally};
 
 use crate::campaign::{Campaign, Rows};
-use crate::case::{Case, Run};
+use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
 use crate::report::Table;
 use crate::system::{CommissionedPlant, System};
@@ -25,7 +25,7 @@ const SHOWN: usize = 10;
 
 /// Cases in situations that take turns.
 #[derive(Debug, Clone)]
-pub struct Conditions {
+pub struct ConditionCampaign {
     /// What they are of.
     pub system: System,
     /// The situations. Histories have plants of their own, other situations commissioned ones.
@@ -40,7 +40,7 @@ pub struct Conditions {
     pub alone: bool,
 }
 
-impl Conditions {
+impl ConditionCampaign {
     /// The situation of a case, and how often each situation has had its turn before.
     fn turn(&self, number: u64) -> (Situation, u64) {
         let count = self.situations.len() as u64;
@@ -52,9 +52,9 @@ impl Conditions {
     }
 }
 
-impl Campaign for Conditions {
+impl Campaign for ConditionCampaign {
     type Kind = Situation;
-    type Row = CaseRow;
+    type Row = ConditionRow;
     type Summary = ConditionSummary;
 
     fn systems(&self) -> &[System] {
@@ -73,7 +73,7 @@ impl Campaign for Conditions {
         &self,
         number: u64,
         plant: Option<&CommissionedPlant>,
-    ) -> Result<Case<Situation>, StudyError> {
+    ) -> Result<CampaignCase<Situation>, StudyError> {
         let (situation, turn) = self.turn(number);
         let smallest = |gage: &_| plant.map_or(0.0, |plant| plant.smallest_bias_strain(gage));
         let case = match situation.is_history() {
@@ -83,18 +83,22 @@ impl Campaign for Conditions {
         case.ok_or(StudyError::NothingToBreak)
     }
 
-    fn judge(&self, case: &Case<Situation>, run: &mut Run) -> Result<CaseRow, StudyError> {
+    fn judge(
+        &self,
+        case: &CampaignCase<Situation>,
+        run: &mut CaseRun,
+    ) -> Result<ConditionRow, StudyError> {
         run.finish()?;
-        Ok(CaseRow::of(case, run))
+        Ok(ConditionRow::of(case, run))
     }
 
-    fn summarize(&self, rows: &Rows<CaseRow>) -> ConditionSummary {
+    fn summarize(&self, rows: &Rows<ConditionRow>) -> ConditionSummary {
         ConditionSummary::of(rows, self.system.parameters.step_s)
     }
 
     fn tables(
         &self,
-        rows: &Rows<CaseRow>,
+        rows: &Rows<ConditionRow>,
         summary: &ConditionSummary,
     ) -> (Vec<Table>, Vec<String>) {
         let note = match self.alone {
@@ -106,7 +110,7 @@ impl Campaign for Conditions {
         (vec![summary.table().with_note(note)], passed)
     }
 
-    fn defects(&self, row: &CaseRow) -> Vec<String> {
+    fn defects(&self, row: &ConditionRow) -> Vec<String> {
         if self.alone {
             return Vec::new();
         }
@@ -114,7 +118,7 @@ impl Campaign for Conditions {
     }
 }
 
-fn passed_for_normal(rows: &Rows<CaseRow>) -> Vec<String> {
+fn passed_for_normal(rows: &Rows<ConditionRow>) -> Vec<String> {
     let faulty = rows.iter().flat_map(|(case, row)| row.faulty.iter().map(move |of| (case, of)));
     let passed = faulty.filter(|(_, faulty)| faulty.standing == Standing::Normal);
     let mut lines: Vec<String> = passed

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use vocabulary::{ComponentPath, Step};
 
 use super::situation::Situation;
-use crate::case::{Case, Run};
-use crate::scenarios::{Diagnosed, diagnosed};
+use crate::case::{CampaignCase, CaseRun};
+use crate::rig::Diagnosed;
 
 /// How a faulty component stands at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -40,7 +40,7 @@ pub struct Faulty {
 
 /// What came of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CaseRow {
+pub struct ConditionRow {
     /// What was wrong.
     pub situation: Situation,
     /// Seed of its plant's run.
@@ -62,10 +62,10 @@ pub struct CaseRow {
     pub steps: u64,
 }
 
-impl CaseRow {
+impl ConditionRow {
     /// Of a case that is over.
-    pub(super) fn of(case: &Case<Situation>, run: &Run) -> Self {
-        let named = diagnosed(&run.occurrences);
+    pub(super) fn of(case: &CampaignCase<Situation>, run: &CaseRun) -> Self {
+        let named = run.diagnosed();
         let was_faulty = |path: &ComponentPath, until: Step| {
             case.faults.iter().any(|fault| fault.component == *path && fault.at <= until)
         };

@@ -4,25 +4,25 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::row::{CaseRow, Standing};
+use super::row::{ConditionRow, Standing};
 use super::situation::Situation;
 use crate::campaign::Rows;
 use crate::report::{Table, interval};
-use crate::scenarios::Found;
+use crate::scenarios::FoundCount;
 use crate::statistics::{Interval95, share_interval};
 
 /// What came of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConditionSummary {
     /// All cases.
-    pub all: Tally,
+    pub all: ConditionTally,
     /// By situation.
-    pub situations: BTreeMap<Situation, Tally>,
+    pub situations: BTreeMap<Situation, ConditionTally>,
 }
 
 /// What came of cases.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Tally {
+pub struct ConditionTally {
     /// How many there were.
     pub cases: u64,
     /// Faulty components.
@@ -40,9 +40,9 @@ pub struct Tally {
     /// Those that pass for healthy at the end.
     pub normal: u64,
     /// First faults of cases, and those that were ever named.
-    pub first_faults: Found,
+    pub first_faults: FoundCount,
     /// Faults of other components after the first, likewise.
-    pub later_faults: Found,
+    pub later_faults: FoundCount,
     /// Cases with changes that could not be judged in the end.
     pub not_judged: u64,
     /// Cases in which a healthy component was named.
@@ -56,16 +56,16 @@ pub struct Tally {
 }
 
 impl ConditionSummary {
-    pub(super) fn of(rows: &Rows<CaseRow>, step_s: f64) -> Self {
-        let mut situations = BTreeMap::<_, Vec<&CaseRow>>::new();
+    pub(super) fn of(rows: &Rows<ConditionRow>, step_s: f64) -> Self {
+        let mut situations = BTreeMap::<_, Vec<&ConditionRow>>::new();
         for row in rows.values() {
             situations.entry(row.situation).or_default().push(row);
         }
-        let tally = |(situation, rows): (&Situation, &Vec<&CaseRow>)| {
-            (*situation, Tally::of(rows.iter().copied(), step_s))
+        let tally = |(situation, rows): (&Situation, &Vec<&ConditionRow>)| {
+            (*situation, ConditionTally::of(rows.iter().copied(), step_s))
         };
         Self {
-            all: Tally::of(rows.values(), step_s),
+            all: ConditionTally::of(rows.values(), step_s),
             situations: situations.iter().map(tally).collect(),
         }
     }
@@ -99,8 +99,8 @@ impl ConditionSummary {
     }
 }
 
-impl Tally {
-    fn of<'a>(rows: impl Iterator<Item = &'a CaseRow>, step_s: f64) -> Self {
+impl ConditionTally {
+    fn of<'a>(rows: impl Iterator<Item = &'a ConditionRow>, step_s: f64) -> Self {
         let (mut all, mut questions) = (Self::default(), 0);
         for row in rows {
             all.cases += 1;
@@ -128,7 +128,7 @@ impl Tally {
     }
 
     fn row(&self, name: &str) -> Vec<String> {
-        let found = |of: &Found| match of.all {
+        let found = |of: &FoundCount| match of.all {
             0 => "–".to_owned(),
             all => format!("{} of {all}", of.found),
         };

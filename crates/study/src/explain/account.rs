@@ -10,27 +10,27 @@ use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::words::Clock;
 use crate::campaign::Campaign;
-use crate::case::{Gap, Injection};
-use crate::engine::{Engine, run_case};
+use crate::case::{CaseRun, SampleGap};
+use crate::engine::{Engine, prepare};
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig};
-use crate::scenarios::{Diagnosed, Reading, diagnosed};
+use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
+use crate::scenarios::GageReading;
 use crate::system::System;
 
 /// A change that explains others.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Root {
+pub(super) struct ExplainingChange {
     pub(super) component: ComponentPath,
     pub(super) step: Step,
 }
 
 /// What became of a change.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(super) enum ChangeFate {
     /// Its component was named as faulty.
     Fault { decided: Step },
     /// Another component's change explains it.
-    Explained { root: Root, decided: Step },
+    Explained { root: ExplainingChange, decided: Step },
     /// Its component was named before, by the change at this step: it was not judged any more.
     Known { since: Step },
     /// It was not judged before the run ended.
@@ -50,15 +50,15 @@ pub(super) struct Changed {
     pub(super) peak: f64,
     /// The last step with D at γ or above.
     pub(super) until: Step,
-    pub(super) fate: Fate,
+    pub(super) fate: ChangeFate,
 }
 
 impl Changed {
     /// As of which step it was judged.
     pub(super) fn decided(&self) -> Option<Step> {
         match self.fate {
-            Fate::Fault { decided } | Fate::Explained { decided, .. } => Some(decided),
-            Fate::Known { .. } | Fate::Open => None,
+            ChangeFate::Fault { decided } | ChangeFate::Explained { decided, .. } => Some(decided),
+            ChangeFate::Known { .. } | ChangeFate::Open => None,
         }
     }
 
@@ -71,9 +71,9 @@ impl Changed {
 
 /// A component that was faulty.
 #[derive(Debug, Clone)]
-pub(super) struct Faulty {
+pub(super) struct FaultyChannel {
     /// Its first fault.
-    pub(super) first: Injection,
+    pub(super) first: TimedFault,
     /// For a gage: the size of its healthy reading right before the fault over its noise.
     pub(super) reading_over_noise: Option<f64>,
     /// When its channel's D/γ was largest since the fault began, and how large.
@@ -87,17 +87,17 @@ pub(super) struct Account<'a> {
     /// What it is an example of.
     pub(super) kind: String,
     pub(super) seed: u64,
-    pub(super) faults: Vec<Injection>,
-    pub(super) gaps: Vec<Gap>,
+    pub(super) faults: Vec<TimedFault>,
+    pub(super) gaps: Vec<SampleGap>,
     /// Its components that became faulty, in the order in which they did.
-    pub(super) faulty: Vec<Faulty>,
+    pub(super) faulty: Vec<FaultyChannel>,
     /// What was declared faulty, in order.
     pub(super) diagnosed: Vec<Diagnosed>,
     /// Its last step and one more.
     pub(super) end: Step,
     pub(super) base_speed_m_per_s: f64,
     /// All that happened, with its step, in order.
-    pub(super) moments: Vec<(Step, Occurrence)>,
+    pub(super) moments: Vec<(Step, RigEvent)>,
     /// Conditions of components that changed, in order.
     pub(super) conditions: Vec<(Step, ComponentPath, String)>,
     /// All changes, in the order of their steps.
@@ -115,22 +115,20 @@ impl<'a> Account<'a> {
         number: u64,
         engine: &Engine,
     ) -> Result<(Self, C::Row), StudyError> {
-        let (place, plant) = campaign.plant_of(number);
-        let system = &campaign.systems()[place];
+        let system = &campaign.systems()[campaign.plant_of(number).0];
         let plants = engine.commission(campaign, &[number])?;
-        let plant = plant.map(|plant| plants.get(&(place, plant)).ok_or(StudyError::Interrupted));
-        let plant = plant.transpose()?;
-        let case = campaign.draw(number, plant)?;
+        let (case, rig) = prepare(campaign, number, &plants)?;
         let mut observer = Observer::new(system, &case.faults);
-        let mut watch = |rig: &Rig, occurrences: &[Occurrence]| {
+        let mut watch = |rig: &Rig, occurrences: &[RigEvent]| {
             observer.look(rig, occurrences);
             Ok(())
         };
-        let row = run_case(campaign, number, &plants, &mut watch)?;
+        let mut run = CaseRun::new(&case, rig, &mut watch);
+        let row = campaign.judge(&case, &mut run)?;
+        let diagnosed = run.diagnosed();
         let Observer { moments, conditions, mut changes, watching_since, .. } = observer;
         judge(&mut changes, &moments);
-        let occurrences: Vec<Occurrence> = moments.iter().map(|(_, of)| of.clone()).collect();
-        let faulty = observer.faulty.into_iter().map(|(faulty, reading)| Faulty {
+        let faulty = observer.faulty.into_iter().map(|(faulty, reading)| FaultyChannel {
             reading_over_noise: reading.map(|reading| reading.over_noise()),
             ..faulty
         });
@@ -142,7 +140,7 @@ impl<'a> Account<'a> {
             faults: case.faults,
             gaps: case.gaps,
             faulty: faulty.collect(),
-            diagnosed: diagnosed(&occurrences),
+            diagnosed,
             end: observer.end,
             base_speed_m_per_s: observer.base_speed_m_per_s,
             moments,
@@ -156,13 +154,13 @@ impl<'a> Account<'a> {
 
     /// Since when a component has been faulty, if it was at this step.
     pub(super) fn faulty_since(&self, component: &ComponentPath, step: Step) -> Option<Step> {
-        let of = |fault: &&Injection| fault.component == *component && fault.at <= step;
+        let of = |fault: &&TimedFault| fault.component == *component && fault.at <= step;
         self.faults.iter().filter(of).map(|fault| fault.at).max()
     }
 
     /// The verdict on a faulty component, if it was named after its first fault had begun.
-    pub(super) fn named(&self, faulty: &Faulty) -> Option<&Diagnosed> {
-        let Injection { component, at, .. } = &faulty.first;
+    pub(super) fn named(&self, faulty: &FaultyChannel) -> Option<&Diagnosed> {
+        let TimedFault { component, at, .. } = &faulty.first;
         self.diagnosed.iter().find(|d| d.component == *component && d.detection >= *at)
     }
 
@@ -198,11 +196,11 @@ impl<'a> Account<'a> {
 
 /// Looks at every step of a run.
 struct Observer {
-    faulty: Vec<(Faulty, Option<Reading>)>,
+    faulty: Vec<(FaultyChannel, Option<GageReading>)>,
     longest_tie: u64,
     end: Step,
     base_speed_m_per_s: f64,
-    moments: Vec<(Step, Occurrence)>,
+    moments: Vec<(Step, RigEvent)>,
     conditions: Vec<(Step, ComponentPath, String)>,
     latest: BTreeMap<ComponentPath, String>,
     changes: Vec<Changed>,
@@ -210,13 +208,14 @@ struct Observer {
 }
 
 impl Observer {
-    fn new(system: &System, faults: &[Injection]) -> Self {
+    fn new(system: &System, faults: &[TimedFault]) -> Self {
         let longest_tie = system.setups.iter().map(|setup| setup.isolation.tie_steps).max();
-        let mut faulty: Vec<(Faulty, Option<Reading>)> = Vec::new();
+        let mut faulty: Vec<(FaultyChannel, Option<GageReading>)> = Vec::new();
         for first in faults {
             if faulty.iter().all(|(known, _)| known.first.component != first.component) {
-                let new = Faulty { first: first.clone(), reading_over_noise: None, peak: None };
-                faulty.push((new, Reading::new(system, first)));
+                let new =
+                    FaultyChannel { first: first.clone(), reading_over_noise: None, peak: None };
+                faulty.push((new, GageReading::new(system, first)));
             }
         }
         Self {
@@ -232,7 +231,7 @@ impl Observer {
         }
     }
 
-    fn look(&mut self, rig: &Rig, occurrences: &[Occurrence]) {
+    fn look(&mut self, rig: &Rig, occurrences: &[RigEvent]) {
         let Some(step) = rig.samples().first().map(|sample| sample.step) else { return };
         (self.end, self.base_speed_m_per_s) =
             (step.plus(1), rig.plant().conditions().base_speed_m_per_s);
@@ -312,8 +311,8 @@ impl Observer {
     }
 }
 
-fn changed(occurrence: &Occurrence) -> Option<Changed> {
-    let Occurrence::Change { module, change } = occurrence else { return None };
+fn changed(occurrence: &RigEvent) -> Option<Changed> {
+    let RigEvent::Change { module, change } = occurrence else { return None };
     Some(Changed {
         component: ComponentPath { module: module.clone(), component: change.component.clone() },
         step: change.step,
@@ -321,7 +320,7 @@ fn changed(occurrence: &Occurrence) -> Option<Changed> {
         ratio: change.ratio,
         peak: change.ratio,
         until: change.step,
-        fate: Fate::Open,
+        fate: ChangeFate::Open,
     })
 }
 
@@ -350,7 +349,7 @@ fn channel<'a>(rig: &'a Rig, path: &ComponentPath) -> Option<(&'a Diagnoser, usi
 }
 
 /// Finds out what became of every change.
-fn judge(changes: &mut [Changed], moments: &[(Step, Occurrence)]) {
+fn judge(changes: &mut [Changed], moments: &[(Step, RigEvent)]) {
     let transitions: Vec<_> = moments.iter().filter_map(|(_, o)| o.transition()).collect();
     for changed in changes {
         for (path, transition) in &transitions {
@@ -369,13 +368,13 @@ impl Changed {
             self.rising_since = transition.onset;
         }
         match &transition.verdict {
-            Verdict::Latched if detection == self.step => self.fate = Fate::Fault { decided },
+            Verdict::Latched if detection == self.step => self.fate = ChangeFate::Fault { decided },
             Verdict::Latched if detection < self.step => {
-                self.fate = Fate::Known { since: detection };
+                self.fate = ChangeFate::Known { since: detection };
             }
             Verdict::Explained { by, since } if detection == self.step => {
-                let root = Root { component: by.clone(), step: *since };
-                self.fate = Fate::Explained { root, decided };
+                let root = ExplainingChange { component: by.clone(), step: *since };
+                self.fate = ChangeFate::Explained { root, decided };
             }
             _ => {}
         }

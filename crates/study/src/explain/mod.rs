@@ -16,7 +16,7 @@ use crate::engine::Engine;
 use crate::error::StudyError;
 
 use account::Account;
-use story::Story;
+use story::CaseStory;
 
 /// What a line reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -82,7 +82,7 @@ impl LineKind {
 
 /// One line of an explanation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct StoryLine {
     /// When it happened \[s\].
     pub time_s: f64,
     /// At which step it happened.
@@ -94,24 +94,24 @@ pub struct Line {
 }
 
 /// `10.836 s  change     module1/actuator/a3, divergence …`
-impl fmt::Display for Line {
+impl fmt::Display for StoryLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Line { time_s, kind, text, .. } = self;
+        let StoryLine { time_s, kind, text, .. } = self;
         write!(f, "{time_s:>7.3} s  {:<9}  {text}", kind.as_str())
     }
 }
 
 /// A case in words.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Explanation<R> {
+pub struct CaseExplanation<R> {
     /// What happened, in order.
-    pub lines: Vec<Line>,
+    pub lines: Vec<StoryLine>,
     /// What came of it.
     pub row: R,
 }
 
 /// One line each, each with its end.
-impl<R> fmt::Display for Explanation<R> {
+impl<R> fmt::Display for CaseExplanation<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.lines.iter().try_for_each(|line| writeln!(f, "{line}"))
     }
@@ -125,7 +125,7 @@ pub fn explain<C: Campaign>(
     campaign: &C,
     number: u64,
     engine: &Engine,
-) -> Result<Explanation<C::Row>, StudyError> {
+) -> Result<CaseExplanation<C::Row>, StudyError> {
     let (account, row) = Account::take(campaign, number, engine)?;
-    Ok(Explanation { lines: Story::new(&account).render(), row })
+    Ok(CaseExplanation { lines: CaseStory::new(&account).render(), row })
 }

@@ -2,17 +2,17 @@
 
 use vocabulary::{Step, fault::FaultKind};
 
-use super::account::{Account, Changed, Fate, Faulty};
+use super::account::{Account, ChangeFate, Changed, FaultyChannel};
 use super::words::times;
-use super::{Line, LineKind};
+use super::{LineKind, StoryLine};
 
 /// A gage whose reading is not this many times its noise loses little when it reads nothing.
 const CLEAR_READING: f64 = 10.0;
 
 /// The last lines of a story.
-pub(super) fn render(account: &Account) -> Vec<Line> {
-    let mut lines = Lines { account, lines: Vec::new() };
-    let is_named = |faulty: &Faulty| account.named(faulty).is_some();
+pub(super) fn render(account: &Account) -> Vec<StoryLine> {
+    let mut lines = OutcomeLines { account, lines: Vec::new() };
+    let is_named = |faulty: &FaultyChannel| account.named(faulty).is_some();
     let is_exact = account.faulty.iter().all(is_named) && account.wrong().next().is_none();
     for faulty in &account.faulty {
         lines.verdict(faulty, is_exact);
@@ -27,18 +27,18 @@ pub(super) fn render(account: &Account) -> Vec<Line> {
     lines.lines
 }
 
-struct Lines<'a> {
+struct OutcomeLines<'a> {
     account: &'a Account<'a>,
-    lines: Vec<Line>,
+    lines: Vec<StoryLine>,
 }
 
-impl Lines<'_> {
+impl OutcomeLines<'_> {
     fn add(&mut self, kind: LineKind, text: String) {
         let step = self.account.end;
-        self.lines.push(Line { time_s: self.account.clock().seconds(step), step, kind, text });
+        self.lines.push(StoryLine { time_s: self.account.clock().seconds(step), step, kind, text });
     }
 
-    fn verdict(&mut self, faulty: &Faulty, is_exact: bool) {
+    fn verdict(&mut self, faulty: &FaultyChannel, is_exact: bool) {
         let clock = self.account.clock();
         let component = &faulty.first.component;
         let since = |step: Step| clock.span(step.since(faulty.first.at));
@@ -73,7 +73,7 @@ impl Lines<'_> {
         }
     }
 
-    fn missed(&mut self, faulty: &Faulty) {
+    fn missed(&mut self, faulty: &FaultyChannel) {
         let (component, onset) = (&faulty.first.component, faulty.first.at);
         let mut changes = self.account.changes.iter();
         let reason = match changes.find(|c| c.step >= onset && c.component == *component) {
@@ -90,20 +90,20 @@ impl Lines<'_> {
         let clock = self.account.clock();
         let at = clock.time(changed.step);
         match &changed.fate {
-            Fate::Explained { root, .. } => {
+            ChangeFate::Explained { root, .. } => {
                 format!("its change at {at} was explained by {}", root.component)
             }
-            Fate::Known { since } => format!(
+            ChangeFate::Known { since } => format!(
                 "it had been named already, for its change at {}, and is not judged again",
                 clock.time(*since)
             ),
-            Fate::Open | Fate::Fault { .. } => {
+            ChangeFate::Open | ChangeFate::Fault { .. } => {
                 format!("its change at {at} was not judged before the run ended")
             }
         }
     }
 
-    fn why_not_changed(&self, faulty: &Faulty) -> String {
+    fn why_not_changed(&self, faulty: &FaultyChannel) -> String {
         match faulty.peak {
             Some((step, ratio)) if ratio < 1.0 => format!(
                 "its divergence never reached its threshold: the largest after the fault began was \
@@ -122,7 +122,7 @@ impl Lines<'_> {
 }
 
 /// Why a gage that reads nothing any more is not missed.
-fn faint_reading(faulty: &Faulty) -> Option<String> {
+fn faint_reading(faulty: &FaultyChannel) -> Option<String> {
     let reading = faulty.reading_over_noise?;
     let silent = faulty.first.fault.kind() == FaultKind::ZeroOutput;
     (silent && reading < CLEAR_READING).then(|| {

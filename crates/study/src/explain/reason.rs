@@ -3,7 +3,7 @@
 use diagnosis::{Explanation, Reason, Rule};
 use vocabulary::{Component, Step};
 
-use super::account::{Account, Changed, Root};
+use super::account::{Account, Changed, ExplainingChange};
 use super::words::{counted, list, times};
 
 /// Most rivals that are named.
@@ -24,9 +24,13 @@ pub(super) fn of_fault(account: &Account, changed: &Changed) -> String {
 }
 
 /// Why the change is explained by the root.
-pub(super) fn of_explanation(account: &Account, changed: &Changed, root: &Root) -> String {
+pub(super) fn of_explanation(
+    account: &Account,
+    changed: &Changed,
+    root: &ExplainingChange,
+) -> String {
     let clock = account.clock();
-    let Root { component, step } = root;
+    let ExplainingChange { component, step } = root;
     if rule(account, changed) == Rule::Paper {
         let since = clock.time(*step);
         return format!(

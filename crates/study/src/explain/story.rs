@@ -7,31 +7,31 @@ use diagnosis::identification::Identification;
 use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
 use vocabulary::{ComponentPath, ModuleName, Step};
 
-use super::account::{Account, Changed, Fate, Root};
+use super::account::{Account, ChangeFate, Changed, ExplainingChange};
 use super::words::{Clock, counted, list, often, times};
-use super::{Line, LineKind, outcome, reason};
-use crate::case::Injection;
-use crate::rig::Occurrence;
+use super::{LineKind, StoryLine, outcome, reason};
+use crate::rig::RigEvent;
+use crate::rig::TimedFault;
 
 /// Most changes of an answer, or channels of a summary, that are named.
 const SHOWN: usize = 4;
 
 /// Turns an account into lines.
-pub(super) struct Story<'a> {
+pub(super) struct CaseStory<'a> {
     account: &'a Account<'a>,
     clock: Clock,
     /// Which of the account's changes are shown one by one.
     shown: Vec<bool>,
-    lines: Vec<Line>,
+    lines: Vec<StoryLine>,
 }
 
-impl<'a> Story<'a> {
+impl<'a> CaseStory<'a> {
     pub(super) fn new(account: &'a Account<'a>) -> Self {
         Self { account, clock: account.clock(), shown: choose(account), lines: Vec::new() }
     }
 
     /// All lines, in the order of their steps.
-    pub(super) fn render(mut self) -> Vec<Line> {
+    pub(super) fn render(mut self) -> Vec<StoryLine> {
         self.setting();
         self.faults();
         self.gaps();
@@ -40,17 +40,17 @@ impl<'a> Story<'a> {
         }
         for (step, occurrence) in &self.account.moments {
             match occurrence {
-                Occurrence::Identified { module, identification } => {
+                RigEvent::Identified { module, identification } => {
                     self.identified(*step, module, identification);
                 }
-                Occurrence::Change { module, change } => self.change(*step, module, change),
-                Occurrence::Question { asker, peer, question, .. } => {
+                RigEvent::Change { module, change } => self.change(*step, module, change),
+                RigEvent::Question { asker, peer, question, .. } => {
                     if self.is_needed(asker, question) {
                         self.question(*step, asker, peer, question);
                         self.answer(*step, occurrence);
                     }
                 }
-                Occurrence::Transition { module, transition } => {
+                RigEvent::Transition { module, transition } => {
                     let component = path(module, &transition.component);
                     self.verdict(*step, &component, transition.detection, &transition.verdict);
                 }
@@ -63,7 +63,7 @@ impl<'a> Story<'a> {
     }
 
     fn add(&mut self, step: Step, kind: LineKind, text: String) {
-        self.lines.push(Line { time_s: self.clock.seconds(step), step, kind, text });
+        self.lines.push(StoryLine { time_s: self.clock.seconds(step), step, kind, text });
     }
 
     fn setting(&mut self) {
@@ -85,7 +85,7 @@ impl<'a> Story<'a> {
     }
 
     fn faults(&mut self) {
-        for Injection { at, until, component, fault } in &self.account.faults {
+        for TimedFault { at, until, component, fault } in &self.account.faults {
             let mut faulty = self.account.faulty.iter();
             let first = faulty.find(|of| of.first.component == *component && of.first.at == *at);
             let reading = first.and_then(|of| of.reading_over_noise);
@@ -211,7 +211,7 @@ impl<'a> Story<'a> {
             })
         };
         let hidden = self.account.moments.iter().filter(|(_, occurrence)| match occurrence {
-            Occurrence::Question { asker, question, .. } => {
+            RigEvent::Question { asker, question, .. } => {
                 about(asker, question) && !self.is_needed(asker, question)
             }
             _ => false,
@@ -223,11 +223,11 @@ impl<'a> Story<'a> {
     fn is_needed(&self, asker: &ModuleName, question: &Question) -> bool {
         self.account.changes.iter().zip(&self.shown).any(|(changed, shown)| {
             let waits = match &changed.fate {
-                Fate::Fault { decided } | Fate::Explained { decided, .. } => {
+                ChangeFate::Fault { decided } | ChangeFate::Explained { decided, .. } => {
                     *decided == question.as_of
                 }
-                Fate::Open => changed.step <= question.as_of,
-                Fate::Known { .. } => false,
+                ChangeFate::Open => changed.step <= question.as_of,
+                ChangeFate::Known { .. } => false,
             };
             *shown && waits && changed.component.module == *asker
         })
@@ -242,8 +242,8 @@ impl<'a> Story<'a> {
         self.add(step, LineKind::Asked, text);
     }
 
-    fn answer(&mut self, step: Step, occurrence: &Occurrence) {
-        let Occurrence::Question { asker, peer, changes, actuator_faults, .. } = occurrence else {
+    fn answer(&mut self, step: Step, occurrence: &RigEvent) {
+        let RigEvent::Question { asker, peer, changes, actuator_faults, .. } = occurrence else {
             return;
         };
         let changed = self.changes_text(peer, changes);
@@ -287,7 +287,7 @@ impl<'a> Story<'a> {
                 self.add(step, LineKind::Fault, format!("{component}: {why}"));
             }
             Verdict::Explained { by, since } => {
-                let root = Root { component: by.clone(), step: *since };
+                let root = ExplainingChange { component: by.clone(), step: *since };
                 let why = reason::of_explanation(self.account, changed, &root);
                 self.add(step, LineKind::Explained, format!("{component}: {why}"));
             }
@@ -309,21 +309,21 @@ enum Cause {
     /// The component was named as faulty before.
     Known { component: ComponentPath },
     /// They are explained by this.
-    Explained { root: Root },
+    Explained { root: ExplainingChange },
 }
 
 fn cause(changed: &Changed) -> Option<Cause> {
     match &changed.fate {
-        Fate::Known { .. } => Some(Cause::Known { component: changed.component.clone() }),
-        Fate::Explained { root, .. } => Some(Cause::Explained { root: root.clone() }),
-        Fate::Fault { .. } | Fate::Open => None,
+        ChangeFate::Known { .. } => Some(Cause::Known { component: changed.component.clone() }),
+        ChangeFate::Explained { root, .. } => Some(Cause::Explained { root: root.clone() }),
+        ChangeFate::Fault { .. } | ChangeFate::Open => None,
     }
 }
 
 fn cause_is(changed: &Changed, cause: &Cause) -> bool {
     match (&changed.fate, cause) {
-        (Fate::Known { .. }, Cause::Known { component }) => changed.component == *component,
-        (Fate::Explained { root, .. }, Cause::Explained { root: wanted }) => root == wanted,
+        (ChangeFate::Known { .. }, Cause::Known { component }) => changed.component == *component,
+        (ChangeFate::Explained { root, .. }, Cause::Explained { root: wanted }) => root == wanted,
         _ => false,
     }
 }
@@ -331,7 +331,7 @@ fn cause_is(changed: &Changed, cause: &Cause) -> bool {
 /// Which changes are shown one by one: faults, what was not judged, the first change of each faulty
 /// component, and of the explained ones the first of each module for each root and the root's ties.
 fn choose(account: &Account) -> Vec<bool> {
-    let mut seen: Vec<(&ModuleName, &Root)> = Vec::new();
+    let mut seen: Vec<(&ModuleName, &ExplainingChange)> = Vec::new();
     let mut faulty_shown: Vec<&ComponentPath> = Vec::new();
     let mut shown = Vec::with_capacity(account.changes.len());
     for changed in &account.changes {
@@ -341,9 +341,9 @@ fn choose(account: &Account) -> Vec<bool> {
             faulty_shown.push(&changed.component);
         }
         shown.push(match &changed.fate {
-            Fate::Fault { .. } | Fate::Open => true,
-            Fate::Known { .. } => first_faulty,
-            Fate::Explained { root, .. } => {
+            ChangeFate::Fault { .. } | ChangeFate::Open => true,
+            ChangeFate::Known { .. } => first_faulty,
+            ChangeFate::Explained { root, .. } => {
                 let module = (&changed.component.module, root);
                 let first = !seen.contains(&module);
                 if first {

@@ -1,10 +1,10 @@
 //! Share of faults whose kind is undecided, against their size.
 
-use figure::plot::{Axis, Figure, Panel, Row, Series, Shape, Stroke};
+use figure::plot::{Figure, Panel, PanelRow, PlotAxis, Series, SeriesStyle, Shape};
 use vocabulary::fault::FaultKind;
 
 use crate::identification::{
-    IdentificationTally, SIZES_IN_LIMITS, UNDECIDED_AFTER_S, UndecidedBySize,
+    IdentificationSummary, SIZES_IN_LIMITS, UNDECIDED_AFTER_S, UndecidedBySize,
 };
 
 const HEIGHT_PX: f64 = 150.0;
@@ -12,13 +12,13 @@ const HEIGHT_PX: f64 = 150.0;
 /// The shares as SVG: a panel for each time since the component was declared faulty, a line for each kind that has a size.
 /// Sizes are in limits of their kind.
 #[must_use]
-pub fn identification_figure(tally: &IdentificationTally) -> String {
+pub fn identification_figure(tally: &IdentificationSummary) -> String {
     let last = UNDECIDED_AFTER_S.len() - 1;
     let panel = |when: usize| {
-        let x = Axis::log("size, in limits of its kind")
+        let x = PlotAxis::log("size, in limits of its kind")
             .over([SIZES_IN_LIMITS[0], SIZES_IN_LIMITS[SIZES_IN_LIMITS.len() - 1]]);
         let x = if when < last { x.bare() } else { x };
-        let y = Axis::linear("undecided").over([-0.02, 1.02]);
+        let y = PlotAxis::linear("undecided").over([-0.02, 1.02]);
         let series = tally.undecided.iter().enumerate();
         let series = series.map(|(place, (kind, rows))| line(place, *kind, rows, when));
         Panel::new(format!("after {} s", UNDECIDED_AFTER_S[when]), x, y, series.collect())
@@ -29,7 +29,7 @@ pub fn identification_figure(tally: &IdentificationTally) -> String {
                    the smallest that is found within about two seconds."
             .to_owned(),
         description: sentences(tally).join(" "),
-        rows: (0..=last).map(|when| Row::new(HEIGHT_PX, vec![panel(when)])).collect(),
+        rows: (0..=last).map(|when| PanelRow::new(HEIGHT_PX, vec![panel(when)])).collect(),
     };
     figure.svg()
 }
@@ -39,10 +39,10 @@ fn line(place: usize, kind: FaultKind, rows: &[UndecidedBySize], when: usize) ->
         [(row.from * row.to).sqrt(), row.undecided[when] as f64 / row.named as f64]
     };
     let measured = rows.iter().filter(|row| row.named > 0).map(point).collect();
-    Series::new(kind.words(), Shape::MarkedLine, Stroke::nth(place).solid(), measured)
+    Series::new(kind.words(), Shape::MarkedLine, SeriesStyle::nth(place).solid(), measured)
 }
 
-fn sentences(tally: &IdentificationTally) -> Vec<String> {
+fn sentences(tally: &IdentificationSummary) -> Vec<String> {
     let sentence = |(kind, rows): (&FaultKind, &Vec<UndecidedBySize>)| {
         let named: u64 = rows.iter().map(|row| row.named).sum();
         let open = |when: usize| rows.iter().map(|row| row.undecided[when]).sum::<u64>();

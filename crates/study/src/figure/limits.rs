@@ -1,8 +1,8 @@
 //! Smallest fault against time, for both detectors and each weather.
 
-use figure::plot::{Axis, Figure, Panel, Row, Series, Shape, Stroke, ticks};
+use figure::plot::{Figure, Panel, PanelRow, PlotAxis, Series, SeriesStyle, Shape, ticks};
 
-use crate::limits::{Detector, LimitCurve, SizedKind, Within, curves};
+use crate::limits::{LimitCurve, LimitDetector, SizedKind, Within, curves};
 
 /// The axis of times \[s\]: from a step to what a run lasts.
 const TIMES_S: [f64; 2] = [1e-3, 30.0];
@@ -35,7 +35,7 @@ pub fn limits_figure(all: &[LimitCurve]) -> String {
                    declared faulty, or one of several suspects; right: declared faulty, or the likeliest of them."
             .to_owned(),
         description: sentences(all).join(" "),
-        rows: panels.into_iter().map(|panel| Row::new(HEIGHT_PX, vec![panel])).collect(),
+        rows: panels.into_iter().map(|panel| PanelRow::new(HEIGHT_PX, vec![panel])).collect(),
     };
     figure.svg()
 }
@@ -55,24 +55,24 @@ fn panel(
     });
     let sizes = kind.sizes();
     let ends = [sizes[0] / ROOM, sizes[sizes.len() - 1] * ROOM];
-    let x = Axis::log("time [s]").over(TIMES_S);
-    let y = Axis::log(format!("size [{}]", kind.unit())).over(ends);
+    let x = PlotAxis::log("time [s]").over(TIMES_S);
+    let y = PlotAxis::log(format!("size [{}]", kind.unit())).over(ends);
     Panel::new(format!("{}, {what}", kind.title()), x, y, series.collect())
 }
 
 /// A colour, marker and width for each weather, so that a line under another one is seen; dotted where a fault has to
 /// jump.
-fn stroke(place: usize, detector: Detector) -> Stroke {
-    let stroke = Stroke::nth(place).solid();
+fn stroke(place: usize, detector: LimitDetector) -> SeriesStyle {
+    let stroke = SeriesStyle::nth(place).solid();
     let stroke = match detector {
-        Detector::Change => stroke.dotted(),
-        Detector::Reference | Detector::Isolation => stroke,
+        LimitDetector::Change => stroke.dotted(),
+        LimitDetector::Reference | LimitDetector::Isolation => stroke,
     };
-    Stroke { width: (WIDEST_PX - WIDTH_STEP_PX * place as f64).max(1.0), ..stroke }
+    SeriesStyle { width: (WIDEST_PX - WIDTH_STEP_PX * place as f64).max(1.0), ..stroke }
 }
 
 /// A staircase, as a size holds from its time on until the next, and markers at what was measured.
-fn series(name: &str, stroke: Stroke, curve: &[Within]) -> [Series; 3] {
+fn series(name: &str, stroke: SeriesStyle, curve: &[Within]) -> [Series; 3] {
     let measured: Vec<[f64; 2]> = curve.iter().map(|step| [step.within_s, step.size]).collect();
     let untils = measured.iter().skip(1).map(|[time, _]| *time).chain([TIMES_S[1]]);
     let stairs = measured.iter().zip(untils).flat_map(|(step, until)| [*step, [until, step[1]]]);

@@ -1,6 +1,8 @@
 //! Power curves: probability and delay of isolation against the size of a fault.
 
-use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke, ticks};
+use figure::plot::{
+    Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape, ticks,
+};
 
 use crate::limits::{LimitCurve, LimitPoint};
 use crate::statistics::Interval95;
@@ -24,7 +26,8 @@ pub fn power_figure(curves: &[LimitCurve]) -> String {
     let rows = curves.chunks(columns).flat_map(|curves| {
         let probabilities = curves.iter().map(probability).collect();
         let delays = curves.iter().map(delay).collect();
-        [Row::new(150.0, probabilities), Row::new(100.0, delays)].map(|row| row.columns(columns))
+        [PanelRow::new(150.0, probabilities), PanelRow::new(100.0, delays)]
+            .map(|row| row.columns(columns))
     });
     let figure = Figure {
         title: "Minimum isolable fault".to_owned(),
@@ -53,10 +56,10 @@ fn probability(curve: &LimitCurve) -> Panel {
         [100.0 * low, 100.0 * high]
     });
     let series = Series::new("", Shape::MarkedLine, stroke(), points.collect());
-    let y = Axis::linear("isolated [%]").over(PERCENT);
+    let y = PlotAxis::linear("isolated [%]").over(PERCENT);
     let found = curve.smallest().map(|size| {
         let label = format!("{} {}", ticks::short(size), curve.unit);
-        Mark::new(MarkKind::Verdict, size, label)
+        PanelMark::new(MarkKind::Verdict, size, label)
     });
     Panel::new(
         curve.kind.title(),
@@ -64,7 +67,7 @@ fn probability(curve: &LimitCurve) -> Panel {
         y,
         vec![series.spread(spread.collect())],
     )
-    .marked([Mark::new(MarkKind::Level, 100.0 * RELIABLE, "")])
+    .marked([PanelMark::new(MarkKind::Level, 100.0 * RELIABLE, "")])
     .marked(found)
 }
 
@@ -74,21 +77,21 @@ fn delay(curve: &LimitCurve) -> Panel {
     let points: Vec<[f64; 2]> = delays.collect();
     let longest = points.iter().map(|point| point[1]).fold(1.0, f64::max);
     let series = Series::new("", Shape::MarkedLine, stroke(), points);
-    let y = Axis::linear("delay [ms]").over([0.0, ROOM * longest]);
-    let found = curve.smallest().map(|size| Mark::new(MarkKind::Verdict, size, ""));
+    let y = PlotAxis::linear("delay [ms]").over([0.0, ROOM * longest]);
+    let found = curve.smallest().map(|size| PanelMark::new(MarkKind::Verdict, size, ""));
     Panel::new("Delay", size_axis(curve), y, vec![series]).marked(found)
 }
 
-fn stroke() -> Stroke {
-    Stroke { width: 1.8, ..Stroke::nth(0) }
+fn stroke() -> SeriesStyle {
+    SeriesStyle { width: 1.8, ..SeriesStyle::nth(0) }
 }
 
 /// The same for both panels of a curve, whichever points they have.
-fn size_axis(curve: &LimitCurve) -> Axis {
+fn size_axis(curve: &LimitCurve) -> PlotAxis {
     let sizes = curve.points.iter().map(|point| point.size).filter(|size| *size > 0.0);
     let ends = [f64::INFINITY, 0.0];
     let [low, high] = sizes.fold(ends, |[low, high], x| [low.min(x), f64::max(high, x)]);
-    let axis = Axis::log(format!("size [{}]", curve.unit));
+    let axis = PlotAxis::log(format!("size [{}]", curve.unit));
     // A little room, the same on either side.
     if low <= high { axis.over([low / 1.15, high * 1.15]) } else { axis.over([0.1, 10.0]) }
 }

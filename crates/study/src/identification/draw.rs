@@ -9,10 +9,11 @@ use vocabulary::{
     fault::{Fault, FaultKind},
 };
 
-use crate::case::{Case, Injection};
+use crate::case::CampaignCase;
 use crate::conditions::Situation;
-use crate::draw::{Draw, gage_length_m};
-use crate::system::System;
+use crate::draw::{Draw, fault_of_size};
+use crate::rig::TimedFault;
+use crate::system::{System, gage_length_m};
 
 /// Cases draw from streams of their own.
 const FIRST_STREAM: u64 = 5 << 60;
@@ -80,7 +81,7 @@ fn limit(kind: FaultKind) -> Option<f64> {
 
 /// What is to be identified in a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Subject {
+pub struct IdentificationTask {
     /// What else happens.
     pub situation: Situation,
     /// How many times the limit of its kind the fault is; `None` if it has no size.
@@ -88,7 +89,7 @@ pub struct Subject {
 }
 
 /// `second, 3.2 times the limit of its kind`
-impl fmt::Display for Subject {
+impl fmt::Display for IdentificationTask {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.situation.as_str())?;
         self.in_limits.map_or(Ok(()), |size| write!(f, ", {size:.1} times the limit of its kind"))
@@ -97,7 +98,11 @@ impl fmt::Display for Subject {
 
 impl IdentificationCases {
     /// Draws a case, whose last fault is to be identified. `None` if nothing can break so.
-    pub(super) fn draw(self, system: &System, number: u64) -> Option<Case<Subject>> {
+    pub(super) fn draw(
+        self,
+        system: &System,
+        number: u64,
+    ) -> Option<CampaignCase<IdentificationTask>> {
         let mut draw = Draw::new(system, FIRST_STREAM | number);
         let seed = draw.generator.next_u64();
         let (kind, situation) = self.turn(number);
@@ -115,16 +120,11 @@ impl IdentificationCases {
             Situation::Alone => None,
             _ => Some(draw.other(situation, Step(begin), &component)?),
         };
-        let subject = Injection { at, until: None, component, fault };
-        Some(Case {
-            number,
-            kind: Subject { situation, in_limits },
-            seed,
-            faults: other.into_iter().chain([subject]).collect(),
-            gaps: Vec::new(),
-            kept_samples: 0,
-            steps: at.0 + draw.steps(AFTER_S),
-        })
+        let subject = TimedFault { at, until: None, component, fault };
+        let faults = other.into_iter().chain([subject]).collect();
+        let (subject, steps) =
+            (IdentificationTask { situation, in_limits }, at.0 + draw.steps(AFTER_S));
+        Some(CampaignCase::new(number, subject, seed, faults, steps))
     }
 }
 
@@ -134,31 +134,20 @@ impl Draw<'_> {
         let size = in_limits * limit(kind).unwrap_or(0.0);
         let size_m = size * gage_length_m(self.structure, component);
         match kind {
-            FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2: size },
-            FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2: size },
-            FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2: size },
-            FaultKind::HardOver => Fault::HardOver {},
-            FaultKind::Stiction => Fault::Stiction { band_m3_per_s: size },
-            FaultKind::Bias => Fault::Bias { offset_m: self.sign() * size_m },
-            FaultKind::Drift => Fault::Drift { drift_m_per_s: self.sign() * size_m },
-            FaultKind::RandomWalk => Fault::RandomWalk {
-                drift_m_per_s: 0.0,
-                // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
-                increment_m: size_m * (self.step_s / 1e-3).sqrt(),
-            },
+            FaultKind::Bias | FaultKind::Drift => fault_of_size(kind, self.sign() * size_m),
+            // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
+            FaultKind::RandomWalk => fault_of_size(kind, size_m * (self.step_s / 1e-3).sqrt()),
             // A gain below one cannot be off by more than one.
             FaultKind::Gain => match size < 0.9 && self.generator.random() {
-                true => Fault::Gain { gain: 1.0 - size },
-                false => Fault::Gain { gain: 1.0 + size },
+                true => fault_of_size(kind, 1.0 - size),
+                false => fault_of_size(kind, 1.0 + size),
             },
-            FaultKind::ZeroOutput => Fault::ZeroOutput {},
-            FaultKind::Stuck => Fault::Stuck {},
             FaultKind::Intermittent => Fault::Intermittent {
                 offset_m: self.sign() * size_m,
                 closed_s: self.log_uniform([0.02, 1.0]),
                 open_s: self.log_uniform([0.02, 0.5]),
             },
-            FaultKind::NoSignal => Fault::NoSignal {},
+            _ => fault_of_size(kind, size),
         }
     }
 
@@ -168,7 +157,7 @@ impl Draw<'_> {
         situation: Situation,
         at: Step,
         taken: &ComponentPath,
-    ) -> Option<Injection> {
+    ) -> Option<TimedFault> {
         const OF_CYLINDERS: &[FaultKind] = &[
             FaultKind::InternalLeakage,
             FaultKind::ExternalLeakageA,
@@ -184,6 +173,6 @@ impl Draw<'_> {
         let component = self.component(kind, std::slice::from_ref(taken))?;
         let in_limits = self.log_uniform([8.0, IN_LIMITS[1]]);
         let fault = self.fault(kind, &component, in_limits);
-        Some(Injection { at, until: None, component, fault })
+        Some(TimedFault { at, until: None, component, fault })
     }
 }

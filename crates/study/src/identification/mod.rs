@@ -5,18 +5,18 @@ mod row;
 mod tables;
 mod tally;
 
-pub use draw::{IdentificationCases, Subject};
-pub use row::{IdentificationRow, Word};
+pub use draw::{IdentificationCases, IdentificationTask};
+pub use row::{IdentificationRow, IdentificationStatement};
 pub use tally::{
-    IdentificationTally, KindRow, Right, SIZES_IN_LIMITS, SituationRow, Sizing, UNDECIDED_AFTER_S,
-    UndecidedBySize,
+    IdentificationSummary, KindRow, Right, SIZES_IN_LIMITS, SituationRow, Sizing,
+    UNDECIDED_AFTER_S, UndecidedBySize,
 };
 
 use crate::campaign::{Campaign, Rows};
-use crate::case::{Case, Run};
+use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
 use crate::figure::identification_figure;
-use crate::report::{Figure, Table};
+use crate::report::{ReportFigure, Table};
 use crate::system::{CommissionedPlant, System};
 
 /// Faults of commissioned plants that are to be identified.
@@ -33,9 +33,9 @@ pub struct IdentificationCampaign {
 }
 
 impl Campaign for IdentificationCampaign {
-    type Kind = Subject;
+    type Kind = IdentificationTask;
     type Row = IdentificationRow;
-    type Summary = IdentificationTally;
+    type Summary = IdentificationSummary;
 
     fn systems(&self) -> &[System] {
         std::slice::from_ref(&self.system)
@@ -53,28 +53,32 @@ impl Campaign for IdentificationCampaign {
         &self,
         number: u64,
         _: Option<&CommissionedPlant>,
-    ) -> Result<Case<Subject>, StudyError> {
+    ) -> Result<CampaignCase<IdentificationTask>, StudyError> {
         self.of.draw(&self.system, number).ok_or(StudyError::NothingToBreak)
     }
 
-    fn judge(&self, case: &Case<Subject>, run: &mut Run) -> Result<IdentificationRow, StudyError> {
+    fn judge(
+        &self,
+        case: &CampaignCase<IdentificationTask>,
+        run: &mut CaseRun,
+    ) -> Result<IdentificationRow, StudyError> {
         IdentificationRow::of(case, run, self.system.parameters.step_s)
     }
 
-    fn summarize(&self, rows: &Rows<IdentificationRow>) -> IdentificationTally {
-        IdentificationTally::of(rows)
+    fn summarize(&self, rows: &Rows<IdentificationRow>) -> IdentificationSummary {
+        IdentificationSummary::of(rows)
     }
 
     fn tables(
         &self,
         _: &Rows<IdentificationRow>,
-        summary: &IdentificationTally,
+        summary: &IdentificationSummary,
     ) -> (Vec<Table>, Vec<String>) {
         (tables::tables(summary), Vec::new())
     }
 
-    fn figures(&self, summary: &IdentificationTally) -> Result<Vec<Figure>, StudyError> {
+    fn figures(&self, summary: &IdentificationSummary) -> Result<Vec<ReportFigure>, StudyError> {
         let caption = "Faults whose kind is undecided".to_owned();
-        Ok(vec![Figure { name: "identified", caption, svg: identification_figure(summary) }])
+        Ok(vec![ReportFigure { name: "identified", caption, svg: identification_figure(summary) }])
     }
 }

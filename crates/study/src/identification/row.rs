@@ -8,15 +8,15 @@ use vocabulary::{
     fault::{Fault, FaultKind},
 };
 
-use super::draw::Subject;
-use crate::case::{Case, Run};
+use super::draw::IdentificationTask;
+use crate::case::{CampaignCase, CaseRun};
 use crate::conditions::Situation;
 use crate::error::StudyError;
-use crate::rig::Occurrence;
+use crate::rig::RigEvent;
 
 /// What was said of the fault as of some time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Word {
+pub struct IdentificationStatement {
     /// Since the component was declared faulty \[s\].
     pub after_s: f64,
     /// What it may be with its probability, the most probable first.
@@ -25,7 +25,7 @@ pub struct Word {
     pub size: Option<[f64; 3]>,
 }
 
-impl Word {
+impl IdentificationStatement {
     fn of(found: &Identification, after_s: f64) -> Self {
         let size = found.candidates.first().and_then(|first| first.size);
         Self {
@@ -61,12 +61,16 @@ pub struct IdentificationRow {
     /// was, or was before.
     pub named_after_s: Option<f64>,
     /// What was said of it, in order.
-    pub words: Vec<Word>,
+    pub words: Vec<IdentificationStatement>,
 }
 
 impl IdentificationRow {
     /// Runs a case.
-    pub(super) fn of(case: &Case<Subject>, run: &mut Run, step_s: f64) -> Result<Self, StudyError> {
+    pub(super) fn of(
+        case: &CampaignCase<IdentificationTask>,
+        run: &mut CaseRun,
+        step_s: f64,
+    ) -> Result<Self, StudyError> {
         run.rig.identify();
         run.finish()?;
         let subject = case.faults.last().ok_or(StudyError::NothingToBreak)?;
@@ -88,11 +92,11 @@ impl IdentificationRow {
                     named.get_or_insert(transition.decided);
                 }
             }
-            let Occurrence::Identified { module, identification } = occurrence else { continue };
+            let RigEvent::Identified { module, identification } = occurrence else { continue };
             let ComponentPath { module: own, component } = &subject.component;
             if (module, &identification.component) == (own, component) {
                 let after_s = seconds(named.unwrap_or(subject.at), identification.as_of, step_s);
-                row.words.push(Word::of(identification, after_s));
+                row.words.push(IdentificationStatement::of(identification, after_s));
             }
         }
         let named = named.filter(|step| *step >= subject.at);
@@ -102,7 +106,7 @@ impl IdentificationRow {
 
     /// The latest word within a time from when the component was declared faulty.
     #[must_use]
-    pub fn within(&self, time_s: f64) -> Option<&Word> {
+    pub fn within(&self, time_s: f64) -> Option<&IdentificationStatement> {
         self.words.iter().rev().find(|word| word.after_s <= time_s + 1e-9)
     }
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use vocabulary::fault::FaultKind;
 
-use super::tally::{IdentificationTally, KindRow, Right, SituationRow, Sizing, UndecidedBySize};
+use super::tally::{IdentificationSummary, KindRow, Right, SituationRow, Sizing, UndecidedBySize};
 use crate::report::{Table, interval, percent};
 
 /// All of them.
-pub(super) fn tables(tally: &IdentificationTally) -> Vec<Table> {
+pub(super) fn tables(tally: &IdentificationSummary) -> Vec<Table> {
     let Right { decided, right, right_95 } = tally.all;
     let note = format!(
         "Of {decided} faults decided within a second, from twice the limit of their kind on, {right} are right: {}",
@@ -27,7 +27,7 @@ pub(super) fn tables(tally: &IdentificationTally) -> Vec<Table> {
     ]
 }
 
-fn situations(tally: &IdentificationTally) -> Table {
+fn situations(tally: &IdentificationSummary) -> Table {
     let rows = tally.situations.iter().map(|(situation, row)| {
         let SituationRow { named, decided, right, decided_in_the_end, right_in_the_end } = row;
         let counts = [named, decided, right, decided_in_the_end, right_in_the_end];
@@ -42,7 +42,7 @@ fn situations(tally: &IdentificationTally) -> Table {
     .with_note("Faults from twice the limit of their kind on whose component was declared faulty.")
 }
 
-fn sizes(tally: &IdentificationTally) -> Table {
+fn sizes(tally: &IdentificationSummary) -> Table {
     let row = |when: &str, (kind, sizing): (&FaultKind, &Sizing)| {
         vec![
             kind.words().to_owned(),
@@ -67,7 +67,7 @@ fn sizes(tally: &IdentificationTally) -> Table {
     )
 }
 
-fn undecided(tally: &IdentificationTally) -> Table {
+fn undecided(tally: &IdentificationSummary) -> Table {
     let row = |kind: FaultKind, range: &UndecidedBySize| {
         let sizes = format!("{} to {}", range.from, range.to);
         let counts = [range.named].into_iter().chain(range.undecided);

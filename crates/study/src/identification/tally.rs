@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use vocabulary::fault::FaultKind;
 
-use super::row::{IdentificationRow, Word};
+use super::row::{IdentificationRow, IdentificationStatement};
 use crate::campaign::Rows;
 use crate::conditions::Situation;
 use crate::statistics::{Interval95, nearest_rank, share_interval};
@@ -31,12 +31,12 @@ enum Said {
 struct Until(f64);
 
 impl Until {
-    fn word(self, record: &IdentificationRow) -> Option<&Word> {
+    fn word(self, record: &IdentificationRow) -> Option<&IdentificationStatement> {
         record.named_after_s.and_then(|_| record.within(self.0))
     }
 
     fn verdict(self, record: &IdentificationRow) -> Said {
-        match (record.named_after_s, self.word(record).and_then(Word::decided)) {
+        match (record.named_after_s, self.word(record).and_then(IdentificationStatement::decided)) {
             (None, _) => Said::NotNamed,
             (_, None) => Said::Undecided,
             (_, Some(kind)) => Said::Decided(kind),
@@ -135,7 +135,7 @@ pub struct Right {
 
 /// What came of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct IdentificationTally {
+pub struct IdentificationSummary {
     /// All faults.
     pub all: Right,
     /// By kind, a second after they were named; from twice the limit on.
@@ -152,7 +152,7 @@ pub struct IdentificationTally {
     pub undecided: BTreeMap<FaultKind, Vec<UndecidedBySize>>,
 }
 
-impl IdentificationTally {
+impl IdentificationSummary {
     /// Counts cases.
     #[must_use]
     pub fn of(rows: &Rows<IdentificationRow>) -> Self {
@@ -272,7 +272,11 @@ fn undecided(records: &[&IdentificationRow]) -> BTreeMap<FaultKind, Vec<Undecide
 mod tests {
     use super::*;
 
-    fn record(kind: FaultKind, in_limits: f64, words: Vec<Word>) -> IdentificationRow {
+    fn record(
+        kind: FaultKind,
+        in_limits: f64,
+        words: Vec<IdentificationStatement>,
+    ) -> IdentificationRow {
         IdentificationRow {
             situation: Situation::Alone,
             component: "m/sensor/g".parse().unwrap(),
@@ -285,8 +289,13 @@ mod tests {
         }
     }
 
-    fn word(after_s: f64, kind: FaultKind, probability: f64, size: [f64; 3]) -> Word {
-        Word { after_s, kinds: vec![(kind, probability)], size: Some(size) }
+    fn word(
+        after_s: f64,
+        kind: FaultKind,
+        probability: f64,
+        size: [f64; 3],
+    ) -> IdentificationStatement {
+        IdentificationStatement { after_s, kinds: vec![(kind, probability)], size: Some(size) }
     }
 
     #[test]
@@ -309,7 +318,7 @@ mod tests {
             record(bias, 1.5, vec![word(0.02, FaultKind::Gain, 0.99, [0.0; 3])]),
         ];
         let rows = (0..).zip(records).collect();
-        let tally = IdentificationTally::of(&rows);
+        let tally = IdentificationSummary::of(&rows);
         assert_eq!((tally.all.decided, tally.all.right), (2, 1));
         let row = &tally.in_the_end[&bias];
         assert_eq!((row.cases, row.undecided, &row.decided), (2, 0, &BTreeMap::from([(bias, 2)])));

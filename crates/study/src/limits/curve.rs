@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::outcome::LimitRow;
-use super::question::{Detector, Question, SizedKind};
+use super::question::{LimitDetector, LimitQuestion, SizedKind};
 use crate::report::Table;
 use crate::statistics::{Delays, Interval95, nearest_rank, share_interval};
 
@@ -39,7 +39,7 @@ pub struct LimitCurve {
     /// Name of the system: its weather.
     pub weather: String,
     /// The detector.
-    pub detector: Detector,
+    pub detector: LimitDetector,
     /// The kind.
     pub kind: SizedKind,
     /// Unit of its sizes.
@@ -90,8 +90,8 @@ pub struct Within {
 }
 
 impl LimitCurve {
-    pub(super) fn of(weather: &str, question: &Question, points: Vec<LimitPoint>) -> Self {
-        let Question { detector, kind, .. } = *question;
+    pub(super) fn of(weather: &str, question: &LimitQuestion, points: Vec<LimitPoint>) -> Self {
+        let LimitQuestion { detector, kind, .. } = *question;
         let found = smallest_sizes(&points, |point| point.found);
         let right = smallest_sizes(&points, |point| point.right);
         Self {
@@ -162,12 +162,14 @@ pub(crate) fn curves(curves: &[LimitCurve], kind: SizedKind) -> impl Iterator<It
     let of_detector = move |detector| {
         curves.iter().filter(move |curve| (curve.detector, curve.kind) == (detector, kind))
     };
-    [Detector::Change, Detector::Reference, Detector::Isolation].into_iter().flat_map(of_detector)
+    [LimitDetector::Change, LimitDetector::Reference, LimitDetector::Isolation]
+        .into_iter()
+        .flat_map(of_detector)
 }
 
 impl LimitSummary {
     pub(super) fn tables(&self) -> Vec<Table> {
-        if self.curves.iter().any(|curve| curve.detector == Detector::Isolation) {
+        if self.curves.iter().any(|curve| curve.detector == LimitDetector::Isolation) {
             return vec![self.minimum_isolable()];
         }
         let mut tables = vec![

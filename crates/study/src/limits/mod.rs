@@ -9,20 +9,19 @@ use vocabulary::Step;
 pub(crate) use curve::curves;
 pub use curve::{LimitCurve, LimitPoint, LimitSummary, Reached, Within, smallest_within};
 pub use outcome::LimitRow;
-pub use question::{Detector, Question, SizedKind};
+pub use question::{LimitDetector, LimitQuestion, SizedKind};
 
 use crate::campaign::{Campaign, Rows};
-use crate::case::{Case, Run};
+use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
 use crate::figure::{limits_figure, power_figure};
-use crate::report::{Figure, Table};
-use crate::scenarios::diagnosed;
+use crate::report::{ReportFigure, Table};
 use crate::system::{CommissionedPlant, System};
-use outcome::{Outcome, Since};
+use outcome::{DetectionOutcome, Since};
 
 /// So many runs of each size of each kind of fault, for each detector and system.
 #[derive(Debug, Clone)]
-pub struct Limits {
+pub struct LimitCampaign {
     /// What they are of.
     pub systems: Vec<System>,
     /// How many plants of each are commissioned.
@@ -30,16 +29,16 @@ pub struct Limits {
     /// Runs of each size.
     pub runs: u64,
     /// What is asked of so many runs each, those of a curve one after the other.
-    pub questions: Vec<Question>,
+    pub questions: Vec<LimitQuestion>,
 }
 
-impl Limits {
+impl LimitCampaign {
     /// The minimum isolable fault of kinds that are measured in noise; otherwise limits of both detectors.
     #[must_use]
     pub fn new(systems: Vec<System>, plants: u64, runs: u64, isolation: bool) -> Self {
-        let detectors: &[Detector] = match isolation {
-            true => &[Detector::Isolation],
-            false => &[Detector::Change, Detector::Reference],
+        let detectors: &[LimitDetector] = match isolation {
+            true => &[LimitDetector::Isolation],
+            false => &[LimitDetector::Change, LimitDetector::Reference],
         };
         let kinds = if isolation { SizedKind::IN_NOISE } else { SizedKind::ABSOLUTE };
         let mut questions = Vec::new();
@@ -47,7 +46,7 @@ impl Limits {
             for (kind, detector) in
                 kinds.iter().flat_map(|kind| detectors.iter().map(move |of| (*kind, *of)))
             {
-                let question = |size| Question { system, detector, kind, size };
+                let question = |size| LimitQuestion { system, detector, kind, size };
                 questions.extend(kind.sizes().into_iter().map(question));
             }
         }
@@ -55,13 +54,13 @@ impl Limits {
     }
 
     /// What is asked of a case, and the number of its run.
-    fn question(&self, case: u64) -> (Question, u64) {
+    fn question(&self, case: u64) -> (LimitQuestion, u64) {
         (self.questions[(case / self.runs) as usize], case % self.runs)
     }
 }
 
-impl Campaign for Limits {
-    type Kind = Question;
+impl Campaign for LimitCampaign {
+    type Kind = LimitQuestion;
     type Row = LimitRow;
     type Summary = LimitSummary;
 
@@ -83,18 +82,22 @@ impl Campaign for Limits {
         &self,
         number: u64,
         _: Option<&CommissionedPlant>,
-    ) -> Result<Case<Question>, StudyError> {
+    ) -> Result<CampaignCase<LimitQuestion>, StudyError> {
         let (question, run) = self.question(number);
         let case = question.draw(&self.systems[question.system], number, run);
         case.ok_or(StudyError::NothingToBreak)
     }
 
     /// A change or a comparison is followed until the component is declared faulty, which it then stays.
-    fn judge(&self, case: &Case<Question>, run: &mut Run) -> Result<LimitRow, StudyError> {
+    fn judge(
+        &self,
+        case: &CampaignCase<LimitQuestion>,
+        run: &mut CaseRun,
+    ) -> Result<LimitRow, StudyError> {
         let Some(fault) = case.faults.first() else { return Ok(LimitRow::default()) };
-        if case.kind.detector == Detector::Isolation {
+        if case.kind.detector == LimitDetector::Isolation {
             run.finish()?;
-            return Ok(LimitRow::of_isolation(&diagnosed(&run.occurrences), fault));
+            return Ok(LimitRow::of_isolation(&run.diagnosed(), fault));
         }
         let (mut found, mut right) = (Since::default(), Since::default());
         for step in (0..).map(Step) {
@@ -103,8 +106,8 @@ impl Campaign for Limits {
             }
             let (outcome, is_final) =
                 outcome::outcome(&run.rig, &fault.component, case.kind.detector);
-            found.note(step, outcome >= Outcome::Found);
-            right.note(step, outcome == Outcome::Right);
+            found.note(step, outcome >= DetectionOutcome::Found);
+            right.note(step, outcome == DetectionOutcome::Right);
             if is_final {
                 break;
             }
@@ -113,16 +116,16 @@ impl Campaign for Limits {
     }
 
     fn summarize(&self, rows: &Rows<LimitRow>) -> LimitSummary {
-        let point = |(question, first): (&Question, u64)| {
+        let point = |(question, first): (&LimitQuestion, u64)| {
             let of_size = rows.range(first..first + self.runs).map(|(_, row)| *row);
             let step_s = self.systems[question.system].parameters.step_s;
             LimitPoint::of(question.size, &of_size.collect::<Vec<_>>(), step_s)
         };
         let mut firsts = (0..).step_by(self.runs as usize);
-        let is_one = |a: &Question, b: &Question| {
+        let is_one = |a: &LimitQuestion, b: &LimitQuestion| {
             (a.system, a.detector, a.kind) == (b.system, b.detector, b.kind)
         };
-        let curve = |questions: &[Question]| {
+        let curve = |questions: &[LimitQuestion]| {
             let points = questions.iter().zip(firsts.by_ref()).map(point).collect();
             LimitCurve::of(&self.systems[questions[0].system].name, &questions[0], points)
         };
@@ -133,12 +136,12 @@ impl Campaign for Limits {
         (summary.tables(), Vec::new())
     }
 
-    fn figures(&self, summary: &LimitSummary) -> Result<Vec<Figure>, StudyError> {
-        let is_isolation = self.questions.iter().any(|of| of.detector == Detector::Isolation);
+    fn figures(&self, summary: &LimitSummary) -> Result<Vec<ReportFigure>, StudyError> {
+        let is_isolation = self.questions.iter().any(|of| of.detector == LimitDetector::Isolation);
         let (name, caption, svg) = match is_isolation {
             true => ("power", "Minimum isolable fault", power_figure(&summary.curves)),
             false => ("limits", "Smallest fault against time", limits_figure(&summary.curves)),
         };
-        Ok(vec![Figure { name, caption: caption.to_owned(), svg }])
+        Ok(vec![ReportFigure { name, caption: caption.to_owned(), svg }])
     }
 }

@@ -4,11 +4,9 @@ use diagnosis::{Symptom, Verdict};
 use serde::{Deserialize, Serialize};
 use vocabulary::{ComponentPath, Step};
 
-use super::question::Detector;
-use crate::case::Injection;
+use super::question::LimitDetector;
 use crate::conditions::{Standing, standing};
-use crate::rig::Rig;
-use crate::scenarios::Diagnosed;
+use crate::rig::{Diagnosed, Rig, TimedFault};
 
 /// When it was found, and when the right component was known, in steps from the fault's first sample on, which is 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,7 +19,7 @@ pub struct LimitRow {
 
 impl LimitRow {
     /// Of what was declared faulty in a run with this fault.
-    pub(super) fn of_isolation(diagnosed: &[Diagnosed], fault: &Injection) -> Self {
+    pub(super) fn of_isolation(diagnosed: &[Diagnosed], fault: &TimedFault) -> Self {
         let is_false_alarm = diagnosed.iter().any(|of| of.detection < fault.at);
         let mut named = diagnosed.iter().filter(|of| of.detection >= fault.at && !is_false_alarm);
         let named = named.find(|of| of.component == fault.component);
@@ -32,44 +30,50 @@ impl LimitRow {
 
 /// What a detector has found out of a component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Outcome {
+pub(super) enum DetectionOutcome {
     Nothing,
     Found,
     Right,
 }
 
 /// What a detector has found out of a component, and whether that will never be otherwise.
-pub(super) fn outcome(rig: &Rig, path: &ComponentPath, detector: Detector) -> (Outcome, bool) {
-    let nothing = (Outcome::Nothing, false);
+pub(super) fn outcome(
+    rig: &Rig,
+    path: &ComponentPath,
+    detector: LimitDetector,
+) -> (DetectionOutcome, bool) {
+    let nothing = (DetectionOutcome::Nothing, false);
     let of_module = |d: &&diagnosis::Diagnoser| *d.module() == path.module;
     let Some(diagnoser) = rig.diagnosers().iter().find(of_module) else { return nothing };
     let mut all = diagnoser.verdicts().zip(diagnoser.conditions());
     let component = all.find(|((component, _), _)| **component == path.component);
     let Some(((component, verdict), condition)) = component else { return nothing };
     let outcome = match detector {
-        Detector::Change | Detector::Isolation => {
+        LimitDetector::Change | LimitDetector::Isolation => {
             let symptom = diagnoser.last_transition(component).map(|latest| latest.symptom);
             by_change(verdict, symptom)
         }
-        Detector::Reference => by_standing(standing(path, verdict, condition)),
+        LimitDetector::Reference => by_standing(standing(path, verdict, condition)),
     };
     (outcome, verdict.is_latched())
 }
 
-fn by_change(verdict: &Verdict, symptom: Option<Symptom>) -> Outcome {
+fn by_change(verdict: &Verdict, symptom: Option<Symptom>) -> DetectionOutcome {
     match (verdict, symptom) {
         (_, Some(Symptom::Departure | Symptom::OilContent | Symptom::Scatter) | None)
-        | (Verdict::Normal | Verdict::Unknown | Verdict::Explained { .. }, _) => Outcome::Nothing,
-        (Verdict::Tentative | Verdict::Unconfirmed { .. }, _) => Outcome::Found,
-        (Verdict::Latched | Verdict::Acknowledged, _) => Outcome::Right,
+        | (Verdict::Normal | Verdict::Unknown | Verdict::Explained { .. }, _) => {
+            DetectionOutcome::Nothing
+        }
+        (Verdict::Tentative | Verdict::Unconfirmed { .. }, _) => DetectionOutcome::Found,
+        (Verdict::Latched | Verdict::Acknowledged, _) => DetectionOutcome::Right,
     }
 }
 
-fn by_standing(standing: Standing) -> Outcome {
+fn by_standing(standing: Standing) -> DetectionOutcome {
     match standing {
-        Standing::Named | Standing::Likeliest => Outcome::Right,
-        Standing::InAGroup => Outcome::Found,
-        Standing::CannotTell | Standing::Normal => Outcome::Nothing,
+        Standing::Named | Standing::Likeliest => DetectionOutcome::Right,
+        Standing::InAGroup => DetectionOutcome::Found,
+        Standing::CannotTell | Standing::Normal => DetectionOutcome::Nothing,
     }
 }
 

@@ -12,9 +12,10 @@ use vocabulary::{
     fault::{Fault, FaultKind},
 };
 
-use crate::case::{Case, Injection};
-use crate::draw::{Draw, components_that_can_have, gage_length_m};
-use crate::system::System;
+use crate::case::CampaignCase;
+use crate::draw::{Draw, components_that_can_have, fault_of_size};
+use crate::rig::TimedFault;
+use crate::system::{System, gage_length_m};
 
 /// Runs draw from streams of their own, those of isolation as they always did.
 const FIRST_STREAM: u64 = 5 << 60;
@@ -29,7 +30,7 @@ const ISOLATED_WITHIN_S: f64 = 1.0;
 /// What is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Detector {
+pub enum LimitDetector {
     /// The change detector: its faults jump in. *Found* is a change that no other fault explains, *right* one that is
     /// declared a fault of its component.
     Change,
@@ -41,7 +42,7 @@ pub enum Detector {
     Isolation,
 }
 
-impl Detector {
+impl LimitDetector {
     /// For people.
     #[must_use]
     pub fn title(self) -> &'static str {
@@ -148,22 +149,16 @@ impl SizedKind {
     fn fault(self, size: f64, sign: f64, kind: FaultKind, of: (f64, &PlantParameters)) -> Fault {
         let (length_m, parameters) = of;
         let noise_m = size * parameters.gages.noise_strain * length_m;
-        match (self, kind) {
-            (Self::Bias, _) => Fault::Bias { offset_m: sign * size * 1e-6 * length_m },
-            (Self::BiasInNoise, _) => Fault::Bias { offset_m: noise_m },
-            (Self::WalkInNoise, _) => Fault::RandomWalk {
+        match self {
+            Self::Bias => fault_of_size(kind, sign * size * 1e-6 * length_m),
+            Self::BiasInNoise => fault_of_size(kind, noise_m),
+            Self::WalkInNoise => Fault::RandomWalk {
                 drift_m_per_s: 0.0,
                 increment_m: noise_m * (parameters.step_s / 1e-3).sqrt(),
             },
-            (Self::DriftInNoise, _) => {
-                Fault::RandomWalk { drift_m_per_s: noise_m, increment_m: 0.0 }
-            }
-            (Self::LeakInNoise, _) => {
-                Fault::ExternalLeakageA { area_m2: size * leak_unit_m2(parameters) }
-            }
-            (_, FaultKind::ExternalLeakageA) => Fault::ExternalLeakageA { area_m2: size },
-            (_, FaultKind::ExternalLeakageB) => Fault::ExternalLeakageB { area_m2: size },
-            _ => Fault::InternalLeakage { area_m2: size },
+            Self::DriftInNoise => Fault::RandomWalk { drift_m_per_s: noise_m, increment_m: 0.0 },
+            Self::LeakInNoise => fault_of_size(kind, size * leak_unit_m2(parameters)),
+            Self::InternalLeakage | Self::ExternalLeakage => fault_of_size(kind, size),
         }
     }
 }
@@ -179,11 +174,11 @@ fn leak_unit_m2(parameters: &PlantParameters) -> f64 {
 
 /// What is asked of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Question {
+pub struct LimitQuestion {
     /// Place of the system that the run is of.
     pub system: usize,
     /// The detector.
-    pub detector: Detector,
+    pub detector: LimitDetector,
     /// The kind of fault.
     pub kind: SizedKind,
     /// The size of the fault, in the unit of its kind.
@@ -191,24 +186,29 @@ pub struct Question {
 }
 
 /// `change, bias of 3 µε`
-impl fmt::Display for Question {
+impl fmt::Display for LimitQuestion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { detector, kind, size, .. } = self;
         write!(f, "{}, {} of {size:e} {}", detector.title(), kind.title(), kind.unit())
     }
 }
 
-impl Question {
+impl LimitQuestion {
     /// Which of so many plants a run is of: every target in turn, in the next round on the next plant.
     pub(super) fn plant(&self, system: &System, run: u64, plants: u64) -> Option<u64> {
         let count = self.kind.targets(&system.structure).len() as u64;
         let turns = run.checked_rem(count)? + run.checked_div(count)?;
-        turns.checked_rem(plants).filter(|_| self.detector != Detector::Isolation)
+        turns.checked_rem(plants).filter(|_| self.detector != LimitDetector::Isolation)
     }
 
     /// Draws a run; `None` if nothing can have such a fault.
-    pub(super) fn draw(&self, system: &System, number: u64, run: u64) -> Option<Case<Self>> {
-        let is_isolation = self.detector == Detector::Isolation;
+    pub(super) fn draw(
+        &self,
+        system: &System,
+        number: u64,
+        run: u64,
+    ) -> Option<CampaignCase<Self>> {
+        let is_isolation = self.detector == LimitDetector::Isolation;
         let first_stream = if is_isolation { FIRST_ISOLATION_STREAM } else { FIRST_STREAM };
         let mut draw = Draw::new(system, first_stream | run);
         let seed = draw.generator.next_u64();
@@ -222,22 +222,15 @@ impl Question {
         let (kind, component) = targets.into_iter().nth(place)?;
         let jumps_at = system.watched_from() + draw.steps(after_s);
         let (at, followed_s) = match self.detector {
-            Detector::Change => (jumps_at, JUMP_FOLLOWED_S),
-            Detector::Reference => (0, COMPARED_S),
-            Detector::Isolation => (jumps_at, ISOLATED_WITHIN_S),
+            LimitDetector::Change => (jumps_at, JUMP_FOLLOWED_S),
+            LimitDetector::Reference => (0, COMPARED_S),
+            LimitDetector::Isolation => (jumps_at, ISOLATED_WITHIN_S),
         };
         let of = (gage_length_m(&system.structure, &component), &system.parameters);
         let fault = self.kind.fault(self.size, sign, kind, of);
-        let injection = Injection { at: Step(at), until: None, component, fault };
-        Some(Case {
-            number,
-            kind: *self,
-            seed,
-            faults: vec![injection],
-            gaps: Vec::new(),
-            kept_samples: 0,
-            steps: at + draw.steps(followed_s),
-        })
+        let injection = TimedFault { at: Step(at), until: None, component, fault };
+        let steps = at + draw.steps(followed_s);
+        Some(CampaignCase::new(number, *self, seed, vec![injection], steps))
     }
 }
 
@@ -247,11 +240,11 @@ mod tests {
 
     use super::*;
 
-    fn question(kind: SizedKind, size: f64) -> Question {
-        Question { system: 0, detector: Detector::Change, kind, size }
+    fn question(kind: SizedKind, size: f64) -> LimitQuestion {
+        LimitQuestion { system: 0, detector: LimitDetector::Change, kind, size }
     }
 
-    fn drawn(kind: SizedKind, size: f64, run: u64) -> Case<Question> {
+    fn drawn(kind: SizedKind, size: f64, run: u64) -> CampaignCase<LimitQuestion> {
         question(kind, size).draw(&System::tower(9), run, run).unwrap()
     }
 
@@ -274,7 +267,7 @@ mod tests {
 
     #[test]
     fn sizes_differ_by_nothing_but_the_size() {
-        let offset = |run: &Case<Question>| match run.faults[0].fault {
+        let offset = |run: &CampaignCase<LimitQuestion>| match run.faults[0].fault {
             Fault::Bias { offset_m } => offset_m,
             _ => f64::NAN,
         };

@@ -5,27 +5,25 @@ mod record;
 mod summary;
 mod tables;
 
-use plant::PlantParameters;
-use rand::{Rng, RngExt};
-use rand_chacha::ChaCha8Rng;
-use truss::Structure;
+use rand::Rng;
 use vocabulary::{
     ComponentPath, Step,
     fault::{Fault, FaultKind},
 };
 
 pub use paper_table::{PAPER_TABLE, PaperTable};
-pub use record::{Closest, Conversation, Diagnosed, Record};
-pub(crate) use record::{Reading, diagnosed};
-pub use summary::{Found, Isolation, Nominal, READABLE, Summary};
+pub(crate) use record::GageReading;
+pub use record::{Closest, Conversation, ScenarioRow};
+pub use summary::{FoundCount, Isolation, Nominal, READABLE, ScenarioSummary};
 
 use crate::campaign::{Campaign, Rows};
-use crate::case::{Case, Injection, Run};
-use crate::draw::{Draw, gage_length_m, generator};
+use crate::case::{CampaignCase, CaseRun};
+use crate::draw::Draw;
 use crate::error::StudyError;
 use crate::figure::{figure4, figure5, figure6};
-use crate::report::{Figure, Table};
-use crate::system::{CommissionedPlant, System};
+use crate::report::{ReportFigure, Table};
+use crate::rig::TimedFault;
+use crate::system::{CommissionedPlant, System, gage_length_m, generator};
 
 /// Nominal runs draw from streams of their own, far from those of the scenarios.
 const FIRST_NOMINAL_STREAM: u64 = 1 << 63;
@@ -63,10 +61,49 @@ impl Default for ScenarioRanges {
     }
 }
 
+impl ScenarioRanges {
+    /// Draws a fault of this kind, of a component. `None` for a kind that no scenario has.
+    pub(crate) fn fault(
+        &self,
+        kind: FaultKind,
+        component: &ComponentPath,
+        draw: &mut Draw,
+    ) -> Option<Fault> {
+        let length_m = gage_length_m(draw.structure, component);
+        // The range is for steps of a millisecond; a walk's spread grows with the root of time.
+        let per_ms = (draw.step_s / 1e-3).sqrt();
+        let mut uniform = |range| draw.uniform(range);
+        Some(match kind {
+            FaultKind::InternalLeakage => {
+                Fault::InternalLeakage { area_m2: uniform(self.leak_area_m2) }
+            }
+            FaultKind::ExternalLeakageA => {
+                Fault::ExternalLeakageA { area_m2: uniform(self.leak_area_m2) }
+            }
+            FaultKind::ExternalLeakageB => {
+                Fault::ExternalLeakageB { area_m2: uniform(self.leak_area_m2) }
+            }
+            FaultKind::HardOver => Fault::HardOver {},
+            FaultKind::Bias => Fault::Bias { offset_m: length_m * uniform(self.bias_strain) },
+            FaultKind::RandomWalk => Fault::RandomWalk {
+                drift_m_per_s: length_m * uniform(self.drift_strain_per_s),
+                increment_m: length_m * uniform(self.increment_strain) * per_ms,
+            },
+            FaultKind::ZeroOutput => Fault::ZeroOutput {},
+            FaultKind::Stiction
+            | FaultKind::Drift
+            | FaultKind::Gain
+            | FaultKind::Stuck
+            | FaultKind::Intermittent
+            | FaultKind::NoSignal => return None,
+        })
+    }
+}
+
 /// Scenarios, each with one fault, and after them nominal runs without any. Kinds of fault take turns, so that every
 /// kind is equally frequent.
 #[derive(Debug, Clone)]
-pub struct Scenarios {
+pub struct ScenarioCampaign {
     /// What they are of; each has a plant of its own.
     pub system: System,
     /// From what they are drawn.
@@ -77,40 +114,35 @@ pub struct Scenarios {
     pub nominal: u64,
 }
 
-impl Scenarios {
+impl ScenarioCampaign {
     /// Draws a scenario.
     ///
     /// # Errors
     /// The structure has no component that the scenario's fault could befall.
-    pub fn scenario(&self, number: u64) -> Result<Case<&'static str>, StudyError> {
+    pub fn scenario(&self, number: u64) -> Result<CampaignCase<&'static str>, StudyError> {
         let mut draw = Draw::new(&self.system, number);
         let kinds = FaultKind::OF_RESIDUALS;
         let kind = kinds[(number % kinds.len() as u64) as usize];
         let seed = draw.generator.next_u64();
         let onset_s = draw.uniform(self.ranges.onset_s);
-        let fault = |draw: &mut Draw| {
-            let component = draw.component(kind, &[])?;
-            let System { structure, parameters, .. } = &self.system;
-            let of = (&component, structure, parameters);
-            let fault = draw_fault(kind, of, &self.ranges, &mut draw.generator)?;
-            let at = Step(draw.steps(onset_s));
-            Some(Injection { at, until: None, component, fault })
-        };
-        let fault = fault(&mut draw).ok_or(StudyError::NothingToBreak)?;
+        let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
+        let fault = self.ranges.fault(kind, &component, &mut draw);
+        let fault = fault.ok_or(StudyError::NothingToBreak)?;
+        let fault = TimedFault { at: Step(draw.steps(onset_s)), until: None, component, fault };
         let steps = self.system.steps(self.ranges.length_s);
-        Ok(case(number, kind.words(), seed, vec![fault], steps))
+        Ok(CampaignCase::new(number, kind.words(), seed, vec![fault], steps))
     }
 
-    fn nominal_run(&self, number: u64) -> Case<&'static str> {
+    fn nominal_run(&self, number: u64) -> CampaignCase<&'static str> {
         let stream = FIRST_NOMINAL_STREAM | (number - self.scenarios);
         let seed = generator(self.system.seed, stream).next_u64();
         let steps = self.system.steps(self.ranges.nominal_s);
-        case(number, "nominal run", seed, Vec::new(), steps)
+        CampaignCase::new(number, "nominal run", seed, Vec::new(), steps)
     }
 
     /// What the rows were made from, in words.
     #[must_use]
-    pub fn heading(&self, rows: &Rows<Record>) -> String {
+    pub fn heading(&self, rows: &Rows<ScenarioRow>) -> String {
         let step_s = self.system.parameters.step_s;
         let hours = rows.values().map(|row| row.steps as f64).sum::<f64>() * step_s / 3600.0;
         let nominal = rows.values().filter(|row| row.injection.is_none()).count();
@@ -121,10 +153,10 @@ impl Scenarios {
     }
 }
 
-impl Campaign for Scenarios {
+impl Campaign for ScenarioCampaign {
     type Kind = &'static str;
-    type Row = Record;
-    type Summary = Summary;
+    type Row = ScenarioRow;
+    type Summary = ScenarioSummary;
 
     fn systems(&self) -> &[System] {
         std::slice::from_ref(&self.system)
@@ -142,26 +174,35 @@ impl Campaign for Scenarios {
         &self,
         number: u64,
         _: Option<&CommissionedPlant>,
-    ) -> Result<Case<&'static str>, StudyError> {
+    ) -> Result<CampaignCase<&'static str>, StudyError> {
         if number < self.scenarios { self.scenario(number) } else { Ok(self.nominal_run(number)) }
     }
 
-    fn judge(&self, case: &Case<&'static str>, run: &mut Run) -> Result<Record, StudyError> {
-        Record::of(&self.system, case, run)
+    fn judge(
+        &self,
+        case: &CampaignCase<&'static str>,
+        run: &mut CaseRun,
+    ) -> Result<ScenarioRow, StudyError> {
+        ScenarioRow::of(&self.system, case, run)
     }
 
-    fn summarize(&self, rows: &Rows<Record>) -> Summary {
-        Summary::of(rows, self.system.parameters.step_s)
+    fn summarize(&self, rows: &Rows<ScenarioRow>) -> ScenarioSummary {
+        ScenarioSummary::of(rows, self.system.parameters.step_s)
     }
 
-    fn tables(&self, rows: &Rows<Record>, summary: &Summary) -> (Vec<Table>, Vec<String>) {
+    fn tables(
+        &self,
+        rows: &Rows<ScenarioRow>,
+        summary: &ScenarioSummary,
+    ) -> (Vec<Table>, Vec<String>) {
         let notes = [Some(self.heading(rows)), tables::not_exact(summary)];
         (tables::tables(summary), notes.into_iter().flatten().collect())
     }
 
-    fn figures(&self, _: &Summary) -> Result<Vec<Figure>, StudyError> {
+    fn figures(&self, _: &ScenarioSummary) -> Result<Vec<ReportFigure>, StudyError> {
         let seed = self.system.seed;
-        let figure = |name, caption: &str, svg| Figure { name, caption: caption.to_owned(), svg };
+        let figure =
+            |name, caption: &str, svg| ReportFigure { name, caption: caption.to_owned(), svg };
         Ok(vec![
             figure(
                 "figure4",
@@ -180,52 +221,4 @@ impl Campaign for Scenarios {
             ),
         ])
     }
-}
-
-fn case(
-    number: u64,
-    kind: &'static str,
-    seed: u64,
-    faults: Vec<Injection>,
-    steps: u64,
-) -> Case<&'static str> {
-    Case { number, kind, seed, faults, gaps: Vec::new(), kept_samples: 0, steps }
-}
-
-/// A fault of this kind, of a component. `None` for a kind that no scenario has.
-pub(crate) fn draw_fault(
-    kind: FaultKind,
-    (component, structure, parameters): (&ComponentPath, &Structure, &PlantParameters),
-    ranges: &ScenarioRanges,
-    generator: &mut ChaCha8Rng,
-) -> Option<Fault> {
-    let length_m = gage_length_m(structure, component);
-    let mut uniform = |[from, to]: [f64; 2]| generator.random_range(from..=to);
-    Some(match kind {
-        FaultKind::InternalLeakage => {
-            Fault::InternalLeakage { area_m2: uniform(ranges.leak_area_m2) }
-        }
-        FaultKind::ExternalLeakageA => {
-            Fault::ExternalLeakageA { area_m2: uniform(ranges.leak_area_m2) }
-        }
-        FaultKind::ExternalLeakageB => {
-            Fault::ExternalLeakageB { area_m2: uniform(ranges.leak_area_m2) }
-        }
-        FaultKind::HardOver => Fault::HardOver {},
-        FaultKind::Bias => Fault::Bias { offset_m: length_m * uniform(ranges.bias_strain) },
-        FaultKind::RandomWalk => Fault::RandomWalk {
-            drift_m_per_s: length_m * uniform(ranges.drift_strain_per_s),
-            // the range is for steps of a millisecond; a walk's spread grows with the root of time
-            increment_m: length_m
-                * uniform(ranges.increment_strain)
-                * (parameters.step_s / 1e-3).sqrt(),
-        },
-        FaultKind::ZeroOutput => Fault::ZeroOutput {},
-        FaultKind::Stiction
-        | FaultKind::Drift
-        | FaultKind::Gain
-        | FaultKind::Stuck
-        | FaultKind::Intermittent
-        | FaultKind::NoSignal => return None,
-    })
 }

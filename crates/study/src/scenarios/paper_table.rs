@@ -6,7 +6,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::record::Record;
 use crate::statistics::{Interval95, on_the_way};
 
 /// How often the scenarios are resampled for the intervals.
@@ -60,10 +59,9 @@ fn shares(counts: impl Iterator<Item = PaperTable<u64>>) -> PaperTable<f64> {
     PaperTable::of(sums.map(|sum| sum / all))
 }
 
-/// The shares of these scenarios, and their intervals: percentiles over scenarios resampled with
+/// The shares of scenarios that were counted one by one, and their intervals: percentiles over scenarios resampled with
 /// replacement (Efron's bootstrap; the samples of one scenario are no independent observations).
-pub(super) fn of(scenarios: &[&Record]) -> (PaperTable<f64>, PaperTable<Interval95>) {
-    let counts: Vec<PaperTable<u64>> = scenarios.iter().map(|record| record.samples()).collect();
+pub(super) fn of(counts: &[PaperTable<u64>]) -> (PaperTable<f64>, PaperTable<Interval95>) {
     let table = shares(counts.iter().copied());
     // Seeded by nothing: the same records give the same intervals.
     let mut generator = ChaCha8Rng::seed_from_u64(0);

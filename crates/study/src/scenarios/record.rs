@@ -5,25 +5,14 @@ use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ComponentPath, Step, fault::FaultKind};
 
 use super::paper_table::PaperTable;
-use crate::case::{Case, Injection, Run};
-use crate::draw::gage_length_m;
+use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
-use crate::rig::{Occurrence, Rig};
+use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
 use crate::system::System;
+use crate::system::gage_length_m;
 
 /// A gage's healthy reading is averaged over this many steps before the fault.
 const READING_STEPS: u64 = 20;
-
-/// Something that was committed as a fault.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Diagnosed {
-    /// The component.
-    pub component: ComponentPath,
-    /// When its divergence reached its threshold.
-    pub detection: Step,
-    /// As of which step the verdict was found.
-    pub decided: Step,
-}
 
 /// What the modules exchanged in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -51,11 +40,11 @@ pub struct Closest {
 
 /// What came of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct ScenarioRow {
     /// Seed of its plant.
     pub seed: u64,
     /// Its fault, which stays; `None` in a nominal run.
-    pub injection: Option<Injection>,
+    pub injection: Option<TimedFault>,
     /// Steps of the run.
     pub steps: u64,
     /// Base wind speed \[m/s\].
@@ -70,14 +59,14 @@ pub struct Record {
     pub conversation: Conversation,
 }
 
-impl Record {
+impl ScenarioRow {
     pub(crate) fn of<K>(
         system: &System,
-        case: &Case<K>,
-        run: &mut Run,
+        case: &CampaignCase<K>,
+        run: &mut CaseRun,
     ) -> Result<Self, StudyError> {
         let injection = case.faults.first();
-        let mut reading = injection.and_then(|fault| Reading::new(system, fault));
+        let mut reading = injection.and_then(|fault| GageReading::new(system, fault));
         let mut closest = None;
         while run.step()? {
             if let Some(reading) = &mut reading {
@@ -94,7 +83,7 @@ impl Record {
             base_speed_m_per_s: run.rig.plant().conditions().base_speed_m_per_s,
             reading_over_noise: reading.map(|reading| reading.over_noise()),
             closest: closest.and_then(|closest| closest_of(closest, &run.rig)),
-            diagnosed: diagnosed(&run.occurrences),
+            diagnosed: run.diagnosed(),
             conversation: conversation(&run.occurrences),
         })
     }
@@ -175,7 +164,7 @@ impl Record {
 
 /// What a gage reads right before its fault.
 #[derive(Debug)]
-pub(crate) struct Reading {
+pub(crate) struct GageReading {
     /// Place of its module and its own.
     at: (usize, usize),
     noise_m: f64,
@@ -183,11 +172,11 @@ pub(crate) struct Reading {
     mean_m: f64,
 }
 
-impl Reading {
+impl GageReading {
     /// `None` for an actuator.
-    pub(crate) fn new(system: &System, fault: &Injection) -> Option<Self> {
+    pub(crate) fn new(system: &System, fault: &TimedFault) -> Option<Self> {
         let System { structure, parameters, .. } = system;
-        let Injection { at: onset, component: path, .. } = fault;
+        let TimedFault { at: onset, component: path, .. } = fault;
         let Component::Sensor(gage) = &path.component else { return None };
         let mut modules = structure.equipped().enumerate();
         let (place, module) = modules.find(|(_, module)| module.name == path.module)?;
@@ -236,28 +225,14 @@ fn closest_of((module, channel, step, ratio): At, rig: &Rig) -> Option<Closest> 
     Some(Closest { component, step, ratio })
 }
 
-/// What was committed as a fault, in order.
-pub(crate) fn diagnosed(occurrences: &[Occurrence]) -> Vec<Diagnosed> {
-    let latched = |occurrence: &Occurrence| {
-        let (component, transition) = occurrence.transition()?;
-        let (detection, decided) = (transition.detection, transition.decided);
-        (transition.verdict == Verdict::Latched).then_some(Diagnosed {
-            component,
-            detection,
-            decided,
-        })
-    };
-    occurrences.iter().filter_map(latched).collect()
-}
-
-fn conversation(occurrences: &[Occurrence]) -> Conversation {
+fn conversation(occurrences: &[RigEvent]) -> Conversation {
     let mut conversation = Conversation::default();
     for occurrence in occurrences {
         match occurrence {
-            Occurrence::Identified { .. } => {}
-            Occurrence::Change { .. } => conversation.changes += 1,
-            Occurrence::Question { .. } => conversation.questions += 1,
-            Occurrence::Transition { module, transition } => {
+            RigEvent::Identified { .. } => {}
+            RigEvent::Change { .. } => conversation.changes += 1,
+            RigEvent::Question { .. } => conversation.questions += 1,
+            RigEvent::Transition { module, transition } => {
                 if let Verdict::Explained { by, .. } = &transition.verdict {
                     conversation.explained += 1;
                     conversation.explained_by_peer += u64::from(by.module != *module);

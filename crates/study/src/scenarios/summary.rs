@@ -6,7 +6,7 @@ use serde::Serialize;
 use vocabulary::fault::FaultKind;
 
 use super::paper_table::{self, PaperTable};
-use super::record::{Closest, Conversation, Record};
+use super::record::{Closest, Conversation, ScenarioRow};
 use crate::campaign::Rows;
 use crate::statistics::{Delays, Interval95, share_interval};
 
@@ -15,7 +15,7 @@ pub const READABLE: f64 = 10.0;
 
 /// What a campaign came to. Shares are between 0 and 1, intervals cover 95 %.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
+pub struct ScenarioSummary {
     /// Runs with a fault.
     pub all: Isolation,
     /// The same by kind of fault.
@@ -27,7 +27,7 @@ pub struct Summary {
     /// Their intervals, runs resampled with replacement.
     pub samples_95: PaperTable<Interval95>,
     /// Zero outputs of gages whose healthy reading exceeded its noise ten times.
-    pub readable_zero_outputs: Found,
+    pub readable_zero_outputs: FoundCount,
     /// What the modules exchanged, summed over the runs with a fault.
     pub conversation: Conversation,
     /// Runs with a fault in which a peer was asked.
@@ -74,14 +74,14 @@ pub struct Nominal {
 
 /// How many of them were found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Found {
+pub struct FoundCount {
     /// All.
     pub all: u64,
     /// Found.
     pub found: u64,
 }
 
-impl Found {
+impl FoundCount {
     /// Counts another one.
     pub(crate) fn count(&mut self, is_found: bool) {
         self.all += 1;
@@ -89,12 +89,12 @@ impl Found {
     }
 }
 
-impl Summary {
+impl ScenarioSummary {
     /// Sums up rows. Steps last `step_s`.
     #[must_use]
-    pub fn of(rows: &Rows<Record>, step_s: f64) -> Self {
-        let mut kinds: BTreeMap<FaultKind, Vec<&Record>> = BTreeMap::new();
-        let mut readable_zero_outputs = Found::default();
+    pub fn of(rows: &Rows<ScenarioRow>, step_s: f64) -> Self {
+        let mut kinds: BTreeMap<FaultKind, Vec<&ScenarioRow>> = BTreeMap::new();
+        let mut readable_zero_outputs = FoundCount::default();
         let mut not_exact = Vec::new();
         for (number, record) in rows {
             let Some(kind) = record.kind() else { continue };
@@ -107,8 +107,10 @@ impl Summary {
                 readable_zero_outputs.count(record.named().is_some());
             }
         }
-        let scenarios: Vec<&Record> = rows.values().filter(|row| row.kind().is_some()).collect();
-        let (samples, samples_95) = paper_table::of(&scenarios);
+        let scenarios: Vec<&ScenarioRow> =
+            rows.values().filter(|row| row.kind().is_some()).collect();
+        let counts: Vec<_> = scenarios.iter().map(|record| record.samples()).collect();
+        let (samples, samples_95) = paper_table::of(&counts);
         Self {
             all: Isolation::of(&scenarios, step_s),
             kinds: kinds.iter().map(|(kind, of)| (*kind, Isolation::of(of, step_s))).collect(),
@@ -123,27 +125,27 @@ impl Summary {
     }
 }
 
-fn count(records: &[&Record], of: impl Fn(&Record) -> bool) -> u64 {
+fn count(records: &[&ScenarioRow], of: impl Fn(&ScenarioRow) -> bool) -> u64 {
     records.iter().filter(|record| of(record)).count() as u64
 }
 
 impl Isolation {
-    fn of(records: &[&Record], step_s: f64) -> Self {
+    fn of(records: &[&ScenarioRow], step_s: f64) -> Self {
         let cases = records.len() as u64;
-        let exact = count(records, Record::is_exact);
-        let delays = |of: fn(&Record) -> Option<u64>| {
+        let exact = count(records, ScenarioRow::is_exact);
+        let delays = |of: fn(&ScenarioRow) -> Option<u64>| {
             Delays::of(records.iter().filter_map(|record| of(record)), step_s)
         };
         Self {
             cases,
-            detected: count(records, Record::is_detected),
+            detected: count(records, ScenarioRow::is_detected),
             exact,
             exact_95: share_interval(exact, cases),
             wrong: count(records, |record| record.wrong().next().is_some()),
             missed: count(records, |record| record.named().is_none()),
-            early: count(records, Record::is_false_alarm),
-            delay_ms: delays(Record::detection_delay),
-            verdict_delay_ms: delays(Record::verdict_delay),
+            early: count(records, ScenarioRow::is_false_alarm),
+            delay_ms: delays(ScenarioRow::detection_delay),
+            verdict_delay_ms: delays(ScenarioRow::verdict_delay),
         }
     }
 
@@ -155,7 +157,7 @@ impl Isolation {
 }
 
 impl Nominal {
-    fn of<'a>(records: impl Iterator<Item = &'a Record>) -> Self {
+    fn of<'a>(records: impl Iterator<Item = &'a ScenarioRow>) -> Self {
         let (mut cases, mut false_alarms, mut closest) = (0, 0, None::<&Closest>);
         for record in records {
             cases += 1;
@@ -170,7 +172,7 @@ impl Nominal {
     }
 }
 
-fn conversation(scenarios: &[&Record]) -> Conversation {
+fn conversation(scenarios: &[&ScenarioRow]) -> Conversation {
     scenarios.iter().fold(Conversation::default(), |sum, record| {
         let Conversation { changes, questions, explained, explained_by_peer } = record.conversation;
         Conversation {

@@ -2,19 +2,19 @@
 
 use super::paper_table::{PAPER_TABLE, PaperTable};
 use super::record::Closest;
-use super::summary::{Isolation, Summary};
+use super::summary::{Isolation, ScenarioSummary};
 use crate::report::{Table, interval, percent};
 use crate::statistics::{Delays, Interval95};
 
 /// Not-exact scenarios that are listed one by one.
 const SHOWN: usize = 10;
 
-pub(super) fn tables(summary: &Summary) -> Vec<Table> {
+pub(super) fn tables(summary: &ScenarioSummary) -> Vec<Table> {
     vec![paper_table(summary), kinds(summary), delays(summary), alarms(summary)]
 }
 
 /// The scenarios that deserve a look.
-pub(super) fn not_exact(summary: &Summary) -> Option<String> {
+pub(super) fn not_exact(summary: &ScenarioSummary) -> Option<String> {
     let first = summary.not_exact.first()?;
     let list: Vec<String> = summary.not_exact.iter().take(SHOWN).map(ToString::to_string).collect();
     let more = if summary.not_exact.len() > SHOWN { ", …" } else { "" };
@@ -24,7 +24,7 @@ pub(super) fn not_exact(summary: &Summary) -> Option<String> {
     ))
 }
 
-fn paper_table(summary: &Summary) -> Table {
+fn paper_table(summary: &ScenarioSummary) -> Table {
     type Share = fn(&PaperTable<f64>) -> f64;
     let (ours, intervals) = (&summary.samples, &summary.samples_95);
     let shares: [(&str, Share, Interval95); 5] = [
@@ -50,12 +50,15 @@ fn paper_table(summary: &Summary) -> Table {
 }
 
 /// A row for each kind of fault, and one for all.
-fn rows(summary: &Summary, row: impl Fn(String, &Isolation) -> Vec<String>) -> Vec<Vec<String>> {
+fn rows(
+    summary: &ScenarioSummary,
+    row: impl Fn(String, &Isolation) -> Vec<String>,
+) -> Vec<Vec<String>> {
     let kinds = summary.kinds.iter().map(|(kind, of)| (kind.to_string(), of));
     kinds.chain([("all".to_owned(), &summary.all)]).map(|(name, of)| row(name, of)).collect()
 }
 
-fn kinds(summary: &Summary) -> Table {
+fn kinds(summary: &ScenarioSummary) -> Table {
     let row = |name, of: &Isolation| {
         let mut row = vec![name];
         row.extend([of.cases, of.detected, of.exact].map(|count| count.to_string()));
@@ -73,7 +76,7 @@ fn kinds(summary: &Summary) -> Table {
     ))
 }
 
-fn delays(summary: &Summary) -> Table {
+fn delays(summary: &ScenarioSummary) -> Table {
     let row = |name, of: &Isolation| {
         let Delays { median, p95, max } = of.delay_ms;
         let verdict = of.verdict_delay_ms;
@@ -91,7 +94,7 @@ fn delays(summary: &Summary) -> Table {
     )
 }
 
-fn alarms(summary: &Summary) -> Table {
+fn alarms(summary: &ScenarioSummary) -> Table {
     let Interval95(_, bound) = summary.nominal.false_alarms_95;
     let (nominal, talk) = (&summary.nominal, &summary.conversation);
     let mut rows = Vec::new();

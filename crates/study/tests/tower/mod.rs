@@ -13,8 +13,8 @@ use std::sync::atomic::AtomicBool;
 use vocabulary::fault::Fault;
 
 use plant::PlantParameters;
-use study::scenarios::{ScenarioRanges, Scenarios};
-use study::{Begin, Campaign, Done, Engine, Injection, Occurrence, Rig, Rows, System};
+use study::scenarios::{ScenarioCampaign, ScenarioRanges};
+use study::{Begin, Campaign, Done, Engine, Rig, RigEvent, Rows, System, TimedFault};
 use truss::Structure;
 use vocabulary::{ComponentPath, RunId, Step};
 
@@ -89,7 +89,7 @@ pub fn setups(structure: &Structure, parameters: &PlantParameters) -> Vec<Module
     setups.collect()
 }
 
-pub fn rig(seed: u64, injections: Vec<Injection>) -> Rig {
+pub fn rig(seed: u64, injections: Vec<TimedFault>) -> Rig {
     let (structure, parameters, setups) = parts();
     let plant = study::plant(&structure, &parameters, 0.0, seed).unwrap();
     Rig::new(plant, setups, injections, RunId(seed)).unwrap()
@@ -103,7 +103,7 @@ pub fn system(mismatch: f64, seed: u64) -> System {
 }
 
 /// A campaign of short runs: 3 s without and 2 s with a fault.
-pub fn campaign(rule: Rule) -> Scenarios {
+pub fn campaign(rule: Rule) -> ScenarioCampaign {
     let mut system = system(0.1, 7);
     system.setups.iter_mut().for_each(|setup| setup.isolation.rule = rule);
     let ranges = ScenarioRanges { length_s: 5.0, onset_s: [3.0, 3.2], ..ScenarioRanges::default() };
@@ -111,8 +111,8 @@ pub fn campaign(rule: Rule) -> Scenarios {
 }
 
 /// A thousand runs with a fault, and then a thousand without.
-pub fn scenarios(system: System, ranges: ScenarioRanges) -> Scenarios {
-    Scenarios { system, ranges, scenarios: 1000, nominal: 1000 }
+pub fn scenarios(system: System, ranges: ScenarioRanges) -> ScenarioCampaign {
+    ScenarioCampaign { system, ranges, scenarios: 1000, nominal: 1000 }
 }
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -136,7 +136,7 @@ pub fn row<C: Campaign>(campaign: &C, case: u64) -> C::Row {
 }
 
 /// The component and the step of a fault that was committed.
-pub fn latched(occurrence: &Occurrence) -> Option<(ComponentPath, Step)> {
+pub fn latched(occurrence: &RigEvent) -> Option<(ComponentPath, Step)> {
     let (component, transition) = occurrence.transition()?;
     (transition.verdict == Verdict::Latched).then_some((component, transition.detection))
 }

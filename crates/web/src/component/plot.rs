@@ -1,6 +1,8 @@
 //! Residual and divergence of the last minute, as they are published.
 
-use figure::plot::{Axis, Figure, Mark, MarkKind, Panel, Row, Series, Shape, Stroke};
+use figure::plot::{
+    Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
+};
 use maud::{Markup, PreEscaped, html};
 use vocabulary::{Channel, ComponentKind, FaultTransition};
 
@@ -31,7 +33,7 @@ pub(super) fn plot(transition: &FaultTransition, traces: &Traces) -> Markup {
             transition.component
         ),
         rows: [residual(transition, &points), divergence(&points)]
-            .map(|panel| Row::new(HEIGHT, vec![panel]))
+            .map(|panel| PanelRow::new(HEIGHT, vec![panel]))
             .into(),
     };
     html! { div.plot { (PreEscaped(figure.svg())) } }
@@ -54,7 +56,7 @@ fn residual(transition: &FaultTransition, points: &[Point<'_>]) -> Panel {
         ComponentKind::Sensor => (1e6, "µm"),
     };
     let values = points.iter().map(|(time, channel)| [*time, scale * channel.residual]).collect();
-    Panel::new("residual", time(), Axis::linear(format!("[{unit}]")), vec![line(values)])
+    Panel::new("residual", time(), PlotAxis::linear(format!("[{unit}]")), vec![line(values)])
 }
 
 fn divergence(points: &[Point<'_>]) -> Panel {
@@ -66,15 +68,15 @@ fn divergence(points: &[Point<'_>]) -> Panel {
     let ratios = || values.iter().map(|[_, ratio]| *ratio);
     let highest = ratios().filter(|ratio| ratio.is_finite()).fold(3.0, f64::max);
     let lowest = ratios().filter(|ratio| *ratio > 0.0).fold(0.1, f64::min);
-    let y = Axis::log("D / γ").over([lowest.max(LOWEST), 1.3 * highest]);
-    let level = Mark::new(MarkKind::Level, 1.0, "threshold");
+    let y = PlotAxis::log("D / γ").over([lowest.max(LOWEST), 1.3 * highest]);
+    let level = PanelMark::new(MarkKind::Level, 1.0, "threshold");
     Panel::new("divergence over its threshold", time(), y, vec![line(values)]).marked([level])
 }
 
 fn line(points: Vec<[f64; 2]>) -> Series {
-    Series::new("", Shape::Line, Stroke::nth(0).solid(), points)
+    Series::new("", Shape::Line, SeriesStyle::nth(0).solid(), points)
 }
 
-fn time() -> Axis {
-    Axis::linear("time [s]")
+fn time() -> PlotAxis {
+    PlotAxis::linear("time [s]")
 }

@@ -5,12 +5,12 @@ use vocabulary::{ComponentKind, ComponentPath};
 use crate::trace::{ChannelTrace, ModuleTrace};
 
 /// Components of one kind in one module, or in several.
-pub(super) struct Channels<'a> {
+pub(super) struct FigureChannels<'a> {
     pub(super) modules: Vec<&'a ModuleTrace>,
     pub(super) kind: ComponentKind,
 }
 
-impl Channels<'_> {
+impl FigureChannels<'_> {
     /// The channels of one of the modules.
     pub(super) fn of<'b>(
         &self,

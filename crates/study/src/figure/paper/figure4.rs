@@ -2,11 +2,11 @@
 
 use vocabulary::ComponentKind::Sensor;
 
-use super::story::Story;
+use super::story::FigureRun;
 use super::{faults, place};
 use crate::error::StudyError;
-use crate::scenarios::Scenarios;
-use figure::plot::{Figure, Row};
+use crate::scenarios::ScenarioCampaign;
+use figure::plot::{Figure, PanelRow};
 
 const WALK_AT_S: f64 = 10.8;
 const BIAS_AT_S: f64 = 11.1;
@@ -16,11 +16,11 @@ const BIAS_AT_S: f64 = 11.1;
 ///
 /// # Errors
 /// A structure without these gages; a plant or diagnosers that cannot be made.
-pub fn figure4(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
+pub fn figure4(campaign: &ScenarioCampaign, seed: u64) -> Result<String, StudyError> {
     let (walking, walking_m) = place::gage(&campaign.system.structure, 1, 5)?;
     let (biased, biased_m) = place::gage(&campaign.system.structure, 1, 1)?;
     let names = [&walking, &biased].map(|path| path.component.name().to_owned());
-    let story = Story::run(
+    let story = FigureRun::run(
         campaign,
         seed,
         vec![
@@ -47,10 +47,10 @@ pub fn figure4(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
             story.outcome()
         ),
         rows: vec![
-            Row::new(150.0, vec![readings]),
-            Row::new(150.0, vec![residuals]),
-            Row::new(170.0, vec![divergences.marked(story.bare_marks())]),
-            Row::new(170.0, close_ups.collect()),
+            PanelRow::new(150.0, vec![readings]),
+            PanelRow::new(150.0, vec![residuals]),
+            PanelRow::new(170.0, vec![divergences.marked(story.bare_marks())]),
+            PanelRow::new(170.0, close_ups.collect()),
         ],
     };
     Ok(figure.svg())

@@ -2,11 +2,11 @@
 
 use vocabulary::ComponentKind::{Actuator, Sensor};
 
-use super::story::Story;
+use super::story::FigureRun;
 use super::{faults, place};
 use crate::error::StudyError;
-use crate::scenarios::Scenarios;
-use figure::plot::{Figure, Row};
+use crate::scenarios::ScenarioCampaign;
+use figure::plot::{Figure, PanelRow};
 
 const LEAK_AT_S: f64 = 10.8;
 
@@ -15,11 +15,11 @@ const LEAK_AT_S: f64 = 10.8;
 ///
 /// # Errors
 /// A structure without this actuator; a plant or diagnosers that cannot be made.
-pub fn figure5(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
+pub fn figure5(campaign: &ScenarioCampaign, seed: u64) -> Result<String, StudyError> {
     let leaking = place::actuator(&campaign.system.structure, 1, 1)?;
     let module = leaking.module.clone();
     let fault = faults::external_leakage_a(campaign);
-    let story = Story::run(campaign, seed, vec![(LEAK_AT_S, leaking, fault)])?;
+    let story = FigureRun::run(campaign, seed, vec![(LEAK_AT_S, leaking, fault)])?;
     let actuators = story.channels(1, Actuator);
     let gages = story.channels(1, Sensor);
     let mut demands = story.signals("Demands on the actuators", &actuators).marked(story.marks());
@@ -48,11 +48,11 @@ pub fn figure5(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
             story.outcome()
         ),
         rows: vec![
-            Row::new(110.0, vec![demands]),
-            Row::new(110.0, vec![residuals]),
-            Row::new(130.0, vec![divergences]),
-            Row::new(150.0, vec![of_gages]),
-            Row::new(150.0, close_ups),
+            PanelRow::new(110.0, vec![demands]),
+            PanelRow::new(110.0, vec![residuals]),
+            PanelRow::new(130.0, vec![divergences]),
+            PanelRow::new(150.0, vec![of_gages]),
+            PanelRow::new(150.0, close_ups),
         ],
     };
     Ok(figure.svg())

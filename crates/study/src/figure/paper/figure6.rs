@@ -7,10 +7,10 @@ use vocabulary::{
 };
 
 use super::place;
-use super::story::Story;
+use super::story::FigureRun;
 use crate::error::StudyError;
-use crate::scenarios::Scenarios;
-use figure::plot::{Figure, Row};
+use crate::scenarios::ScenarioCampaign;
+use figure::plot::{Figure, PanelRow};
 
 const HARD_OVER_AT_S: f64 = 10.8;
 
@@ -25,7 +25,7 @@ const RUNS: u64 = 20;
 /// # Errors
 /// A structure without this actuator or with a single equipped module; a plant or diagnosers that
 /// cannot be made.
-pub fn figure6(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
+pub fn figure6(campaign: &ScenarioCampaign, seed: u64) -> Result<String, StudyError> {
     let faulty = place::actuator(&campaign.system.structure, 1, 3)?;
     let modules =
         [&faulty.module, &place::module(&campaign.system.structure, 2)?.name].map(Clone::clone);
@@ -69,11 +69,11 @@ pub fn figure6(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
             story.outcome()
         ),
         rows: vec![
-            Row::new(130.0, vec![demands]),
-            Row::new(150.0, vec![divergences]),
-            Row::new(140.0, readings.collect()),
-            Row::new(150.0, of_gages.collect()),
-            Row::new(150.0, close_ups.collect()),
+            PanelRow::new(130.0, vec![demands]),
+            PanelRow::new(150.0, vec![divergences]),
+            PanelRow::new(140.0, readings.collect()),
+            PanelRow::new(150.0, of_gages.collect()),
+            PanelRow::new(150.0, close_ups.collect()),
         ],
     };
     Ok(figure.svg())
@@ -82,17 +82,17 @@ pub fn figure6(campaign: &Scenarios, seed: u64) -> Result<String, StudyError> {
 /// The first run from `seed` on in which a channel of `neighbour` changes, and its seed; failing that,
 /// the very first.
 fn felt_by(
-    campaign: &Scenarios,
+    campaign: &ScenarioCampaign,
     seed: u64,
     faulty: &ComponentPath,
     neighbour: &ModuleName,
-) -> Result<(u64, Story), StudyError> {
+) -> Result<(u64, FigureRun), StudyError> {
     let run = |seed| {
-        Story::run(campaign, seed, vec![(HARD_OVER_AT_S, faulty.clone(), Fault::HardOver {})])
+        FigureRun::run(campaign, seed, vec![(HARD_OVER_AT_S, faulty.clone(), Fault::HardOver {})])
     };
     let first = run(seed)?;
     let felt =
-        |story: &Story| story.findings.iter().any(|found| found.component.module == *neighbour);
+        |story: &FigureRun| story.findings.iter().any(|found| found.component.module == *neighbour);
     if felt(&first) {
         return Ok((seed, first));
     }

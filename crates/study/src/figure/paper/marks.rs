@@ -2,20 +2,20 @@
 
 use vocabulary::ComponentPath;
 
-use super::channels::Channels;
-use super::story::Story;
-use super::verdict::Finding;
-use crate::case::Injection;
-use figure::plot::{Mark, MarkKind};
+use super::channels::FigureChannels;
+use super::story::FigureRun;
+use super::verdict::FigureVerdict;
+use crate::rig::TimedFault;
+use figure::plot::{MarkKind, PanelMark};
 
-impl Story {
+impl FigureRun {
     /// Faults and the verdicts on them, with labels.
-    pub(super) fn marks(&self) -> Vec<Mark> {
+    pub(super) fn marks(&self) -> Vec<PanelMark> {
         let mut marks = Vec::new();
         for injection in &self.injections {
             let component = injection.component.component.name();
             let label = format!("{component}: {}", injection.fault.kind().words());
-            marks.push(Mark::new(MarkKind::Onset, self.seconds(injection.at), label));
+            marks.push(PanelMark::new(MarkKind::Onset, self.seconds(injection.at), label));
             marks.extend(self.judgement(injection));
         }
         marks.extend(self.wrong());
@@ -23,18 +23,22 @@ impl Story {
     }
 
     /// The same lines without labels, for panels below.
-    pub(super) fn bare_marks(&self) -> Vec<Mark> {
-        let bare = |mark: Mark| Mark { label: String::new(), ..mark };
+    pub(super) fn bare_marks(&self) -> Vec<PanelMark> {
+        let bare = |mark: PanelMark| PanelMark { label: String::new(), ..mark };
         self.marks().into_iter().map(bare).collect()
     }
 
     /// The fault, when the faulty component changed and the verdict on it, and when the first other
     /// change of these channels was explained; in milliseconds since the fault.
-    pub(super) fn close_up_marks(&self, channels: &Channels, injection: &Injection) -> Vec<Mark> {
-        let mut marks = vec![Mark::new(MarkKind::Onset, 0.0, "fault")];
+    pub(super) fn close_up_marks(
+        &self,
+        channels: &FigureChannels,
+        injection: &TimedFault,
+    ) -> Vec<PanelMark> {
+        let mut marks = vec![PanelMark::new(MarkKind::Onset, 0.0, "fault")];
         let mut verdict = |at_ms: f64, what: &str| {
             let words = format!("{what}, {at_ms:.0} ms");
-            marks.push(Mark::new(MarkKind::Verdict, at_ms, words));
+            marks.push(PanelMark::new(MarkKind::Verdict, at_ms, words));
         };
         if let Some(found) = self.finding_of(injection) {
             let [detection, decided] =
@@ -54,7 +58,7 @@ impl Story {
     }
 
     /// What was found of a component that is faulty.
-    fn judgement(&self, injection: &Injection) -> Option<Mark> {
+    fn judgement(&self, injection: &TimedFault) -> Option<PanelMark> {
         let found = self.finding_of(injection)?;
         let name = injection.component.component.name();
         let delay_ms = self.ms_since(injection, found.decided);
@@ -62,26 +66,27 @@ impl Story {
             None => format!("{name} named after {delay_ms:.0} ms"),
             Some(by) => format!("{name} taken for an effect of {}", by.component.name()),
         };
-        Some(Mark::new(MarkKind::Verdict, self.seconds(found.decided), label))
+        Some(PanelMark::new(MarkKind::Verdict, self.seconds(found.decided), label))
     }
 
     /// One mark for all components that are named and healthy: where the first of them is.
-    pub(super) fn wrong(&self) -> Option<Mark> {
+    pub(super) fn wrong(&self) -> Option<PanelMark> {
         let is_faulty = |path: &ComponentPath| self.injections.iter().any(|i| i.component == *path);
         let named = self.findings.iter().filter(|found| found.by.is_none());
-        let wrong: Vec<&Finding> = named.filter(|found| !is_faulty(&found.component)).collect();
+        let wrong: Vec<&FigureVerdict> =
+            named.filter(|found| !is_faulty(&found.component)).collect();
         let first = wrong.iter().min_by_key(|found| found.decided)?;
         let others = match wrong.len() - 1 {
             0 => String::new(),
             others => format!(" and {others} more"),
         };
         let label = format!("wrongly named: {}{others}", first.component);
-        Some(Mark::new(MarkKind::Verdict, self.seconds(first.decided), label))
+        Some(PanelMark::new(MarkKind::Verdict, self.seconds(first.decided), label))
     }
 
     /// Where the first change of these channels is explained by another module's component, if any
     /// is.
-    pub(super) fn explanation(&self, channels: &Channels) -> Option<Mark> {
+    pub(super) fn explanation(&self, channels: &FigureChannels) -> Option<PanelMark> {
         let found = self.findings.iter().find(|found| {
             let by = found.by.as_ref();
             channels.holds(&found.component)
@@ -89,6 +94,6 @@ impl Story {
         })?;
         let by = found.by.as_ref()?;
         let label = format!("explained by {by}");
-        Some(Mark::new(MarkKind::Verdict, self.seconds(found.decided), label))
+        Some(PanelMark::new(MarkKind::Verdict, self.seconds(found.decided), label))
     }
 }

@@ -2,11 +2,11 @@
 
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
-use super::channels::Channels;
-use super::story::{Story, WINDOW_S};
+use super::channels::FigureChannels;
+use super::story::{FigureRun, WINDOW_S};
 use crate::statistics::first_beyond;
 use crate::trace::{ChannelTrace, ModuleTrace};
-use figure::plot::{Axis, Mark, MarkKind, Marker, Panel, Series, Shape, Stroke};
+use figure::plot::{MarkKind, Marker, Panel, PanelMark, PlotAxis, Series, SeriesStyle, Shape};
 
 /// What is shown around a fault \[ms\].
 const CLOSE_UP_MS: [f64; 2] = [-10.0, 40.0];
@@ -17,9 +17,9 @@ const LOWEST_RATIO: [f64; 2] = [1e-3, 1e-1];
 const HIGHEST_RATIO: f64 = 3.0;
 const THRESHOLD: &str = "threshold";
 
-impl Story {
+impl FigureRun {
     /// What the controller asks for, or what the gages read.
-    pub(super) fn signals(&self, title: impl Into<String>, channels: &Channels) -> Panel {
+    pub(super) fn signals(&self, title: impl Into<String>, channels: &FigureChannels) -> Panel {
         let (unit, scale) = unit(channels.kind);
         let quantity = match channels.kind {
             ComponentKind::Actuator => "demand",
@@ -32,24 +32,24 @@ impl Story {
             };
             signals.get(index).map(|values| values.iter().map(|x| scale * x).collect())
         });
-        self.panel(title, Axis::linear(format!("{quantity} [{unit}]")), series)
+        self.panel(title, PlotAxis::linear(format!("{quantity} [{unit}]")), series)
     }
 
     /// The residuals.
-    pub(super) fn residuals(&self, title: impl Into<String>, channels: &Channels) -> Panel {
+    pub(super) fn residuals(&self, title: impl Into<String>, channels: &FigureChannels) -> Panel {
         let (unit, scale) = unit(channels.kind);
         let series = self.series(channels, |_, _, channel| {
             Some(channel.residual.iter().map(|x| scale * x).collect())
         });
-        self.panel(title, Axis::linear(format!("residual [{unit}]")), series)
+        self.panel(title, PlotAxis::linear(format!("residual [{unit}]")), series)
     }
 
     /// Divergences over their thresholds, with the verdicts.
-    pub(super) fn divergences(&self, title: impl Into<String>, channels: &Channels) -> Panel {
+    pub(super) fn divergences(&self, title: impl Into<String>, channels: &FigureChannels) -> Panel {
         let mut series = self.series(channels, |_, _, channel| Some(ratios(channel)));
         let axis = ratio_axis(&series);
         series.extend(self.verdicts(channels, |step| self.seconds(step)));
-        let level = Mark::new(MarkKind::Level, 1.0, THRESHOLD);
+        let level = PanelMark::new(MarkKind::Level, 1.0, THRESHOLD);
         self.panel(title, axis, series).marked([level]).note(self.summary(channels))
     }
 
@@ -58,7 +58,7 @@ impl Story {
     pub(super) fn close_up(
         &self,
         title: impl Into<String>,
-        channels: &Channels,
+        channels: &FigureChannels,
         fault: usize,
     ) -> Panel {
         let injection = self.injections.get(fault);
@@ -73,13 +73,13 @@ impl Story {
         }
         let axis = ratio_axis(&series);
         series.extend(self.verdicts(channels, |step| ms(self.seconds(step))));
-        let x = Axis::linear("time since the fault [ms]").over(CLOSE_UP_MS);
-        let level = Mark::new(MarkKind::Level, 1.0, THRESHOLD);
+        let x = PlotAxis::linear("time since the fault [ms]").over(CLOSE_UP_MS);
+        let level = PanelMark::new(MarkKind::Level, 1.0, THRESHOLD);
         let marks = injection.map(|injection| self.close_up_marks(channels, injection));
         Panel::new(title, x, axis, series).marked([level]).marked(marks.unwrap_or_default())
     }
 
-    fn panel(&self, title: impl Into<String>, y: Axis, series: Vec<Series>) -> Panel {
+    fn panel(&self, title: impl Into<String>, y: PlotAxis, series: Vec<Series>) -> Panel {
         Panel::new(title, time_axis(), y, series)
     }
 
@@ -87,7 +87,7 @@ impl Story {
     /// of the first's.
     fn series(
         &self,
-        channels: &Channels,
+        channels: &FigureChannels,
         values: impl Fn(&ModuleTrace, usize, &ChannelTrace) -> Option<Vec<f64>>,
     ) -> Vec<Series> {
         let mut all = Vec::new();
@@ -108,15 +108,15 @@ impl Story {
 
     fn stroke(
         &self,
-        channels: &Channels,
+        channels: &FigureChannels,
         module: usize,
         index: usize,
         path: &ComponentPath,
-    ) -> Stroke {
+    ) -> SeriesStyle {
         let stroke = match (channels.modules.len(), module) {
-            (1, _) => Stroke::nth(index),
-            (_, 0) => Stroke::nth(index).solid(),
-            _ => Stroke::nth(index).dotted(),
+            (1, _) => SeriesStyle::nth(index),
+            (_, 0) => SeriesStyle::nth(index).solid(),
+            _ => SeriesStyle::nth(index).dotted(),
         };
         let faulty = self.injections.iter().any(|injection| injection.component == *path);
         if faulty { stroke.emphasised() } else { stroke }
@@ -129,7 +129,7 @@ impl Story {
     }
 
     /// A marker at each change that was named or explained.
-    fn verdicts(&self, channels: &Channels, time: impl Fn(Step) -> f64) -> Vec<Series> {
+    fn verdicts(&self, channels: &FigureChannels, time: impl Fn(Step) -> f64) -> Vec<Series> {
         let of = |named: bool| -> Vec<[f64; 2]> {
             let findings = self
                 .findings
@@ -138,7 +138,7 @@ impl Story {
             findings.map(|found| [time(found.detection), found.ratio]).collect()
         };
         let marked = |name, marker, named| {
-            let stroke = Stroke { colour: "#000000", marker, ..Stroke::nth(0) };
+            let stroke = SeriesStyle { colour: "#000000", marker, ..SeriesStyle::nth(0) };
             Series::new(name, Shape::Dots, stroke, of(named))
         };
         let series =
@@ -156,8 +156,8 @@ fn unit(kind: ComponentKind) -> (&'static str, f64) {
 }
 
 /// Time in a run.
-fn time_axis() -> Axis {
-    Axis::linear("time [s]").over(WINDOW_S)
+fn time_axis() -> PlotAxis {
+    PlotAxis::linear("time [s]").over(WINDOW_S)
 }
 
 /// D/γ.
@@ -166,7 +166,7 @@ fn ratios(channel: &ChannelTrace) -> Vec<f64> {
 }
 
 /// A logarithmic axis from the quiet channels' level to the peaks.
-fn ratio_axis(series: &[Series]) -> Axis {
+fn ratio_axis(series: &[Series]) -> PlotAxis {
     let ratios = series.iter().flat_map(|series| series.points.iter().map(|point| point[1]));
     let mut ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
     ratios.sort_by(f64::total_cmp);
@@ -174,5 +174,5 @@ fn ratio_axis(series: &[Series]) -> Axis {
     let low = first_beyond(&ratios, QUIET_SHARE).unwrap_or(highest).clamp(lowest, highest);
     let high = ratios.last().copied().unwrap_or(1.0).max(HIGHEST_RATIO);
     let decade = 10f64.powf(low.log10().floor());
-    Axis::log("D / γ").over([decade, 1.3 * high])
+    PlotAxis::log("D / γ").over([decade, 1.3 * high])
 }

@@ -2,52 +2,52 @@
 
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
-use super::channels::Channels;
-use super::verdict::{self, Finding};
-use crate::case::Injection;
+use super::channels::FigureChannels;
+use super::verdict::{self, FigureVerdict};
 use crate::error::StudyError;
-use crate::scenarios::Scenarios;
-use crate::trace::Trace;
+use crate::rig::TimedFault;
+use crate::scenarios::ScenarioCampaign;
+use crate::trace::RunTrace;
 
 /// What the paper's figures show of their runs \[s\].
 pub(super) const WINDOW_S: [f64; 2] = [10.4, 11.8];
 
 /// A run that a figure shows.
-pub(super) struct Story {
-    pub(super) trace: Trace,
-    pub(super) findings: Vec<Finding>,
-    pub(super) injections: Vec<Injection>,
+pub(super) struct FigureRun {
+    pub(super) trace: RunTrace,
+    pub(super) findings: Vec<FigureVerdict>,
+    pub(super) injections: Vec<TimedFault>,
     pub(super) step_s: f64,
 }
 
-impl Story {
+impl FigureRun {
     /// Runs the campaign's plant with faults that begin at these times \[s\].
     pub(super) fn run(
-        campaign: &Scenarios,
+        campaign: &ScenarioCampaign,
         seed: u64,
         faults: Vec<(f64, ComponentPath, vocabulary::fault::Fault)>,
     ) -> Result<Self, StudyError> {
         let step_s = campaign.system.parameters.step_s;
-        let injections: Vec<Injection> = (faults.into_iter())
+        let injections: Vec<TimedFault> = (faults.into_iter())
             .map(|(at_s, component, fault)| {
                 let at = Step((at_s / step_s).round() as u64);
-                Injection { at, until: None, component, fault }
+                TimedFault { at, until: None, component, fault }
             })
             .collect();
         let mut rig = campaign.system.rig(seed, injections.clone())?;
-        let trace = Trace::record(&mut rig, (WINDOW_S[1] / step_s).ceil() as u64)?;
+        let trace = RunTrace::record(&mut rig, (WINDOW_S[1] / step_s).ceil() as u64)?;
         Ok(Self { findings: verdict::findings(&trace), trace, injections, step_s })
     }
 
     /// Components of this kind in equipped module `number`, counted from 1.
-    pub(super) fn channels(&self, number: usize, kind: ComponentKind) -> Channels<'_> {
+    pub(super) fn channels(&self, number: usize, kind: ComponentKind) -> FigureChannels<'_> {
         let module = self.trace.modules.get(number.saturating_sub(1));
-        Channels { modules: module.into_iter().collect(), kind }
+        FigureChannels { modules: module.into_iter().collect(), kind }
     }
 
     /// Components of this kind in all modules.
-    pub(super) fn all_channels(&self, kind: ComponentKind) -> Channels<'_> {
-        Channels { modules: self.trace.modules.iter().collect(), kind }
+    pub(super) fn all_channels(&self, kind: ComponentKind) -> FigureChannels<'_> {
+        FigureChannels { modules: self.trace.modules.iter().collect(), kind }
     }
 
     /// Time of a step \[s\].
@@ -57,8 +57,8 @@ impl Story {
 
     /// The verdict on a component that is faulty, if there is one: that it is or, failing that, that
     /// something else is.
-    pub(super) fn finding_of(&self, injection: &Injection) -> Option<&Finding> {
-        let is_of = |found: &&Finding| {
+    pub(super) fn finding_of(&self, injection: &TimedFault) -> Option<&FigureVerdict> {
+        let is_of = |found: &&FigureVerdict| {
             found.component == injection.component && found.detection >= injection.at
         };
         let mut all = self.findings.iter().filter(is_of);
@@ -67,12 +67,12 @@ impl Story {
     }
 
     /// Time from a fault to a step \[ms\].
-    pub(super) fn ms_since(&self, injection: &Injection, step: Step) -> f64 {
+    pub(super) fn ms_since(&self, injection: &TimedFault, step: Step) -> f64 {
         1e3 * self.step_s * step.since(injection.at) as f64
     }
 
     /// What became of these channels, module by module.
-    pub(super) fn summary(&self, channels: &Channels) -> String {
+    pub(super) fn summary(&self, channels: &FigureChannels) -> String {
         let summaries: Vec<String> = (channels.modules.iter())
             .map(|module| {
                 let count = channels.of(module).count();
@@ -88,8 +88,8 @@ impl Story {
 
     /// What these faults are, in a sentence.
     pub(super) fn faults(&self) -> String {
-        let fault = |injection: &Injection| {
-            let Injection { at, component, fault, .. } = injection;
+        let fault = |injection: &TimedFault| {
+            let TimedFault { at, component, fault, .. } = injection;
             format!("{} in {component} at {:.1} s", fault.kind().words(), self.seconds(*at))
         };
         self.injections.iter().map(fault).collect::<Vec<_>>().join(" and ")
@@ -97,7 +97,7 @@ impl Story {
 
     /// What came of it, in a sentence.
     pub(super) fn outcome(&self) -> String {
-        let outcome = |injection: &Injection| {
+        let outcome = |injection: &TimedFault| {
             let component = &injection.component;
             let Some(found) = self.finding_of(injection) else {
                 return format!("{component} is not found");

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use diagnosis::{Transition, Verdict};
 use vocabulary::{ComponentKind, ComponentPath, ModuleName, Step};
 
-use crate::rig::Occurrence;
-use crate::trace::Trace;
+use crate::rig::RigEvent;
+use crate::trace::RunTrace;
 
 /// A verdict on a component that changed.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Finding {
+pub(super) struct FigureVerdict {
     /// The component.
     pub(super) component: ComponentPath,
     /// When its divergence reached its threshold.
@@ -24,12 +24,12 @@ pub(super) struct Finding {
 }
 
 /// Everything that was named or explained, in order.
-pub(super) fn findings(trace: &Trace) -> Vec<Finding> {
+pub(super) fn findings(trace: &RunTrace) -> Vec<FigureVerdict> {
     trace.occurrences.iter().filter_map(verdict).collect()
 }
 
-fn verdict(occurrence: &Occurrence) -> Option<Finding> {
-    let Occurrence::Transition { module, transition } = occurrence else { return None };
+fn verdict(occurrence: &RigEvent) -> Option<FigureVerdict> {
+    let RigEvent::Transition { module, transition } = occurrence else { return None };
     let by = match &transition.verdict {
         Verdict::Latched => None,
         Verdict::Explained { by, .. } => Some(by.clone()),
@@ -40,7 +40,7 @@ fn verdict(occurrence: &Occurrence) -> Option<Finding> {
         | Verdict::Unknown => return None,
     };
     let Transition { component, detection, decided, evidence, .. } = transition.as_ref();
-    Some(Finding {
+    Some(FigureVerdict {
         component: ComponentPath { module: module.clone(), component: component.clone() },
         detection: *detection,
         decided: *decided,
@@ -52,13 +52,13 @@ fn verdict(occurrence: &Occurrence) -> Option<Finding> {
 /// What became of the channels of one kind of one module, e.g. `5 of 8 change, explained by
 /// module1/actuator/a3`.
 pub(super) fn summary(
-    findings: &[Finding],
+    findings: &[FigureVerdict],
     module: &ModuleName,
     kind: ComponentKind,
     channels: usize,
 ) -> String {
     // The latest verdict on each component counts.
-    let mut latest: BTreeMap<&ComponentPath, &Finding> = BTreeMap::new();
+    let mut latest: BTreeMap<&ComponentPath, &FigureVerdict> = BTreeMap::new();
     for verdict in findings {
         let path = &verdict.component;
         if path.module == *module && path.component.kind() == kind {
