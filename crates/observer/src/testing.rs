@@ -1,8 +1,8 @@
 //! Messages for the tests of this crate.
 
 use vocabulary::{
-    Agreement, Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind,
-    Identification, ModulePhase, ModuleStatus, PeerStatus, RunId, Shelving, Step,
+    Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, Identification,
+    ModulePhase, ModuleStatus, PeerStatus, RunId, Shelving, Step,
 };
 
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
@@ -83,7 +83,7 @@ fn shelving(reason: &str) -> Shelving {
 
 /// It agrees with its reference.
 pub(crate) fn agreeing(state: FaultTransition) -> FaultTransition {
-    let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
+    let condition = Condition::Agrees { as_of: Step(9) };
     FaultTransition { condition: Some(condition), ..state }
 }
 

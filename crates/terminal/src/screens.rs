@@ -8,7 +8,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 use vocabulary::{
-    Agreement, Candidate, Channel, Condition, Divergences, FaultSize, FaultState, FaultTransition,
+    Candidate, Channel, Condition, Divergences, FaultSize, FaultState, FaultTransition,
     FreezeFrame, GivenOrder, GivenOrderKind, Identification, RunId, Shelving, Step, Trace, Unknown,
 };
 
@@ -51,8 +51,7 @@ fn assert_screens(name: &str, model: &Model) {
 }
 
 fn agreeing(component: &str) -> FaultTransition {
-    let condition =
-        Condition { agreement: Agreement::Agrees, as_of_step: Some(Step(4700)), reason: None };
+    let condition = Condition::Agrees { as_of: Step(4700) };
     FaultTransition { condition: Some(condition), ..state(component, FaultState::Normal, 600) }
 }
 

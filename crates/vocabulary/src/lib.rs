@@ -76,7 +76,7 @@ pub mod words;
 pub use change::{Change, ChangeReport};
 pub use clock_difference::ClockDifference;
 pub use component::{Component, ComponentError, ComponentKind, ComponentPath, Mention};
-pub use condition::{Agreement, Condition};
+pub use condition::{Condition, Obstacle};
 pub use configuration::ModuleConfiguration;
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};

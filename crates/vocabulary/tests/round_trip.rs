@@ -8,14 +8,14 @@ use proptest::strategy::ValueTree;
 use serde_json::Value;
 use support::{plain_topics, plant_topics};
 use vocabulary::{
-    ActuatorFault, Agreement, Alarm, Candidate, Change, ChangeReport, Channel, Component,
-    Condition, CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
+    ActuatorFault, Alarm, Candidate, Change, ChangeReport, Channel, Component, Condition,
+    CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
     FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected,
-    Injection, JournalStatus, Key, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed, Order,
-    PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress, Refused,
-    RunId, Sample, Shelving, Signature, SignaturePoint, StateAnswer, Step, Stroke, StrokeBegun,
-    StructureName, Symptom, Topic, Unknown, VERSION, Verdict, WindowLength, WindowMeans, decode,
-    encode,
+    Injection, JournalStatus, Key, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed,
+    Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault,
+    Progress, Refused, RunId, Sample, Shelving, Signature, SignaturePoint, StateAnswer, Step,
+    Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown, VERSION, Verdict, WindowLength,
+    WindowMeans, decode, encode,
     fault::{Fault, FaultKind},
     keys::PLANT,
 };
@@ -295,10 +295,8 @@ fn events_are_read_back() {
         disputed: Some("module2/sensor/g1".parse().unwrap()),
         unknown: Some(Unknown { since_unix_ns: 8, reason: "no sample for 500 ms".into() }),
         tare: Some(1.5e-6),
-        condition: Some(Condition {
-            agreement: Agreement::CannotTell,
-            as_of_step: Some(Step(38)),
-            reason: Some("storm".into()),
+        condition: Some(Condition::CannotTell {
+            obstacle: Obstacle::UnseenForce("module2/actuator/a1".parse().unwrap()),
         }),
         identification: Some(Box::new(identification().without_signature())),
         order: Some(GivenOrder {

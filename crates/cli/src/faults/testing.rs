@@ -2,8 +2,8 @@
 
 use observer::{ModuleHistory, ModuleView, NetworkState, Scene};
 use vocabulary::{
-    Agreement, Candidate, Condition, Evidence, FaultState, FaultTransition, GivenOrder,
-    GivenOrderKind, Identification, ModulePhase, ModuleStatus, RunId, Step, Unknown,
+    Candidate, Condition, Evidence, FaultState, FaultTransition, GivenOrder, GivenOrderKind,
+    Identification, ModulePhase, ModuleStatus, RunId, Step, Unknown,
 };
 
 /// A scene of these modules, with a network.
@@ -43,8 +43,7 @@ pub(crate) fn state(component: &str, state: FaultState) -> FaultTransition {
 
 /// It agrees with its reference.
 pub(super) fn agreeing(state: FaultTransition) -> FaultTransition {
-    let condition =
-        Condition { agreement: Agreement::Agrees, as_of_step: Some(Step(4999)), reason: None };
+    let condition = Condition::Agrees { as_of: Step(4999) };
     FaultTransition { condition: Some(condition), ..state }
 }
 
