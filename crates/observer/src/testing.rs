@@ -2,7 +2,7 @@
 
 use vocabulary::{
     Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, Identification,
-    ModulePhase, ModuleStatus, PeerStatus, RunId, Shelving, Step,
+    ModulePhase, ModuleStatus, PeerStatus, RunId, Shelving, Step, fault::FaultKind,
 };
 
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
@@ -91,7 +91,8 @@ pub(crate) fn agreeing(state: FaultTransition) -> FaultTransition {
 pub(crate) fn identification(decided: bool, kinds: &[&str]) -> Identification {
     let candidate = |kind: &&str| {
         let probability = if decided { 0.987 } else { 0.5 };
-        Candidate { kind: (*kind).to_owned(), probability, size: None }
+        let kind = FaultKind::ALL.into_iter().find(|known| known.as_str() == *kind).unwrap();
+        Candidate { kind, probability, size: None }
     };
     Identification {
         structure: "tower".parse().unwrap(),

@@ -3,7 +3,7 @@
 use observer::{ModuleHistory, ModuleView, NetworkState, Scene};
 use vocabulary::{
     Candidate, Condition, Evidence, FaultState, FaultTransition, GivenOrder, GivenOrderKind,
-    Identification, ModulePhase, ModuleStatus, RunId, Step, Unknown,
+    Identification, ModulePhase, ModuleStatus, RunId, Step, Unknown, fault::FaultKind,
 };
 
 /// A scene of these modules, with a network.
@@ -78,7 +78,8 @@ pub(crate) fn latched(component: &str) -> FaultTransition {
 pub(crate) fn identification(decided: bool, kinds: &[&str]) -> Identification {
     let candidate = |kind: &&str| {
         let probability = if decided { 0.987 } else { 0.5 };
-        Candidate { kind: (*kind).to_owned(), probability, size: None }
+        let kind = FaultKind::ALL.into_iter().find(|known| known.as_str() == *kind).unwrap();
+        Candidate { kind, probability, size: None }
     };
     Identification {
         structure: "tower".parse().unwrap(),
