@@ -3,8 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "names that are right")]
 
 use vocabulary::{
-    Agreement, Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind,
-    Identification, ModulePhase, ModuleStatus, PeerStatus, RunId, Shelving, Step,
+    Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, Identification,
+    ModulePhase, ModuleStatus, PeerStatus, RunId, Shelving, Step, fault::FaultKind,
 };
 
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
@@ -90,7 +90,7 @@ fn shelving(reason: &str) -> Shelving {
 /// It agrees with its reference.
 #[must_use]
 pub fn agreeing(state: FaultTransition) -> FaultTransition {
-    let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
+    let condition = Condition::Agrees { as_of: Step(9) };
     FaultTransition { condition: Some(condition), ..state }
 }
 
@@ -99,7 +99,8 @@ pub fn agreeing(state: FaultTransition) -> FaultTransition {
 pub fn identification(decided: bool, kinds: &[&str]) -> Identification {
     let candidate = |kind: &&str| {
         let probability = if decided { 0.987 } else { 0.5 };
-        Candidate { kind: (*kind).to_owned(), probability, size: None }
+        let kind = FaultKind::ALL.into_iter().find(|known| known.as_str() == *kind).unwrap();
+        Candidate { kind, probability, size: None }
     };
     Identification {
         structure: "tower".parse().unwrap(),

@@ -8,7 +8,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 use vocabulary::{
-    Agreement, Candidate, Channel, Condition, Divergences, FaultSize, FaultState, FaultTransition,
+    Candidate, Channel, Condition, Divergences, FaultSize, FaultState, FaultTransition,
     FreezeFrame, GivenOrder, GivenOrderKind, Identification, RunId, Shelving, Step, Trace, Unknown,
 };
 
@@ -51,15 +51,19 @@ fn assert_screens(name: &str, model: &Model) {
 }
 
 fn agreeing(component: &str) -> FaultTransition {
-    let condition =
-        Condition { agreement: Agreement::Agrees, as_of_step: Some(Step(4700)), reason: None };
+    let condition = Condition::Agrees { as_of: Step(4700) };
     FaultTransition { condition: Some(condition), ..state(component, FaultState::Normal, 600) }
 }
 
 fn bias() -> Identification {
     let size = FaultSize { value: 4.51e-5, low: 4.48e-5, high: 4.54e-5, unit: "m".to_owned() };
-    let bias = Candidate { kind: "bias".to_owned(), probability: 0.987, size: Some(size) };
-    let drift = Candidate { kind: "drift".to_owned(), probability: 0.013, size: None };
+    let bias = Candidate {
+        kind: vocabulary::fault::FaultKind::Bias,
+        probability: 0.987,
+        size: Some(size),
+    };
+    let drift =
+        Candidate { kind: vocabulary::fault::FaultKind::Drift, probability: 0.013, size: None };
     Identification {
         structure: "tower".parse().unwrap(),
         module: "module1".parse().unwrap(),

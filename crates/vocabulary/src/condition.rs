@@ -1,58 +1,104 @@
 //! What the comparison of a component with its reference says.
 
-use crate::Step;
+use std::fmt;
+
+use crate::{ComponentPath, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a component stands to its reference: what it measures while it is healthy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Agreement {
+/// The condition of a component as of the latest comparison with its reference: what it measures while it is healthy.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "agreement", rename_all = "snake_case")]
+pub enum Condition {
     /// There is no reference: nobody knows whether it is healthy.
     NotVerified,
     /// It has not been compared yet.
     NotCompared,
     /// It agrees with its reference.
-    Agrees,
+    Agrees {
+        /// The last step of the window that was compared.
+        #[serde(rename = "as_of_step")]
+        as_of: Step,
+    },
     /// It departed from its reference in the latest window. The next one will tell.
-    Doubtful,
+    Doubtful {
+        /// The last step of that window.
+        #[serde(rename = "as_of_step")]
+        as_of: Step,
+    },
     /// It has departed from its reference.
-    Departed,
-    /// It or another component has.
-    OneOf,
+    Departed {
+        /// The last step of the latest window in which it did.
+        #[serde(rename = "as_of_step")]
+        as_of: Step,
+    },
+    /// It or another of these has.
+    OneOf {
+        /// The last step of the latest window.
+        #[serde(rename = "as_of_step")]
+        as_of: Step,
+        /// Those that may be meant, itself included, the likeliest first.
+        components: Vec<ComponentPath>,
+    },
     /// It cannot be compared at present.
-    CannotTell,
+    CannotTell {
+        /// Why.
+        obstacle: Obstacle,
+    },
 }
 
-impl Agreement {
-    /// The name in messages.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Agreement::NotVerified => "not_verified",
-            Agreement::NotCompared => "not_compared",
-            Agreement::Agrees => "agrees",
-            Agreement::Doubtful => "doubtful",
-            Agreement::Departed => "departed",
-            Agreement::OneOf => "one_of",
-            Agreement::CannotTell => "cannot_tell",
-        }
-    }
+/// Why a component cannot be compared with its reference.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Obstacle {
+    /// The structure swings more than it did during commissioning.
+    Swinging,
+    /// The force of this cylinder is beyond what was seen during commissioning.
+    UnseenForce(ComponentPath),
+    /// No small set of displaced gages explains what is measured.
+    NoSetFits,
+}
 
+impl Condition {
     /// May a component of which nothing else is known be called normal?
     #[must_use]
-    pub fn allows_normal(self) -> bool {
-        matches!(self, Agreement::NotVerified | Agreement::Agrees)
+    pub fn allows_normal(&self) -> bool {
+        matches!(self, Condition::NotVerified | Condition::Agrees { .. })
+    }
+
+    /// In words, what keeps the component from being normal.
+    #[must_use]
+    pub fn reason(&self) -> Option<String> {
+        match self {
+            Condition::NotVerified | Condition::Agrees { .. } => None,
+            Condition::NotCompared => Some("not compared with its reference yet".to_owned()),
+            Condition::Doubtful { .. } => {
+                Some("it departed from its reference in the latest window".to_owned())
+            }
+            Condition::Departed { .. } => Some("it departs from its reference".to_owned()),
+            Condition::OneOf { components, .. } => {
+                let names: Vec<String> = components.iter().map(ToString::to_string).collect();
+                Some(format!("one of these departs from its reference: {}", names.join(", ")))
+            }
+            Condition::CannotTell { obstacle } => {
+                Some(format!("it cannot be compared: {obstacle}"))
+            }
+        }
     }
 }
 
-/// The condition of a component as of the latest comparison.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Condition {
-    /// How it stands to its reference.
-    pub agreement: Agreement,
-    /// The last step of the window that was compared.
-    pub as_of_step: Option<Step>,
-    /// In words, what keeps it from being normal.
-    pub reason: Option<String>,
+impl fmt::Display for Obstacle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Obstacle::Swinging => {
+                f.write_str("the structure swings more than during commissioning")
+            }
+            Obstacle::UnseenForce(actuator) => {
+                write!(f, "the force of {actuator} is beyond what was seen during commissioning")
+            }
+            Obstacle::NoSetFits => {
+                f.write_str("more departs from the reference than a few gages explain")
+            }
+        }
+    }
 }

@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentKind;
@@ -77,34 +78,36 @@ pub enum Fault {
 }
 
 /// A fault without its parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
-    /// See [`Fault::InternalLeakage`].
+    /// A leak between the chambers of a cylinder.
     InternalLeakage,
-    /// See [`Fault::ExternalLeakageA`].
+    /// A leak of chamber A of a cylinder to the outside.
     ExternalLeakageA,
-    /// See [`Fault::ExternalLeakageB`].
+    /// A leak of chamber B of a cylinder to the outside.
     ExternalLeakageB,
-    /// See [`Fault::HardOver`].
+    /// The inlet valve of chamber A of a cylinder is fully open.
     HardOver,
-    /// See [`Fault::Stiction`].
+    /// A cylinder's valve sticks.
     Stiction,
-    /// See [`Fault::Bias`].
+    /// A gage reads a constant too much.
     Bias,
-    /// See [`Fault::Drift`].
+    /// A gage reads too much, more and more at a constant rate.
     Drift,
-    /// See [`Fault::RandomWalk`].
+    /// A gage's error is a random walk.
     RandomWalk,
-    /// See [`Fault::Gain`].
+    /// A gage reads a multiple.
     Gain,
-    /// See [`Fault::ZeroOutput`].
+    /// A gage reads zero, noise apart.
     ZeroOutput,
-    /// See [`Fault::Stuck`].
+    /// A gage repeats a reading.
     Stuck,
-    /// See [`Fault::Intermittent`].
+    /// A gage has a bad contact.
     Intermittent,
-    /// See [`Fault::NoSignal`].
+    /// A gage gives no reading.
     NoSignal,
 }
 

@@ -37,10 +37,8 @@ pub struct Identification {
 /// A kind that a fault may be of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Candidate {
-    /// Of a cylinder `internal_leakage`, `external_leakage_a`, `external_leakage_b`, `hard_over` or `stiction`; of a gage
-    /// `bias`, `drift`, `random_walk`, `gain`, `zero_output`, `stuck`, `intermittent` or `no_signal`. Later versions may
-    /// know others.
-    pub kind: String,
+    /// The kind.
+    pub kind: FaultKind,
     /// How probable it is, from 0 to 1.
     pub probability: f64,
     /// How large it is if it is of this kind, where that means anything.
@@ -57,7 +55,7 @@ pub struct FaultSize {
     /// It is more than this with a probability of 2.5 %, in `unit`.
     pub high: f64,
     /// `m` of a bias and of what a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a
-    /// gain, `m²` of a leak's coefficient. Later versions may know others.
+    /// gain, `m²` of a leak's coefficient.
     pub unit: String,
 }
 
@@ -97,14 +95,6 @@ impl Identification {
     pub fn without_signature(mut self) -> Identification {
         self.signature = None;
         self
-    }
-}
-
-impl Candidate {
-    /// The kind, if it is one that this version knows.
-    #[must_use]
-    pub fn known_kind(&self) -> Option<FaultKind> {
-        FaultKind::ALL.into_iter().find(|kind| kind.as_str() == self.kind)
     }
 }
 

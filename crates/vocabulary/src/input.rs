@@ -116,19 +116,18 @@ pub struct Remembered {
     /// The latest transition of each component that had one.
     pub latest: Vec<FaultTransition>,
     /// The run being diagnosed, and what was watched of it.
-    pub watch: Option<RememberedWatch>,
+    pub watch: Option<PastWatch>,
 }
 
 /// What was watched of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct RememberedWatch {
+pub struct PastWatch {
     /// The run.
     pub run: RunId,
-    /// First step that every channel was watched at, if there was one.
-    pub since_step: Option<Step>,
-    /// Last step that it was.
-    pub until_step: Option<Step>,
-    /// The changes of the run.
+    /// First and last step that every channel was watched at, if there was one.
+    pub watched: Option<(Step, Step)>,
+    /// The changes of the run as the diagnoser settled them, in that order. Of a change that is there twice the later one
+    /// counts.
     pub changes: Vec<Change>,
 }
 

@@ -76,7 +76,7 @@ pub mod words;
 pub use change::{Change, ChangeReport};
 pub use clock_difference::ClockDifference;
 pub use component::{Component, ComponentError, ComponentKind, ComponentPath, Mention};
-pub use condition::{Agreement, Condition};
+pub use condition::{Condition, Obstacle};
 pub use configuration::ModuleConfiguration;
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
@@ -89,7 +89,7 @@ pub use identification::{
     Candidate, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature, SignaturePoint,
 };
 pub use injection::{Injected, Injection};
-pub use input::{Input, InputQuestion, Remembered, RememberedWatch, Taken};
+pub use input::{Input, InputQuestion, PastWatch, Remembered, Taken};
 pub use keys::{Key, KeyError, PlantTopic, Topic};
 pub use name::{
     ActuatorName, GageName, MAX_NAME_LENGTH, MaterialName, MemberName, ModuleName, NameError,

@@ -4,7 +4,7 @@ use crate::{ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::condition::{Agreement, Condition};
+use crate::condition::Condition;
 use crate::encoding::{Message, tagged_by_word};
 use crate::evidence::Evidence;
 use crate::fault_state::FaultState;
@@ -159,7 +159,7 @@ impl FaultTransition {
     /// Did it agree with its reference in the latest window?
     #[must_use]
     pub fn is_verified(&self) -> bool {
-        self.condition.as_ref().is_some_and(|known| known.agreement == Agreement::Agrees)
+        matches!(self.condition, Some(Condition::Agrees { .. }))
     }
 
     /// Whether its alarm is set aside at present, and which way: of two, the one that ends later.

@@ -2,8 +2,8 @@
 
 use observer::{ModuleView, NetworkState, Scene};
 use vocabulary::{
-    Agreement, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModuleStatus,
-    RunId, Shelving, Step, Unknown,
+    Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, ModuleStatus, RunId,
+    Shelving, Step, Unknown,
 };
 
 /// When the scenes were made \[ns since 1970\].
@@ -13,9 +13,10 @@ pub(crate) const NOW_NS: u64 = 1_795_000_000_000_000_000;
 pub(crate) fn component(path: &str, state: FaultState) -> FaultTransition {
     let untouched =
         FaultTransition::untouched("tower".parse().unwrap(), path.parse().unwrap(), NOW_NS);
-    let agreement =
-        if state == FaultState::Normal { Agreement::Agrees } else { Agreement::CannotTell };
-    let condition = Some(Condition { agreement, as_of_step: None, reason: None });
+    let condition = Some(match state {
+        FaultState::Normal => Condition::Agrees { as_of: vocabulary::Step(9) },
+        _ => Condition::CannotTell { obstacle: vocabulary::Obstacle::Swinging },
+    });
     FaultTransition { verdict: vocabulary::Verdict::example(state), condition, ..untouched }
 }
 

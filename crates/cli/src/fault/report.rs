@@ -9,7 +9,7 @@ use vocabulary::{
 use super::frame::WIDEST;
 use crate::paint::{Paint, tone_colour};
 use crate::table::{TextTable, table};
-use vocabulary::words::{candidate, fault_size, in_small_units, kind, percent, utc};
+use vocabulary::words::{candidate, fault_size, in_small_units, percent, utc};
 
 /// The width of a drawing that goes to a file.
 pub(super) const USUAL_WIDTH: u16 = 80;
@@ -58,7 +58,7 @@ fn add_identification(rows: &mut TextTable, identification: &Identification) {
     let mut others = identification.candidates.as_slice();
     match (identification.kind(), &identification.candidates[..]) {
         (Some(decided), rest) => {
-            rows.add_row(["kind".to_owned(), kind(decided)]);
+            rows.add_row(["kind", decided.kind.words()]);
             rows.add_row(["probability".to_owned(), percent(decided.probability)]);
             if let Some(size) = &decided.size {
                 rows.add_row(["size".to_owned(), fault_size(size)]);
@@ -84,7 +84,7 @@ fn add_identification(rows: &mut TextTable, identification: &Identification) {
 /// much.
 fn note(decided: &Candidate) -> Option<&'static str> {
     let too_much = decided.size.as_ref().is_some_and(|size| size.value > 1.0);
-    let is_gain = decided.known_kind() == Some(FaultKind::Gain);
+    let is_gain = decided.kind == FaultKind::Gain;
     (is_gain && too_much).then_some("structure, or a gage that reads too much")
 }
 
@@ -108,13 +108,14 @@ mod tests {
     use observer::testing::{identification, state};
     use vocabulary::{FaultSize, FaultState, Step};
 
-    fn sized(kind: &str, unit: &str, probability: f64, [low, value, high]: [f64; 3]) -> Candidate {
+    fn sized(kind: FaultKind, unit: &str, probability: f64, interval: [f64; 3]) -> Candidate {
+        let [low, value, high] = interval;
         let size = Some(FaultSize { value, low, high, unit: unit.to_owned() });
-        Candidate { kind: kind.to_owned(), probability, size }
+        Candidate { kind, probability, size }
     }
 
     fn bias(probability: f64) -> Candidate {
-        sized("bias", "m", probability, [44.8e-6, 45.1e-6, 45.4e-6])
+        sized(FaultKind::Bias, "m", probability, [44.8e-6, 45.1e-6, 45.4e-6])
     }
 
     fn fault(identification: Option<Identification>) -> FaultTransition {
@@ -133,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_decided_fault_is_told_with_size_and_interval() {
-        let drift = sized("drift", "m/s", 0.0127, [8.95e-5, 9e-5, 9.05e-5]);
+        let drift = sized(FaultKind::Drift, "m/s", 0.0127, [8.95e-5, 9e-5, 9.05e-5]);
         let found = identified(true, vec![bias(0.9873), drift]);
         let expected = "  m1/sensor/g2   of tower
 ──────────────────────────────────────────────────────────────
@@ -152,7 +153,7 @@ nothing measured is kept any more";
 
     #[test]
     fn as_long_as_it_is_not_decided_there_are_contenders() {
-        let drift = sized("drift", "m/s", 0.4, [8.95e-5, 9e-5, 9.05e-5]);
+        let drift = sized(FaultKind::Drift, "m/s", 0.4, [8.95e-5, 9e-5, 9.05e-5]);
         let text = text(&identified(false, vec![bias(0.6), drift]), None);
         for line in [
             "  kind           not yet decided\n",
@@ -175,7 +176,8 @@ nothing measured is kept any more";
 
     #[test]
     fn a_gain_above_one_may_be_the_structure() {
-        let gain = |value: f64| sized("gain", "1", 0.99, [value - 0.01, value, value + 0.01]);
+        let gain =
+            |value: f64| sized(FaultKind::Gain, "1", 0.99, [value - 0.01, value, value + 0.01]);
         let noted = |value| {
             text(&identified(true, vec![gain(value)]), None)
                 .contains("note           structure, or a gage that reads too much")

@@ -3,12 +3,9 @@
 
 use std::sync::Arc;
 
-use diagnosis::state;
 use parking_lot::Mutex;
 use shell::clock;
 use vocabulary::{Condition, FaultTransition, Unknown};
-
-use diagnosis::messages::to_condition;
 
 /// Shared by the loop and those who answer.
 #[derive(Debug, Clone)]
@@ -22,18 +19,19 @@ struct Known {
 }
 
 impl Conditions {
-    pub(crate) fn new<'a>(conditions: impl Iterator<Item = &'a state::Condition>) -> Self {
-        let known = |condition| Known { condition: to_condition(condition), hidden_since_ns: None };
+    pub(crate) fn new<'a>(conditions: impl Iterator<Item = &'a Condition>) -> Self {
+        let known =
+            |condition: &Condition| Known { condition: condition.clone(), hidden_since_ns: None };
         let board = Self(Arc::new(Mutex::new(conditions.map(known).collect())));
         board.0.lock().iter_mut().for_each(Known::date);
         board
     }
 
     /// Takes the conditions at present, in the order of the channels.
-    pub(crate) fn update<'a>(&self, conditions: impl Iterator<Item = &'a state::Condition>) {
+    pub(crate) fn update<'a>(&self, conditions: impl Iterator<Item = &'a Condition>) {
         let mut board = self.0.lock();
         for (known, condition) in board.iter_mut().zip(conditions) {
-            known.condition = to_condition(condition);
+            known.condition.clone_from(condition);
             known.date();
         }
     }
@@ -43,7 +41,7 @@ impl Conditions {
         let board = self.0.lock();
         let Some(known) = board.get(channel) else { return state };
         let condition = known.condition.clone();
-        let reason = condition.reason.clone().unwrap_or_default();
+        let reason = condition.reason().unwrap_or_default();
         let state = match known.hidden_since_ns {
             Some(since_unix_ns) if state.state() == vocabulary::FaultState::Normal => {
                 state.while_unknown(Unknown { since_unix_ns, reason })
@@ -57,7 +55,7 @@ impl Conditions {
 impl Known {
     /// What lasts began when it was first seen.
     fn date(&mut self) {
-        let hidden = !self.condition.agreement.allows_normal();
+        let hidden = !self.condition.allows_normal();
         let since = self.hidden_since_ns.unwrap_or_else(clock::unix_ns);
         self.hidden_since_ns = hidden.then_some(since);
     }

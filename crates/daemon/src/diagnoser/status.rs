@@ -1,16 +1,15 @@
 //! How the diagnoser is.
 
-use diagnosis::state::Condition;
 use diagnosis::{Diagnoser, Evidence, Transition, Verdict};
 use shell::clock;
 use vocabulary::{
-    Agreement, Component, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
+    Component, Condition, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerStatus, PublisherCounters,
 };
 
 use super::set_aside;
 use crate::metrics::{AsideReport, ComponentReport};
-use diagnosis::messages::{Speaker, to_condition, to_phase};
+use diagnosis::messages::{Speaker, to_phase};
 
 /// What the diagnoser itself does not know.
 #[derive(Debug)]
@@ -39,7 +38,7 @@ pub(crate) fn compile(diagnoser: &Diagnoser, around: Surroundings<'_>) -> Module
     let count = |wanted: fn(&Verdict) -> bool| {
         diagnoser.verdicts().filter(|(_, verdict)| wanted(verdict)).count() as u64
     };
-    let agrees = |condition: &&Condition| to_condition(condition).agreement == Agreement::Agrees;
+    let agrees = |condition: &&Condition| matches!(condition, Condition::Agrees { .. });
     ModuleStatus {
         structure: around.speaker.structure.clone(),
         module: around.speaker.module.clone(),
@@ -79,8 +78,7 @@ pub(crate) fn of_components(diagnoser: &Diagnoser, phase: ModulePhase) -> Vec<Co
         ((&Component, &Verdict), &Evidence),
         &Condition,
     )| {
-        let is_hidden =
-            phase != ModulePhase::InService || !to_condition(condition).agreement.allows_normal();
+        let is_hidden = phase != ModulePhase::InService || !condition.allows_normal();
         let ratio = evidence.divergence.map(|_| evidence.ratio());
         let state = match verdict.state() {
             FaultState::Normal if is_hidden => FaultState::Unknown,

@@ -32,7 +32,7 @@ impl Speaker {
 fn candidate(candidate: &Candidate) -> vocabulary::Candidate {
     let Candidate { kind, probability, size } = *candidate;
     let size = size.zip(unit(kind)).and_then(|(size, unit)| to_wire_size(size, unit));
-    vocabulary::Candidate { kind: kind.as_str().to_owned(), probability, size }
+    vocabulary::Candidate { kind, probability, size }
 }
 
 /// JSON has no infinities: a size that is not finite is none.
@@ -65,12 +65,9 @@ fn signature(kind: ComponentKind, points: &[SignaturePoint]) -> Option<Signature
         ComponentKind::Sensor => "m",
         ComponentKind::Actuator => "m³",
     };
-    let finite: Vec<_> =
-        points.iter().filter(|one| one.measured.is_finite() && one.fitted.is_finite()).collect();
-    let point = |&SignaturePoint { step, measured, fitted }: &SignaturePoint| {
-        vocabulary::SignaturePoint { step, measured, fitted }
-    };
-    let points: Vec<_> = thinned(&finite).map(point).collect();
+    let is_finite = |one: &&SignaturePoint| one.measured.is_finite() && one.fitted.is_finite();
+    let finite: Vec<_> = points.iter().filter(is_finite).copied().collect();
+    let points: Vec<_> = thinned(&finite).collect();
     (!points.is_empty()).then(|| Signature { unit: unit.to_owned(), points })
 }
 

@@ -1,7 +1,7 @@
 //! What a diagnoser took beside samples.
 
-use crate::{Event, Memory, Order, PastWatch, PeerFailure, Question};
-use vocabulary::{Component, Remembered, RememberedWatch, StructureName, Taken, WindowLength};
+use crate::{Event, Memory, Order, PeerFailure, Question};
+use vocabulary::{Component, Remembered, StructureName, Taken, WindowLength};
 
 use super::{Speaker, from_answer, from_transition};
 
@@ -76,10 +76,6 @@ impl Speaker {
     pub fn remembered(&self, memory: &Memory) -> Remembered {
         let Memory { sequence, latest, watch } = memory.clone();
         let latest = latest.into_iter().map(|transition| self.transition(transition, 0));
-        let watch = watch.map(|PastWatch { run, watched, changes }| {
-            let (since_step, until_step) = watched.unzip();
-            RememberedWatch { run, since_step, until_step, changes }
-        });
         Remembered { sequence, latest: latest.collect(), watch }
     }
 }
@@ -88,10 +84,5 @@ impl Speaker {
 #[must_use]
 pub fn to_memory(remembered: Remembered) -> Memory {
     let Remembered { sequence, latest, watch } = remembered;
-    let watch = watch.map(|RememberedWatch { run, since_step, until_step, changes }| PastWatch {
-        run,
-        watched: since_step.zip(until_step),
-        changes,
-    });
     Memory { sequence, latest: latest.into_iter().filter_map(from_transition).collect(), watch }
 }

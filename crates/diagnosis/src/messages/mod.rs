@@ -9,11 +9,11 @@ mod input;
 pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
-use crate::state::{self, WindowLength, WindowMeans};
+use crate::state::{WindowLength, WindowMeans};
 use crate::{Answer, Phase, Question, Transition};
 use vocabulary::{
-    Agreement, Component, ComponentPath, FaultTransition, ModuleName, ModulePhase, RunId, Step,
-    StructureName, Verdict,
+    Component, ComponentPath, FaultTransition, ModuleName, ModulePhase, RunId, Step, StructureName,
+    Verdict,
 };
 
 /// The publishing module.
@@ -215,35 +215,6 @@ pub fn from_answer(answer: vocabulary::StateAnswer, window: Option<WindowLength>
         alarms: answer.alarms,
         window: means,
     }
-}
-
-/// In words what keeps a component from being normal.
-#[must_use]
-pub fn to_condition(condition: &state::Condition) -> vocabulary::Condition {
-    use state::Condition as Known;
-    let (agreement, as_of_step, reason) = match condition {
-        Known::NotVerified => (Agreement::NotVerified, None, None),
-        Known::NotCompared => {
-            (Agreement::NotCompared, None, Some("not compared with its reference yet".to_owned()))
-        }
-        Known::Agrees { as_of } => (Agreement::Agrees, Some(*as_of), None),
-        Known::Doubtful { as_of } => {
-            let reason = "it departed from its reference in the latest window";
-            (Agreement::Doubtful, Some(*as_of), Some(reason.to_owned()))
-        }
-        Known::Departed { as_of } => {
-            (Agreement::Departed, Some(*as_of), Some("it departs from its reference".to_owned()))
-        }
-        Known::OneOf { as_of, components } => {
-            let names: Vec<String> = components.iter().map(ToString::to_string).collect();
-            let reason = format!("one of these departs from its reference: {}", names.join(", "));
-            (Agreement::OneOf, Some(*as_of), Some(reason))
-        }
-        Known::CannotTell { obstacle } => {
-            (Agreement::CannotTell, None, Some(format!("it cannot be compared: {obstacle}")))
-        }
-    };
-    vocabulary::Condition { agreement, as_of_step, reason }
 }
 
 /// The word for a phase, and since which step it is in service.

@@ -11,7 +11,6 @@ use std::sync::Arc;
 
 use vocabulary::{ComponentPath, ModuleName, Step};
 
-use super::condition::{Condition, Obstacle};
 use super::fault_set::{is_evidence, largest_evidence, smallest};
 use super::gaussian::{GaussianComparison, ValueDeparture};
 use super::reference::{ForceRange, MeansReference, Reference};
@@ -19,6 +18,7 @@ use super::track::{Departed, Track, WindowFinding, WindowOutcome};
 use super::window::cylinder_values;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
+use vocabulary::{Condition, Obstacle};
 use vocabulary::{CylinderMeans, GageMeans, Symptom, WindowLength, WindowMeans};
 
 /// Windows one after the other in which a departure has to show: of a gage, of a cylinder, of a gage in short windows. What

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use vocabulary::{ModuleName, Step};
 
-use super::condition::Condition;
 use super::detector::{Conclusion, Reaction, StateDetector};
 use super::reference::Reference;
 use super::track::WindowFinding;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
+use vocabulary::Condition;
 use vocabulary::{WindowLength, WindowMeans};
 
 /// Questions to peers about short windows between two long ones: what they cannot settle waits for the long one.

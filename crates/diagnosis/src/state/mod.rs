@@ -4,7 +4,6 @@
 //! module.
 
 mod commissioning;
-mod condition;
 mod detector;
 mod detectors;
 mod fault_set;
@@ -16,7 +15,6 @@ mod track;
 mod window;
 
 pub use commissioning::{CommissioningError, LEAST_THRESHOLD, commission};
-pub use condition::{Condition, Obstacle};
 pub(crate) use detector::{Conclusion, Reaction};
 pub(crate) use detectors::Detectors;
 pub use gaussian::Gaussian;
@@ -26,5 +24,5 @@ pub use reference::{
 };
 pub use snippet::Snippet;
 pub(crate) use track::{Departed, WindowFinding};
-pub use vocabulary::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
+pub use vocabulary::{Condition, CylinderMeans, GageMeans, Obstacle, WindowLength, WindowMeans};
 pub(crate) use window::{MeansCollector, MeasuredStep};

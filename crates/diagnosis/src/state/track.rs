@@ -2,8 +2,8 @@
 
 use vocabulary::{ComponentPath, Step};
 
-use super::condition::{Condition, Obstacle};
 use vocabulary::Symptom;
+use vocabulary::{Condition, Obstacle};
 
 /// Windows one after the other without a mean of a component, from which on nothing is known of it.
 const MISSED: u32 = 2;

@@ -75,7 +75,7 @@ fn replace<K: Ord, V: Clone>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vocabulary::{Candidate, ModulePhase, RunId, Step};
+    use vocabulary::{Candidate, ModulePhase, RunId, Step, fault::FaultKind};
 
     fn phase(time_unix_ns: u64) -> PhaseChange {
         PhaseChange {
@@ -90,7 +90,7 @@ mod tests {
         }
     }
 
-    fn identification(kind: &str, time_unix_ns: u64) -> Identification {
+    fn identification(kind: FaultKind, time_unix_ns: u64) -> Identification {
         Identification {
             structure: "tower".parse().unwrap(),
             module: "m1".parse().unwrap(),
@@ -99,7 +99,7 @@ mod tests {
             sequence: 2,
             as_of_step: Step(time_unix_ns),
             decided: true,
-            candidates: vec![Candidate { kind: kind.to_owned(), probability: 1.0, size: None }],
+            candidates: vec![Candidate { kind, probability: 1.0, size: None }],
             signature: None,
             time_unix_ns,
         }
@@ -119,8 +119,11 @@ mod tests {
         let mut newest = Newest::default();
         let mut is_news =
             |kind, time, came| newest.identification(&identification(kind, time), came);
-        assert!(is_news("bias", 5, Came::Answered));
-        assert!(!is_news("bias", 15, Came::Answered) && is_news("bias", 25, Came::Published));
-        assert!(is_news("drift", 35, Came::Answered));
+        assert!(is_news(FaultKind::Bias, 5, Came::Answered));
+        assert!(
+            !is_news(FaultKind::Bias, 15, Came::Answered)
+                && is_news(FaultKind::Bias, 25, Came::Published)
+        );
+        assert!(is_news(FaultKind::Drift, 35, Came::Answered));
     }
 }

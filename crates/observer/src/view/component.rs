@@ -5,8 +5,8 @@ use vocabulary::words::{
     identified, printable, ratio, reason, residual, state_and_aside, state_in_words, state_tone,
 };
 use vocabulary::{
-    Agreement, ComponentPath, Condition, FaultState, FaultTransition, FreezeFrame, Identification,
-    RunId, Step, StructureName, Symptom, Unknown,
+    ComponentPath, Condition, FaultState, FaultTransition, FreezeFrame, Identification, RunId,
+    Step, StructureName, Symptom, Unknown,
 };
 
 use super::line::EventLine;
@@ -87,16 +87,16 @@ fn measured(state: &FaultTransition) -> Measured {
 /// How a component compares with its reference.
 fn reference(condition: Option<&Condition>) -> String {
     let Some(condition) = condition else { return "not known".to_owned() };
-    let words = match condition.agreement {
-        Agreement::NotVerified => "there is none",
-        Agreement::NotCompared => "not compared yet",
-        Agreement::Agrees => "agrees",
-        Agreement::Doubtful => "departed from in the latest window",
-        Agreement::Departed => "departed from",
-        Agreement::OneOf => "it or another component has departed from it",
-        Agreement::CannotTell => "cannot be compared at present",
+    let words = match condition {
+        Condition::NotVerified => "there is none",
+        Condition::NotCompared => "not compared yet",
+        Condition::Agrees { .. } => "agrees",
+        Condition::Doubtful { .. } => "departed from in the latest window",
+        Condition::Departed { .. } => "departed from",
+        Condition::OneOf { .. } => "it or another component has departed from it",
+        Condition::CannotTell { .. } => "cannot be compared at present",
     };
-    let why = condition.reason.as_ref().map(|why| format!(": {}", printable(why)));
+    let why = condition.reason().map(|why| format!(": {}", printable(&why)));
     format!("{words}{}", why.unwrap_or_default())
 }
 
@@ -274,8 +274,8 @@ pub(super) fn doubt(state: &mut FaultTransition, lack: Option<&Unknown>) {
 }
 
 fn unverifiable(state: &FaultTransition) -> Option<Unknown> {
-    let condition = state.condition.as_ref().filter(|known| !known.agreement.allows_normal())?;
-    let reason = condition.reason.clone().unwrap_or_else(|| reference(Some(condition)));
+    let condition = state.condition.as_ref().filter(|known| !known.allows_normal())?;
+    let reason = condition.reason().unwrap_or_else(|| reference(Some(condition)));
     Some(Unknown { since_unix_ns: state.time_unix_ns, reason })
 }
 

@@ -199,14 +199,14 @@ fn keep<T>(kept: &mut VecDeque<T>, item: T, most: usize) {
 mod tests {
     use super::*;
     use crate::testing;
-    use vocabulary::{Agreement, Condition, FaultState, ModulePhase, PhaseChange};
+    use vocabulary::{Condition, FaultState, ModulePhase, Obstacle, PhaseChange, Step};
 
     const SECOND: u64 = 1_000_000_000;
 
     fn transition(incarnation: u64, sequence: u64, state: FaultState) -> FaultTransition {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("tower".parse().unwrap(), component, 5);
-        let condition = Condition { agreement: Agreement::Agrees, as_of_step: None, reason: None };
+        let condition = Condition::Agrees { as_of: Step(9) };
         let verdict = vocabulary::Verdict::example(state);
         FaultTransition { incarnation, sequence, verdict, condition: Some(condition), ..untouched }
     }
@@ -275,24 +275,24 @@ mod tests {
 
     #[test]
     fn a_condition_that_does_not_allow_normal_is_not_shown_as_normal() {
-        let shown = |agreement| {
+        let shown = |condition: Condition| {
             let mut structures = Structures::default();
             structures.status(testing::status("m1", &[]), SECOND);
-            let condition = Some(Condition { agreement, as_of_step: None, reason: None });
+            let condition = Some(condition);
             let told = FaultTransition { condition, ..transition(7, 1, FaultState::Normal) };
             structures.state(told, None, SECOND);
             state(&structures.scene(1, SECOND))
         };
-        assert_eq!(shown(Agreement::Agrees), FaultState::Normal);
-        assert_eq!(shown(Agreement::NotVerified), FaultState::Normal);
-        for agreement in [
-            Agreement::NotCompared,
-            Agreement::Doubtful,
-            Agreement::Departed,
-            Agreement::OneOf,
-            Agreement::CannotTell,
+        assert_eq!(shown(Condition::Agrees { as_of: Step(9) }), FaultState::Normal);
+        assert_eq!(shown(Condition::NotVerified), FaultState::Normal);
+        for condition in [
+            Condition::NotCompared,
+            Condition::Doubtful { as_of: Step(9) },
+            Condition::Departed { as_of: Step(9) },
+            Condition::OneOf { as_of: Step(9), components: Vec::new() },
+            Condition::CannotTell { obstacle: Obstacle::Swinging },
         ] {
-            assert_eq!(shown(agreement), FaultState::Unknown, "{agreement:?}");
+            assert_eq!(shown(condition.clone()), FaultState::Unknown, "{condition:?}");
         }
     }
 

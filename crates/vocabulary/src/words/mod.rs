@@ -16,7 +16,7 @@ pub use crate::printable;
 
 pub use aside::{aside, state_and_aside, until};
 pub use identification::{
-    brief, candidate, decimals, fault_size, identified, in_small_units, kind, percent,
+    brief, candidate, decimals, fault_size, identified, in_small_units, percent,
 };
 pub use order::{UNTAKEN, done, not_saved, perhaps};
 pub use phase::phase_in_words;

@@ -38,12 +38,12 @@ fn is_another_size(published: Option<&FaultSize>, found: Option<&FaultSize>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vocabulary::{RunId, Step};
+    use vocabulary::{RunId, Step, fault::FaultKind};
 
     fn identification(decided: bool, kinds: &[&str], size: Option<[f64; 3]>) -> Identification {
         let size = size.map(|[low, value, high]| FaultSize { value, low, high, unit: "m".into() });
         let candidate = |kind: &&str| Candidate {
-            kind: (*kind).to_owned(),
+            kind: FaultKind::ALL.into_iter().find(|known| known.as_str() == *kind).unwrap(),
             probability: 0.5,
             size: size.clone(),
         };

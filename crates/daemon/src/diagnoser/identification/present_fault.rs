@@ -104,7 +104,11 @@ mod tests {
             sequence,
             as_of_step: Step(as_of),
             decided: true,
-            candidates: vec![Candidate { kind: "stuck".into(), probability: 1.0, size: None }],
+            candidates: vec![Candidate {
+                kind: vocabulary::fault::FaultKind::Stuck,
+                probability: 1.0,
+                size: None,
+            }],
             signature: Some(vocabulary::Signature { unit: "m".into(), points: Vec::new() }),
             time_unix_ns: 0,
         }

@@ -47,7 +47,7 @@ impl IdentificationTally {
         let kinds = latest.flat_map(|identification| {
             identification.candidates.iter().map(|candidate| KindReport {
                 component: identification.component.component.clone(),
-                kind: candidate.kind.clone(),
+                kind: candidate.kind.to_string(),
                 probability: candidate.probability,
             })
         });

@@ -249,7 +249,7 @@ fn in_words(candidate: &Candidate) -> String {
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             format!("{kind}, {value:.3e}{unit} ({low:.3e} to {high:.3e})")
         }
-        None => kind.clone(),
+        None => kind.to_string(),
     }
 }
 

@@ -161,9 +161,9 @@ pub(crate) mod testing {
     use std::sync::mpsc::Receiver;
 
     use diagnosis::messages::Speaker;
-    use diagnosis::state::Condition;
     use shell::supervision::Supervisor;
     use vocabulary::Component;
+    use vocabulary::Condition;
 
     use super::*;
     use crate::diagnoser::conditions::Conditions;

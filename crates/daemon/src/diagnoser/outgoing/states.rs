@@ -78,8 +78,8 @@ impl States {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use diagnosis::state::Condition;
     use shell::supervision::Supervisor;
+    use vocabulary::Condition;
     use vocabulary::{FaultState, ModulePhase};
 
     fn service() -> Service {
