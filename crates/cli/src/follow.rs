@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use observer::{Event, EventLine, Live, News};
+use observer::{EventLine, Live, News, ObservedEvent};
 use serde::Serialize;
 use shell::shutdown::{self, ShutdownFlags};
 use vocabulary::StructureName;
@@ -62,7 +62,7 @@ struct Document<'a> {
     time_unix_ns: Option<u64>,
 }
 
-fn print(json: bool, names_structure: bool, event: &Event) -> Result<(), Failure> {
+fn print(json: bool, names_structure: bool, event: &ObservedEvent) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     if json {
         let has_time =
@@ -96,7 +96,7 @@ mod tests {
         let (structure, module) = ("tower".parse().unwrap(), "m1".parse().unwrap());
         let (from, to, reason) = (3, 4, "refused".to_owned());
         let news = News::Missed { structure, module, from, to, reason };
-        let event = Event { number: 1, time_unix_ns: 7, news };
+        let event = ObservedEvent { number: 1, time_unix_ns: 7, news };
         let text = |names| line(&EventLine::of(&event), names, Paint::NONE);
         let expected = "m1                    MISSED          transitions 3 to 4 could not be fetched: refused";
         assert_eq!(text(false), format!("1970-01-01T00:00:00.000Z  {expected}"));

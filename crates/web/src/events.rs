@@ -3,7 +3,7 @@
 use axum::extract::State;
 use axum::response::Response;
 use maud::{Markup, html};
-use observer::{Event, EventLine};
+use observer::{EventLine, ObservedEvent};
 
 use crate::access::Viewer;
 use crate::app::Shared;
@@ -59,7 +59,7 @@ fn list(view: &View<'_>, most: usize) -> Markup {
 }
 
 /// When, what, where and why.
-fn line(view: &View<'_>, event: &Event) -> Markup {
+fn line(view: &View<'_>, event: &ObservedEvent) -> Markup {
     let line = EventLine::of(event);
     html! {
         li {

@@ -6,7 +6,7 @@ use maud::Markup;
 use serde::Serialize;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::subject::Subject;
+use super::live_page::LivePage;
 use crate::hub::{Hub, LINGER};
 
 /// A part as it was rendered: the identifier of its element, and what stands in that.
@@ -78,7 +78,7 @@ pub(crate) const MOST: usize = 256;
 /// The pages that somebody looks at, and places for streams.
 #[derive(Debug)]
 pub(crate) struct Streams {
-    pub(crate) pages: Hub<Subject, Arc<Parts>>,
+    pub(crate) pages: Hub<LivePage, Arc<Parts>>,
     places: Arc<Semaphore>,
 }
 

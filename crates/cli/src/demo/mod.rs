@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Speed;
-use observer::{Event, Live, News};
+use observer::{Live, News, ObservedEvent};
 use tokio::time::{Instant, sleep_until, timeout_at};
 use vocabulary::Step;
 
@@ -131,7 +131,7 @@ async fn diagnosers(
     rig: &Rig,
     live: &mut Live,
     children: &mut Children,
-) -> Result<Vec<Arc<Event>>, Failure> {
+) -> Result<Vec<Arc<ObservedEvent>>, Failure> {
     let mut missing: BTreeSet<String> = rig.modules.iter().map(ToString::to_string).collect();
     let mut early = Vec::new();
     let deadline = Instant::now() + APPEAR_WITHIN;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use observer::{Event, EventLine, Measured, News, Scene, StateRow};
+use observer::{DetectionFacts, EventLine, News, ObservedEvent, Scene, StateRow};
 use vocabulary::{
     Candidate, ComponentPath, FaultState, FaultTransition, Identification, ModuleName, ModulePhase,
     Step,
@@ -34,7 +34,7 @@ pub(super) struct Show {
     /// Processes that have not appeared.
     missing: Vec<String>,
     /// The faults that were named, each as it was named first.
-    named: BTreeMap<ComponentPath, Measured>,
+    named: BTreeMap<ComponentPath, DetectionFacts>,
     /// Their kinds.
     kinds: BTreeMap<ComponentPath, Candidate>,
     now: Step,
@@ -69,7 +69,7 @@ impl Show {
     }
 
     /// Takes an event; what is to be reported goes to `entries`.
-    pub(super) fn on_event(&mut self, event: &Event, entries: &mut Vec<Entry>) {
+    pub(super) fn on_event(&mut self, event: &ObservedEvent, entries: &mut Vec<Entry>) {
         match &event.news {
             News::Fault(transition) => self.transition(transition, entries),
             News::Identification(found) => self.identification(found, entries),
@@ -192,7 +192,7 @@ impl Show {
         Summary { injected: self.acts.iter().map(injected).collect(), diagnosed, exact, pids }
     }
 
-    fn diagnosed(&self, component: &ComponentPath, named: &Measured) -> DiagnosedFault {
+    fn diagnosed(&self, component: &ComponentPath, named: &DetectionFacts) -> DiagnosedFault {
         let act = self.acts.iter().find(|act| act.story.component == *component);
         let delay_ms = |step: Option<Step>| {
             let (step, injected) = (step?, act?.injected);
@@ -250,7 +250,7 @@ mod tests {
 
     fn shown(show: &mut Show, news: News) -> Vec<Entry> {
         let mut entries = Vec::new();
-        show.on_event(&Event { number: 1, time_unix_ns: 0, news }, &mut entries);
+        show.on_event(&ObservedEvent { number: 1, time_unix_ns: 0, news }, &mut entries);
         entries
     }
 

@@ -1,6 +1,6 @@
 //! The journals for machines.
 
-use observer::{Contradiction, Entry, Gap, Journals, ModuleHistory};
+use observer::{Contradiction, HistoryGap, JournalEntry, Journals, ModuleHistory};
 use serde::Serialize;
 use vocabulary::{FaultTransition, Identification, ModuleName, StructureName};
 
@@ -73,10 +73,10 @@ pub(super) fn document<'a>(reading: &'a Reading, journals: &Journals<'a>) -> Doc
     let (mut transitions, mut identifications) = (Vec::new(), Vec::new());
     for entry in &journals.entries {
         match *entry {
-            Entry::Transition(transition) => {
+            JournalEntry::Transition(transition) => {
                 transitions.push(Transition { transition, time: utc(transition.time_unix_ns) });
             }
-            Entry::Identification(identification) => {
+            JournalEntry::Identification(identification) => {
                 let time = utc(identification.time_unix_ns);
                 identifications.push(IdentificationEntry { identification, time });
             }
@@ -115,7 +115,7 @@ fn clocks<'a>(found: &Contradiction<'a>) -> Clocks<'a> {
 
 fn gaps(history: &ModuleHistory) -> impl Iterator<Item = ModuleGap<'_>> {
     let ModuleHistory { structure, module, .. } = history;
-    history.gaps().into_iter().map(move |Gap { from, to }| ModuleGap {
+    history.gaps().into_iter().map(move |HistoryGap { from, to }| ModuleGap {
         structure,
         module,
         from_sequence: from,

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use observer::{Command, OrderOutcome};
+use observer::{OrderOutcome, OrderRequest};
 use tokio::time::{Instant, sleep};
-use vocabulary::{Order, OrderKind, StructureName};
+use vocabulary::{OperatorName, Order, OrderKind, StructureName};
 use zenoh::Session;
 
 use super::homes::homes;
@@ -57,7 +57,7 @@ pub(super) async fn carry_out(
     session: &Session,
     target: &Target,
     subjects: &[Subject],
-    (issuer, command): (&Issuer, &Command),
+    (issuer, operator): (&Issuer, Option<&OperatorName>),
     manner: Manner,
 ) -> Result<Vec<CommandOutcome>, Failure> {
     let homes = homes(session, target, subjects).await?;
@@ -69,7 +69,7 @@ pub(super) async fn carry_out(
         let structure = homes.get(subject.module());
         let outcome = match structure {
             Some(structure) => {
-                let place = Place { session, structure, command, timeout };
+                let place = Place { session, structure, operator, timeout };
                 place.give(subject, issuer, manner, until).await
             }
             None => {
@@ -92,7 +92,7 @@ pub(super) async fn carry_out(
 struct Place<'a> {
     session: &'a Session,
     structure: &'a StructureName,
-    command: &'a Command,
+    operator: Option<&'a OperatorName>,
     timeout: Duration,
 }
 
@@ -106,17 +106,15 @@ impl Place<'_> {
         manner: Manner,
         until: Option<Instant>,
     ) -> OrderOutcome {
-        let order = issuer.order(subject, manner);
+        let request = OrderRequest {
+            structure: self.structure.clone(),
+            module: subject.module().clone(),
+            kind: manner.kind,
+            operator: self.operator.cloned(),
+            order: issuer.order(subject, manner),
+        };
         loop {
-            let (structure, module) = (self.structure, subject.module());
-            let result = observer::order(
-                self.session,
-                structure,
-                module,
-                self.command,
-                &order,
-                self.timeout,
-            );
+            let result = observer::order(self.session, &request, self.timeout);
             let outcome = OrderOutcome::from(result.await);
             let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
             if !is_refused || until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until) {

@@ -9,7 +9,6 @@ mod report;
 mod set_aside;
 mod subject;
 
-use observer::Command;
 use vocabulary::OrderKind;
 
 use crate::failure::Failure;
@@ -54,10 +53,10 @@ fn give(
     for subject in subjects {
         issuer.order(subject, manner).check(manner.kind).map_err(Failure::usage)?;
     }
-    let command = Command { kind: manner.kind, operator };
     let outcomes = link::block_on(async {
         let session = target.open().await?;
-        let outcomes = carry_out(&session, &target, subjects, (&issuer, &command), manner).await;
+        let outcomes =
+            carry_out(&session, &target, subjects, (&issuer, operator.as_ref()), manner).await;
         session::close(&session).await;
         outcomes
     })?;

@@ -3,7 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 use vocabulary::FaultTransition;
 
-use super::evidence::Evidence;
+use super::evidence::ModuleAnswers;
 use super::{facts, plot, trail};
 use crate::history;
 use crate::observed::Traces;
@@ -14,7 +14,7 @@ use crate::view::View;
 pub(super) struct Shown<'a> {
     pub(super) view: &'a View<'a>,
     pub(super) transition: &'a FaultTransition,
-    pub(super) evidence: &'a Evidence,
+    pub(super) evidence: &'a ModuleAnswers,
     pub(super) traces: &'a Traces,
 }
 

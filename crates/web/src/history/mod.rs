@@ -15,7 +15,7 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use futures_util::future::join_all;
 use maud::{Markup, html};
-use observer::{Entry, ModuleHistory};
+use observer::{JournalEntry, ModuleHistory};
 use vocabulary::ComponentPath;
 use vocabulary::words::printable;
 
@@ -23,7 +23,7 @@ use crate::access::Viewer;
 use crate::app::Shared;
 use crate::layout::Page;
 use crate::view::View;
-use filter::{Asked, Filter};
+use filter::{HistoryFilter, HistoryParameters};
 
 /// Entries on a page.
 const MOST: usize = 500;
@@ -33,7 +33,7 @@ const MOST_OF_COMPONENT: usize = 60;
 /// `/history`
 pub(crate) async fn page(
     State(app): State<Shared>,
-    Query(asked): Query<Asked>,
+    Query(asked): Query<HistoryParameters>,
     viewer: Viewer,
 ) -> Response {
     let scene = app.observed.scene();
@@ -65,8 +65,8 @@ pub(crate) async fn page(
 
 fn main(
     view: &View<'_>,
-    asked: &Asked,
-    filter: &Filter,
+    asked: &HistoryParameters,
+    filter: &HistoryFilter,
     journals: &[Arc<ModuleHistory>],
 ) -> Markup {
     let histories = || journals.iter().map(Arc::as_ref);
@@ -86,7 +86,7 @@ pub(crate) fn of_component(
     journal: &ModuleHistory,
     component: &ComponentPath,
 ) -> Markup {
-    let own = |entry: &Entry<'_>| entry.component() == component;
+    let own = |entry: &JournalEntry<'_>| entry.component() == component;
     html! {
         (remarks([journal]))
         (table::table(view, [journal], own, MOST_OF_COMPONENT))
