@@ -14,8 +14,8 @@ use crate::layout::{Page, unknown};
 use crate::live_page::{LivePage, PageParameters};
 use crate::look;
 use crate::overview::{alarms, modules};
-use crate::part::{Part, part};
-use crate::view::View;
+use crate::part::{PagePart, part};
+use crate::view::LinkedScene;
 
 /// The columns of peers, and whether numbers stand in them.
 const PEER_COLUMNS: [(&str, bool); 7] = [
@@ -36,7 +36,7 @@ pub(crate) async fn page(
     viewer: Viewer,
 ) -> Response {
     let scene = app.observed.scene();
-    let view = View::new(&scene);
+    let view = LinkedScene::new(&scene);
     let parsed = name.parse::<ModuleName>().map_err(|error| error.to_string());
     let found = parsed.and_then(|name| {
         let found = scene.module(parameters.structure()?.as_ref(), &name);
@@ -54,14 +54,14 @@ pub(crate) async fn page(
 }
 
 /// What changes in it.
-pub(crate) fn parts(view: &View<'_>, id: &ModuleId) -> Vec<Part> {
+pub(crate) fn parts(view: &LinkedScene<'_>, id: &ModuleId) -> Vec<PagePart> {
     match view.scene.view_of(id) {
         Some(module) => vec![part("module", body(view, module))],
         None => Vec::new(),
     }
 }
 
-fn main(view: &View<'_>, viewer: &Viewer, module: &ModuleView) -> Markup {
+fn main(view: &LinkedScene<'_>, viewer: &Viewer, module: &ModuleView) -> Markup {
     let back = view.module(module.structure.as_ref(), &module.module);
     html! {
         @if let Some(structure) = &module.structure {
@@ -74,7 +74,7 @@ fn main(view: &View<'_>, viewer: &Viewer, module: &ModuleView) -> Markup {
     }
 }
 
-fn body(view: &View<'_>, module: &ModuleView) -> Markup {
+fn body(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     let mut components = rows(std::slice::from_ref(module));
     components.retain(|row| row.component.is_some());
     html! {
@@ -89,7 +89,7 @@ fn body(view: &View<'_>, module: &ModuleView) -> Markup {
     }
 }
 
-fn peers(view: &View<'_>, module: &ModuleView, status: &ModuleStatus) -> Markup {
+fn peers(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> Markup {
     let structure = module.structure.as_ref();
     let row = |peer: &PeerStatus| {
         html! {

@@ -29,7 +29,7 @@ use crate::app::Shared;
 use crate::forms;
 use crate::layout::{Page, unknown};
 use crate::live_page::{LivePage, PageParameters};
-use crate::view::View;
+use crate::view::LinkedScene;
 use evidence::ModuleAnswers;
 use shown::Shown;
 
@@ -52,7 +52,7 @@ pub(crate) async fn page(
         Ok(transition) => transition,
         Err(problem) => return unknown(&viewer, &scene, &problem),
     };
-    let view = View::new(&scene);
+    let view = LinkedScene::new(&scene);
     let evidence = ModuleAnswers::fetch(&app.observed, &scene, transition).await;
     let live = app.observed.traces(&transition.structure, &transition.module);
     let traces = Arc::clone(&live.borrow());

@@ -8,7 +8,7 @@ use vocabulary::{ComponentPath, FaultTransition};
 
 use super::evidence::ModuleAnswers;
 use crate::look;
-use crate::view::View;
+use crate::view::LinkedScene;
 
 /// Size of a box and the room between boxes \[px\].
 const BOX: [usize; 2] = [190, 44];
@@ -29,7 +29,7 @@ type Edges = BTreeMap<ComponentPath, Edge>;
 
 /// The picture, or that there is nothing to be drawn.
 pub(super) fn trail(
-    view: &View<'_>,
+    view: &LinkedScene<'_>,
     transition: &FaultTransition,
     evidence: &ModuleAnswers,
 ) -> Markup {
@@ -58,7 +58,7 @@ pub(super) fn trail(
     }
 }
 
-fn edges(view: &View<'_>, transition: &FaultTransition, evidence: &ModuleAnswers) -> Edges {
+fn edges(view: &LinkedScene<'_>, transition: &FaultTransition, evidence: &ModuleAnswers) -> Edges {
     let mut edges = Edges::new();
     let present = view.scene.components().filter(|c| c.structure == transition.structure);
     // The present overwrites the past, and of the past the latest the earlier ones.
@@ -131,7 +131,7 @@ fn arrow(from: [usize; 2], to: [usize; 2], present: bool) -> Markup {
 }
 
 fn node(
-    view: &View<'_>,
+    view: &LinkedScene<'_>,
     own: &FaultTransition,
     component: &ComponentPath,
     place: [usize; 2],

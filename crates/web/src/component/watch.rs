@@ -12,8 +12,8 @@ use vocabulary::{FaultState, FaultTransition};
 use super::evidence::ModuleAnswers;
 use super::shown::Shown;
 use crate::observed::{Observed, Traces};
-use crate::part::Part;
-use crate::view::View;
+use crate::part::PagePart;
+use crate::view::LinkedScene;
 
 /// What was lacking is asked for again after this time.
 const ASK_AGAIN_AFTER: Duration = Duration::from_secs(4);
@@ -66,7 +66,7 @@ impl ComponentWatch {
     }
 
     /// What the page shows of it now; nothing if it is no longer in the scene.
-    pub(crate) fn parts(&mut self, view: &View<'_>) -> Vec<Part> {
+    pub(crate) fn parts(&mut self, view: &LinkedScene<'_>) -> Vec<PagePart> {
         let known = view.scene.state_of(&self.id);
         let Some(transition) = known else { return Vec::new() };
         self.ask_if_due(transition);

@@ -7,7 +7,7 @@ use observer::{JournalEntry, ModuleView};
 use serde::Deserialize;
 use vocabulary::{ComponentPath, FaultState, ModuleName};
 
-use crate::view::View;
+use crate::view::LinkedScene;
 
 const STATES: [FaultState; 6] = [
     FaultState::Normal,
@@ -62,7 +62,7 @@ impl HistoryParameters {
     }
 
     /// The form that asks for it.
-    pub(super) fn form(&self, view: &View<'_>) -> Markup {
+    pub(super) fn form(&self, view: &LinkedScene<'_>) -> Markup {
         let modules = view.scene.modules.iter().map(|module| module.module.as_str());
         html! {
             form.filter method="get" action="/history" {

@@ -22,7 +22,7 @@ use vocabulary::words::printable;
 use crate::access::Viewer;
 use crate::app::Shared;
 use crate::layout::Page;
-use crate::view::View;
+use crate::view::LinkedScene;
 use filter::{HistoryFilter, HistoryParameters};
 
 /// Entries on a page.
@@ -37,7 +37,7 @@ pub(crate) async fn page(
     viewer: Viewer,
 ) -> Response {
     let scene = app.observed.scene();
-    let view = View::new(&scene);
+    let view = LinkedScene::new(&scene);
     let page = Page {
         title: "History",
         place: "/history",
@@ -64,7 +64,7 @@ pub(crate) async fn page(
 }
 
 fn main(
-    view: &View<'_>,
+    view: &LinkedScene<'_>,
     asked: &HistoryParameters,
     filter: &HistoryFilter,
     journals: &[Arc<ModuleHistory>],
@@ -82,7 +82,7 @@ fn main(
 
 /// What the journal of its module holds of a component.
 pub(crate) fn of_component(
-    view: &View<'_>,
+    view: &LinkedScene<'_>,
     journal: &ModuleHistory,
     component: &ComponentPath,
 ) -> Markup {

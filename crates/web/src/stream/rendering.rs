@@ -9,8 +9,8 @@ use tokio::time::{MissedTickBehavior, interval, sleep};
 use crate::app::Shared;
 use crate::component::ComponentWatch;
 use crate::live_page::LivePage;
-use crate::part::{Part, Parts, part};
-use crate::view::View;
+use crate::part::{PagePart, Parts, part};
+use crate::view::LinkedScene;
 use crate::{events, layout, module, overview};
 
 /// From one rendering to the next at least: well within what a person calls at once.
@@ -55,9 +55,9 @@ async fn news(watch: Option<&mut ComponentWatch>) {
     }
 }
 
-fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -> Vec<Part> {
+fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -> Vec<PagePart> {
     let scene = app.observed.scene();
-    let view = View::new(&scene);
+    let view = LinkedScene::new(&scene);
     let mut parts = match (page, watch) {
         (LivePage::Overview, _) => overview::parts(&view, app.drawing.as_ref()),
         (LivePage::Events, _) => events::parts(&view),
