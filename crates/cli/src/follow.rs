@@ -1,6 +1,6 @@
 //! `trusswatch follow`: verdicts, kinds of faults, phases and presence as they are published, one line each.
 
-use observer::{Event, EventLine, Live, News};
+use observer::{EventLine, Live, News, ObservedEvent};
 use serde::Serialize;
 use serde_json::json;
 use shell::shutdown::{self, ShutdownFlags};
@@ -51,7 +51,7 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
     outcome
 }
 
-fn print(json: bool, names_structure: bool, event: &Event) -> Result<(), Failure> {
+fn print(json: bool, names_structure: bool, event: &ObservedEvent) -> Result<(), Failure> {
     output::print(&if json {
         output::line(&document(event))?
     } else {
@@ -60,7 +60,7 @@ fn print(json: bool, names_structure: bool, event: &Event) -> Result<(), Failure
 }
 
 /// For machines. A message has its own time.
-fn document(event: &Event) -> impl Serialize {
+fn document(event: &ObservedEvent) -> impl Serialize {
     let has_time = matches!(event.news, News::Fault(_) | News::Identification(_) | News::Phase(_));
     let time = if has_time { json!({}) } else { json!({ "time_unix_ns": event.time_unix_ns }) };
     output::with(&event.news, time)
@@ -86,7 +86,7 @@ mod tests {
         let (structure, module) = ("tower".parse().unwrap(), "m1".parse().unwrap());
         let (from, to, reason) = (3, 4, "refused".to_owned());
         let news = News::Missed { structure, module, from, to, reason };
-        let event = Event { number: 1, time_unix_ns: 7, news };
+        let event = ObservedEvent { number: 1, time_unix_ns: 7, news };
         let text = |names| line(&EventLine::of(&event), names, Paint::NONE);
         let expected = "m1                    MISSED          transitions 3 to 4 could not be fetched: refused";
         assert_eq!(text(false), format!("1970-01-01T00:00:00.000Z  {expected}"));

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use observer::OrderError;
+use observer::QueryError;
 use vocabulary::{Mention, StructureName};
 use zenoh::Session;
 
@@ -15,7 +15,7 @@ use vocabulary::words::printable;
 pub(crate) fn give<R>(
     link: &Link,
     component: &Mention,
-    send: impl AsyncFnOnce(&Session, &StructureName, Duration) -> Result<R, OrderError>,
+    send: impl AsyncFnOnce(&Session, &StructureName, Duration) -> Result<R, QueryError>,
 ) -> Result<(StructureName, R), Failure> {
     let link = &link.target()?;
     link.with_session(async |session| {
@@ -44,9 +44,9 @@ async fn home(session: &Session, link: &LinkTarget) -> Result<StructureName, Fai
     })
 }
 
-fn not_obeyed(component: &Mention, error: OrderError) -> Failure {
+fn not_obeyed(component: &Mention, error: QueryError) -> Failure {
     match error {
-        OrderError::Refused(reason) => {
+        QueryError::Refused(reason) => {
             Failure::runtime(format!("{component}: refused: {}", printable(&reason)))
         }
         error => {

@@ -2,7 +2,7 @@
 
 use std::io::{self, IsTerminal};
 
-use terminal::{Issuer, Settings};
+use terminal::{OrderIssuer, ViewSettings};
 use vocabulary::ModuleName;
 
 use crate::failure::Failure;
@@ -46,8 +46,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-fn settings(arguments: &Arguments, target: &LinkTarget) -> Result<Settings, Failure> {
-    Ok(Settings {
+fn settings(arguments: &Arguments, target: &LinkTarget) -> Result<ViewSettings, Failure> {
+    Ok(ViewSettings {
         places: target.places(),
         structure: target.structure.clone(),
         expected: arguments.expect.clone(),
@@ -58,13 +58,16 @@ fn settings(arguments: &Arguments, target: &LinkTarget) -> Result<Settings, Fail
 }
 
 /// Who gives orders. A certificate that is no operator's gives none: access control would not admit them.
-fn issuer(arguments: &Arguments, target: &LinkTarget) -> Result<Result<Issuer, String>, Failure> {
+fn issuer(
+    arguments: &Arguments,
+    target: &LinkTarget,
+) -> Result<Result<OrderIssuer, String>, Failure> {
     let operator = target.operator();
     if operator.is_none() && target.network().tls.is_some() {
         return Ok(Err("the certificate that is shown is not an operator's".to_owned()));
     }
     match order::issuer(arguments.by.as_deref(), operator.as_ref()) {
-        Ok(by) => Ok(Ok(Issuer { by, operator })),
+        Ok(by) => Ok(Ok(OrderIssuer { by, operator })),
         // Looking needs no name.
         Err(failure) if arguments.by.is_none() => Ok(Err(failure.in_words())),
         Err(failure) => Err(failure),

@@ -4,41 +4,33 @@
 //! |---|---|
 //! | `view` | the read model: what every view shows, as plain values |
 //! | `live` | keeps it up to date over a session |
-//! | `feed` | verdicts, kinds of faults, phases and presence, as they are published, with what was missed |
+//! | `feed` | verdicts, kinds of faults, phases and presence, each once and in order, with what was missed |
 //! | `request` | one question to one process: answered, refused or unanswered |
 //! | `presence` | which processes are there, and of which structure |
 //! | `divergences` | a module's divergences as they are published |
-//! | `history` | a module's journal |
-//! | `identification` | what kind of fault a component has, with what was measured of it |
-//! | `freeze_frame` | what a module saw around the latching of its latest faults |
-//! | `diagnoser_orders` | acknowledge, reset, shelve and suppress |
-//! | `plant_orders` | faults and stroke tests for the simulated plant |
+//! | `module_queries` | a module's journal, the kind of a component's fault, freeze frames |
+//! | `orders` | acknowledge, reset, shelve and suppress; faults and stroke tests for the simulated plant |
 //! | `testing` | made-up messages and views, for tests |
 
-mod diagnoser_orders;
 mod divergences;
 mod feed;
-mod freeze_frame;
-mod history;
-mod identification;
 mod live;
-mod plant_orders;
+mod module_queries;
+mod orders;
 mod presence;
 mod request;
 pub mod testing;
 mod view;
 
-pub use diagnoser_orders::{Command, order};
 pub use divergences::DivergenceFeed;
-pub use freeze_frame::{freeze_frame, freeze_frame_of, freeze_frames};
-pub use history::history;
-pub use identification::identification;
 pub use live::{Live, attendance, present};
-pub use plant_orders::{inject, stroke};
+pub use module_queries::{freeze_frame, freeze_frame_of, freeze_frames, history, identification};
+pub use orders::{inject, order, stroke};
 pub use presence::{AttendanceError, homes, plants, wait_for};
 pub use view::{
-    Contradiction, Counts, Entry, Event, EventLine, Gap, JournalHealth, Journals, Measured,
-    ModuleHistory, ModuleView, NetworkState, News, OrderError, OrderOutcome, QueryError, Scene,
-    StateRow, StructureRow, Structures, Urgency, alarms, all_is_well, explained_by,
-    known_identification, rows, sign, structures, title,
+    ComponentId, Contradiction, Counts, DetectionFacts, EventLine, HistoryGap, JournalEntry,
+    JournalHealth, Journals, ModuleHistory, ModuleId, ModuleView, NetworkState, News,
+    ObservedEvent, OrderOutcome, OrderRequest, QueryError, RowId, Scene, StateRow, StructureRow,
+    Structures, Urgency, alarms, all_is_well, explained_by, known_identification, rows, sign,
+    structures, title,
 };

@@ -6,63 +6,51 @@ use std::time::Duration;
 use vocabulary::{Key, Message, Refused};
 use zenoh::Session;
 use zenoh::bytes::Encoding;
+use zenoh::handlers::DefaultHandler;
 use zenoh::query::{ConsolidationMode, Reply};
+use zenoh::session::SessionGetBuilder;
 
 use super::view::QueryError;
-
-/// A question without a place to go to yet.
-#[derive(Debug, Default)]
-pub(super) struct Question {
-    /// The parameters of the query.
-    pub(super) parameters: String,
-    /// The payload of the query.
-    pub(super) payload: Option<Vec<u8>>,
-}
-
-impl Question {
-    /// One that is all in its parameters.
-    pub(super) fn of_parameters(parameters: String) -> Self {
-        Self { parameters, payload: None }
-    }
-
-    /// One that is all in its payload.
-    pub(super) fn of_message<M: Message>(message: &M) -> Result<Self, QueryError> {
-        let payload = vocabulary::encode(message).map_err(senseless)?;
-        Ok(Self { parameters: String::new(), payload: Some(payload) })
-    }
-}
 
 /// Queries one process. The first answer is accepted: one process owns a key.
 pub(super) async fn ask<A: Message>(
     session: &Session,
     key: &Key,
-    question: Question,
+    parameters: &str,
     timeout: Duration,
 ) -> Result<A, QueryError> {
-    let answer = command_to(session, key, question, timeout).await;
-    answer.map_err(|error| match error {
-        QueryError::Untaken => QueryError::Unanswered(timeout),
-        other => other,
-    })
+    let selector =
+        if parameters.is_empty() { key.to_string() } else { format!("{key}?{parameters}") };
+    answer(session.get(selector), timeout).await.map_err(|error| untaken(error, timeout))
 }
 
-/// The same, and tells [`QueryError::Untaken`] from an answer that does not come in time.
-pub(super) async fn command_to<A: Message>(
+/// The same with a message as payload. Tells [`QueryError::Untaken`] from an answer that does not come in time.
+pub(super) async fn command<A: Message>(
     session: &Session,
     key: &Key,
-    question: Question,
+    message: &impl Message,
     timeout: Duration,
 ) -> Result<A, QueryError> {
-    let key = key.to_string();
-    let selector =
-        if question.parameters.is_empty() { key } else { format!("{key}?{}", question.parameters) };
-    let mut query = session.get(selector).consolidation(ConsolidationMode::None).timeout(timeout);
-    if let Some(payload) = question.payload {
-        query = query.payload(payload).encoding(Encoding::APPLICATION_JSON);
+    let payload = vocabulary::encode(message).map_err(senseless)?;
+    let query = session.get(key.to_string()).payload(payload);
+    answer(query.encoding(Encoding::APPLICATION_JSON), timeout).await
+}
+
+/// A question that no process takes is not answered.
+pub(super) fn untaken(error: QueryError, timeout: Duration) -> QueryError {
+    match error {
+        QueryError::Untaken => QueryError::Unanswered(timeout),
+        other => other,
     }
+}
+
+async fn answer<A: Message>(
+    query: SessionGetBuilder<'_, '_, DefaultHandler>,
+    timeout: Duration,
+) -> Result<A, QueryError> {
+    let query = query.consolidation(ConsolidationMode::None).timeout(timeout);
     let replies = query.await.map_err(senseless)?;
-    let reply = tokio::time::timeout(timeout, replies.recv_async()).await;
-    match reply {
+    match tokio::time::timeout(timeout, replies.recv_async()).await {
         Ok(Ok(reply)) => read(&reply, timeout),
         Ok(Err(_)) => Err(QueryError::Untaken),
         Err(_) => Err(QueryError::Unanswered(timeout)),

@@ -16,6 +16,6 @@ mod station;
 mod testing;
 mod view;
 
-pub use settings::{Issuer, Settings};
+pub use settings::{OrderIssuer, ViewSettings};
 pub use station::{ViewError, run};
 pub use view::Plot;

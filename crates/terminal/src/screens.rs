@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use observer::{Event, ModuleView, NetworkState, News, Scene};
+use observer::{ModuleView, NetworkState, News, ObservedEvent, Scene};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
@@ -12,10 +12,11 @@ use vocabulary::{
     FreezeFrame, GivenOrder, GivenOrderKind, Identification, RunId, Shelving, Step, Trace, Unknown,
 };
 
-use crate::model::exchange::Answer;
-use crate::model::{Key, Model, Subject};
+use crate::model::effect::TaskResult;
+use crate::model::{KeyPress, Model};
 use crate::testing::{NOW, SECOND, heard, latched, scene, settings, state};
 use crate::view::draw;
+use observer::ComponentId;
 
 const SIZES: [(u16, u16); 2] = [(80, 24), (120, 40)];
 
@@ -151,7 +152,7 @@ fn with_events(mut scene: Scene) -> Arc<Scene> {
     let news = [there, News::Fault(Box::new(fault())), News::Identification(Box::new(bias()))];
     for (number, news) in (1..).zip(news) {
         let time_unix_ns = NOW - (20 - 4 * number) * SECOND;
-        scene.events.push_back(Arc::new(Event { number, time_unix_ns, news }));
+        scene.events.push_back(Arc::new(ObservedEvent { number, time_unix_ns, news }));
     }
     Arc::new(scene)
 }
@@ -165,9 +166,9 @@ fn model() -> Model {
 fn press(model: &mut Model, text: &str) {
     for character in text.chars() {
         let key = match character {
-            '\n' => Key::Enter,
-            '\x1b' => Key::Esc,
-            other => Key::Char(other),
+            '\n' => KeyPress::Enter,
+            '\x1b' => KeyPress::Esc,
+            other => KeyPress::Char(other),
         };
         model.on_key(key);
     }
@@ -249,11 +250,11 @@ fn before_anybody_answers_it_says_where_it_looks() {
 fn a_component_is_shown_with_its_plots() {
     let mut model = model();
     press(&mut model, "\n");
-    let subject = Subject::of(&fault());
-    model.on_answer(Answer::Frame(subject.clone(), Ok(Box::new(frame()))));
-    model.on_answer(Answer::Identification(subject, Ok(Some(Box::new(bias())))));
+    let subject = ComponentId::of(&fault());
+    model.on_answer(TaskResult::Frame(subject.clone(), Ok(Box::new(frame()))));
+    model.on_answer(TaskResult::Identification(subject, Ok(Some(Box::new(bias())))));
     for step in (5200..9200).step_by(40) {
-        model.on_answer(Answer::Divergences(Box::new(divergences(step))));
+        model.on_answer(TaskResult::Divergences(Box::new(divergences(step))));
     }
     assert_screens("component", &model);
 }
@@ -329,7 +330,7 @@ fn foreign_texts_reach_the_screen_harmless() {
     scene.network = NetworkState::Failed(hostile.to_owned());
     let structure = "tower".parse().unwrap();
     let news = News::Presence { structure, who: hostile.to_owned(), there: false };
-    scene.events.push_back(Arc::new(Event { number: 1, time_unix_ns: NOW, news }));
+    scene.events.push_back(Arc::new(ObservedEvent { number: 1, time_unix_ns: NOW, news }));
     let mut model = Model::new(settings(), NOW);
     model.on_scene(Arc::new(scene), NOW);
     for keys in ["", "\n", "h", "\x1b\x1ba"] {

@@ -6,7 +6,7 @@ use vocabulary::{ModuleName, OperatorName, StructureName};
 
 /// What the view is started with.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct ViewSettings {
     /// How the places that it looks at are called.
     pub places: String,
     /// Only this structure; otherwise every one that is seen.
@@ -16,14 +16,14 @@ pub struct Settings {
     /// Longest wait for each answer.
     pub timeout: Duration,
     /// Who gives orders, or why none may be given.
-    pub issuer: Result<Issuer, String>,
+    pub issuer: Result<OrderIssuer, String>,
     /// Whether colours are shown beside symbols and words.
     pub colours: bool,
 }
 
 /// Who gives orders.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Issuer {
+pub struct OrderIssuer {
     /// The name that goes into the journal.
     pub by: String,
     /// The operator whose certificate the session shows, if it shows one's.

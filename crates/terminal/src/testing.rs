@@ -5,19 +5,19 @@ use std::time::Duration;
 use observer::{ModuleView, NetworkState, Scene};
 use vocabulary::{Evidence, FaultState, FaultTransition, ModuleStatus, Step};
 
-use crate::settings::{Issuer, Settings};
+use crate::settings::{OrderIssuer, ViewSettings};
 
 pub(crate) const SECOND: u64 = 1_000_000_000;
 /// 2026-11-21T10:00:00Z.
 pub(crate) const NOW: u64 = 1_795_255_200 * SECOND;
 
-pub(crate) fn settings() -> Settings {
-    Settings {
+pub(crate) fn settings() -> ViewSettings {
+    ViewSettings {
         places: "tcp/192.0.2.10:7447".to_owned(),
         structure: None,
         expected: Vec::new(),
         timeout: Duration::from_secs(1),
-        issuer: Ok(Issuer { by: "ada@desk".to_owned(), operator: None }),
+        issuer: Ok(OrderIssuer { by: "ada@desk".to_owned(), operator: None }),
         colours: true,
     }
 }

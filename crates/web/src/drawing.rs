@@ -7,16 +7,16 @@ use truss::Structure;
 use vocabulary::{ComponentPath, StructureName};
 
 use crate::look;
-use crate::view::View;
+use crate::view::LinkedScene;
 
 /// A structure that is laid out.
 #[derive(Debug)]
-pub(crate) struct Drawing {
+pub(crate) struct StructureDrawing {
     structure: StructureName,
     plan: StructurePlan,
 }
 
-impl Drawing {
+impl StructureDrawing {
     pub(crate) fn of(structure: &Structure) -> Self {
         Self { structure: structure.name.clone(), plan: StructurePlan::of(structure) }
     }
@@ -27,7 +27,7 @@ impl Drawing {
     }
 
     /// The drawing, in which only the signs change.
-    pub(crate) fn markup(&self, view: &View<'_>) -> Markup {
+    pub(crate) fn markup(&self, view: &LinkedScene<'_>) -> Markup {
         let name = &self.structure;
         html! {
             svg.drawing viewBox=(self.plan.view_box()) role="group" aria-label={ "Drawing of " (name) } {
@@ -38,11 +38,11 @@ impl Drawing {
     }
 
     /// A link for each component, as it is now.
-    pub(crate) fn signs(&self, view: &View<'_>) -> Markup {
+    pub(crate) fn signs(&self, view: &LinkedScene<'_>) -> Markup {
         PreEscaped(self.plan.signs(|component| self.look(view, component)))
     }
 
-    fn look(&self, view: &View<'_>, component: &ComponentPath) -> SignLook {
+    fn look(&self, view: &LinkedScene<'_>, component: &ComponentPath) -> SignLook {
         let href = view.component(Some(&self.structure), component);
         match view.scene.component(Some(&self.structure), component) {
             // No module diagnoses it, or nothing has been heard of it.

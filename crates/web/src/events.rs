@@ -3,14 +3,14 @@
 use axum::extract::State;
 use axum::response::Response;
 use maud::{Markup, html};
-use observer::{Event, EventLine};
+use observer::{EventLine, ObservedEvent};
 
 use crate::access::Viewer;
 use crate::app::Shared;
 use crate::layout::Page;
 use crate::look;
-use crate::part::{Part, part};
-use crate::view::View;
+use crate::part::{PagePart, part};
+use crate::view::LinkedScene;
 
 /// Events on the overview, and on the page of their own.
 const FEW: usize = 6;
@@ -19,7 +19,7 @@ const MANY: usize = 200;
 /// `/events`
 pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response {
     let scene = app.observed.scene();
-    let view = View::new(&scene);
+    let view = LinkedScene::new(&scene);
     let page = Page {
         title: "Events",
         place: "/events",
@@ -30,7 +30,7 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
     page.around(&main(&view))
 }
 
-pub(crate) fn main(view: &View<'_>) -> Markup {
+pub(crate) fn main(view: &LinkedScene<'_>) -> Markup {
     html! {
         h1 { "Events" }
         p { "What has been heard since this process was started, the latest first; what was before, "
@@ -40,16 +40,16 @@ pub(crate) fn main(view: &View<'_>) -> Markup {
 }
 
 /// What changes in it.
-pub(crate) fn parts(view: &View<'_>) -> Vec<Part> {
+pub(crate) fn parts(view: &LinkedScene<'_>) -> Vec<PagePart> {
     vec![part("events", list(view, MANY))]
 }
 
 /// The latest few.
-pub(crate) fn latest(view: &View<'_>) -> Markup {
+pub(crate) fn latest(view: &LinkedScene<'_>) -> Markup {
     list(view, FEW)
 }
 
-fn list(view: &View<'_>, most: usize) -> Markup {
+fn list(view: &LinkedScene<'_>, most: usize) -> Markup {
     html! {
         @if view.scene.events.is_empty() { p.nothing { "Nothing yet." } }
         @else {
@@ -59,7 +59,7 @@ fn list(view: &View<'_>, most: usize) -> Markup {
 }
 
 /// When, what, where and why.
-fn line(view: &View<'_>, event: &Event) -> Markup {
+fn line(view: &LinkedScene<'_>, event: &ObservedEvent) -> Markup {
     let line = EventLine::of(event);
     html! {
         li {

@@ -11,7 +11,7 @@ use crate::access::{Person, Viewer};
 pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
     let (structure, name) = (Some(&transition.structure), &transition.component.to_string());
-    let target = Target { what: "component", name, structure, back };
+    let target = OrderForm { what: "component", name, structure, back };
     html! {
         section.orders aria-labelledby="orders-title" {
             h2 #orders-title { "Orders" }
@@ -29,7 +29,7 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
 pub(crate) fn of_module(viewer: &Viewer, module: &ModuleView, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
     let (structure, name) = (module.structure.as_ref(), module.module.as_str());
-    let target = Target { what: "module", name, structure, back };
+    let target = OrderForm { what: "module", name, structure, back };
     html! {
         section.orders aria-labelledby="orders-title" {
             h2 #orders-title { "Maintenance" }
@@ -58,14 +58,14 @@ fn refusal(viewer: &Viewer) -> Markup {
 }
 
 /// What an order is about, and where the page goes on afterwards.
-struct Target<'a> {
+struct OrderForm<'a> {
     what: &'a str,
     name: &'a str,
     structure: Option<&'a StructureName>,
     back: &'a str,
 }
 
-impl Target<'_> {
+impl OrderForm<'_> {
     fn form(&self, person: &Person, kind: &str, words: &str, fields: &Markup) -> Markup {
         html! {
             form method="post" action={ "/order/" (kind) } {

@@ -14,7 +14,7 @@
 //! | `layout`, `assets` | what all pages have in common; style sheet and script |
 //! | `overview`, `component`, `module`, `history`, `events` | the pages |
 //! | `forms` | the forms in which orders are given |
-//! | `subject`, `part` | which page is kept up to date, and its parts |
+//! | `live_page`, `part` | which page is kept up to date, and its parts |
 //! | `stream` | parts of pages as they change |
 //! | `observed` | the scene, and what is asked of modules, once for all pages |
 //! | `hub` | work that goes on only while somebody looks |
@@ -32,6 +32,7 @@ mod history;
 mod hub;
 mod layout;
 mod listener;
+mod live_page;
 mod look;
 mod metrics;
 mod module;
@@ -42,7 +43,6 @@ mod part;
 mod router;
 mod server;
 mod stream;
-mod subject;
 #[cfg(test)]
 mod test_server;
 #[cfg(test)]

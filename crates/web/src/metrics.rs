@@ -16,7 +16,7 @@ const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset
 
 /// What is counted as long as the process lives.
 #[derive(Debug, Default)]
-struct Counters {
+struct WebCounters {
     requests: AtomicU64,
     streams_opened: AtomicU64,
     streams_closed: AtomicU64,
@@ -27,7 +27,7 @@ struct Counters {
 /// The counters, and the progress of the process.
 #[derive(Debug, Clone)]
 pub(crate) struct Metrics {
-    counters: Arc<Counters>,
+    counters: Arc<WebCounters>,
     pulse: Arc<Pulse>,
 }
 
@@ -64,7 +64,7 @@ impl Metrics {
 }
 
 /// What is written of it at one moment.
-struct Report {
+struct WebReport {
     process: ProcessReport,
     requests: u64,
     streams: u64,
@@ -72,7 +72,7 @@ struct Report {
     updates: u64,
 }
 
-impl Report {
+impl WebReport {
     fn write(&self, sheet: &mut Sheet<'_>) -> fmt::Result {
         self.process.write(sheet)?;
         sheet.counter("trusswatch_web_requests", "Requests.", self.requests)?;
@@ -86,7 +86,7 @@ impl Report {
 /// `/metrics`, in the text format of OpenMetrics.
 pub(crate) async fn metrics(State(metrics): State<Metrics>) -> Response {
     let read = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-    let report = Report {
+    let report = WebReport {
         process: ProcessReport::read(metrics.pulse.sign(Instant::now())),
         requests: read(&metrics.counters.requests),
         streams: metrics.streams(),

@@ -3,20 +3,19 @@
 use axum::extract::{Path, Query, State};
 use axum::response::Response;
 use maud::{Markup, html};
-use observer::{ModuleView, rows};
+use observer::{ModuleId, ModuleView, rows};
 use vocabulary::words::{NOTHING, printable};
 use vocabulary::{ModuleName, ModuleStatus, PeerStatus};
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::component::Of;
 use crate::forms;
 use crate::layout::{Page, unknown};
+use crate::live_page::{LivePage, PageParameters};
 use crate::look;
 use crate::overview::{alarms, modules};
-use crate::part::{Part, part};
-use crate::subject::{Subject, Whose};
-use crate::view::View;
+use crate::part::{PagePart, part};
+use crate::view::LinkedScene;
 
 /// The columns of peers, and whether numbers stand in them.
 const PEER_COLUMNS: [(&str, bool); 7] = [
@@ -33,56 +32,49 @@ const PEER_COLUMNS: [(&str, bool); 7] = [
 pub(crate) async fn page(
     State(app): State<Shared>,
     Path(name): Path<String>,
-    Query(of): Query<Of>,
+    Query(parameters): Query<PageParameters>,
     viewer: Viewer,
 ) -> Response {
     let scene = app.observed.scene();
-    let view = View::new(&scene);
+    let view = LinkedScene::new(&scene);
     let parsed = name.parse::<ModuleName>().map_err(|error| error.to_string());
-    let whose = parsed.and_then(|name| of.structure().map(|structure| Whose { structure, name }));
-    let found = whose.and_then(|whose| {
-        let found = scene.module(whose.structure.as_ref(), &whose.name);
-        let unknown = || format!("nothing is known of a module `{}`", whose.name);
-        found.map(|module| (whose.clone(), module)).ok_or_else(unknown)
+    let found = parsed.and_then(|name| {
+        let found = scene.module(parameters.structure()?.as_ref(), &name);
+        found.ok_or_else(|| format!("nothing is known of a module `{name}`"))
     });
     match found {
-        Ok((whose, module)) => {
-            let title = format!("Module {}", whose.name);
-            let live = Subject::Module(whose.clone()).parameters();
+        Ok(module) => {
+            let title = format!("Module {}", module.module);
+            let live = LivePage::Module(module.id()).parameters();
             let page = Page { title: &title, place: "", live, viewer: &viewer, scene: &scene };
-            page.around(&main(&view, &viewer, &whose, module))
+            page.around(&main(&view, &viewer, module))
         }
         Err(problem) => unknown(&viewer, &scene, &problem),
     }
 }
 
 /// What changes in it.
-pub(crate) fn parts(view: &View<'_>, whose: &Whose<ModuleName>) -> Vec<Part> {
-    match view.scene.module(whose.structure.as_ref(), &whose.name) {
+pub(crate) fn parts(view: &LinkedScene<'_>, id: &ModuleId) -> Vec<PagePart> {
+    match view.scene.view_of(id) {
         Some(module) => vec![part("module", body(view, module))],
         None => Vec::new(),
     }
 }
 
-fn main(
-    view: &View<'_>,
-    viewer: &Viewer,
-    whose: &Whose<ModuleName>,
-    module: &ModuleView,
-) -> Markup {
-    let back = view.module(module.structure.as_ref(), &whose.name);
+fn main(view: &LinkedScene<'_>, viewer: &Viewer, module: &ModuleView) -> Markup {
+    let back = view.module(module.structure.as_ref(), &module.module);
     html! {
         @if let Some(structure) = &module.structure {
             nav.trace aria-label="Place" { a href="/" { (structure) } }
         }
-        h1 { (whose.name) }
+        h1 { (module.module) }
         div #module { (body(view, module)) }
         (forms::of_module(viewer, module, &back))
-        p { a href={ "/history?module=" (whose.name) } { "What its journal holds" } }
+        p { a href={ "/history?module=" (module.module) } { "What its journal holds" } }
     }
 }
 
-fn body(view: &View<'_>, module: &ModuleView) -> Markup {
+fn body(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     let mut components = rows(std::slice::from_ref(module));
     components.retain(|row| row.component.is_some());
     html! {
@@ -97,7 +89,7 @@ fn body(view: &View<'_>, module: &ModuleView) -> Markup {
     }
 }
 
-fn peers(view: &View<'_>, module: &ModuleView, status: &ModuleStatus) -> Markup {
+fn peers(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> Markup {
     let structure = module.structure.as_ref();
     let row = |peer: &PeerStatus| {
         html! {

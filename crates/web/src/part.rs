@@ -6,18 +6,18 @@ use maud::Markup;
 use serde::Serialize;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::subject::Subject;
+use super::live_page::LivePage;
 use crate::hub::{Hub, LINGER};
 
 /// A part as it was rendered: the identifier of its element, and what stands in that.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(crate) struct Part {
+pub(crate) struct PagePart {
     pub(crate) id: &'static str,
     pub(crate) html: String,
 }
 
-pub(crate) fn part(id: &'static str, html: Markup) -> Part {
-    Part { id, html: html.into_string() }
+pub(crate) fn part(id: &'static str, html: Markup) -> PagePart {
+    PagePart { id, html: html.into_string() }
 }
 
 /// The parts of a page, each ready to be sent.
@@ -26,7 +26,7 @@ pub(crate) struct Parts(Vec<Ready>);
 
 #[derive(Debug, Clone)]
 struct Ready {
-    part: Part,
+    part: PagePart,
     /// As JSON, written once for all who get it.
     json: Arc<str>,
     /// In which of the parts' versions it changed last.
@@ -40,7 +40,7 @@ impl Parts {
     }
 
     /// The next version, if anything has changed. Parts that have not keep theirs.
-    pub(crate) fn next(&self, parts: Vec<Part>) -> Option<Parts> {
+    pub(crate) fn next(&self, parts: Vec<PagePart>) -> Option<Parts> {
         let version = self.version() + 1;
         let next: Vec<Ready> = parts
             .into_iter()
@@ -78,7 +78,7 @@ pub(crate) const MOST: usize = 256;
 /// The pages that somebody looks at, and places for streams.
 #[derive(Debug)]
 pub(crate) struct Streams {
-    pub(crate) pages: Hub<Subject, Arc<Parts>>,
+    pub(crate) pages: Hub<LivePage, Arc<Parts>>,
     places: Arc<Semaphore>,
 }
 
@@ -99,8 +99,8 @@ impl Streams {
 mod tests {
     use super::*;
 
-    fn of(html: &str) -> Part {
-        Part { id: if html.len() > 1 { "long" } else { "short" }, html: html.to_owned() }
+    fn of(html: &str) -> PagePart {
+        PagePart { id: if html.len() > 1 { "long" } else { "short" }, html: html.to_owned() }
     }
 
     #[test]

@@ -5,13 +5,13 @@ use vocabulary::{ComponentPath, ModuleName, StructureName};
 
 /// What a page shows of a scene.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct View<'a> {
+pub(crate) struct LinkedScene<'a> {
     pub(crate) scene: &'a Scene,
     /// Whether links have to say of which structure something is.
     pub(crate) several: bool,
 }
 
-impl<'a> View<'a> {
+impl<'a> LinkedScene<'a> {
     pub(crate) fn new(scene: &'a Scene) -> Self {
         Self { scene, several: scene.structures().count() > 1 }
     }

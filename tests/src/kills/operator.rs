@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ::observer::{OrderError, order};
+use ::observer::{OrderRequest, QueryError, order};
 use daemon::config::Schedule;
 use parking_lot::Mutex;
 use tokio::task::JoinSet;
@@ -153,9 +153,15 @@ impl Worker {
         let books = Arc::clone(&self.books);
         async move {
             for (kind, given) in orders {
-                let reply =
-                    order(&session, &structure, &module, &kind.into(), &given, TIMEOUT).await;
-                books.lock().note(&module, kind, given, reply);
+                let request = OrderRequest {
+                    structure: structure.clone(),
+                    module: module.clone(),
+                    kind,
+                    operator: None,
+                    order: given,
+                };
+                let reply = order(&session, &request, TIMEOUT).await;
+                books.lock().note(&module, kind, request.order, reply);
             }
         }
     }
@@ -167,15 +173,15 @@ impl Books {
         module: &ModuleName,
         kind: OrderKind,
         order: Order,
-        reply: Result<Obeyed, OrderError>,
+        reply: Result<Obeyed, QueryError>,
     ) {
         match reply {
             Ok(obeyed) => self.done.push(Done { module: module.clone(), kind, order, obeyed }),
-            Err(OrderError::Refused(_)) => self.refused += 1,
-            Err(OrderError::Unanswered(_) | OrderError::Untaken | OrderError::NotAsked(_)) => {
+            Err(QueryError::Refused(_)) => self.refused += 1,
+            Err(QueryError::Unanswered(_) | QueryError::Untaken | QueryError::NotAsked(_)) => {
                 self.unanswered += 1;
             }
-            Err(OrderError::Senseless(what)) => self.senseless.push(format!("{module}: {what}")),
+            Err(QueryError::Senseless(what)) => self.senseless.push(format!("{module}: {what}")),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use observer::{Event, EventLine, Measured, News, Scene, StateRow};
+use observer::{DetectionFacts, EventLine, News, ObservedEvent, Scene, StateRow};
 use vocabulary::{
     Candidate, ComponentPath, FaultState, FaultTransition, Identification, ModuleName, ModulePhase,
     PlantStatus, Step,
@@ -34,7 +34,7 @@ pub(super) struct DemoCourse {
     /// Processes that have not appeared.
     missing: Vec<String>,
     /// The faults that were named, each as it was named first.
-    named: BTreeMap<ComponentPath, Measured>,
+    named: BTreeMap<ComponentPath, DetectionFacts>,
     /// Their kinds.
     kinds: BTreeMap<ComponentPath, Candidate>,
     now: Step,
@@ -88,7 +88,7 @@ impl DemoCourse {
     }
 
     /// Takes an event; what is to be reported goes to `events`.
-    pub(super) fn on_event(&mut self, event: &Event, events: &mut Vec<DemoEvent>) {
+    pub(super) fn on_event(&mut self, event: &ObservedEvent, events: &mut Vec<DemoEvent>) {
         match &event.news {
             News::Fault(transition) => self.transition(transition, events),
             News::Identification(found) => self.identification(found, events),
@@ -215,7 +215,7 @@ impl DemoCourse {
         DemoSummary { injected: self.acts.clone(), diagnosed, exact, pids }
     }
 
-    fn diagnosed(&self, component: &ComponentPath, named: &Measured) -> DiagnosedFault {
+    fn diagnosed(&self, component: &ComponentPath, named: &DetectionFacts) -> DiagnosedFault {
         let act = self.acts.iter().find(|act| act.component == *component);
         let delay_ms = |step: Option<Step>| {
             let (step, injected) = (step?, act?.injected);
@@ -276,7 +276,7 @@ mod tests {
 
     fn shown(course: &mut DemoCourse, news: News) -> Vec<DemoEvent> {
         let mut events = Vec::new();
-        course.on_event(&Event { number: 1, time_unix_ns: 0, news }, &mut events);
+        course.on_event(&ObservedEvent { number: 1, time_unix_ns: 0, news }, &mut events);
         events
     }
 

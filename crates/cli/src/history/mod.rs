@@ -3,7 +3,7 @@
 mod reading;
 mod report;
 
-use observer::{Entry, Journals, ModuleHistory};
+use observer::{JournalEntry, Journals, ModuleHistory};
 use serde_json::{Value, json};
 use vocabulary::words::utc;
 use vocabulary::{ComponentPath, ModuleName};
@@ -94,8 +94,10 @@ fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
     for entry in &journals.entries {
         let time = json!({ "time": utc(entry.time_unix_ns()) });
         match *entry {
-            Entry::Transition(transition) => transitions.push(output::with(transition, time)),
-            Entry::Identification(found) => identifications.push(output::with(found, time)),
+            JournalEntry::Transition(transition) => {
+                transitions.push(output::with(transition, time))
+            }
+            JournalEntry::Identification(found) => identifications.push(output::with(found, time)),
         }
     }
     let module = |history: &ModuleHistory| {

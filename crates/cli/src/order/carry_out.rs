@@ -4,11 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::time::Duration;
 
-use observer::{Command, OrderOutcome};
+use observer::{OrderOutcome, OrderRequest};
 use serde_json::{Value, json};
 use tokio::time::{Instant, sleep};
 use vocabulary::words::done;
-use vocabulary::{ComponentPath, Mention, ModuleName, Order, OrderKind, StructureName};
+use vocabulary::{
+    ComponentPath, Mention, ModuleName, OperatorName, Order, OrderKind, StructureName,
+};
 use zenoh::Session;
 
 use crate::failure::Failure;
@@ -68,7 +70,7 @@ pub(super) struct CommandOutcome<'a> {
 pub(super) async fn carry_out<'a>(
     session: &Session,
     target: &LinkTarget,
-    command: &Command,
+    (kind, operator): (OrderKind, Option<&OperatorName>),
     orders: &'a [(OrderSubject, Order)],
     wait: Option<Duration>,
 ) -> Result<Vec<CommandOutcome<'a>>, Failure> {
@@ -80,17 +82,26 @@ pub(super) async fn carry_out<'a>(
     for (subject, order) in orders {
         let structure = homes.get(subject.module()).cloned();
         let outcome = match &structure {
-            Some(structure) => loop {
-                let module = subject.module();
-                let sent = observer::order(session, structure, module, command, order, timeout);
-                let outcome = OrderOutcome::from(sent.await);
-                // A command without an answer is not repeated: it may have been carried out.
-                let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
-                if !is_refused || until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until) {
-                    break outcome;
+            Some(structure) => {
+                let request = OrderRequest {
+                    structure: structure.clone(),
+                    module: subject.module().clone(),
+                    kind,
+                    operator: operator.cloned(),
+                    order: order.clone(),
+                };
+                loop {
+                    let sent = observer::order(session, &request, timeout);
+                    let outcome = OrderOutcome::from(sent.await);
+                    // A command without an answer is not repeated: it may have been carried out.
+                    let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
+                    let is_last = until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until);
+                    if !is_refused || is_last {
+                        break outcome;
+                    }
+                    sleep(AGAIN_AFTER).await;
                 }
-                sleep(AGAIN_AFTER).await;
-            },
+            }
             None => {
                 let why = format!("its diagnoser is not there (looked for {timeout:?})");
                 OrderOutcome::not_sent(&why)

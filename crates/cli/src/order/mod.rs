@@ -5,7 +5,6 @@ mod carry_out;
 
 use std::time::Duration;
 
-use observer::Command;
 use vocabulary::{OperatorName, Order, OrderKind};
 
 use crate::failure::Failure;
@@ -92,9 +91,9 @@ fn give(
         Ok((subject, order))
     };
     let orders = subjects.into_iter().map(of_subject).collect::<Result<Vec<_>, Failure>>()?;
-    let command = Command { kind, operator };
+    let command = (kind, operator.as_ref());
     let outcomes = target
-        .with_session(async |session| carry_out(session, &target, &command, &orders, wait).await)?;
+        .with_session(async |session| carry_out(session, &target, command, &orders, wait).await)?;
     output::print(&if flags.json {
         output::text(&carry_out::document(&outcomes, kind, &order.by))?
     } else {

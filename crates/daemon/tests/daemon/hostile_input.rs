@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::support::{LIMIT, Process, Rig, first, in_time, status};
 use daemon::config::{PlantFlags, Speed};
-use observer::OrderError;
+use observer::QueryError;
 use vocabulary::{
     ComponentPath, Injection, PlantPhase, PlantStatus, Refused, RunId, Sample, SampleQuestion,
     StateAnswer, StateQuestion, Step, fault::Fault,
@@ -518,7 +518,7 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
         (order("sensor/g9", bias, None), "no module has a component `sensor/g9`"),
     ] {
         match send(&order).await {
-            Err(OrderError::Refused(found)) => assert!(found.contains(reason), "{found}"),
+            Err(QueryError::Refused(found)) => assert!(found.contains(reason), "{found}"),
             other => panic!("{order:?}: {other:?}"),
         }
     }

@@ -129,10 +129,14 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
         by: "ada".to_owned(),
         ..Order::default()
     };
-    let acknowledge = OrderKind::Acknowledge;
-    observer::order(&observer, &structure, &module, &acknowledge.into(), &order, LIMIT)
-        .await
-        .unwrap();
+    let request = observer::OrderRequest {
+        structure: structure.clone(),
+        module: module.clone(),
+        kind: OrderKind::Acknowledge,
+        operator: None,
+        order,
+    };
+    observer::order(&observer, &request, LIMIT).await.unwrap();
     let history = observer::history(&observer, &structure, &module, 1, LIMIT).await;
     let carried = history.transitions.last().unwrap();
     assert_eq!(carried.state(), FaultState::Acknowledged);

@@ -4,7 +4,7 @@
 
 use crate::support::{LIMIT, Process, Rig, in_time, status};
 use daemon::config::PlantFlags;
-use observer::{Command, OrderError};
+use observer::{OrderRequest, QueryError};
 use vocabulary::{FaultTransition, GivenOrderKind, Obeyed, OperatorName, Order, OrderKind};
 use zenoh::Session;
 
@@ -32,7 +32,7 @@ async fn order(
     observer: &Session,
     kind: OrderKind,
     for_s: Option<u64>,
-) -> Result<Obeyed, OrderError> {
+) -> Result<Obeyed, QueryError> {
     let component = (!kind.is_of_module()).then(|| GAGE.parse().unwrap());
     let order = Order {
         component,
@@ -43,9 +43,9 @@ async fn order(
         ..Order::default()
     };
     let operator: OperatorName = "web".parse().unwrap();
-    let command = Command { kind, operator: Some(operator) };
     let (structure, module) = ("small".parse().unwrap(), "lower".parse().unwrap());
-    observer::order(observer, &structure, &module, &command, &order, LIMIT).await
+    let request = OrderRequest { structure, module, kind, operator: Some(operator), order };
+    observer::order(observer, &request, LIMIT).await
 }
 
 async fn state(observer: &Session) -> FaultTransition {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::support::{LIMIT, Process, Rig, first, in_time};
 use daemon::config::{PlantFlags, Speed};
-use observer::OrderError;
+use observer::QueryError;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use vocabulary::{Refused, Sample, Step, Stroke, StrokeBegun, StructureName};
 use zenoh::Session;
@@ -33,13 +33,13 @@ impl Scene {
         Scene { plant, observer, structure }
     }
 
-    async fn order(&self, stroke: &Stroke) -> Result<StrokeBegun, OrderError> {
+    async fn order(&self, stroke: &Stroke) -> Result<StrokeBegun, QueryError> {
         observer::stroke(&self.observer, &self.structure, stroke, LIMIT).await
     }
 
     async fn is_refused(&self, stroke: &Stroke, reason: &str) {
         match self.order(stroke).await {
-            Err(OrderError::Refused(found)) => assert!(found.contains(reason), "{found}"),
+            Err(QueryError::Refused(found)) => assert!(found.contains(reason), "{found}"),
             other => panic!("{stroke:?}: {other:?}"),
         }
     }

@@ -1,137 +1,180 @@
-//! Verdicts, kinds of faults, phases and presence, as they are published.
+//! Verdicts, kinds of faults, phases and presence, as they are published: a plain value, messages, answers and the time go
+//! in, news and questions come out.
 //!
 //! What is published may be missed: a link was cut, a queue was full, the module was not connected yet. So transitions are
-//! counted, statuses say how many there were, and what is missing is had from the module's journal; what is known at
-//! present is asked for when a module appears.
+//! numbered, statuses say how many there were, and what is missing is fetched from the module's journal; the present state is
+//! requested when a module appears.
 //!
 //! | file | job |
 //! |---|---|
-//! | `reading` | what a message says |
-//! | `continuity` | the transitions of all modules, each once and in order |
-//! | `line` | those of one module: what is held back, what is missing, what is asked |
-//! | `place` | whether a transition comes after another one |
+//! | `messages` | what a message says |
+//! | `module_feed` | what one module publishes, each once and in order: what is held back, missing, asked |
 //! | `retries` | when a question is put again |
-//! | `newest` | the newest identification and phase, each once |
-//! | `several` | several processes of one module |
-//! | `queries` | queries to modules, and what they reply |
-//! | `task` | all of it, as long as the feed lives |
+//! | `queries` | queries to modules, and their replies |
 
-mod continuity;
-mod line;
-mod newest;
-mod place;
+mod messages;
+mod module_feed;
 mod queries;
-mod reading;
 mod retries;
-mod several;
-mod task;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::collections::BTreeMap;
+use std::time::Instant;
 
-use tokio::sync::mpsc::{Receiver, Sender, channel};
-use tokio::task::JoinSet;
-use vocabulary::{StructureName, keys::Watched};
-use zenoh::Session;
-use zenoh::pubsub::Subscriber;
-use zenoh::sample::Sample;
+use vocabulary::{FaultTransition, ModuleName, StructureName};
 
-use super::presence::AttendanceError;
 use super::view::News;
-use reading::Arrival;
+use module_feed::ModuleFeed;
 
-/// Events that may wait to be taken, and messages that may wait to be looked at.
-const QUEUE: usize = 4096;
+pub(crate) use messages::{Incoming, message, token};
+pub(crate) use module_feed::ModuleQuery;
+pub(crate) use queries::{ModuleAnswer, ask, ask_all};
 
-/// Events of one structure, or of all. It ends when it is dropped, or with its session.
-#[derive(Debug)]
-pub(crate) struct Feed {
-    inbox: Receiver<News>,
-    lost: Arc<AtomicU64>,
-    _subscribers: Vec<Subscriber<()>>,
-    _task: JoinSet<()>,
+/// Modules whose numbers are followed; what others publish is passed on as it comes.
+const MODULES: usize = 1024;
+
+/// Structure and name of a module.
+pub(crate) type ModuleKey = (StructureName, ModuleName);
+
+/// What all modules publish, each message once and in the order of its module.
+#[derive(Debug, Default)]
+pub(crate) struct EventFeed {
+    modules: BTreeMap<ModuleKey, ModuleFeed>,
+    /// The present states of all modules have been asked for together.
+    is_open: bool,
 }
 
-/// Where events are put by who must not wait.
-#[derive(Debug, Clone)]
-struct Outbox<T> {
-    sender: Sender<T>,
-    lost: Arc<AtomicU64>,
-}
-
-impl<T> Outbox<T> {
-    fn put(&self, event: T) {
-        if self.sender.try_send(event).is_err() {
-            self.lost.fetch_add(1, Ordering::Relaxed);
+impl EventFeed {
+    /// A message that was published, or a token that appeared or disappeared.
+    pub(crate) fn published(&mut self, incoming: Incoming, now: Instant) -> Vec<News> {
+        match incoming {
+            Incoming::Transition(transition) => self.transition(*transition),
+            Incoming::Status(status) => {
+                let key = (status.structure.clone(), status.module.clone());
+                self.module(&key).map_or_else(Vec::new, |module| module.status(&status, now))
+            }
+            Incoming::Token(key, there) => {
+                self.presence(&key, there);
+                let (structure, module) = key;
+                vec![News::Presence { structure, who: module.to_string(), there }]
+            }
+            other => self.other(other, false).into_iter().collect(),
         }
     }
-}
 
-impl Feed {
-    /// Subscribes. The latest of every component and every module comes first.
-    ///
-    /// # Errors
-    /// The network refuses.
-    pub(crate) async fn open(
-        session: &Session,
-        structure: Option<&StructureName>,
-    ) -> Result<Self, AttendanceError> {
-        let (sender, inbox) = channel(QUEUE);
-        let (arrived, arrivals) = channel(QUEUE);
-        let lost = Arc::new(AtomicU64::new(0));
-        let outbox = Outbox { sender, lost: lost.clone() };
-        let arrived = Outbox { sender: arrived, lost: lost.clone() };
-        let subscribers = subscribe(session, structure, &arrived)
-            .await
-            .map_err(|error| AttendanceError::Network(error.to_string()))?;
-        // Nothing else may keep the queue open: it is closed with the session.
-        drop(arrived);
-        let mut task = JoinSet::new();
-        task.spawn(task::run(session.clone(), structure.cloned(), arrivals, outbox));
-        Ok(Self { inbox, lost, _subscribers: subscribers, _task: task })
-    }
-
-    /// The next event; `None` once the session is closed.
-    pub(crate) async fn next(&mut self) -> Option<News> {
-        match self.lost.swap(0, Ordering::Relaxed) {
-            0 => self.inbox.recv().await,
-            lost => Some(News::Lost { count: lost }),
+    /// What came of a question.
+    pub(crate) fn answered(&mut self, answer: ModuleAnswer, now: Instant) -> Vec<News> {
+        match answer {
+            ModuleAnswer::Present(key, replies) => self.replies(key.as_ref(), replies, now),
+            ModuleAnswer::Page(key, since, page) => {
+                self.module(&key).map_or_else(Vec::new, |module| module.page(since, page, now))
+            }
         }
     }
-}
 
-/// Before anything is asked: what is published after the answer was made is received.
-async fn subscribe(
-    session: &Session,
-    structure: Option<&StructureName>,
-    arrived: &Outbox<Arrival>,
-) -> zenoh::Result<Vec<Subscriber<()>>> {
-    let watched = Watched { structure, module: None };
-    let mut subscribers = Vec::new();
-    let published =
-        [watched.faults(), watched.identifications(), watched.phases(), watched.statuses()];
-    for expression in published {
-        let callback = hand_to(arrived.clone(), reading::message);
-        subscribers.push(session.declare_subscriber(expression).callback(callback).await?);
-    }
-    let tokens = session
-        .liveliness()
-        .declare_subscriber(watched.tokens())
-        .history(true)
-        .callback(hand_to(arrived.clone(), reading::token));
-    subscribers.push(tokens.await?);
-    Ok(subscribers)
-}
-
-fn hand_to(
-    outbox: Outbox<Arrival>,
-    read: impl Fn(&Sample) -> Option<Arrival> + Send + Sync + 'static,
-) -> impl Fn(Sample) + Send + Sync + 'static {
-    move |sample| {
-        if let Some(arrival) = read(&sample) {
-            outbox.put(arrival);
+    fn transition(&mut self, transition: FaultTransition) -> Vec<News> {
+        match self.module(&key_of(&transition)) {
+            Some(module) => module.published(transition),
+            None => vec![News::Fault(Box::new(transition))],
         }
     }
+
+    fn presence(&mut self, key: &ModuleKey, there: bool) {
+        match self.module(key) {
+            Some(module) if there => module.appear(),
+            Some(module) => module.disappear(),
+            None => {}
+        }
+    }
+
+    /// An identification, a phase, or what needs no order.
+    fn other(&mut self, incoming: Incoming, is_answer: bool) -> Option<News> {
+        match incoming {
+            Incoming::Identification(found) => {
+                match self.module(&(found.structure.clone(), found.module.clone())) {
+                    Some(module) => module.identification(*found, is_answer),
+                    None => Some(News::Identification(found)),
+                }
+            }
+            Incoming::Phase(change) => {
+                match self.module(&(change.structure.clone(), change.module.clone())) {
+                    Some(module) => module.phase(change, is_answer),
+                    None => Some(News::Phase(change)),
+                }
+            }
+            Incoming::Other(news) => Some(news),
+            Incoming::Transition(_) | Incoming::Status(_) | Incoming::Token(..) => None,
+        }
+    }
+
+    /// What is known at present, of one module or of all. States first: an identification belongs to a fault.
+    fn replies(
+        &mut self,
+        key: Option<&ModuleKey>,
+        replies: Vec<Incoming>,
+        now: Instant,
+    ) -> Vec<News> {
+        let (mut states, mut others) = (Vec::new(), Vec::new());
+        for reply in replies {
+            match reply {
+                Incoming::Transition(state) => states.push(*state),
+                other => others.push(other),
+            }
+        }
+        let mut news = match key {
+            None => self.open(states, now),
+            Some(key) => {
+                states.retain(|state| key_of(state) == *key);
+                self.present(key, states, now)
+            }
+        };
+        news.extend(others.into_iter().filter_map(|other| self.other(other, true)));
+        news
+    }
+
+    /// The present states of all modules that answer: the first question of all. The others are asked again.
+    fn open(&mut self, states: Vec<FaultTransition>, now: Instant) -> Vec<News> {
+        self.is_open = true;
+        let mut of_module: BTreeMap<ModuleKey, Vec<FaultTransition>> = BTreeMap::new();
+        for state in states {
+            of_module.entry(key_of(&state)).or_default().push(state);
+        }
+        of_module.into_iter().flat_map(|(key, states)| self.present(&key, states, now)).collect()
+    }
+
+    /// The present states of a module; none if it did not answer.
+    fn present(
+        &mut self,
+        key: &ModuleKey,
+        states: Vec<FaultTransition>,
+        now: Instant,
+    ) -> Vec<News> {
+        self.module(key).map_or_else(Vec::new, |module| module.present(states, now))
+    }
+
+    /// A question that is due now, if any is; it counts as put.
+    pub(crate) fn question(&mut self, now: Instant) -> Option<(ModuleKey, ModuleQuery)> {
+        if !self.is_open {
+            return None;
+        }
+        let due = |(key, module): (&ModuleKey, &mut ModuleFeed)| {
+            Some((key.clone(), module.question(now)?))
+        };
+        self.modules.iter_mut().find_map(due)
+    }
+
+    fn module(&mut self, key: &ModuleKey) -> Option<&mut ModuleFeed> {
+        if !self.modules.contains_key(key) {
+            if self.modules.len() >= MODULES {
+                return None;
+            }
+            self.modules.insert(key.clone(), ModuleFeed::new(key));
+        }
+        self.modules.get_mut(key)
+    }
+}
+
+fn key_of(transition: &FaultTransition) -> ModuleKey {
+    (transition.structure.clone(), transition.module.clone())
 }

@@ -2,14 +2,13 @@
 
 use std::time::Duration;
 
-use vocabulary::{HistoryPage, HistoryQuestion, Key, Topic, keys::Watched};
+use vocabulary::{HistoryPage, HistoryQuestion, Key, StructureName, Topic, keys::Watched};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
-use super::continuity::Whose;
-use super::line::Wish;
-use super::reading::{Arrival, message};
-use crate::request::{self, Question};
+use super::messages::{Incoming, message};
+use super::{ModuleKey, ModuleQuery};
+use crate::request;
 
 /// How long an answer may take.
 const WITHIN: Duration = Duration::from_secs(1);
@@ -18,31 +17,36 @@ const REPLIES: usize = 65_536;
 
 /// What came of a question.
 #[derive(Debug)]
-pub(super) enum Answer {
+pub(crate) enum ModuleAnswer {
     /// What is known at present, of one module or of all.
-    Present(Option<Whose>, Vec<Arrival>),
+    Present(Option<ModuleKey>, Vec<Incoming>),
     /// A page of a module's journal from a sequence number on, or why there is none.
-    Page(Whose, u64, Result<HistoryPage, String>),
+    Page(ModuleKey, u64, Result<HistoryPage, String>),
 }
 
 /// Puts a question to one module.
-pub(super) async fn ask(session: Session, (whose, wish): (Whose, Wish)) -> Answer {
-    match wish {
-        Wish::Present => {
-            let watched =
-                Watched { structure: Some(&whose.structure), module: Some(&whose.module) };
-            let arrivals = present(&session, watched).await;
-            Answer::Present(Some(whose), arrivals)
+pub(crate) async fn ask(session: Session, (key, query): (ModuleKey, ModuleQuery)) -> ModuleAnswer {
+    match query {
+        ModuleQuery::Present => {
+            let watched = Watched { structure: Some(&key.0), module: Some(&key.1) };
+            let replies = present(&session, watched).await;
+            ModuleAnswer::Present(Some(key), replies)
         }
-        Wish::History(since) => {
-            let page = page(&session, &whose, since).await;
-            Answer::Page(whose, since, page)
+        ModuleQuery::History(since) => {
+            let page = page(&session, &key, since).await;
+            ModuleAnswer::Page(key, since, page)
         }
     }
 }
 
-/// States, identifications and phases at present. Who does not answer is not among them.
-pub(super) async fn present(session: &Session, watched: Watched<'_>) -> Vec<Arrival> {
+/// Puts the first question, to all modules.
+pub(crate) async fn ask_all(session: Session, structure: Option<StructureName>) -> ModuleAnswer {
+    let watched = Watched { structure: structure.as_ref(), module: None };
+    ModuleAnswer::Present(None, present(&session, watched).await)
+}
+
+/// States, identifications and phases at present, of the modules that answer.
+async fn present(session: &Session, watched: Watched<'_>) -> Vec<Incoming> {
     let (states, identifications, phases) = tokio::join!(
         replies(session, watched.faults()),
         replies(session, watched.identifications()),
@@ -51,30 +55,35 @@ pub(super) async fn present(session: &Session, watched: Watched<'_>) -> Vec<Arri
     states.into_iter().chain(identifications).chain(phases).collect()
 }
 
-async fn replies(session: &Session, expression: String) -> Vec<Arrival> {
+async fn replies(session: &Session, expression: String) -> Vec<Incoming> {
     let query = session
         .get(expression)
         .target(QueryTarget::All)
         .consolidation(ConsolidationMode::None)
         .timeout(WITHIN);
-    let mut arrivals = Vec::new();
-    let Ok(replies) = query.await else { return arrivals };
+    let mut incoming = Vec::new();
+    let Ok(replies) = query.await else { return incoming };
     while let Ok(reply) = replies.recv_async().await {
-        if arrivals.len() < REPLIES
+        if incoming.len() < REPLIES
             && let Ok(sample) = reply.result()
         {
-            arrivals.extend(message(sample));
+            incoming.extend(message(sample));
         }
     }
-    arrivals
+    incoming
 }
 
-async fn page(session: &Session, whose: &Whose, since: u64) -> Result<HistoryPage, String> {
-    let key = Key::of_module(&whose.structure, &whose.module, Topic::History);
-    let question = Question::of_parameters(HistoryQuestion::since(since).to_parameters());
-    let page: HistoryPage =
-        request::ask(session, &key, question, WITHIN).await.map_err(|error| error.to_string())?;
-    if page.structure != whose.structure || page.module != whose.module {
+async fn page(
+    session: &Session,
+    (structure, module): &ModuleKey,
+    since: u64,
+) -> Result<HistoryPage, String> {
+    let key = Key::of_module(structure, module, Topic::History);
+    let parameters = HistoryQuestion::since(since).to_parameters();
+    let page: HistoryPage = request::ask(session, &key, &parameters, WITHIN)
+        .await
+        .map_err(|error| error.to_string())?;
+    if page.structure != *structure || page.module != *module {
         return Err("the page is another module's".to_owned());
     }
     Ok(page)

@@ -20,7 +20,7 @@ use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::presence::AttendanceError;
-use crate::view::{Event, NetworkState, News, Scene};
+use crate::view::{NetworkState, News, ObservedEvent, Scene};
 use task::Show;
 
 pub use present::{attendance, present};
@@ -33,7 +33,7 @@ const QUEUE: usize = 4096;
 pub struct Live {
     scene: watch::Receiver<Arc<Scene>>,
     session: watch::Receiver<Option<Session>>,
-    events: Option<broadcast::Receiver<Arc<Event>>>,
+    events: Option<broadcast::Receiver<Arc<ObservedEvent>>>,
     _task: JoinSet<()>,
 }
 
@@ -134,14 +134,14 @@ impl Live {
 
     /// The next event of [`Live::over`] or [`Live::events`], in their order: the latest of every component and every module first. `None` once
     /// the session is closed.
-    pub async fn next_event(&mut self) -> Option<Arc<Event>> {
+    pub async fn next_event(&mut self) -> Option<Arc<ObservedEvent>> {
         let event = self.events.as_mut()?.recv().await;
         match event {
             Ok(event) => Some(event),
             Err(RecvError::Closed) => None,
             Err(RecvError::Lagged(count)) => {
                 let (number, news) = (0, News::Lost { count });
-                Some(Arc::new(Event { number, time_unix_ns: task::unix_ns(), news }))
+                Some(Arc::new(ObservedEvent { number, time_unix_ns: task::unix_ns(), news }))
             }
         }
     }

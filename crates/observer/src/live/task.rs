@@ -1,25 +1,28 @@
-//! Opens the session, listens, asks for the present states every other second, and shows what comes of it.
+//! Opens the session, listens, asks for what was missed and every other second for the present states, and shows what comes
+//! of it.
 
 use std::fmt::Display;
 use std::future::Future;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use tokio::sync::mpsc::{Sender, channel};
+use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::sync::{broadcast, watch};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 use vocabulary::{
-    ComponentPath, FaultTransition, Key, ModuleName, ModuleStatus, StructureName, Topic,
-    keys::Watched,
+    ComponentPath, FaultTransition, Key, ModuleName, StructureName, Topic, keys::Watched,
 };
 use zenoh::Session;
+use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
+use zenoh::sample::Sample;
 
-use crate::feed::Feed;
+use crate::feed::{EventFeed, Incoming, ask, ask_all, message, token};
 use crate::request::read;
-use crate::view::{Event, NetworkState, QueryError, Scene, Structures};
+use crate::view::{NetworkState, News, ObservedEvent, QueryError, Scene, Structures};
 
 /// From one failure to open a session to the next attempt.
 const OPEN_AGAIN_AFTER: Duration = Duration::from_secs(2);
@@ -31,20 +34,10 @@ const SHOW_AT_LEAST_EVERY: Duration = Duration::from_secs(1);
 const ASK_EVERY: Duration = Duration::from_secs(2);
 /// How long answers are waited for.
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
-/// Statuses and answers that may wait.
-const QUEUE: usize = 1024;
-
-/// What is heard beside the feed.
-enum Heard {
-    Status(Box<ModuleStatus>),
-    /// The state of a component, and the process that answered.
-    State(Box<FaultTransition>, Option<String>),
-    Refusal(String),
-    /// An answer that cannot be read: its key, and what is wrong with it.
-    Unreadable(String, String),
-    /// No more answers come.
-    Answered,
-}
+/// Messages that may wait.
+const QUEUE: usize = 4096;
+/// Questions about what was missed that wait for their answers.
+const QUESTIONS: usize = 8;
 
 pub(super) async fn run<F, E>(
     (open, reopens): (impl Fn() -> F, bool),
@@ -84,7 +77,7 @@ pub(super) struct Show {
     /// Whether modules are asked for the states of their components.
     asks: bool,
     scenes: watch::Sender<Arc<Scene>>,
-    events: broadcast::Sender<Arc<Event>>,
+    events: broadcast::Sender<Arc<ObservedEvent>>,
     number: u64,
     shown: Instant,
     changed: bool,
@@ -96,7 +89,7 @@ impl Show {
         expected: Vec<ModuleName>,
         asks: bool,
         scenes: watch::Sender<Arc<Scene>>,
-        events: broadcast::Sender<Arc<Event>>,
+        events: broadcast::Sender<Arc<ObservedEvent>>,
     ) -> Self {
         let known = Structures::new(structure, expected);
         Self { known, asks, scenes, events, number: 0, shown: Instant::now(), changed: true }
@@ -116,14 +109,35 @@ impl Show {
         }
     }
 
-    fn hear(&mut self, heard: Heard) {
-        match heard {
-            Heard::Status(status) => self.known.status(*status, unix_ns()),
-            Heard::State(state, process) => self.known.state(*state, process, unix_ns()),
-            Heard::Refusal(problem) => self.known.problem(problem),
-            Heard::Unreadable(key, problem) => self.known.unreadable(&key, &problem, unix_ns()),
-            Heard::Answered => self.known.answered(),
+    fn news(&mut self, news: Vec<News>) {
+        for news in news {
+            let event = self.known.news(news, unix_ns());
+            // Views that stay open look at scenes alone.
+            let _ = self.events.send(event);
+            self.changed = true;
         }
+    }
+
+    /// Takes the state of a component, as a process answered.
+    fn reply(&mut self, reply: &Reply) {
+        match (state_in(reply), reply.result()) {
+            (Ok(state), _) => {
+                let process = reply.replier_id().map(|replier| replier.zid().to_string());
+                self.known.state(state, process, unix_ns());
+            }
+            (Err(refusal @ QueryError::Refused(_)), _) => self.known.problem(refusal.to_string()),
+            (Err(problem), Ok(sample)) => {
+                let key = sample.key_expr().as_str();
+                self.known.unreadable(key, &problem.to_string(), unix_ns());
+            }
+            (Err(_), Err(_)) => return,
+        }
+        self.changed = true;
+    }
+
+    /// No more replies come.
+    fn answered(&mut self) {
+        self.known.answered();
         self.changed = true;
     }
 }
@@ -134,69 +148,132 @@ async fn listen(
     structure: Option<&StructureName>,
     show: &mut Show,
 ) -> Result<(), String> {
-    let (outlet, mut heard) = channel(QUEUE);
-    let mut feed = Feed::open(session, structure).await.map_err(|error| error.to_string())?;
-    let statuses = statuses(session, structure, outlet.clone());
-    let _subscriber = statuses.await.map_err(|error| error.to_string())?;
+    let mut inbox = Inbox::open(session, structure).await.map_err(|error| error.to_string())?;
+    let mut feed = EventFeed::default();
     show.known.network(NetworkState::Open);
     show.now();
-    let mut answering = JoinSet::new();
+    let mut asked = JoinSet::new();
+    asked.spawn(ask_all(session.clone(), structure.cloned()));
+    let mut replies = None;
     let mut ask_at = Instant::now();
     let mut ticks = interval(SHOW_EVERY);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
-        tokio::select! {
-            news = feed.next() => match news {
-                Some(news) => {
-                    let event = show.known.news(news, unix_ns());
-                    // Views that stay open look at scenes alone.
-                    let _ = show.events.send(event);
+        let now = std::time::Instant::now();
+        let news = tokio::select! {
+            incoming = inbox.messages.recv() => {
+                let Some(incoming) = incoming else { return Ok(()) };
+                if let Incoming::Status(status) = &incoming {
+                    show.known.status((**status).clone(), unix_ns());
                     show.changed = true;
-                    // How it compares with its reference now.
-                    ask_at = ask_at.min(Instant::now() + SHOW_EVERY);
                 }
-                None => return Ok(()),
-            },
-            Some(heard) = heard.recv() => show.hear(heard),
-            Some(_) = answering.join_next() => {}
-            _ = ticks.tick() => show.if_due(),
+                let mut news = inbox.lost();
+                news.extend(feed.published(incoming, now));
+                news
+            }
+            Some(Ok(answer)) = asked.join_next() => feed.answered(answer, now),
+            reply = next(replies.as_ref()) => {
+                match reply {
+                    Some(reply) => show.reply(&reply),
+                    None => {
+                        replies = None;
+                        show.answered();
+                    }
+                }
+                continue;
+            }
+            _ = ticks.tick() => {
+                show.if_due();
+                Vec::new()
+            }
+        };
+        if !news.is_empty() {
+            // How it compares with its reference now.
+            ask_at = ask_at.min(Instant::now() + SHOW_EVERY);
         }
-        if show.asks && answering.is_empty() && Instant::now() >= ask_at {
+        show.news(news);
+        while asked.len() < QUESTIONS
+            && let Some(question) = feed.question(std::time::Instant::now())
+        {
+            asked.spawn(ask(session.clone(), question));
+        }
+        if show.asks && replies.is_none() && Instant::now() >= ask_at {
             ask_at = Instant::now() + ASK_EVERY;
             show.known.asked();
-            answering.spawn(ask(session.clone(), structure.cloned(), outlet.clone()));
+            replies = ask_states(session, structure).await;
+            if replies.is_none() {
+                show.answered();
+            }
         }
     }
 }
 
-/// Queries the state of every component, and passes answers on as they come.
-async fn ask(session: Session, structure: Option<StructureName>, outlet: Sender<Heard>) {
-    let replies = session
-        .get(Watched { structure: structure.as_ref(), module: None }.faults())
-        .target(QueryTarget::All)
-        .consolidation(ConsolidationMode::None)
-        .timeout(ANSWER_WITHIN)
-        .await;
-    if let Ok(replies) = replies {
-        while let Ok(reply) = replies.recv_async().await {
-            let heard = match state_in(&reply) {
-                Ok(state) => {
-                    let process = reply.replier_id().map(|replier| replier.zid().to_string());
-                    Heard::State(Box::new(state), process)
-                }
-                Err(refusal @ QueryError::Refused(_)) => Heard::Refusal(refusal.to_string()),
-                Err(problem) => match reply.result() {
-                    Ok(sample) => {
-                        Heard::Unreadable(sample.key_expr().to_string(), problem.to_string())
-                    }
-                    Err(_) => continue,
-                },
-            };
-            // The receiver is gone with the session.
-            let _ = outlet.send(heard).await;
+/// What is published. It is closed with the session.
+struct Inbox {
+    messages: Receiver<Incoming>,
+    /// Messages that found no room since that was last reported.
+    lost: Arc<AtomicU64>,
+    _subscribers: Vec<Subscriber<()>>,
+}
+
+impl Inbox {
+    /// Subscribes before anything is asked: what is published after the answer was made is received.
+    async fn open(session: &Session, structure: Option<&StructureName>) -> zenoh::Result<Self> {
+        let (sender, messages) = channel(QUEUE);
+        let lost = Arc::new(AtomicU64::new(0));
+        let watched = Watched { structure, module: None };
+        let mut subscribers = Vec::new();
+        let published =
+            [watched.faults(), watched.identifications(), watched.phases(), watched.statuses()];
+        for expression in published {
+            let callback = hand_to(sender.clone(), lost.clone(), message);
+            subscribers.push(session.declare_subscriber(expression).callback(callback).await?);
+        }
+        let tokens = session.liveliness().declare_subscriber(watched.tokens()).history(true);
+        subscribers.push(tokens.callback(hand_to(sender, lost.clone(), token)).await?);
+        Ok(Self { messages, lost, _subscribers: subscribers })
+    }
+
+    /// That messages were lost, if any were.
+    fn lost(&self) -> Vec<News> {
+        let count = self.lost.swap(0, Ordering::Relaxed);
+        (count > 0).then_some(News::Lost { count }).into_iter().collect()
+    }
+}
+
+/// Zenoh's threads do not wait.
+fn hand_to(
+    sender: Sender<Incoming>,
+    lost: Arc<AtomicU64>,
+    read: impl Fn(&Sample) -> Option<Incoming> + Send + Sync + 'static,
+) -> impl Fn(Sample) + Send + Sync + 'static {
+    move |sample| {
+        if let Some(incoming) = read(&sample)
+            && sender.try_send(incoming).is_err()
+        {
+            lost.fetch_add(1, Ordering::Relaxed);
         }
     }
-    let _ = outlet.send(Heard::Answered).await;
+}
+
+type Replies = FifoChannelHandler<Reply>;
+
+/// The next reply; `None` if no more come.
+async fn next(replies: Option<&Replies>) -> Option<Reply> {
+    match replies {
+        Some(replies) => replies.recv_async().await.ok(),
+        None => std::future::pending().await,
+    }
+}
+
+/// Queries the state of every component.
+async fn ask_states(session: &Session, structure: Option<&StructureName>) -> Option<Replies> {
+    let query = session
+        .get(Watched { structure, module: None }.faults())
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .timeout(ANSWER_WITHIN);
+    query.await.ok()
 }
 
 /// The state in a reply, if it came on the key of the component that it is about.
@@ -210,26 +287,6 @@ fn state_in(reply: &Reply) -> Result<FaultTransition, QueryError> {
         return Err(QueryError::Senseless(format!("a state of `{}`", transition.component)));
     }
     Ok(transition)
-}
-
-async fn statuses(
-    session: &Session,
-    structure: Option<&StructureName>,
-    outlet: Sender<Heard>,
-) -> zenoh::Result<Subscriber<()>> {
-    let callback = move |sample: zenoh::sample::Sample| {
-        let key = sample.key_expr().as_str().parse::<Key>();
-        let Ok(Key::Module { structure, module, topic: Topic::Status }) = key else { return };
-        let Ok(status) = vocabulary::decode::<ModuleStatus>(&sample.payload().to_bytes()) else {
-            return;
-        };
-        if status.structure == structure && status.module == module {
-            // One that finds no room is followed by another.
-            let _ = outlet.try_send(Heard::Status(Box::new(status)));
-        }
-    };
-    let watched = Watched { structure, module: None };
-    session.declare_subscriber(watched.statuses()).callback(callback).await
 }
 
 pub(super) fn unix_ns() -> u64 {

@@ -10,7 +10,7 @@ use vocabulary::{
 };
 
 use super::line::EventLine;
-use super::row::{Measured, StateRow, Urgency};
+use super::row::{DetectionFacts, StateRow, Urgency};
 
 impl StateRow {
     /// A component in its present state.
@@ -69,11 +69,11 @@ fn sign(state: &FaultTransition) -> &'static str {
     }
 }
 
-fn measured(state: &FaultTransition) -> Measured {
+fn measured(state: &FaultTransition) -> DetectionFacts {
     // What was last computed says nothing of a component without a signal.
     let evidence = state.evidence.as_ref().filter(|_| state.symptom == Symptom::Change);
     let kind = state.component.component.kind();
-    Measured {
+    DetectionFacts {
         run: state.run,
         onset_step: state.onset_step.filter(|_| state.state() != FaultState::Normal),
         detection_step: state.detection_step,

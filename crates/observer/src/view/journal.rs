@@ -12,7 +12,7 @@ use vocabulary::{
 
 use super::component::found_at;
 use super::line::EventLine;
-use super::outcome::QueryError;
+use super::order::QueryError;
 
 /// What was read of a module's journal.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +37,7 @@ pub struct ModuleHistory {
 
 /// Sequence numbers that a journal should hold and does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gap {
+pub struct HistoryGap {
     /// The first that is missing.
     pub from: u64,
     /// The last that is missing.
@@ -69,14 +69,14 @@ impl ModuleHistory {
     /// Sequence numbers that are missing. Those before the journal's first are no gap but were cut off; those after the
     /// point where reading broke off are not known.
     #[must_use]
-    pub fn gaps(&self) -> Vec<Gap> {
+    pub fn gaps(&self) -> Vec<HistoryGap> {
         let Some(first) = self.first_sequence else { return Vec::new() };
         let mut expected = first.max(self.since).max(1);
         let mut gaps = Vec::new();
         let end = self.next_sequence.filter(|_| self.broken_off.is_none());
         for sequence in self.transitions.iter().map(|t| t.sequence).chain(end) {
             if sequence > expected {
-                gaps.push(Gap { from: expected, to: sequence - 1 });
+                gaps.push(HistoryGap { from: expected, to: sequence - 1 });
             }
             expected = expected.max(sequence.saturating_add(1));
         }
@@ -139,7 +139,7 @@ impl ModuleHistory {
             let after = self.transitions.last().map_or(0, |transition| transition.sequence);
             format!("{module}: nothing was read after transition {after}: {error}")
         }));
-        notes.extend(self.gaps().iter().map(|Gap { from, to }| match from == to {
+        notes.extend(self.gaps().iter().map(|HistoryGap { from, to }| match from == to {
             true => format!("{module}: transition {from} is missing from the journal"),
             false => format!("{module}: transitions {from} to {to} are missing from the journal"),
         }));
@@ -149,20 +149,20 @@ impl ModuleHistory {
 
 /// An entry of a journal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Entry<'a> {
+pub enum JournalEntry<'a> {
     /// A verdict changed.
     Transition(&'a FaultTransition),
     /// The kind of a fault became known.
     Identification(&'a Identification),
 }
 
-impl<'a> Entry<'a> {
+impl<'a> JournalEntry<'a> {
     /// The component that it is about.
     #[must_use]
     pub fn component(&self) -> &'a ComponentPath {
         match self {
-            Entry::Transition(transition) => &transition.component,
-            Entry::Identification(found) => &found.component,
+            JournalEntry::Transition(transition) => &transition.component,
+            JournalEntry::Identification(found) => &found.component,
         }
     }
 
@@ -170,8 +170,8 @@ impl<'a> Entry<'a> {
     #[must_use]
     pub fn sequence(&self) -> u64 {
         match self {
-            Entry::Transition(transition) => transition.sequence,
-            Entry::Identification(found) => found.sequence,
+            JournalEntry::Transition(transition) => transition.sequence,
+            JournalEntry::Identification(found) => found.sequence,
         }
     }
 
@@ -179,8 +179,8 @@ impl<'a> Entry<'a> {
     #[must_use]
     pub fn time_unix_ns(&self) -> u64 {
         match self {
-            Entry::Transition(transition) => transition.time_unix_ns,
-            Entry::Identification(found) => found.time_unix_ns,
+            JournalEntry::Transition(transition) => transition.time_unix_ns,
+            JournalEntry::Identification(found) => found.time_unix_ns,
         }
     }
 
@@ -188,8 +188,8 @@ impl<'a> Entry<'a> {
     #[must_use]
     pub fn state(&self) -> Option<FaultState> {
         match self {
-            Entry::Transition(transition) => Some(transition.state()),
-            Entry::Identification(_) => None,
+            JournalEntry::Transition(transition) => Some(transition.state()),
+            JournalEntry::Identification(_) => None,
         }
     }
 
@@ -197,15 +197,15 @@ impl<'a> Entry<'a> {
     #[must_use]
     pub fn line(&self) -> EventLine {
         match self {
-            Entry::Transition(transition) => EventLine::of_transition(transition),
-            Entry::Identification(found) => EventLine::of_identification(found),
+            JournalEntry::Transition(transition) => EventLine::of_transition(transition),
+            JournalEntry::Identification(found) => EventLine::of_identification(found),
         }
     }
 
     fn found_at(&self) -> Option<(RunId, Step)> {
         match self {
-            Entry::Transition(transition) => found_at(transition),
-            Entry::Identification(found) => Some((found.run, found.as_of_step)),
+            JournalEntry::Transition(transition) => found_at(transition),
+            JournalEntry::Identification(found) => Some((found.run, found.as_of_step)),
         }
     }
 }
@@ -215,7 +215,7 @@ impl<'a> Entry<'a> {
 pub struct Journals<'a> {
     /// Every entry, the earliest first. Those of a module stay in the order of their sequence numbers, even if its clock
     /// was set back, and what kind of fault it is comes after the fault.
-    pub entries: Vec<Entry<'a>>,
+    pub entries: Vec<JournalEntry<'a>>,
     /// Modules whose times contradict the order of their steps. If there are any, entries of one run are in the order of
     /// their steps; otherwise all are in the order of their times.
     pub contradictions: Vec<Contradiction<'a>>,
@@ -237,7 +237,7 @@ impl<'a> Journals<'a> {
 }
 
 /// An entry and its time, which is never before that of the one before it.
-type Dated<'a> = (u64, Entry<'a>);
+type Dated<'a> = (u64, JournalEntry<'a>);
 
 fn dated(history: &ModuleHistory) -> VecDeque<Dated<'_>> {
     let mut latest = 0;
@@ -246,11 +246,11 @@ fn dated(history: &ModuleHistory) -> VecDeque<Dated<'_>> {
     for transition in &history.transitions {
         latest = latest.max(transition.time_unix_ns);
         declared.insert(transition.sequence, latest);
-        dated.push((latest, Entry::Transition(transition)));
+        dated.push((latest, JournalEntry::Transition(transition)));
     }
     for found in &history.identifications {
         let declared = declared.get(&found.sequence).copied().unwrap_or_default();
-        dated.push((found.time_unix_ns.max(declared), Entry::Identification(found)));
+        dated.push((found.time_unix_ns.max(declared), JournalEntry::Identification(found)));
     }
     // Stable: what has the same time stays in order.
     dated.sort_by_key(|(time, _)| *time);
@@ -372,9 +372,11 @@ mod tests {
     }
 
     fn names(journals: &Journals<'_>) -> Vec<String> {
-        let name = |entry: &Entry<'_>| match entry {
-            Entry::Transition(t) => format!("{}.{}", t.module, t.sequence),
-            Entry::Identification(found) => format!("{}.{} is known", found.module, found.sequence),
+        let name = |entry: &JournalEntry<'_>| match entry {
+            JournalEntry::Transition(t) => format!("{}.{}", t.module, t.sequence),
+            JournalEntry::Identification(found) => {
+                format!("{}.{} is known", found.module, found.sequence)
+            }
         };
         journals.entries.iter().map(name).collect()
     }
@@ -385,7 +387,7 @@ mod tests {
         assert!(!read.answered());
         assert_eq!(read.take(1, page(&[3, 4, 6], true)), Ok(Some(7)));
         assert_eq!(read.take(7, page(&[7, 8], false)), Ok(None));
-        let gap = |from, to| Gap { from, to };
+        let gap = |from, to| HistoryGap { from, to };
         assert_eq!(read.gaps(), [gap(5, 5), gap(9, 11)]);
         assert_eq!(ModuleHistory { since: 6, ..read.clone() }.gaps(), [gap(9, 11)]);
         read.broken_off = Some(QueryError::Unanswered(Duration::ZERO));

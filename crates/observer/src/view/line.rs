@@ -3,7 +3,7 @@
 use vocabulary::words::{Tone, identified, phase_in_words, phase_tone, printable};
 use vocabulary::{ComponentPath, Identification, ModuleName, Step, StructureName};
 
-use super::news::{Event, News};
+use super::news::{News, ObservedEvent};
 
 /// An event, or an entry of a journal, in words.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +33,7 @@ pub struct EventLine {
 impl EventLine {
     /// An event.
     #[must_use]
-    pub fn of(event: &Event) -> Self {
+    pub fn of(event: &ObservedEvent) -> Self {
         let line = match &event.news {
             News::Fault(transition) => return Self::of_transition(transition),
             News::Identification(found) => return Self::of_identification(found),

@@ -9,8 +9,9 @@ use vocabulary::{
 };
 
 use super::component::{self, Counts};
+use super::id::ModuleId;
 use super::line::sign;
-use super::row::{Measured, StateRow, Urgency};
+use super::row::{DetectionFacts, StateRow, Urgency};
 
 /// What is known of a module. Nothing in it is called normal that is not known to be.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +34,8 @@ pub struct ModuleView {
     pub components: Vec<FaultTransition>,
     /// The processes that answered the latest question: one, unless several run as this module.
     pub processes: BTreeSet<String>,
+    /// Those that have answered the question that is under way.
+    pub answering: BTreeSet<String>,
     /// When its latest message came, by the clock here \[ns since 1970\]; 0 if none has.
     pub heard_unix_ns: u64,
     /// Whether no message has come for longer than a module is ever quiet.
@@ -53,9 +56,16 @@ impl ModuleView {
             phase_change: None,
             components: Vec::new(),
             processes: BTreeSet::new(),
+            answering: BTreeSet::new(),
             heard_unix_ns: 0,
             is_silent: false,
         }
+    }
+
+    /// Structure and name.
+    #[must_use]
+    pub fn id(&self) -> ModuleId {
+        ModuleId { structure: self.structure.clone(), module: self.module.clone() }
     }
 
     /// Whether it reports the states of its components. If not, nothing is known of them.
@@ -250,7 +260,7 @@ impl ModuleView {
             kind,
             why: words.join("; "),
             unknown,
-            measured: Measured::default(),
+            measured: DetectionFacts::default(),
         })
     }
 

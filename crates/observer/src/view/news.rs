@@ -59,7 +59,7 @@ pub enum News {
 
 /// Something that happened, with a number that counts the events of one observer from 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Event {
+pub struct ObservedEvent {
     /// Its number.
     pub number: u64,
     /// When it came, by the clock here \[ns since 1970\].

@@ -3,6 +3,8 @@
 use vocabulary::words::Tone;
 use vocabulary::{ComponentPath, ModuleName, RunId, Step, StructureName};
 
+use super::id::{ComponentId, ModuleId, RowId};
+
 /// From what needs attention most to what needs none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Urgency {
@@ -64,12 +66,12 @@ pub struct StateRow {
     /// Of a module, its components of which nothing is known for this reason.
     pub unknown: Vec<ComponentPath>,
     /// Of a component, what was measured.
-    pub measured: Measured,
+    pub measured: DetectionFacts,
 }
 
 /// What was measured of a component, and when it was decided upon.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Measured {
+pub struct DetectionFacts {
     /// The run that the steps are counted in.
     pub run: Option<RunId>,
     /// Since when it has been changing.
@@ -90,7 +92,7 @@ impl StateRow {
     /// What was measured of it, by name.
     #[must_use]
     pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let Measured { run, onset_step, detection_step, decided_step, .. } = &self.measured;
+        let DetectionFacts { run, onset_step, detection_step, decided_step, .. } = &self.measured;
         let step = |step: &Option<Step>| step.map(|step| step.to_string());
         let facts = [
             ("onset step", step(onset_step)),
@@ -102,6 +104,21 @@ impl StateRow {
             ("reference", self.measured.reference.clone()),
         ];
         facts.into_iter().filter_map(|(name, fact)| Some((name, fact?))).collect()
+    }
+
+    /// What it is about.
+    #[must_use]
+    pub fn id(&self) -> RowId {
+        match (&self.structure, &self.component) {
+            (Some(structure), Some(component)) => {
+                let (structure, component) = (structure.clone(), component.clone());
+                RowId::Component(ComponentId { structure, component })
+            }
+            (structure, _) => {
+                let (structure, module) = (structure.clone(), self.module.clone());
+                RowId::Module(ModuleId { structure, module })
+            }
+        }
     }
 
     /// The component or the module.

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use vocabulary::{ComponentPath, FaultTransition, ModuleName, StructureName};
 
 use super::component::Counts;
+use super::id::{ComponentId, ModuleId};
 use super::module::ModuleView;
-use super::news::Event;
+use super::news::ObservedEvent;
 
 /// Whether there is a network.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -37,7 +38,7 @@ pub struct Scene {
     /// The modules, by structure and name.
     pub modules: Vec<ModuleView>,
     /// The latest events, oldest first.
-    pub events: VecDeque<Arc<Event>>,
+    pub events: VecDeque<Arc<ObservedEvent>>,
     /// Refusals, and messages that could not be read, the latest last.
     pub problems: VecDeque<String>,
 }
@@ -58,6 +59,18 @@ impl Scene {
         self.components().find(|known| {
             known.component == *path && structure.is_none_or(|name| known.structure == *name)
         })
+    }
+
+    /// The present state of this component.
+    #[must_use]
+    pub fn state_of(&self, id: &ComponentId) -> Option<&FaultTransition> {
+        self.component(Some(&id.structure), &id.component)
+    }
+
+    /// What is known of this module.
+    #[must_use]
+    pub fn view_of(&self, id: &ModuleId) -> Option<&ModuleView> {
+        self.module(id.structure.as_ref(), &id.module)
     }
 
     /// A module of a structure; of any structure if none is named.

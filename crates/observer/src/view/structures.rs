@@ -11,7 +11,7 @@ use vocabulary::{
 
 use super::component;
 use super::module::ModuleView;
-use super::news::{Event, News};
+use super::news::{News, ObservedEvent};
 use super::scene::{NetworkState, Scene};
 
 /// A status comes once a second; after this time without any message a module is silent.
@@ -20,18 +20,11 @@ const SILENT_AFTER: Duration = Duration::from_secs(3);
 const EVENTS: usize = 500;
 const PROBLEMS: usize = 20;
 
-/// A module with the processes that have answered the present question so far.
-#[derive(Debug)]
-struct Known {
-    view: ModuleView,
-    answering: BTreeSet<String>,
-}
-
 /// Everything that is known.
 #[derive(Debug, Default)]
 pub struct Structures {
-    modules: BTreeMap<(Option<StructureName>, ModuleName), Known>,
-    events: VecDeque<Arc<Event>>,
+    modules: BTreeMap<(Option<StructureName>, ModuleName), ModuleView>,
+    events: VecDeque<Arc<ObservedEvent>>,
     problems: VecDeque<String>,
     last_event: u64,
     network: NetworkState,
@@ -46,8 +39,7 @@ impl Structures {
         for module in expected {
             let view = ModuleView::new(structure.cloned(), module.clone());
             let view = ModuleView { expected: true, ..view };
-            let known = Known { view, answering: BTreeSet::new() };
-            structures.modules.insert((structure.cloned(), module), known);
+            structures.modules.insert((structure.cloned(), module), view);
         }
         structures
     }
@@ -58,15 +50,15 @@ impl Structures {
     }
 
     /// Takes something that happened; returns it with its number and time.
-    pub fn news(&mut self, news: News, now_unix_ns: u64) -> Arc<Event> {
+    pub fn news(&mut self, news: News, now_unix_ns: u64) -> Arc<ObservedEvent> {
         match &news {
             News::Fault(transition) => self.state((**transition).clone(), None, now_unix_ns),
             News::Identification(found) => {
                 let module = self.module(&found.structure, &found.module);
-                component::identify(&mut module.view.components, found);
+                component::identify(&mut module.components, found);
             }
             News::Phase(change) => {
-                let view = &mut self.module(&change.structure, &change.module).view;
+                let view = self.module(&change.structure, &change.module);
                 (view.phase_change, view.heard_unix_ns) = (Some(change.clone()), now_unix_ns);
             }
             News::Presence { structure, who, there } => {
@@ -74,7 +66,7 @@ impl Structures {
                 if let Ok(module) = who.parse::<ModuleName>()
                     && who != PLANT
                 {
-                    self.module(structure, &module).view.present = *there;
+                    self.module(structure, &module).present = *there;
                 }
             }
             News::Unreadable { key, problem } => {
@@ -84,7 +76,7 @@ impl Structures {
             News::SeveralProcesses { .. } | News::Missed { .. } | News::Lost { .. } => {}
         }
         self.last_event += 1;
-        let event = Event { number: self.last_event, time_unix_ns: now_unix_ns, news };
+        let event = ObservedEvent { number: self.last_event, time_unix_ns: now_unix_ns, news };
         let event = Arc::new(event);
         keep(&mut self.events, event.clone(), EVENTS);
         event
@@ -94,9 +86,9 @@ impl Structures {
     pub fn status(&mut self, status: ModuleStatus, now_unix_ns: u64) {
         for peer in &status.peers {
             let named = self.module(&status.structure, &peer.module);
-            named.view.peer_of.insert(status.module.clone());
+            named.peer_of.insert(status.module.clone());
         }
-        let view = &mut self.module(&status.structure, &status.module).view;
+        let view = self.module(&status.structure, &status.module);
         (view.heard_unix_ns, view.status) = (now_unix_ns, Some(status));
     }
 
@@ -104,9 +96,9 @@ impl Structures {
     /// passed over.
     pub fn state(&mut self, state: FaultTransition, process: Option<String>, now_unix_ns: u64) {
         let module = self.module(&state.structure, &state.module);
-        module.view.heard_unix_ns = now_unix_ns;
+        module.heard_unix_ns = now_unix_ns;
         module.answering.extend(process);
-        component::enter(&mut module.view.components, state);
+        component::enter(&mut module.components, state);
     }
 
     /// Takes a message or an answer that cannot be read. If it is about the state of a component, whether that is normal is
@@ -115,7 +107,7 @@ impl Structures {
         if let Ok(Key::Module { structure, module, topic: Topic::Fault(component) }) = key.parse() {
             let reason = format!("its state cannot be read: {problem}");
             let unknown = Unknown { since_unix_ns: now_unix_ns, reason };
-            let components = &mut self.module(&structure, &module).view.components;
+            let components = &mut self.module(&structure, &module).components;
             component::unreadable(
                 components,
                 structure,
@@ -140,21 +132,20 @@ impl Structures {
     /// No more answers come to that question.
     pub fn answered(&mut self) {
         self.is_asking = false;
-        for known in self.modules.values_mut() {
-            known.view.processes = std::mem::take(&mut known.answering);
+        for module in self.modules.values_mut() {
+            module.processes = std::mem::take(&mut module.answering);
         }
     }
 
-    fn module(&mut self, structure: &StructureName, module: &ModuleName) -> &mut Known {
+    fn module(&mut self, structure: &StructureName, module: &ModuleName) -> &mut ModuleView {
         // An expected module of no certain structure is this one.
         if let Some(mut known) = self.modules.remove(&(None, module.clone())) {
-            known.view.structure = Some(structure.clone());
+            known.structure = Some(structure.clone());
             self.modules.insert((Some(structure.clone()), module.clone()), known);
         }
         let key = (Some(structure.clone()), module.clone());
-        self.modules.entry(key).or_insert_with_key(|(structure, module)| Known {
-            view: ModuleView::new(structure.clone(), module.clone()),
-            answering: BTreeSet::new(),
+        self.modules.entry(key).or_insert_with_key(|(structure, module)| {
+            ModuleView::new(structure.clone(), module.clone())
         })
     }
 
@@ -163,8 +154,8 @@ impl Structures {
     pub fn scene(&self, number: u64, now_unix_ns: u64) -> Scene {
         let structures: BTreeSet<_> =
             self.modules.keys().filter_map(|(structure, _)| structure.as_ref()).collect();
-        let view = |known: &Known| {
-            let mut view = known.view.clone();
+        let view = |known: &ModuleView| {
+            let mut view = known.clone();
             let quiet_ns = u128::from(now_unix_ns.saturating_sub(view.heard_unix_ns));
             view.is_silent = quiet_ns >= SILENT_AFTER.as_nanos();
             view.doubt();

@@ -279,7 +279,7 @@ fn the_whole_is_in_a_sentence_that_says_what_is_not_known() {
 }
 
 fn line(news: News) -> (String, String, String) {
-    let line = EventLine::of(&Event { number: 1, time_unix_ns: 7, news });
+    let line = EventLine::of(&ObservedEvent { number: 1, time_unix_ns: 7, news });
     (line.who, line.what, line.why)
 }
 
@@ -320,9 +320,9 @@ fn the_outcome_of_a_command_says_whether_anything_was_changed() {
     let obeyed = |durable| OrderOutcome::Obeyed { state: FaultState::Normal, sequence: 7, durable };
     assert_eq!(words(obeyed(true)), "m1/sensor/g1: reset: now normal, transition 7");
     assert!(words(obeyed(false)).contains("carried out, but not saved: the disk of `m1`"));
-    let refused = OrderOutcome::from(Err(OrderError::Refused("busy\u{1b}".to_owned())));
+    let refused = OrderOutcome::from(Err(QueryError::Refused("busy\u{1b}".to_owned())));
     assert_eq!(words(refused), r"m1/sensor/g1: refused: busy\u{1b}");
-    let unanswered = OrderOutcome::from(Err(OrderError::Unanswered(Duration::from_secs(3))));
+    let unanswered = OrderOutcome::from(Err(QueryError::Unanswered(Duration::from_secs(3))));
     let expected =
         "m1/sensor/g1: no answer within 3s; the command may or may not have been carried out";
     assert_eq!(words(unanswered), expected);

@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
+use observer::ComponentId;
 use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification};
 
-use super::exchange::Effect;
-use super::subject::{Subject, Whose};
+use super::effect::ModelEffect;
 
 /// Divergences that are kept.
 const LATEST: usize = 600;
@@ -13,20 +13,20 @@ const LATEST: usize = 600;
 /// fault.
 const AGAIN_AFTER_NS: u64 = 2_000_000_000;
 
-/// What is had of a module on request.
+/// What a module answers on request.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Had<T> {
+pub(crate) enum Fetched<T> {
     /// It is on its way.
     Awaited,
     /// This.
     Here(T),
-    /// It could not be had, for this reason.
+    /// It was not answered, for this reason.
     Missing(String),
 }
 
 /// A channel at one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Latest {
+pub(crate) struct ChannelPoint {
     pub(crate) step: u64,
     pub(crate) residual: f64,
     /// The divergence over its threshold; not a number while undefined.
@@ -36,10 +36,10 @@ pub(crate) struct Latest {
 /// What is known of a component beside its state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CloseUp {
-    pub(crate) subject: Subject,
-    pub(crate) frame: Had<Box<FreezeFrame>>,
-    pub(crate) identification: Had<Option<Box<Identification>>>,
-    pub(crate) latest: VecDeque<Latest>,
+    pub(crate) subject: ComponentId,
+    pub(crate) frame: Fetched<Box<FreezeFrame>>,
+    pub(crate) identification: Fetched<Option<Box<Identification>>>,
+    pub(crate) latest: VecDeque<ChannelPoint>,
     run: Option<vocabulary::RunId>,
     /// The transition whose frame was asked for, and when.
     asked_for: Option<u64>,
@@ -47,11 +47,11 @@ pub(crate) struct CloseUp {
 }
 
 impl CloseUp {
-    pub(crate) fn new(subject: Subject) -> Self {
+    pub(crate) fn new(subject: ComponentId) -> Self {
         Self {
             subject,
-            frame: Had::Missing("it has no fault".to_owned()),
-            identification: Had::Here(None),
+            frame: Fetched::Missing("it has no fault".to_owned()),
+            identification: Fetched::Here(None),
             latest: VecDeque::new(),
             run: None,
             asked_for: None,
@@ -60,31 +60,35 @@ impl CloseUp {
     }
 
     /// What is to be had by a question now, of the component in its present state.
-    pub(crate) fn questions(&mut self, present: &FaultTransition, now_unix_ns: u64) -> Vec<Effect> {
+    pub(crate) fn questions(
+        &mut self,
+        present: &FaultTransition,
+        now_unix_ns: u64,
+    ) -> Vec<ModelEffect> {
         if !present.state().is_fault() {
             self.asked_for = None;
-            self.identification = Had::Here(None);
-            self.frame = Had::Missing("it has no fault".to_owned());
+            self.identification = Fetched::Here(None);
+            self.frame = Fetched::Missing("it has no fault".to_owned());
             return Vec::new();
         }
         let is_new = self.asked_for != Some(present.sequence);
-        let is_missing = matches!(self.frame, Had::Missing(_));
+        let is_missing = matches!(self.frame, Fetched::Missing(_));
         let is_due = now_unix_ns.saturating_sub(self.asked_unix_ns) >= AGAIN_AFTER_NS;
         let is_worth_it = is_new || is_missing && is_due;
         if !is_worth_it {
             return Vec::new();
         }
         if is_new {
-            (self.frame, self.identification) = (Had::Awaited, Had::Awaited);
+            (self.frame, self.identification) = (Fetched::Awaited, Fetched::Awaited);
         }
         (self.asked_for, self.asked_unix_ns) = (Some(present.sequence), now_unix_ns);
-        let frame = Effect::Frame(Box::new(present.clone()));
-        vec![frame, Effect::Identification(self.subject.clone())]
+        let frame = ModelEffect::Frame(Box::new(present.clone()));
+        vec![frame, ModelEffect::Identification(self.subject.clone())]
     }
 
     /// Takes the divergences of its module.
     pub(crate) fn listen(&mut self, message: &Divergences) {
-        let Subject { structure, component } = &self.subject;
+        let ComponentId { structure, component } = &self.subject;
         if message.structure != *structure || message.module != component.module {
             return;
         }
@@ -98,12 +102,6 @@ impl CloseUp {
         }
         let ratio = channel.divergence.map_or(f64::NAN, |value| value / channel.threshold);
         let (step, residual) = (message.step.0, channel.residual);
-        self.latest.push_back(Latest { step, residual, ratio });
-    }
-
-    /// Its module.
-    pub(crate) fn module(&self) -> Whose {
-        let Subject { structure, component } = self.subject.clone();
-        Whose { structure: Some(structure), module: component.module }
+        self.latest.push_back(ChannelPoint { step, residual, ratio });
     }
 }

@@ -2,18 +2,18 @@
 
 /// A selection among rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Cursor<K> {
+pub(crate) struct RowCursor<K> {
     on: Option<K>,
     place: usize,
 }
 
-impl<K> Default for Cursor<K> {
+impl<K> Default for RowCursor<K> {
     fn default() -> Self {
         Self { on: None, place: 0 }
     }
 }
 
-impl<K: Clone + PartialEq> Cursor<K> {
+impl<K: Clone + PartialEq> RowCursor<K> {
     /// Where it is; where it was, if its row has gone.
     pub(crate) fn place(&self, rows: &[K]) -> usize {
         let own = self.on.as_ref().and_then(|key| rows.iter().position(|row| row == key));
@@ -38,7 +38,7 @@ mod tests {
 
     #[test]
     fn it_stays_on_its_row_while_others_come_and_go() {
-        let mut cursor = Cursor::default();
+        let mut cursor = RowCursor::default();
         cursor.step(&["a", "b", "c"], 1);
         assert_eq!(cursor.row(&["new", "a", "b"]), Some(&"b"));
         assert_eq!(cursor.row(&["a", "c"]), Some(&"c"));
@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn until_it_is_moved_it_is_on_the_first_row_whichever_that_is() {
-        let cursor = Cursor::default();
+        let cursor = RowCursor::default();
         assert_eq!(cursor.row(&["a"]), Some(&"a"));
         assert_eq!(cursor.row(&["new", "a"]), Some(&"new"));
     }

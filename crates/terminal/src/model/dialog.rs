@@ -1,11 +1,11 @@
 //! An order while it is being worded: for how long, why, and once more what is to be sent.
 
+use observer::{ComponentId, OrderRequest};
 use vocabulary::words::printable;
 use vocabulary::{Order, OrderKind};
 
-use super::exchange::Given;
-use super::key::Key;
-use super::subject::Subject;
+use super::key::KeyPress;
+use crate::settings::OrderIssuer;
 
 /// For how long an alarm is shelved unless something else is typed.
 const USUAL_SPAN: &str = "2h";
@@ -21,9 +21,9 @@ pub(crate) enum Stage {
 /// An order that is not complete yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Dialog {
-    pub(crate) subject: Subject,
+    pub(crate) subject: ComponentId,
     pub(crate) kind: OrderKind,
-    pub(crate) by: String,
+    issuer: OrderIssuer,
     pub(crate) stage: Stage,
     pub(crate) span: String,
     pub(crate) note: String,
@@ -36,26 +36,28 @@ pub(crate) struct Dialog {
 pub(crate) enum Turn {
     Stay,
     Cancel,
-    Send(Box<Given>),
+    Send(Box<OrderRequest>),
 }
 
 impl Dialog {
-    pub(crate) fn new(subject: Subject, kind: OrderKind, by: String) -> Self {
+    pub(crate) fn new(subject: ComponentId, kind: OrderKind, issuer: OrderIssuer) -> Self {
         let stage = if kind.sets_aside() { Stage::Span } else { Stage::Note };
         let (span, note, problem) = (USUAL_SPAN.to_owned(), String::new(), None);
-        Self { subject, kind, by, stage, span, note, problem }
+        Self { subject, kind, issuer, stage, span, note, problem }
     }
 
-    pub(crate) fn on_key(&mut self, key: Key) -> Turn {
+    pub(crate) fn on_key(&mut self, key: KeyPress) -> Turn {
         match key {
-            Key::Esc => return Turn::Cancel,
-            Key::Enter => return self.next(),
-            Key::Char(character) => self.text().into_iter().for_each(|text| text.push(character)),
-            Key::Backspace => {
+            KeyPress::Esc => return Turn::Cancel,
+            KeyPress::Enter => return self.next(),
+            KeyPress::Char(character) => {
+                self.text().into_iter().for_each(|text| text.push(character))
+            }
+            KeyPress::Backspace => {
                 self.text().map(String::pop);
             }
-            Key::Control('u') => self.text().into_iter().for_each(String::clear),
-            Key::Up | Key::BackTab => self.back(),
+            KeyPress::Control('u') => self.text().into_iter().for_each(String::clear),
+            KeyPress::Up | KeyPress::BackTab => self.back(),
             _ => {}
         }
         Turn::Stay
@@ -90,8 +92,10 @@ impl Dialog {
             (Stage::Note, Ok(_)) => self.stage = Stage::Confirm,
             (_, Err(problem)) => self.problem = Some(problem),
             (Stage::Confirm, Ok(order)) => {
-                let (subject, kind) = (self.subject.clone(), self.kind);
-                return Turn::Send(Box::new(Given { subject, kind, order }));
+                let ComponentId { structure, component } = self.subject.clone();
+                let (module, operator) = (component.module, self.issuer.operator.clone());
+                let request = OrderRequest { structure, module, kind: self.kind, operator, order };
+                return Turn::Send(Box::new(request));
             }
         }
         Turn::Stay
@@ -115,7 +119,7 @@ impl Dialog {
             return Err("a reason is needed: type why".to_owned());
         }
         let component = Some(self.subject.component.component.clone().into());
-        let (by, for_s) = (self.by.clone(), self.seconds()?);
+        let (by, for_s) = (self.issuer.by.clone(), self.seconds()?);
         let order = Order { component, by, note, for_s, ..Order::default() };
         order.check(self.kind)?;
         Ok(order)
@@ -123,7 +127,7 @@ impl Dialog {
 
     /// What is to be sent, in words.
     pub(crate) fn words(&self) -> String {
-        let Self { subject, kind, by, span, note, .. } = self;
+        let Self { subject, kind, issuer, span, note, .. } = self;
         let span = if kind.sets_aside() {
             format!(" for {}", printable(span.trim()))
         } else {
@@ -131,7 +135,7 @@ impl Dialog {
         };
         let note = printable(note.trim());
         let why = if note.is_empty() { ", without a note".to_owned() } else { format!(": {note}") };
-        let (kind, by) = (kind.as_str(), printable(by));
+        let (kind, by) = (kind.as_str(), printable(&issuer.by));
         format!("{kind} {} of {}{span} by {by}{why}", subject.component, subject.structure)
     }
 }
@@ -143,15 +147,15 @@ mod tests {
     fn dialog(kind: OrderKind) -> Dialog {
         let component = "m1/sensor/g2".parse().unwrap();
         Dialog::new(
-            Subject { structure: "tower".parse().unwrap(), component },
+            ComponentId { structure: "tower".parse().unwrap(), component },
             kind,
-            "ada".to_owned(),
+            OrderIssuer { by: "ada".to_owned(), operator: None },
         )
     }
 
     fn typed(dialog: &mut Dialog, text: &str) -> Turn {
-        text.chars().for_each(|c| drop(dialog.on_key(Key::Char(c))));
-        dialog.on_key(Key::Enter)
+        text.chars().for_each(|c| drop(dialog.on_key(KeyPress::Char(c))));
+        dialog.on_key(KeyPress::Enter)
     }
 
     #[test]
@@ -160,7 +164,7 @@ mod tests {
         assert_eq!(typed(&mut dialog, "seen"), Turn::Stay);
         assert_eq!(dialog.stage, Stage::Confirm);
         assert_eq!(dialog.words(), "acknowledge m1/sensor/g2 of tower by ada: seen");
-        let Turn::Send(given) = dialog.on_key(Key::Enter) else { panic!("{dialog:?}") };
+        let Turn::Send(given) = dialog.on_key(KeyPress::Enter) else { panic!("{dialog:?}") };
         assert_eq!((given.order.by.as_str(), given.order.note.as_deref()), ("ada", Some("seen")));
         assert_eq!((given.kind, given.order.for_s), (OrderKind::Acknowledge, None));
     }
@@ -173,21 +177,21 @@ mod tests {
             dialog.problem.as_deref(),
             Some("`2hx` is no span of time; use e.g. 90min, 2h or 1d")
         );
-        dialog.on_key(Key::Control('u'));
+        dialog.on_key(KeyPress::Control('u'));
         typed(&mut dialog, "90min");
         assert_eq!((dialog.stage, &dialog.problem), (Stage::Note, &None));
         typed(&mut dialog, " ");
         assert_eq!(dialog.problem.as_deref(), Some("a reason is needed: type why"));
         typed(&mut dialog, "painting");
         assert_eq!(dialog.words(), "shelve m1/sensor/g2 of tower for 90min by ada: painting");
-        let Turn::Send(given) = dialog.on_key(Key::Enter) else { panic!("{dialog:?}") };
+        let Turn::Send(given) = dialog.on_key(KeyPress::Enter) else { panic!("{dialog:?}") };
         assert_eq!(given.order.for_s, Some(5400));
     }
 
     #[test]
     fn a_time_that_no_diagnoser_takes_is_refused_before_anything_is_sent() {
         let mut dialog = dialog(OrderKind::Shelve);
-        dialog.on_key(Key::Control('u'));
+        dialog.on_key(KeyPress::Control('u'));
         typed(&mut dialog, "40d");
         typed(&mut dialog, "painting");
         let problem = dialog.problem.clone().unwrap();
@@ -199,6 +203,6 @@ mod tests {
     fn escape_sends_nothing() {
         let mut dialog = dialog(OrderKind::Reset);
         typed(&mut dialog, "repaired");
-        assert_eq!(dialog.on_key(Key::Esc), Turn::Cancel);
+        assert_eq!(dialog.on_key(KeyPress::Esc), Turn::Cancel);
     }
 }

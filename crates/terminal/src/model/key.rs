@@ -2,7 +2,7 @@
 
 /// A key that was pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Key {
+pub(crate) enum KeyPress {
     Char(char),
     /// With the control key.
     Control(char),
@@ -22,16 +22,16 @@ pub(crate) enum Key {
 /// Rows of a page.
 const PAGE: isize = 10;
 
-impl Key {
+impl KeyPress {
     /// By how many rows it moves a selection, if that is what it does.
     pub(crate) fn step(self) -> Option<isize> {
         match self {
-            Key::Up | Key::Char('k') => Some(-1),
-            Key::Down | Key::Char('j') => Some(1),
-            Key::PageUp => Some(-PAGE),
-            Key::PageDown => Some(PAGE),
-            Key::Home | Key::Char('g') => Some(isize::MIN),
-            Key::End | Key::Char('G') => Some(isize::MAX),
+            KeyPress::Up | KeyPress::Char('k') => Some(-1),
+            KeyPress::Down | KeyPress::Char('j') => Some(1),
+            KeyPress::PageUp => Some(-PAGE),
+            KeyPress::PageDown => Some(PAGE),
+            KeyPress::Home | KeyPress::Char('g') => Some(isize::MIN),
+            KeyPress::End | KeyPress::Char('G') => Some(isize::MAX),
             _ => None,
         }
     }

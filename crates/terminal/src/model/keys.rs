@@ -1,20 +1,21 @@
 //! What each key does.
 
+use observer::{ComponentId, ModuleId, RowId};
 use vocabulary::OrderKind;
 use vocabulary::words::Tone;
 
 use super::close_up::CloseUp;
 use super::dialog::{Dialog, Turn};
-use super::exchange::Effect;
-use super::journal::Journal;
-use super::{Key, Model, Notice, Pane, Row, Subject, Whose};
+use super::effect::ModelEffect;
+use super::history::ComponentHistory;
+use super::{KeyPress, Model, Notice, Pane};
 
 impl Model {
     /// A key was pressed.
-    pub(crate) fn on_key(&mut self, key: Key) -> Vec<Effect> {
+    pub(crate) fn on_key(&mut self, key: KeyPress) -> Vec<ModelEffect> {
         match key {
-            Key::Control('c') => return vec![Effect::Quit],
-            Key::Control('z') => return vec![Effect::Suspend],
+            KeyPress::Control('c') => return vec![ModelEffect::Quit],
+            KeyPress::Control('z') => return vec![ModelEffect::Suspend],
             _ => {}
         }
         if self.dialog.is_some() {
@@ -30,21 +31,21 @@ impl Model {
         }
     }
 
-    fn command(&mut self, key: Key) -> Vec<Effect> {
+    fn command(&mut self, key: KeyPress) -> Vec<ModelEffect> {
         match key {
-            Key::Char('q') => return vec![Effect::Quit],
-            Key::Char('?') => self.helps = true,
-            Key::Char('f' | ' ') => self.freeze(),
-            Key::Char('/') if !self.is_close() => self.types_filter = true,
-            Key::Char('a') => self.begin(OrderKind::Acknowledge),
-            Key::Char('r') => self.begin(OrderKind::Reset),
-            Key::Char('s') => self.begin(OrderKind::Shelve),
-            Key::Char('u') => self.begin(OrderKind::Unshelve),
-            Key::Char('h') => return self.open_journal(),
-            Key::Enter => return self.open(),
-            Key::Esc => return self.back(),
-            Key::Tab => self.pane = after(self.pane),
-            Key::BackTab => self.pane = after(after(self.pane)),
+            KeyPress::Char('q') => return vec![ModelEffect::Quit],
+            KeyPress::Char('?') => self.helps = true,
+            KeyPress::Char('f' | ' ') => self.freeze(),
+            KeyPress::Char('/') if !self.is_close() => self.types_filter = true,
+            KeyPress::Char('a') => self.begin(OrderKind::Acknowledge),
+            KeyPress::Char('r') => self.begin(OrderKind::Reset),
+            KeyPress::Char('s') => self.begin(OrderKind::Shelve),
+            KeyPress::Char('u') => self.begin(OrderKind::Unshelve),
+            KeyPress::Char('h') => return self.open_journal(),
+            KeyPress::Enter => return self.open(),
+            KeyPress::Esc => return self.back(),
+            KeyPress::Tab => self.pane = after(self.pane),
+            KeyPress::BackTab => self.pane = after(after(self.pane)),
             _ => {
                 if let Some(by) = key.step() {
                     self.notice = None;
@@ -92,7 +93,7 @@ impl Model {
     }
 
     /// What is selected, where a component is.
-    fn selected(&self) -> Option<Subject> {
+    fn selected(&self) -> Option<ComponentId> {
         if let Some(journal) = &self.journal {
             return Some(journal.subject.clone());
         }
@@ -101,12 +102,12 @@ impl Model {
         }
         let rows = self.rows();
         match self.fault_cursor.row(&rows)? {
-            Row::Component(subject) if self.pane == Pane::Faults => Some(subject.clone()),
+            RowId::Component(subject) if self.pane == Pane::Faults => Some(subject.clone()),
             _ => None,
         }
     }
 
-    fn open(&mut self) -> Vec<Effect> {
+    fn open(&mut self) -> Vec<ModelEffect> {
         if self.is_close() {
             return Vec::new();
         }
@@ -117,14 +118,15 @@ impl Model {
         }
         if let Some(subject) = self.selected() {
             let seen = CloseUp::new(subject);
-            let module = seen.module();
+            let module = seen.subject.module();
             self.close_up = Some(Box::new(seen));
-            let mut effects = vec![Effect::Listen(Some(module))];
+            let mut effects = vec![ModelEffect::Listen(Some(module))];
             effects.extend(self.questions());
             return effects;
         }
         let rows = self.rows();
-        if let (Pane::Faults, Some(Row::Module(whose))) = (self.pane, self.fault_cursor.row(&rows))
+        if let (Pane::Faults, Some(RowId::Module(whose))) =
+            (self.pane, self.fault_cursor.row(&rows))
         {
             self.narrow(Some(whose.clone()));
         }
@@ -132,13 +134,13 @@ impl Model {
     }
 
     /// Lists the components of one module only.
-    fn narrow(&mut self, scope: Option<Whose>) {
+    fn narrow(&mut self, scope: Option<ModuleId>) {
         if scope.is_some() {
             (self.scope, self.pane) = (scope, Pane::Faults);
         }
     }
 
-    fn open_journal(&mut self) -> Vec<Effect> {
+    fn open_journal(&mut self) -> Vec<ModelEffect> {
         if self.journal.is_some() {
             return Vec::new();
         }
@@ -146,38 +148,38 @@ impl Model {
             self.notice = Some(Notice::refusal("no component is selected"));
             return Vec::new();
         };
-        self.journal = Some(Box::new(Journal::new(subject.clone())));
-        vec![Effect::History(subject)]
+        self.journal = Some(Box::new(ComponentHistory::new(subject.clone())));
+        vec![ModelEffect::History(subject)]
     }
 
     /// One step back: what covers the lists, then what narrows them.
-    fn back(&mut self) -> Vec<Effect> {
+    fn back(&mut self) -> Vec<ModelEffect> {
         if self.journal.take().is_some() {
             return Vec::new();
         }
         if self.close_up.take().is_some() {
-            return vec![Effect::Listen(None)];
+            return vec![ModelEffect::Listen(None)];
         }
         if self.scope.take().is_none() {
-            if self.filter.is_empty() {
+            if self.filter.trim().is_empty() {
                 self.notice = None;
             }
-            self.filter.0.clear();
+            self.filter.clear();
         }
         Vec::new()
     }
 
-    fn type_filter(&mut self, key: Key) {
+    fn type_filter(&mut self, key: KeyPress) {
         match key {
-            Key::Char(character) => self.filter.0.push(character),
-            Key::Backspace => {
-                self.filter.0.pop();
+            KeyPress::Char(character) => self.filter.push(character),
+            KeyPress::Backspace => {
+                self.filter.pop();
             }
-            Key::Control('u') => self.filter.0.clear(),
-            Key::Enter => (self.types_filter, self.pane) = (false, Pane::Faults),
-            Key::Esc => {
+            KeyPress::Control('u') => self.filter.clear(),
+            KeyPress::Enter => (self.types_filter, self.pane) = (false, Pane::Faults),
+            KeyPress::Esc => {
                 self.types_filter = false;
-                self.filter.0.clear();
+                self.filter.clear();
             }
             _ => {}
         }
@@ -186,7 +188,7 @@ impl Model {
     /// Begins to word an order about what is selected.
     fn begin(&mut self, kind: OrderKind) {
         let issuer = match &self.settings.issuer {
-            Ok(issuer) => issuer.by.clone(),
+            Ok(issuer) => issuer.clone(),
             Err(reason) => {
                 let text = format!("no orders from here: {reason}");
                 self.notice = Some(Notice { tone: Tone::Alarm, text });
@@ -199,7 +201,7 @@ impl Model {
         }
     }
 
-    fn word_order(&mut self, key: Key) -> Vec<Effect> {
+    fn word_order(&mut self, key: KeyPress) -> Vec<ModelEffect> {
         let Some(dialog) = &mut self.dialog else { return Vec::new() };
         match dialog.on_key(key) {
             Turn::Stay => Vec::new(),
@@ -208,10 +210,10 @@ impl Model {
                 self.notice = Some(Notice::refusal("nothing was sent"));
                 Vec::new()
             }
-            Turn::Send(given) => {
+            Turn::Send(request) => {
                 self.dialog = None;
-                self.notice = Some(Notice::sent(&given));
-                vec![Effect::Order(*given)]
+                self.notice = Some(Notice::sent(&request));
+                vec![ModelEffect::Order(*request)]
             }
         }
     }

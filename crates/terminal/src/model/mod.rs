@@ -2,48 +2,42 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `subject` | what a row is about |
 //! | `rows` | which rows there are, the most urgent first |
 //! | `cursor` | which row is selected |
-//! | `filter` | what rows are looked for |
 //! | `close_up` | one component, closely |
-//! | `journal` | its history |
+//! | `history` | its history |
 //! | `dialog` | an order while it is being worded |
 //! | `notice` | what became of it |
 //! | `key` | keys |
-//! | `exchange` | what is to be done outside, and what comes of it |
+//! | `effect` | what is to be done outside the model, and its results |
 //! | `keys` | what each key does |
 
 pub(crate) mod close_up;
 mod cursor;
 pub(crate) mod dialog;
-pub(crate) mod exchange;
-mod filter;
-pub(crate) mod journal;
+pub(crate) mod effect;
+pub(crate) mod history;
 mod key;
 mod keys;
 mod notice;
 mod rows;
-mod subject;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
-use observer::{NetworkState, Scene, StateRow};
+use observer::{ComponentId, ModuleId, NetworkState, RowId, Scene, StateRow};
 
-use crate::settings::Settings;
-use close_up::{CloseUp, Had};
-use cursor::Cursor;
+use crate::settings::ViewSettings;
+use close_up::{CloseUp, Fetched};
+use cursor::RowCursor;
 use dialog::Dialog;
-use exchange::{Answer, Effect};
-use journal::Journal;
+use effect::{ModelEffect, TaskResult};
+use history::ComponentHistory;
 
-pub(crate) use filter::Filter;
-pub(crate) use key::Key;
+pub(crate) use key::KeyPress;
 pub(crate) use notice::Notice;
-pub(crate) use rows::{Row, listed, modules};
-pub(crate) use subject::{Subject, Whose};
+use rows::{listed, modules};
 
 /// Which list the keys move in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,39 +50,40 @@ pub(crate) enum Pane {
 /// Everything that the screen is drawn from.
 #[derive(Debug)]
 pub(crate) struct Model {
-    pub(crate) settings: Settings,
+    pub(crate) settings: ViewSettings,
     scene: Arc<Scene>,
     frozen: Option<Arc<Scene>>,
     now_unix_ns: u64,
     pub(crate) pane: Pane,
-    module_cursor: Cursor<Whose>,
-    fault_cursor: Cursor<Row>,
+    module_cursor: RowCursor<ModuleId>,
+    fault_cursor: RowCursor<RowId>,
     /// Events that are scrolled over, from the latest.
     pub(crate) events_back: usize,
-    pub(crate) filter: Filter,
+    /// Words that rows are looked for by.
+    pub(crate) filter: String,
     /// Whether the filter is being typed.
     pub(crate) types_filter: bool,
     /// The module whose components are listed.
-    pub(crate) scope: Option<Whose>,
+    pub(crate) scope: Option<ModuleId>,
     pub(crate) close_up: Option<Box<CloseUp>>,
-    pub(crate) journal: Option<Box<Journal>>,
+    pub(crate) journal: Option<Box<ComponentHistory>>,
     pub(crate) dialog: Option<Box<Dialog>>,
     pub(crate) notice: Option<Notice>,
     pub(crate) helps: bool,
 }
 
 impl Model {
-    pub(crate) fn new(settings: Settings, now_unix_ns: u64) -> Self {
+    pub(crate) fn new(settings: ViewSettings, now_unix_ns: u64) -> Self {
         Self {
             settings,
             scene: Arc::default(),
             frozen: None,
             now_unix_ns,
             pane: Pane::Faults,
-            module_cursor: Cursor::default(),
-            fault_cursor: Cursor::default(),
+            module_cursor: RowCursor::default(),
+            fault_cursor: RowCursor::default(),
             events_back: 0,
-            filter: Filter::default(),
+            filter: String::new(),
             types_filter: false,
             scope: None,
             close_up: None,
@@ -125,61 +120,63 @@ impl Model {
         listed(self.shown(), &self.filter, self.scope.as_ref())
     }
 
-    pub(crate) fn rows(&self) -> Vec<Row> {
-        self.listed().iter().map(Row::of).collect()
+    pub(crate) fn rows(&self) -> Vec<RowId> {
+        self.listed().iter().map(StateRow::id).collect()
     }
 
-    pub(crate) fn modules(&self) -> Vec<Whose> {
+    pub(crate) fn modules(&self) -> Vec<ModuleId> {
         modules(self.shown())
     }
 
-    pub(crate) fn fault_place(&self, rows: &[Row]) -> usize {
+    pub(crate) fn fault_place(&self, rows: &[RowId]) -> usize {
         self.fault_cursor.place(rows)
     }
 
-    pub(crate) fn module_place(&self, rows: &[Whose]) -> usize {
+    pub(crate) fn module_place(&self, rows: &[ModuleId]) -> usize {
         self.module_cursor.place(rows)
     }
 
     /// The time goes on.
-    pub(crate) fn on_tick(&mut self, now_unix_ns: u64) -> Vec<Effect> {
+    pub(crate) fn on_tick(&mut self, now_unix_ns: u64) -> Vec<ModelEffect> {
         self.now_unix_ns = now_unix_ns;
         self.questions()
     }
 
     /// There is something new to see.
-    pub(crate) fn on_scene(&mut self, scene: Arc<Scene>, now_unix_ns: u64) -> Vec<Effect> {
+    pub(crate) fn on_scene(&mut self, scene: Arc<Scene>, now_unix_ns: u64) -> Vec<ModelEffect> {
         let is_open = |scene: &Scene| scene.network == NetworkState::Open;
         let is_opened = is_open(&scene) && !is_open(&self.scene);
         self.scene = scene;
         // What was listened to over a former session has ended with it.
-        let again = self.close_up.as_ref().filter(|_| is_opened).map(|seen| seen.module());
-        let mut effects: Vec<Effect> =
-            again.map(|module| Effect::Listen(Some(module))).into_iter().collect();
+        let again = self.close_up.as_ref().filter(|_| is_opened).map(|seen| seen.subject.module());
+        let mut effects: Vec<ModelEffect> =
+            again.map(|module| ModelEffect::Listen(Some(module))).into_iter().collect();
         effects.extend(self.on_tick(now_unix_ns));
         effects
     }
 
     /// Something that was asked for has come. What nobody looks at any more is passed over.
-    pub(crate) fn on_answer(&mut self, answer: Answer) {
+    pub(crate) fn on_answer(&mut self, answer: TaskResult) {
         match answer {
-            Answer::Order(given, outcome) => self.notice = Some(Notice::ended(&given, &outcome)),
-            Answer::Frame(of, frame) => {
+            TaskResult::Order(request, outcome) => {
+                self.notice = Some(Notice::ended(&request, &outcome))
+            }
+            TaskResult::Frame(of, frame) => {
                 if let Some(seen) = self.close_up_of(&of) {
-                    seen.frame = frame.map_or_else(Had::Missing, Had::Here);
+                    seen.frame = frame.map_or_else(Fetched::Missing, Fetched::Here);
                 }
             }
-            Answer::Identification(of, found) => {
+            TaskResult::Identification(of, found) => {
                 if let Some(seen) = self.close_up_of(&of) {
-                    seen.identification = found.map_or_else(Had::Missing, Had::Here);
+                    seen.identification = found.map_or_else(Fetched::Missing, Fetched::Here);
                 }
             }
-            Answer::History(of, history) => {
+            TaskResult::History(of, history) => {
                 if let Some(journal) = self.journal_of(&of) {
                     journal.take(&history);
                 }
             }
-            Answer::Divergences(message) => {
+            TaskResult::Divergences(message) => {
                 if self.frozen.is_none()
                     && let Some(seen) = &mut self.close_up
                 {
@@ -189,18 +186,18 @@ impl Model {
         }
     }
 
-    fn close_up_of(&mut self, subject: &Subject) -> Option<&mut CloseUp> {
+    fn close_up_of(&mut self, subject: &ComponentId) -> Option<&mut CloseUp> {
         self.close_up.as_deref_mut().filter(|seen| seen.subject == *subject)
     }
 
-    fn journal_of(&mut self, subject: &Subject) -> Option<&mut Journal> {
+    fn journal_of(&mut self, subject: &ComponentId) -> Option<&mut ComponentHistory> {
         self.journal.as_deref_mut().filter(|journal| journal.subject == *subject)
     }
 
-    fn questions(&mut self) -> Vec<Effect> {
+    fn questions(&mut self) -> Vec<ModelEffect> {
         let scene = self.scene.clone();
         let Some(seen) = &mut self.close_up else { return Vec::new() };
-        let present = seen.subject.find(&scene);
+        let present = scene.state_of(&seen.subject);
         present.map_or_else(Vec::new, |present| seen.questions(present, self.now_unix_ns))
     }
 }

@@ -1,9 +1,7 @@
 //! What became of what was typed, on one line.
 
-use observer::OrderOutcome;
+use observer::{OrderOutcome, OrderRequest};
 use vocabulary::words::Tone;
-
-use super::exchange::Given;
 
 /// A line, and how much attention it asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,14 +16,14 @@ impl Notice {
     }
 
     /// The order is on its way.
-    pub(crate) fn sent(given: &Given) -> Self {
-        let (kind, component) = (given.kind.as_str(), &given.subject.component);
-        Self { tone: Tone::Explained, text: format!("sent: {kind} {component}; no answer yet") }
+    pub(crate) fn sent(request: &OrderRequest) -> Self {
+        let (kind, subject) = (request.kind.as_str(), request.subject());
+        Self { tone: Tone::Explained, text: format!("sent: {kind} {subject}; no answer yet") }
     }
 
     /// How it ended.
-    pub(crate) fn ended(given: &Given, outcome: &OrderOutcome) -> Self {
-        let text = outcome.words(given.kind, &given.subject.component.to_string());
+    pub(crate) fn ended(request: &OrderRequest, outcome: &OrderOutcome) -> Self {
+        let text = outcome.words(request.kind, &request.subject());
         Self { tone: outcome.tone(), text }
     }
 }

@@ -1,51 +1,33 @@
 //! Which rows there are, the most urgent first.
 
-use observer::{ModuleView, Scene, StateRow, Urgency, alarms, rows};
-
-use super::filter::Filter;
-use super::subject::{Subject, Whose};
-
-/// What the cursor of the list of alarms is on.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Row {
-    Module(Whose),
-    Component(Subject),
-}
-
-impl Row {
-    pub(crate) fn of(row: &StateRow) -> Self {
-        match (&row.structure, &row.component) {
-            (Some(structure), Some(component)) => {
-                let (structure, component) = (structure.clone(), component.clone());
-                Self::Component(Subject { structure, component })
-            }
-            _ => {
-                Self::Module(Whose { structure: row.structure.clone(), module: row.module.clone() })
-            }
-        }
-    }
-}
+use observer::{ModuleId, ModuleView, Scene, StateRow, Urgency, alarms, rows};
 
 /// What is not normal. Of a module in `scope`, every component; with a filter, whatever it admits.
-pub(crate) fn listed(scene: &Scene, filter: &Filter, scope: Option<&Whose>) -> Vec<StateRow> {
+pub(crate) fn listed(scene: &Scene, filter: &str, scope: Option<&ModuleId>) -> Vec<StateRow> {
     let scoped: Vec<ModuleView>;
     let mut listed = if let Some(scope) = scope {
-        scoped = scope.find(scene).cloned().into_iter().collect();
+        scoped = scene.view_of(scope).cloned().into_iter().collect();
         rows(&scoped)
-    } else if filter.is_empty() {
+    } else if filter.trim().is_empty() {
         alarms(&scene.modules)
     } else {
         let mut rows = rows(&scene.modules);
         rows.retain(|row| row.urgency != Urgency::Normal);
         rows
     };
-    listed.retain(|row| filter.admits(&text(row)));
+    listed.retain(|row| admits(filter, &text(row)));
     listed
 }
 
 /// The modules.
-pub(crate) fn modules(scene: &Scene) -> Vec<Whose> {
-    scene.modules.iter().map(Whose::of).collect()
+pub(crate) fn modules(scene: &Scene) -> Vec<ModuleId> {
+    scene.modules.iter().map(ModuleView::id).collect()
+}
+
+/// Whether each word of the filter is in a text, whatever their case.
+fn admits(filter: &str, text: &str) -> bool {
+    let text = text.to_lowercase();
+    filter.to_lowercase().split_whitespace().all(|word| text.contains(word))
 }
 
 fn text(row: &StateRow) -> String {
@@ -57,7 +39,15 @@ fn text(row: &StateRow) -> String {
 mod tests {
     use super::*;
     use crate::testing::{heard, scene, state};
+    use observer::{ComponentId, RowId};
     use vocabulary::FaultState;
+
+    #[test]
+    fn every_word_has_to_be_there_in_any_order_and_case() {
+        assert!(admits("G2 latched", "Latched module1/sensor/g2"));
+        assert!(!admits("G2 latched", "latched module1/sensor/g1"));
+        assert!(admits("", "") && admits(" ", "x"));
+    }
 
     #[test]
     fn rows_are_looked_for_by_words_and_what_is_unknown_because_of_its_module_is_found_too() {
@@ -68,7 +58,7 @@ mod tests {
         let first = heard("m1", vec![state("m1/sensor/g2", FaultState::Latched, 2)]);
         let scene = scene(vec![first, silent]);
         let names = |filter: &str| -> Vec<String> {
-            let rows = listed(&scene, &Filter(filter.to_owned()), None);
+            let rows = listed(&scene, filter, None);
             rows.iter().map(StateRow::name).collect()
         };
         assert_eq!(names(""), ["m1/sensor/g2", "m2"]);
@@ -84,8 +74,8 @@ mod tests {
             heard("m2", vec![state("m2/sensor/g1", FaultState::Latched, 1)]),
         ]);
         let scope = modules(&scene).swap_remove(0);
-        let only = listed(&scene, &Filter::default(), Some(&scope));
-        let own = Row::Component(Subject::of(&scene.modules[0].components[0]));
-        assert_eq!(only.iter().map(Row::of).collect::<Vec<_>>(), [own]);
+        let only = listed(&scene, "", Some(&scope));
+        let own = RowId::Component(ComponentId::of(&scene.modules[0].components[0]));
+        assert_eq!(only.iter().map(StateRow::id).collect::<Vec<_>>(), [own]);
     }
 }

@@ -4,9 +4,9 @@ use vocabulary::{FaultState, Obeyed, OrderKind};
 
 use observer::{ModuleHistory, OrderOutcome, QueryError};
 
-use super::exchange::{Answer, Effect};
+use super::effect::{ModelEffect, TaskResult};
 use super::*;
-use crate::settings::Issuer;
+use crate::settings::OrderIssuer;
 use crate::testing::{NOW, SECOND, heard, latched, scene, settings, state};
 
 fn tower() -> Arc<Scene> {
@@ -25,24 +25,24 @@ fn model() -> Model {
     model
 }
 
-fn keys(model: &mut Model, text: &str) -> Vec<Effect> {
+fn keys(model: &mut Model, text: &str) -> Vec<ModelEffect> {
     text.chars().flat_map(|character| model.on_key(key(character))).collect()
 }
 
-fn key(character: char) -> Key {
+fn key(character: char) -> KeyPress {
     match character {
-        '\n' => Key::Enter,
-        '\t' => Key::Tab,
-        '\x1b' => Key::Esc,
-        other => Key::Char(other),
+        '\n' => KeyPress::Enter,
+        '\t' => KeyPress::Tab,
+        '\x1b' => KeyPress::Esc,
+        other => KeyPress::Char(other),
     }
 }
 
 fn selected(model: &Model) -> String {
     let rows = model.rows();
     match &rows[model.fault_place(&rows)] {
-        Row::Module(whose) => whose.module.to_string(),
-        Row::Component(subject) => subject.component.to_string(),
+        RowId::Module(whose) => whose.module.to_string(),
+        RowId::Component(subject) => subject.component.to_string(),
     }
 }
 
@@ -52,7 +52,8 @@ fn enter_asks_for_what_there_is_of_a_fault_and_escape_ends_listening() {
     let effects = keys(&mut model, "j\n");
     let seen = model.close_up.as_ref().unwrap();
     assert_eq!(seen.subject.component.to_string(), "m1/sensor/g3");
-    let [Effect::Listen(Some(module)), Effect::Frame(of), Effect::Identification(_)] = &effects[..]
+    let [ModelEffect::Listen(Some(module)), ModelEffect::Frame(of), ModelEffect::Identification(_)] =
+        &effects[..]
     else {
         panic!("{effects:?}")
     };
@@ -60,7 +61,7 @@ fn enter_asks_for_what_there_is_of_a_fault_and_escape_ends_listening() {
         (module.module.as_str(), of.component.to_string()),
         ("m1", "m1/sensor/g3".to_owned())
     );
-    assert_eq!(keys(&mut model, "\x1b"), [Effect::Listen(None)]);
+    assert_eq!(keys(&mut model, "\x1b"), [ModelEffect::Listen(None)]);
     assert!(model.close_up.is_none());
 }
 
@@ -70,12 +71,15 @@ fn a_frame_that_is_not_there_yet_is_asked_for_again_and_one_that_is_there_is_not
     keys(&mut model, "\n");
     let subject = model.close_up.as_ref().unwrap().subject.clone();
     assert_eq!(model.on_tick(NOW + 9 * SECOND), [], "the first question is still open");
-    model.on_answer(Answer::Frame(subject.clone(), Err("none is kept".to_owned())));
+    model.on_answer(TaskResult::Frame(subject.clone(), Err("none is kept".to_owned())));
     let again = model.on_tick(NOW + 10 * SECOND);
-    assert!(matches!(again[..], [Effect::Frame(_), Effect::Identification(_)]), "{again:?}");
+    assert!(
+        matches!(again[..], [ModelEffect::Frame(_), ModelEffect::Identification(_)]),
+        "{again:?}"
+    );
     assert_eq!(model.on_tick(NOW + 11 * SECOND), []);
     let frame = Box::new(crate::screens::frame());
-    model.on_answer(Answer::Frame(subject, Ok(frame)));
+    model.on_answer(TaskResult::Frame(subject, Ok(frame)));
     assert_eq!(model.on_tick(NOW + 60 * SECOND), []);
 }
 
@@ -86,7 +90,7 @@ fn over_a_new_session_it_listens_again_to_what_is_looked_at() {
     let lost = Scene { network: NetworkState::Closed, ..(*tower()).clone() };
     assert_eq!(model.on_scene(Arc::new(lost), NOW), []);
     let effects = model.on_scene(tower(), NOW);
-    let [Effect::Listen(Some(module))] = &effects[..] else { panic!("{effects:?}") };
+    let [ModelEffect::Listen(Some(module))] = &effects[..] else { panic!("{effects:?}") };
     assert_eq!(module.module.as_str(), "m1");
     assert_eq!(model.on_scene(tower(), NOW), []);
 }
@@ -95,9 +99,9 @@ fn over_a_new_session_it_listens_again_to_what_is_looked_at() {
 fn an_answer_about_another_component_than_the_one_looked_at_is_passed_over() {
     let mut model = model();
     keys(&mut model, "\n");
-    let other = Subject::of(&latched("m1/sensor/g3", 1));
-    model.on_answer(Answer::Frame(other, Err("elsewhere".to_owned())));
-    assert_eq!(model.close_up.unwrap().frame, Had::Awaited);
+    let other = ComponentId::of(&latched("m1/sensor/g3", 1));
+    model.on_answer(TaskResult::Frame(other, Err("elsewhere".to_owned())));
+    assert_eq!(model.close_up.unwrap().frame, Fetched::Awaited);
 }
 
 #[test]
@@ -107,13 +111,13 @@ fn an_acknowledgement_goes_to_what_was_selected_when_it_was_begun() {
     let newer = scene(vec![heard("m0", vec![latched("m0/sensor/g9", 0)])]);
     model.on_scene(Arc::new(newer), NOW);
     let effects = keys(&mut model, "\n\n");
-    let [Effect::Order(given)] = &effects[..] else { panic!("{effects:?}") };
-    assert_eq!(given.subject.component.to_string(), "m1/sensor/g2");
+    let [ModelEffect::Order(given)] = &effects[..] else { panic!("{effects:?}") };
+    assert_eq!(given.subject(), "m1/sensor/g2");
     assert_eq!((given.kind, given.order.note.as_deref()), (OrderKind::Acknowledge, Some("seen")));
     assert!(model.notice.as_ref().unwrap().text.contains("no answer yet"));
     let obeyed =
         Obeyed { component: None, state: FaultState::Acknowledged, sequence: 8, durable: true };
-    model.on_answer(Answer::Order(given.clone(), OrderOutcome::from(Ok(obeyed))));
+    model.on_answer(TaskResult::Order(given.clone(), OrderOutcome::from(Ok(obeyed))));
     let text = &model.notice.as_ref().unwrap().text;
     assert_eq!(text, "m1/sensor/g2: acknowledged: now acknowledged, transition 8");
 }
@@ -129,7 +133,7 @@ fn letters_typed_into_a_note_are_no_commands() {
 #[test]
 fn who_may_give_no_orders_is_refused_with_the_reason() {
     let refused =
-        Settings { issuer: Err("the certificate is an observer's".to_owned()), ..settings() };
+        ViewSettings { issuer: Err("the certificate is an observer's".to_owned()), ..settings() };
     let mut model = Model::new(refused, NOW);
     model.on_scene(tower(), NOW);
     for kind in ["a", "r", "s", "u"] {
@@ -138,7 +142,7 @@ fn who_may_give_no_orders_is_refused_with_the_reason() {
         let notice = model.notice.take().unwrap();
         assert_eq!(notice.text, "no orders from here: the certificate is an observer's");
     }
-    model.settings.issuer = Ok(Issuer { by: "ada".to_owned(), operator: None });
+    model.settings.issuer = Ok(OrderIssuer { by: "ada".to_owned(), operator: None });
     keys(&mut model, "a");
     assert!(model.dialog.is_some());
 }
@@ -187,15 +191,15 @@ fn without_anything_selected_no_order_begins() {
 fn history_is_asked_for_and_without_a_network_says_so() {
     let mut model = model();
     let effects = keys(&mut model, "h");
-    let [Effect::History(of)] = &effects[..] else { panic!("{effects:?}") };
-    let Subject { structure, component } = of;
+    let [ModelEffect::History(of)] = &effects[..] else { panic!("{effects:?}") };
+    let ComponentId { structure, component } = of;
     let mut history = ModuleHistory::new(structure, &component.module, 1);
     history.broken_off = Some(QueryError::NotAsked("there is no network".to_owned()));
-    model.on_answer(Answer::History(of.clone(), Box::new(history)));
+    model.on_answer(TaskResult::History(of.clone(), Box::new(history)));
     let journal = model.journal.as_ref().unwrap();
     assert_eq!(
         journal.entries,
-        Had::Missing("m1: there is no network; nothing is known of its history".to_owned())
+        Fetched::Missing("m1: there is no network; nothing is known of its history".to_owned())
     );
     keys(&mut model, "\x1b");
     assert!(model.journal.is_none());
@@ -204,8 +208,8 @@ fn history_is_asked_for_and_without_a_network_says_so() {
 #[test]
 fn q_and_control_c_end_it_and_control_z_suspends_it() {
     let mut model = model();
-    assert_eq!(keys(&mut model, "q"), [Effect::Quit]);
+    assert_eq!(keys(&mut model, "q"), [ModelEffect::Quit]);
     keys(&mut model, "a");
-    assert_eq!(model.on_key(Key::Control('c')), [Effect::Quit]);
-    assert_eq!(model.on_key(Key::Control('z')), [Effect::Suspend]);
+    assert_eq!(model.on_key(KeyPress::Control('c')), [ModelEffect::Quit]);
+    assert_eq!(model.on_key(KeyPress::Control('z')), [ModelEffect::Suspend]);
 }

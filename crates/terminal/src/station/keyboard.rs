@@ -6,15 +6,15 @@ use std::thread;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, read};
 use tokio::sync::mpsc::{Receiver, channel};
 
-use crate::model::Key;
+use crate::model::KeyPress;
 
 /// Keys that may wait to be looked at.
 const QUEUE: usize = 256;
 
 /// What comes from the terminal.
 #[derive(Debug)]
-pub(super) enum Input {
-    Key(Key),
+pub(super) enum KeyboardInput {
+    Press(KeyPress),
     Resized,
     Broken(String),
 }
@@ -23,13 +23,13 @@ pub(super) enum Input {
 ///
 /// # Errors
 /// The thread cannot be started.
-pub(super) fn start() -> io::Result<Receiver<Input>> {
+pub(super) fn start() -> io::Result<Receiver<KeyboardInput>> {
     let (outlet, inbox) = channel(QUEUE);
     thread::Builder::new().name("keyboard".to_owned()).spawn(move || {
         loop {
             let (inputs, is_broken) = match read() {
                 Ok(event) => (inputs(&event), false),
-                Err(error) => (vec![Input::Broken(error.to_string())], true),
+                Err(error) => (vec![KeyboardInput::Broken(error.to_string())], true),
             };
             let is_over = inputs.into_iter().any(|input| outlet.blocking_send(input).is_err());
             if is_over || is_broken {
@@ -40,37 +40,39 @@ pub(super) fn start() -> io::Result<Receiver<Input>> {
     Ok(inbox)
 }
 
-fn inputs(event: &Event) -> Vec<Input> {
+fn inputs(event: &Event) -> Vec<KeyboardInput> {
     match event {
         Event::Key(event) if event.kind != KeyEventKind::Release => keys(*event),
-        Event::Resize(..) => vec![Input::Resized],
+        Event::Resize(..) => vec![KeyboardInput::Resized],
         _ => Vec::new(),
     }
 }
 
 /// A terminal sends the same for Alt with a key as for Esc and then that key; here it is the latter.
-fn keys(event: KeyEvent) -> Vec<Input> {
-    let escape = event.modifiers.contains(KeyModifiers::ALT).then_some(Key::Esc);
-    escape.into_iter().chain(key(event)).map(Input::Key).collect()
+fn keys(event: KeyEvent) -> Vec<KeyboardInput> {
+    let escape = event.modifiers.contains(KeyModifiers::ALT).then_some(KeyPress::Esc);
+    escape.into_iter().chain(key(event)).map(KeyboardInput::Press).collect()
 }
 
-fn key(event: KeyEvent) -> Option<Key> {
+fn key(event: KeyEvent) -> Option<KeyPress> {
     Some(match event.code {
         KeyCode::Char(character) if event.modifiers.contains(KeyModifiers::CONTROL) => {
-            Key::Control(character)
+            KeyPress::Control(character)
         }
-        KeyCode::Char(character) if vocabulary::is_printable(character) => Key::Char(character),
-        KeyCode::Up => Key::Up,
-        KeyCode::Down => Key::Down,
-        KeyCode::PageUp => Key::PageUp,
-        KeyCode::PageDown => Key::PageDown,
-        KeyCode::Home => Key::Home,
-        KeyCode::End => Key::End,
-        KeyCode::Enter => Key::Enter,
-        KeyCode::Esc => Key::Esc,
-        KeyCode::Tab => Key::Tab,
-        KeyCode::BackTab => Key::BackTab,
-        KeyCode::Backspace => Key::Backspace,
+        KeyCode::Char(character) if vocabulary::is_printable(character) => {
+            KeyPress::Char(character)
+        }
+        KeyCode::Up => KeyPress::Up,
+        KeyCode::Down => KeyPress::Down,
+        KeyCode::PageUp => KeyPress::PageUp,
+        KeyCode::PageDown => KeyPress::PageDown,
+        KeyCode::Home => KeyPress::Home,
+        KeyCode::End => KeyPress::End,
+        KeyCode::Enter => KeyPress::Enter,
+        KeyCode::Esc => KeyPress::Esc,
+        KeyCode::Tab => KeyPress::Tab,
+        KeyCode::BackTab => KeyPress::BackTab,
+        KeyCode::Backspace => KeyPress::Backspace,
         _ => return None,
     })
 }
@@ -79,22 +81,22 @@ fn key(event: KeyEvent) -> Option<Key> {
 mod tests {
     use super::*;
 
-    fn read_as(code: KeyCode, modifiers: KeyModifiers) -> Vec<Key> {
+    fn read_as(code: KeyCode, modifiers: KeyModifiers) -> Vec<KeyPress> {
         let inputs = inputs(&Event::Key(KeyEvent::new(code, modifiers)));
-        let key = |input| if let Input::Key(key) = input { Some(key) } else { None };
+        let key = |input| if let KeyboardInput::Press(key) = input { Some(key) } else { None };
         inputs.into_iter().filter_map(key).collect()
     }
 
     #[test]
     fn escape_and_a_key_in_one_go_are_two_keys() {
         let read = read_as(KeyCode::Char('f'), KeyModifiers::ALT);
-        assert_eq!(read, [Key::Esc, Key::Char('f')]);
+        assert_eq!(read, [KeyPress::Esc, KeyPress::Char('f')]);
     }
 
     #[test]
     fn control_keys_are_no_letters_and_invisible_characters_are_nothing() {
-        assert_eq!(read_as(KeyCode::Char('c'), KeyModifiers::CONTROL), [Key::Control('c')]);
-        assert_eq!(read_as(KeyCode::Char('G'), KeyModifiers::SHIFT), [Key::Char('G')]);
+        assert_eq!(read_as(KeyCode::Char('c'), KeyModifiers::CONTROL), [KeyPress::Control('c')]);
+        assert_eq!(read_as(KeyCode::Char('G'), KeyModifiers::SHIFT), [KeyPress::Char('G')]);
         assert_eq!(read_as(KeyCode::Char('\u{202e}'), KeyModifiers::NONE), []);
     }
 }

@@ -5,12 +5,12 @@
 //! | `screen` | the terminal taken over, and given back however the process ends |
 //! | `keyboard` | keys, read on a thread of their own |
 //! | `signals` | what ends, suspends and continues the process |
-//! | `errands` | orders and questions, each a task |
+//! | `tasks` | orders and questions, each a task |
 
-mod errands;
 mod keyboard;
 mod screen;
 mod signals;
+mod tasks;
 
 use std::fmt::Display;
 use std::future::Future;
@@ -23,12 +23,12 @@ use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use zenoh::Session;
 
 use crate::model::Model;
-use crate::model::exchange::Effect;
-use crate::settings::Settings;
-use errands::Errands;
-use keyboard::Input;
+use crate::model::effect::ModelEffect;
+use crate::settings::ViewSettings;
+use keyboard::KeyboardInput;
 use screen::Screen;
-use signals::{Signal, Signals};
+use signals::{ProcessSignal, ProcessSignals};
+use tasks::Tasks;
 
 /// From one drawing to the next at least.
 const DRAW_EVERY: Duration = Duration::from_millis(100);
@@ -55,18 +55,21 @@ pub enum ViewError {
 /// # Errors
 /// The terminal or the keyboard cannot be used, or a part of the program has panicked.
 pub async fn run<F, E>(
-    settings: Settings,
+    settings: ViewSettings,
     open: impl Fn() -> F + Send + 'static,
 ) -> Result<(), ViewError>
 where
     F: Future<Output = Result<Session, E>> + Send + 'static,
     E: Display + Send + 'static,
 {
-    let mut signals = Signals::new()?;
+    let mut signals = ProcessSignals::new()?;
     let live = Live::start(open, settings.structure.clone(), settings.expected.clone());
     let mut screen = Screen::enter()?;
-    let mut station =
-        Station { errands: Errands::new(&settings), model: Model::new(settings, unix_ns()), live };
+    let mut station = Station {
+        tasks: Tasks::new(settings.timeout),
+        model: Model::new(settings, unix_ns()),
+        live,
+    };
     let outcome = station.attend(&mut screen, &mut signals).await;
     // Before anything is printed.
     drop(screen);
@@ -76,11 +79,11 @@ where
 struct Station {
     model: Model,
     live: Live,
-    errands: Errands,
+    tasks: Tasks,
 }
 
 /// What the loop goes on with.
-enum Next {
+enum LoopControl {
     Go,
     Quit,
     Suspend,
@@ -90,7 +93,7 @@ impl Station {
     async fn attend(
         &mut self,
         screen: &mut Screen,
-        signals: &mut Signals,
+        signals: &mut ProcessSignals,
     ) -> Result<(), ViewError> {
         let mut keys = keyboard::start()?;
         let mut scenes = self.live.scenes();
@@ -102,17 +105,17 @@ impl Station {
                 // Keys first: whatever comes in, it can be ended.
                 biased;
                 signal = signals.next() => match signal {
-                    Signal::End => return Ok(()),
-                    Signal::Suspend => Next::Suspend,
-                    Signal::Continued => {
+                    ProcessSignal::End => return Ok(()),
+                    ProcessSignal::Suspend => LoopControl::Suspend,
+                    ProcessSignal::Continued => {
                         screen.take_again()?;
-                        Next::Go
+                        LoopControl::Go
                     }
                 },
                 input = keys.recv() => match input {
-                    Some(Input::Key(key)) => self.carry_out(|model| model.on_key(key)),
-                    Some(Input::Resized) => Next::Go,
-                    Some(Input::Broken(reason)) => return Err(ViewError::Keyboard(reason)),
+                    Some(KeyboardInput::Press(key)) => self.carry_out(|model| model.on_key(key)),
+                    Some(KeyboardInput::Resized) => LoopControl::Go,
+                    Some(KeyboardInput::Broken(reason)) => return Err(ViewError::Keyboard(reason)),
                     None => return Err(ViewError::Keyboard("it is closed".to_owned())),
                 },
                 () = sleep_until(drawn + DRAW_EVERY), if !is_drawn => {
@@ -127,29 +130,29 @@ impl Station {
                     let scene = scenes.borrow_and_update().clone();
                     self.carry_out(|model| model.on_scene(scene, unix_ns()))
                 }
-                Some(answer) = self.errands.next() => {
+                Some(answer) = self.tasks.next() => {
                     self.model.on_answer(answer);
-                    Next::Go
+                    LoopControl::Go
                 }
                 _ = ticks.tick() => self.carry_out(|model| model.on_tick(unix_ns())),
             };
             is_drawn = false;
             match next {
-                Next::Go => {}
-                Next::Quit => return Ok(()),
-                Next::Suspend => screen.suspend()?,
+                LoopControl::Go => {}
+                LoopControl::Quit => return Ok(()),
+                LoopControl::Suspend => screen.suspend()?,
             }
         }
     }
 
     /// Does what the model wants done. Nothing here waits.
-    fn carry_out(&mut self, change: impl FnOnce(&mut Model) -> Vec<Effect>) -> Next {
-        let mut next = Next::Go;
+    fn carry_out(&mut self, change: impl FnOnce(&mut Model) -> Vec<ModelEffect>) -> LoopControl {
+        let mut next = LoopControl::Go;
         for effect in change(&mut self.model) {
             match effect {
-                Effect::Quit => next = Next::Quit,
-                Effect::Suspend => next = Next::Suspend,
-                errand => self.errands.send(errand, self.live.session()),
+                ModelEffect::Quit => next = LoopControl::Quit,
+                ModelEffect::Suspend => next = LoopControl::Suspend,
+                other => self.tasks.send(other, self.live.session()),
             }
         }
         next

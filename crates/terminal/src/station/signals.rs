@@ -6,7 +6,7 @@ use tokio::signal::unix::{Signal as Stream, SignalKind, signal};
 
 /// What a signal asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Signal {
+pub(super) enum ProcessSignal {
     End,
     Suspend,
     Continued,
@@ -14,7 +14,7 @@ pub(super) enum Signal {
 
 /// The signals that are handled.
 #[derive(Debug)]
-pub(super) struct Signals {
+pub(super) struct ProcessSignals {
     terminate: Stream,
     interrupt: Stream,
     hang_up: Stream,
@@ -22,7 +22,7 @@ pub(super) struct Signals {
     continued: Stream,
 }
 
-impl Signals {
+impl ProcessSignals {
     /// # Errors
     /// The handlers cannot be installed.
     pub(super) fn new() -> io::Result<Self> {
@@ -37,13 +37,13 @@ impl Signals {
     }
 
     /// The next; may be given up at any time.
-    pub(super) async fn next(&mut self) -> Signal {
+    pub(super) async fn next(&mut self) -> ProcessSignal {
         tokio::select! {
-            _ = self.terminate.recv() => Signal::End,
-            _ = self.interrupt.recv() => Signal::End,
-            _ = self.hang_up.recv() => Signal::End,
-            _ = self.stop.recv() => Signal::Suspend,
-            _ = self.continued.recv() => Signal::Continued,
+            _ = self.terminate.recv() => ProcessSignal::End,
+            _ = self.interrupt.recv() => ProcessSignal::End,
+            _ = self.hang_up.recv() => ProcessSignal::End,
+            _ = self.stop.recv() => ProcessSignal::Suspend,
+            _ = self.continued.recv() => ProcessSignal::Continued,
         }
     }
 }

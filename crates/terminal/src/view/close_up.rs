@@ -12,7 +12,7 @@ use super::cells::{Cells, folded, part};
 use super::palette::symbol;
 use super::plot::{self, Plot};
 use crate::model::Model;
-use crate::model::close_up::{CloseUp, Had};
+use crate::model::close_up::{CloseUp, Fetched};
 
 /// Columns of the names of facts.
 const NAMES: u16 = 10;
@@ -20,7 +20,7 @@ const NAMES: u16 = 10;
 const REASON: usize = 3;
 
 pub(super) fn draw(model: &Model, seen: &CloseUp, area: Rect, cells: &mut Cells) {
-    let Some(present) = seen.subject.find(model.shown()) else {
+    let Some(present) = model.shown().state_of(&seen.subject) else {
         let text = format!("{} is not heard of any more", seen.subject.component);
         return cells.text(area, 0, &text, cells.palette.tone(Tone::Alarm));
     };
@@ -74,9 +74,9 @@ fn what_it_is(present: &FaultTransition, seen: &CloseUp) -> Option<String> {
         return None;
     }
     let found = match &seen.identification {
-        Had::Here(found) => found.as_deref(),
-        Had::Missing(why) => return Some(format!("not to be had: {}", printable(why))),
-        Had::Awaited => None,
+        Fetched::Here(found) => found.as_deref(),
+        Fetched::Missing(why) => return Some(format!("not to be had: {}", printable(why))),
+        Fetched::Awaited => None,
     };
     let Some(found) = found.or(known_identification(present)) else {
         return Some("not identified yet".to_owned());
@@ -107,7 +107,7 @@ fn plots(seen: &CloseUp, area: Rect, cells: &mut Cells) {
 }
 
 /// Around the onset.
-fn of_frame(frame: &Had<Box<FreezeFrame>>) -> [Plot; 2] {
+fn of_frame(frame: &Fetched<Box<FreezeFrame>>) -> [Plot; 2] {
     let empty = |title: &str, why: &str| Plot {
         title: title.to_owned(),
         otherwise: why.to_owned(),
@@ -115,9 +115,9 @@ fn of_frame(frame: &Had<Box<FreezeFrame>>) -> [Plot; 2] {
     };
     let titles = ["residual, at the onset", "D/γ, power of ten, at the onset"];
     let frame = match frame {
-        Had::Here(frame) => frame,
-        Had::Awaited => return titles.map(|title| empty(title, "no answer yet")),
-        Had::Missing(why) => return titles.map(|title| empty(title, &printable(why))),
+        Fetched::Here(frame) => frame,
+        Fetched::Awaited => return titles.map(|title| empty(title, "no answer yet")),
+        Fetched::Missing(why) => return titles.map(|title| empty(title, &printable(why))),
     };
     let marks: Vec<f64> =
         [frame.onset_step, frame.detection_step].map(|step| number(step.0)).to_vec();

@@ -1,6 +1,6 @@
 //! What needs attention, the most urgent first: state, since when, what it is, why.
 
-use observer::StateRow;
+use observer::{RowId, StateRow};
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use vocabulary::words::{Tone, printable};
@@ -8,7 +8,7 @@ use vocabulary::words::{Tone, printable};
 use super::age::age;
 use super::cells::{Cells, part, widths};
 use super::palette::{module_symbol, symbol};
-use crate::model::{Model, Pane, Row};
+use crate::model::{Model, Pane};
 
 /// From this width on, what it is and why have a column each.
 const WIDE: u16 = 110;
@@ -30,7 +30,7 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     if rows.is_empty() {
         cells.text(body, 0, &empty(model), cells.palette.dim());
     }
-    let keys: Vec<Row> = rows.iter().map(Row::of).collect();
+    let keys: Vec<RowId> = rows.iter().map(StateRow::id).collect();
     let (place, height) = (model.fault_place(&keys), usize::from(body.height));
     let first = (place + 1).saturating_sub(height);
     let shown = rows.iter().zip(&texts[1..]).enumerate().skip(first).take(height);
@@ -46,7 +46,7 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
 /// What it is and why, of the row that is selected.
 pub(super) fn selected(model: &Model) -> Option<String> {
     let rows = model.listed();
-    let keys: Vec<Row> = rows.iter().map(Row::of).collect();
+    let keys: Vec<RowId> = rows.iter().map(StateRow::id).collect();
     let row = rows.get(model.fault_place(&keys)).filter(|_| model.pane == Pane::Faults)?;
     let mut cells = cells_of(row, model.shown_unix_ns());
     merge(&mut cells);
@@ -69,9 +69,9 @@ fn merge(cells: &mut [String; 6]) {
 }
 
 fn filter(model: &Model, area: Rect, cells: &mut Cells) {
-    if !model.filter.is_empty() || model.types_filter {
+    if !model.filter.trim().is_empty() || model.types_filter {
         let end = if model.types_filter { "_" } else { "" };
-        let filter = format!(" filter: {}{end} ", printable(&model.filter.0));
+        let filter = format!(" filter: {}{end} ", printable(&model.filter));
         cells.right(area, 0, &filter, cells.palette.tone(Tone::Doubt));
     }
 }
@@ -93,7 +93,7 @@ fn put(
 /// Why there is no row; nothing is called well that is not known.
 fn empty(model: &Model) -> String {
     let scene = model.shown();
-    if !model.filter.is_empty() {
+    if !model.filter.trim().is_empty() {
         "nothing fits the filter; Esc ends it".to_owned()
     } else if scene.modules.is_empty() {
         "nothing is known yet: start diagnosers, or look elsewhere with --connect".to_owned()

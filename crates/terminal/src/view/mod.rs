@@ -5,7 +5,7 @@
 //! | `header` | structure, counts, network |
 //! | `module_table`, `fault_table`, `event_tail` | the main screen |
 //! | `close_up` | one component with its plots |
-//! | `journal` | its history |
+//! | `history` | its history |
 //! | `help` | keys and symbols |
 //! | `dialog` | an order while it is being worded |
 //! | `footer` | what became of it, and which keys there are |
@@ -23,7 +23,7 @@ mod fault_table;
 mod footer;
 mod header;
 mod help;
-mod journal;
+mod history;
 mod module_table;
 mod palette;
 mod plot;
@@ -55,7 +55,7 @@ pub(crate) fn draw(model: &Model, area: Rect, buffer: &mut Buffer) {
     if model.helps {
         help::draw(body, &mut cells);
     } else if let Some(journal) = &model.journal {
-        journal::draw(journal, body, &mut cells);
+        history::draw(journal, body, &mut cells);
     } else if let Some(seen) = &model.close_up {
         close_up::draw(model, seen, body, &mut cells);
     } else {

@@ -18,7 +18,7 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     let heading = ["", "MODULE", "phase", "lag", "heard", "journal", "remarks"];
     let mut rows = vec![heading.map(str::to_owned)];
     let (scene, now_unix_ns) = (model.shown(), model.shown_unix_ns());
-    let seen: Vec<&ModuleView> = modules.iter().filter_map(|whose| whose.find(scene)).collect();
+    let seen: Vec<&ModuleView> = modules.iter().filter_map(|whose| scene.view_of(whose)).collect();
     rows.extend(seen.iter().map(|module| texts(module, now_unix_ns)));
     let widths = widths(&rows, MOST);
     put(area, 0, &rows[0], (widths, cells.palette.heading(is_active)), cells);

@@ -72,21 +72,21 @@ fn run(cells: &[Cell]) -> String {
 
 /// The range of a plot.
 #[derive(Debug, Clone, Copy)]
-struct Range {
+struct AxisRange {
     low: f64,
     high: f64,
 }
 
-impl Range {
+impl AxisRange {
     fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
         let finite = values.filter(|value| value.is_finite());
-        let range = finite.fold(None, |range: Option<Range>, value| {
-            let Range { low, high } = range.unwrap_or(Range { low: value, high: value });
-            Some(Range { low: low.min(value), high: high.max(value) })
+        let range = finite.fold(None, |range: Option<AxisRange>, value| {
+            let AxisRange { low, high } = range.unwrap_or(AxisRange { low: value, high: value });
+            Some(AxisRange { low: low.min(value), high: high.max(value) })
         })?;
         // Of a constant, some room around it.
         let room = if range.high > range.low { 0.0 } else { (range.high.abs() * 0.1).max(1e-9) };
-        Some(Range { low: range.low - room, high: range.high + room })
+        Some(AxisRange { low: range.low - room, high: range.high + room })
     }
 
     /// Which of so many places, from the low end on.
@@ -116,9 +116,9 @@ pub(super) fn draw(plot: &Plot, area: Rect, cells: &mut Cells) {
     let points: Vec<_> =
         plot.points.iter().copied().filter(|(_, value)| value.is_finite()).collect();
     // Plots of the same steps are above each other, whatever is undefined in them.
-    let steps = Range::of(plot.points.iter().map(|(step, _)| *step));
+    let steps = AxisRange::of(plot.points.iter().map(|(step, _)| *step));
     let values = points.iter().chain(&plot.fitted).map(|(_, value)| *value);
-    let values = Range::of(values.chain(plot.level));
+    let values = AxisRange::of(values.chain(plot.level));
     let (Some(steps), Some(values), false) = (steps, values, points.is_empty()) else {
         cells.text(inner, 0, &plot.otherwise, cells.palette.dim());
         return;
@@ -134,7 +134,7 @@ pub(super) fn draw(plot: &Plot, area: Rect, cells: &mut Cells) {
 }
 
 fn canvas<F: Fn(&mut Context<'_>)>(
-    (steps, values): (Range, Range),
+    (steps, values): (AxisRange, AxisRange),
     paint: F,
 ) -> Canvas<'static, F> {
     Canvas::default()
@@ -151,7 +151,7 @@ fn join(context: &mut Context<'_>, points: &[(f64, f64)], color: Color) {
     }
 }
 
-fn curve(points: &[(f64, f64)], ranges: (Range, Range), inner: Rect, cells: &mut Cells) {
+fn curve(points: &[(f64, f64)], ranges: (AxisRange, AxisRange), inner: Rect, cells: &mut Cells) {
     let color = cells.palette.colour(Color::Green);
     canvas(ranges, |context| join(context, points, color))
         .marker(Marker::Braille)
@@ -162,7 +162,7 @@ fn curve(points: &[(f64, f64)], ranges: (Range, Range), inner: Rect, cells: &mut
 fn fit(
     points: &[(f64, f64)],
     fitted: &[(f64, f64)],
-    ranges: (Range, Range),
+    ranges: (AxisRange, AxisRange),
     inner: Rect,
     cells: &mut Cells,
 ) {
@@ -182,7 +182,7 @@ fn fit(
     }
 }
 
-fn level(plot: &Plot, values: Range, inner: Rect, cells: &mut Cells) {
+fn level(plot: &Plot, values: AxisRange, inner: Rect, cells: &mut Cells) {
     let Some(place) = plot.level.and_then(|level| values.place(level, inner.height)) else {
         return;
     };
@@ -193,7 +193,7 @@ fn level(plot: &Plot, values: Range, inner: Rect, cells: &mut Cells) {
 }
 
 /// Down to the line of the steps, where no curve hides them.
-fn marks(plot: &Plot, steps: Range, inner: Rect, cells: &mut Cells) {
+fn marks(plot: &Plot, steps: AxisRange, inner: Rect, cells: &mut Cells) {
     for place in plot.marks.iter().filter_map(|mark| steps.place(*mark, inner.width)) {
         for line in inner.y..=inner.y + inner.height {
             fill(inner.x + place, line, "┊", cells);
@@ -209,7 +209,7 @@ fn fill(column: u16, line: u16, symbol: &str, cells: &mut Cells) {
     }
 }
 
-fn labels((steps, values): (Range, Range), area: Rect, inner: Rect, cells: &mut Cells) {
+fn labels((steps, values): (AxisRange, AxisRange), area: Rect, inner: Rect, cells: &mut Cells) {
     let digits = decimals((values.high - values.low) / 20.0);
     for (line, value) in [(inner.y, values.high), (inner.y + inner.height - 1, values.low)] {
         let label = format!("{value:.digits$}");

@@ -12,7 +12,7 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Redirect, Response};
 use maud::html;
 
-use super::refusals::Refused;
+use super::refusals::RefusedAccess;
 use super::secret::Secret;
 use super::{Access, Person, Visit, certificate, form, headers, plain};
 use crate::listener::Connection;
@@ -24,13 +24,13 @@ const OPEN: [&str; 6] = [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js
 
 /// Why a request goes no further.
 struct Stop {
-    refused: Refused,
+    refused: RefusedAccess,
     status: StatusCode,
     words: String,
 }
 
 impl Stop {
-    fn new(refused: Refused, status: StatusCode, words: impl Into<String>) -> Self {
+    fn new(refused: RefusedAccess, status: StatusCode, words: impl Into<String>) -> Self {
         Self { refused, status, words: words.into() }
     }
 }
@@ -47,8 +47,8 @@ async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) 
     };
     let (parts, body) = request.into_parts();
     let mut response = match judge(&access, &connection, parts, body).await {
-        Ok(Passed::On(request)) => next.run(*request).await,
-        Ok(Passed::ToSignIn) => Redirect::to(SIGN_IN).into_response(),
+        Ok(PassedGuard::On(request)) => next.run(*request).await,
+        Ok(PassedGuard::ToSignIn) => Redirect::to(SIGN_IN).into_response(),
         Err(stop) => {
             access.refusals.note(stop.refused, connection.peer.ip(), &stop.words);
             answer(&stop)
@@ -59,7 +59,7 @@ async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) 
 }
 
 /// A request that was not refused.
-enum Passed {
+enum PassedGuard {
     On(Box<Request>),
     ToSignIn,
 }
@@ -69,17 +69,18 @@ async fn judge(
     connection: &Connection,
     mut parts: Parts,
     body: Body,
-) -> Result<Passed, Stop> {
+) -> Result<PassedGuard, Stop> {
     if !matches!(parts.method, Method::GET | Method::HEAD | Method::POST) {
         let words = "a page takes GET, HEAD and POST";
-        return Err(Stop::new(Refused::Method, StatusCode::METHOD_NOT_ALLOWED, words));
+        return Err(Stop::new(RefusedAccess::Method, StatusCode::METHOD_NOT_ALLOWED, words));
     }
     let origin = own_origin(access, connection, &parts)?;
     let visit = visit(access, connection, &parts);
     if parts.method == Method::POST {
         is_from_here(&parts.headers, &origin)?;
         let fields = form::read(&parts, body).await;
-        let fields = fields.map_err(|(status, words)| Stop::new(Refused::Form, status, words))?;
+        let fields =
+            fields.map_err(|(status, words)| Stop::new(RefusedAccess::Form, status, words))?;
         may_send(&parts, &visit, fields.get("token"))?;
         parts.extensions.insert(fields);
     } else if let Some(instead) = may_see(access, &parts, &visit)? {
@@ -87,7 +88,7 @@ async fn judge(
     }
     parts.extensions.insert(visit);
     // Nothing that follows has to read a body: what a form has is in its fields.
-    Ok(Passed::On(Box::new(Request::from_parts(parts, Body::empty()))))
+    Ok(PassedGuard::On(Box::new(Request::from_parts(parts, Body::empty()))))
 }
 
 /// The origin of the page that the request is for, if that is this one.
@@ -102,7 +103,7 @@ fn own_origin(access: &Access, connection: &Connection, parts: &Parts) -> Result
             "`{}` is no name of this page; open it by its address, or name it to `trusswatch web`",
             vocabulary::quotation(host.unwrap_or_default(), 200)
         );
-        Stop::new(Refused::Host, StatusCode::MISDIRECTED_REQUEST, words)
+        Stop::new(RefusedAccess::Host, StatusCode::MISDIRECTED_REQUEST, words)
     })
 }
 
@@ -114,7 +115,9 @@ fn is_from_here(headers: &HeaderMap, own: &str) -> Result<(), Stop> {
         headers.get("sec-fetch-site").is_some_and(|site| site == "same-origin")
     };
     let words = "the form was not sent by a page of this site";
-    is_own.then_some(()).ok_or_else(|| Stop::new(Refused::Origin, StatusCode::FORBIDDEN, words))
+    is_own
+        .then_some(())
+        .ok_or_else(|| Stop::new(RefusedAccess::Origin, StatusCode::FORBIDDEN, words))
 }
 
 /// Forms of people who are signed in have the token of their session. Those who are not can sign in.
@@ -122,11 +125,13 @@ fn may_send(parts: &Parts, visit: &Visit, token: Option<&String>) -> Result<(), 
     let is_sign_in = parts.uri.path() == SIGN_IN;
     match &visit.person {
         _ if is_sign_in => Ok(()),
-        None => Err(Stop::new(Refused::Permission, StatusCode::UNAUTHORIZED, "sign in first")),
+        None => {
+            Err(Stop::new(RefusedAccess::Permission, StatusCode::UNAUTHORIZED, "sign in first"))
+        }
         Some(person) if has_token(person, token) => Ok(()),
         Some(_) => {
             let words = "the form is of a session that is over; open the page again";
-            Err(Stop::new(Refused::Token, StatusCode::FORBIDDEN, words))
+            Err(Stop::new(RefusedAccess::Token, StatusCode::FORBIDDEN, words))
         }
     }
 }
@@ -138,16 +143,16 @@ fn has_token(person: &Person, token: Option<&String>) -> bool {
 }
 
 /// Where pages are for those who have signed in, others are led to where they can.
-fn may_see(access: &Access, parts: &Parts, visit: &Visit) -> Result<Option<Passed>, Stop> {
+fn may_see(access: &Access, parts: &Parts, visit: &Visit) -> Result<Option<PassedGuard>, Stop> {
     let path = parts.uri.path();
     let is_open = OPEN.contains(&path);
     if !access.settings.require_sign_in || visit.person.is_some() || is_open {
         return Ok(None);
     }
     if is_page(&parts.headers) {
-        return Ok(Some(Passed::ToSignIn));
+        return Ok(Some(PassedGuard::ToSignIn));
     }
-    Err(Stop::new(Refused::Permission, StatusCode::UNAUTHORIZED, "sign in first"))
+    Err(Stop::new(RefusedAccess::Permission, StatusCode::UNAUTHORIZED, "sign in first"))
 }
 
 /// The session that the request names, if it is not over and the certificate that it began with is there.

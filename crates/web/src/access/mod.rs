@@ -45,7 +45,7 @@ use axum::http::{Method, header};
 use crate::listener::Site;
 use attempts::Attempts;
 use cookie::Cookie;
-use refusals::Refusals;
+use refusals::AccessRefusals;
 use sessions::Sessions;
 
 pub(crate) use back::destination;
@@ -80,7 +80,7 @@ pub(crate) struct Access {
     settings: AccessSettings,
     sessions: Sessions,
     attempts: Attempts,
-    refusals: Refusals,
+    refusals: AccessRefusals,
 }
 
 impl Access {

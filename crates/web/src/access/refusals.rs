@@ -7,7 +7,7 @@ use shell::occurrences::Occurrences;
 
 /// Why a request is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Refused {
+pub(crate) enum RefusedAccess {
     /// A method that no page has.
     Method,
     /// Reached under a foreign name.
@@ -26,11 +26,11 @@ pub(crate) enum Refused {
 
 /// How often each happened.
 #[derive(Debug, Default)]
-pub(crate) struct Refusals([Occurrences; 7]);
+pub(crate) struct AccessRefusals([Occurrences; 7]);
 
-impl Refusals {
+impl AccessRefusals {
     /// Notes one, from this address.
-    pub(crate) fn note(&self, refused: Refused, from: IpAddr, words: &str) {
+    pub(crate) fn note(&self, refused: RefusedAccess, from: IpAddr, words: &str) {
         let occurrences = self.0.get(refused as usize);
         if let Some(times) = occurrences.and_then(|occurrences| occurrences.note(Instant::now())) {
             let words = vocabulary::printable(words);

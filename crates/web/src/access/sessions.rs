@@ -28,7 +28,7 @@ pub(crate) struct SignedIn {
 
 /// A session as a request finds it.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct ActiveSession {
     pub(crate) signed_in: SignedIn,
     /// What every form of the session has.
     pub(crate) form_token: Secret,
@@ -40,7 +40,7 @@ pub(crate) struct Sessions(Mutex<BTreeMap<Fingerprint, Session>>);
 
 #[derive(Debug)]
 struct Session {
-    found: Found,
+    found: ActiveSession,
     begun: Instant,
     used: Instant,
     message: Option<String>,
@@ -50,7 +50,7 @@ impl Sessions {
     /// Begins a session, under a secret that was never used before.
     pub(crate) fn begin(&self, signed_in: SignedIn, now: Instant) -> Result<Secret, NoRandomness> {
         let (secret, form_token) = (Secret::new()?, Secret::new()?);
-        let found = Found { signed_in, form_token };
+        let found = ActiveSession { signed_in, form_token };
         let mut sessions = self.0.lock();
         sessions.retain(|_, session| !session.is_over(now));
         if sessions.len() >= MOST {
@@ -64,7 +64,12 @@ impl Sessions {
     }
 
     /// The session of this secret, unless it is over. `is_use`: a person does something, not a page by itself.
-    pub(crate) fn find(&self, secret: &Secret, is_use: bool, now: Instant) -> Option<Found> {
+    pub(crate) fn find(
+        &self,
+        secret: &Secret,
+        is_use: bool,
+        now: Instant,
+    ) -> Option<ActiveSession> {
         let mut sessions = self.0.lock();
         let session = sessions.get_mut(&secret.fingerprint())?;
         if session.is_over(now) {

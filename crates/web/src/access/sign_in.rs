@@ -14,7 +14,7 @@ use maud::{Markup, html};
 
 use super::form::Fields;
 use super::guard::SIGN_IN;
-use super::refusals::Refused;
+use super::refusals::RefusedAccess;
 use super::secret::Secret;
 use super::sessions::SignedIn;
 use super::{Access, Viewer, certificate, one_time_link, plain, sign_out};
@@ -135,7 +135,7 @@ fn by_certificate(access: &Access, connection: &Connection) -> Result<SignedIn, 
 }
 
 fn refuse(access: &Access, address: IpAddr, status: StatusCode, words: &str) -> Response {
-    access.refusals.note(Refused::SignIn, address, words);
+    access.refusals.note(RefusedAccess::SignIn, address, words);
     let content = html! {
         p { (vocabulary::printable(words)) }
         p { a href=(SIGN_IN) { "Sign in another way" } }

@@ -10,14 +10,14 @@ use crate::observed::{Frame, Observed};
 
 /// What was had of the modules.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Evidence {
+pub(crate) struct ModuleAnswers {
     /// The journals of its structure's modules, as far as they were asked: a change may explain one of another module.
     pub(super) journals: Vec<Arc<ModuleHistory>>,
     /// The freeze frame of its fault, or why there is none; nothing if it has no fault.
     pub(super) frame: Option<Frame>,
 }
 
-impl Evidence {
+impl ModuleAnswers {
     /// Asks for it. A module that is not heard is not asked.
     pub(super) async fn fetch(
         observed: &Observed,

@@ -6,10 +6,10 @@ use vocabulary::words::{candidate, percent};
 use vocabulary::{FaultTransition, Identification};
 
 use crate::look;
-use crate::view::View;
+use crate::view::LinkedScene;
 
 /// What is known of its present state.
-pub(super) fn facts(view: &View<'_>, state: &FaultTransition) -> Markup {
+pub(super) fn facts(view: &LinkedScene<'_>, state: &FaultTransition) -> Markup {
     let row = StateRow::of_component(state);
     html! {
         div.verdict.(look::classes(&row)) {

@@ -21,63 +21,46 @@ use std::sync::Arc;
 use axum::extract::{Path, Query, State};
 use axum::response::Response;
 use maud::{Markup, PreEscaped, html};
-use observer::title;
-use serde::Deserialize;
-use vocabulary::{ComponentPath, FaultTransition, StructureName};
+use observer::{ComponentId, title};
+use vocabulary::{ComponentPath, FaultTransition};
 
 use crate::access::Viewer;
 use crate::app::Shared;
 use crate::forms;
 use crate::layout::{Page, unknown};
-use crate::subject::{Subject, Whose};
-use crate::view::View;
-use evidence::Evidence;
+use crate::live_page::{LivePage, PageParameters};
+use crate::view::LinkedScene;
+use evidence::ModuleAnswers;
 use shown::Shown;
 
-pub(crate) use watch::Watch;
-
-/// Of which structure something is, where there are several.
-#[derive(Debug, Default, Deserialize)]
-pub(crate) struct Of {
-    structure: Option<String>,
-}
-
-impl Of {
-    /// The structure that is named.
-    pub(crate) fn structure(&self) -> Result<Option<StructureName>, String> {
-        let parsed = self.structure.as_deref().map(str::parse).transpose();
-        parsed.map_err(|error: vocabulary::NameError| format!("structure: {error}"))
-    }
-}
+pub(crate) use watch::ComponentWatch;
 
 /// `/component/{module}/{kind}/{name}`
 pub(crate) async fn page(
     State(app): State<Shared>,
     Path((module, kind, name)): Path<(String, String, String)>,
-    Query(of): Query<Of>,
+    Query(parameters): Query<PageParameters>,
     viewer: Viewer,
 ) -> Response {
     let scene = app.observed.scene();
     let parsed = format!("{module}/{kind}/{name}").parse::<ComponentPath>();
-    let whose = parsed
-        .map_err(|error| error.to_string())
-        .and_then(|name| of.structure().map(|structure| Whose { structure, name }));
-    let whose = match whose {
-        Ok(whose) => whose,
+    let found = parsed.map_err(|error| error.to_string()).and_then(|name| {
+        let found = scene.component(parameters.structure()?.as_ref(), &name);
+        found.ok_or_else(|| format!("nothing is known of `{name}`"))
+    });
+    let transition = match found {
+        Ok(transition) => transition,
         Err(problem) => return unknown(&viewer, &scene, &problem),
     };
-    let view = View::new(&scene);
-    let Some(transition) = scene.component(whose.structure.as_ref(), &whose.name) else {
-        return unknown(&viewer, &scene, &format!("nothing is known of `{}`", whose.name));
-    };
-    let evidence = Evidence::fetch(&app.observed, &scene, transition).await;
+    let view = LinkedScene::new(&scene);
+    let evidence = ModuleAnswers::fetch(&app.observed, &scene, transition).await;
     let live = app.observed.traces(&transition.structure, &transition.module);
     let traces = Arc::clone(&live.borrow());
     let shown = Shown { view: &view, transition, evidence: &evidence, traces: &traces };
     let page = Page {
         title: &title(transition),
         place: "",
-        live: Subject::Component(whose.clone()).parameters(),
+        live: LivePage::Component(ComponentId::of(transition)).parameters(),
         viewer: &viewer,
         scene: &scene,
     };

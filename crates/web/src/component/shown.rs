@@ -3,23 +3,23 @@
 use maud::{Markup, PreEscaped, html};
 use vocabulary::FaultTransition;
 
-use super::evidence::Evidence;
+use super::evidence::ModuleAnswers;
 use super::{facts, plot, trail};
 use crate::history;
 use crate::observed::Traces;
-use crate::part::{Part, part};
-use crate::view::View;
+use crate::part::{PagePart, part};
+use crate::view::LinkedScene;
 
 /// What is shown of a component.
 pub(super) struct Shown<'a> {
-    pub(super) view: &'a View<'a>,
+    pub(super) view: &'a LinkedScene<'a>,
     pub(super) transition: &'a FaultTransition,
-    pub(super) evidence: &'a Evidence,
+    pub(super) evidence: &'a ModuleAnswers,
     pub(super) traces: &'a Traces,
 }
 
 impl Shown<'_> {
-    pub(super) fn parts(&self) -> Vec<Part> {
+    pub(super) fn parts(&self) -> Vec<PagePart> {
         vec![
             part("facts", facts::facts(self.view, self.transition)),
             part("trail", trail::trail(self.view, self.transition, self.evidence)),

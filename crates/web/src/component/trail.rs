@@ -6,9 +6,9 @@ use maud::{Markup, html};
 use observer::{StateRow, explained_by};
 use vocabulary::{ComponentPath, FaultTransition};
 
-use super::evidence::Evidence;
+use super::evidence::ModuleAnswers;
 use crate::look;
-use crate::view::View;
+use crate::view::LinkedScene;
 
 /// Size of a box and the room between boxes \[px\].
 const BOX: [usize; 2] = [190, 44];
@@ -28,7 +28,11 @@ struct Edge {
 type Edges = BTreeMap<ComponentPath, Edge>;
 
 /// The picture, or that there is nothing to be drawn.
-pub(super) fn trail(view: &View<'_>, transition: &FaultTransition, evidence: &Evidence) -> Markup {
+pub(super) fn trail(
+    view: &LinkedScene<'_>,
+    transition: &FaultTransition,
+    evidence: &ModuleAnswers,
+) -> Markup {
     let edges = edges(view, transition, evidence);
     let shown = connected(&edges, &transition.component);
     if shown.len() < 2 {
@@ -54,7 +58,7 @@ pub(super) fn trail(view: &View<'_>, transition: &FaultTransition, evidence: &Ev
     }
 }
 
-fn edges(view: &View<'_>, transition: &FaultTransition, evidence: &Evidence) -> Edges {
+fn edges(view: &LinkedScene<'_>, transition: &FaultTransition, evidence: &ModuleAnswers) -> Edges {
     let mut edges = Edges::new();
     let present = view.scene.components().filter(|c| c.structure == transition.structure);
     // The present overwrites the past, and of the past the latest the earlier ones.
@@ -127,7 +131,7 @@ fn arrow(from: [usize; 2], to: [usize; 2], present: bool) -> Markup {
 }
 
 fn node(
-    view: &View<'_>,
+    view: &LinkedScene<'_>,
     own: &FaultTransition,
     component: &ComponentPath,
     place: [usize; 2],

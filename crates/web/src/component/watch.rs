@@ -3,17 +3,17 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use observer::ComponentId;
 use tokio::sync::watch::Receiver;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
-use vocabulary::{ComponentPath, FaultState, FaultTransition};
+use vocabulary::{FaultState, FaultTransition};
 
-use super::evidence::Evidence;
+use super::evidence::ModuleAnswers;
 use super::shown::Shown;
 use crate::observed::{Observed, Traces};
-use crate::part::Part;
-use crate::subject::Whose;
-use crate::view::View;
+use crate::part::PagePart;
+use crate::view::LinkedScene;
 
 /// What was lacking is asked for again after this time.
 const ASK_AGAIN_AFTER: Duration = Duration::from_secs(4);
@@ -24,13 +24,13 @@ const ASK_ANEW_AFTER: Duration = Duration::from_secs(20);
 const OF_EVIDENCE: [&str; 3] = ["trail", "frame", "journal"];
 
 /// A component that somebody looks at.
-pub(crate) struct Watch {
+pub(crate) struct ComponentWatch {
     observed: Arc<Observed>,
-    whose: Whose<ComponentPath>,
+    id: ComponentId,
     traces: Option<Receiver<Arc<Traces>>>,
     /// None until it has been had: the page has its own meanwhile, which is not replaced by nothing.
-    evidence: Option<Evidence>,
-    fetching: JoinSet<Evidence>,
+    evidence: Option<ModuleAnswers>,
+    fetching: JoinSet<ModuleAnswers>,
     /// What the evidence was asked for, and when.
     asked: Option<(Version, Instant)>,
 }
@@ -38,11 +38,11 @@ pub(crate) struct Watch {
 /// Another one has another history.
 type Version = ((u64, u64), FaultState);
 
-impl Watch {
-    pub(crate) fn new(observed: &Arc<Observed>, whose: Whose<ComponentPath>) -> Self {
+impl ComponentWatch {
+    pub(crate) fn new(observed: &Arc<Observed>, id: ComponentId) -> Self {
         Self {
             observed: Arc::clone(observed),
-            whose,
+            id,
             traces: None,
             evidence: None,
             fetching: JoinSet::new(),
@@ -66,15 +66,15 @@ impl Watch {
     }
 
     /// What the page shows of it now; nothing if it is no longer in the scene.
-    pub(crate) fn parts(&mut self, view: &View<'_>) -> Vec<Part> {
-        let known = view.scene.component(self.whose.structure.as_ref(), &self.whose.name);
+    pub(crate) fn parts(&mut self, view: &LinkedScene<'_>) -> Vec<PagePart> {
+        let known = view.scene.state_of(&self.id);
         let Some(transition) = known else { return Vec::new() };
         self.ask_if_due(transition);
         let (structure, module) = (&transition.structure, &transition.module);
         let observed = &self.observed;
         let live = self.traces.get_or_insert_with(|| observed.traces(structure, module));
         let traces = Arc::clone(&live.borrow_and_update());
-        let nothing = Evidence::default();
+        let nothing = ModuleAnswers::default();
         let evidence = self.evidence.as_ref().unwrap_or(&nothing);
         let mut parts = Shown { view, transition, evidence, traces: &traces }.parts();
         parts.retain(|part| self.evidence.is_some() || !OF_EVIDENCE.contains(&part.id));
@@ -86,7 +86,7 @@ impl Watch {
         let due = match self.asked {
             None => true,
             Some((asked, at)) => {
-                let wait = if self.evidence.as_ref().is_none_or(Evidence::lacks) {
+                let wait = if self.evidence.as_ref().is_none_or(ModuleAnswers::lacks) {
                     ASK_AGAIN_AFTER
                 } else {
                     ASK_ANEW_AFTER
@@ -102,7 +102,7 @@ impl Watch {
         let (observed, transition) = (Arc::clone(&self.observed), transition.clone());
         self.fetching.spawn(async move {
             let scene = observed.scene();
-            Evidence::fetch(&observed, &scene, &transition).await
+            ModuleAnswers::fetch(&observed, &scene, &transition).await
         });
     }
 }

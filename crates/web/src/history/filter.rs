@@ -3,11 +3,11 @@
 use std::time::UNIX_EPOCH;
 
 use maud::{Markup, html};
-use observer::{Entry, ModuleView};
+use observer::{JournalEntry, ModuleView};
 use serde::Deserialize;
 use vocabulary::{ComponentPath, FaultState, ModuleName};
 
-use crate::view::View;
+use crate::view::LinkedScene;
 
 const STATES: [FaultState; 6] = [
     FaultState::Normal,
@@ -21,7 +21,7 @@ const STATES: [FaultState; 6] = [
 /// The parameters of the address. Empty ones count as absent: a form sends them.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
-pub(crate) struct Asked {
+pub(crate) struct HistoryParameters {
     from: String,
     to: String,
     module: String,
@@ -31,7 +31,7 @@ pub(crate) struct Asked {
 
 /// The same, understood.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Filter {
+pub(super) struct HistoryFilter {
     from_unix_ns: Option<u64>,
     to_unix_ns: Option<u64>,
     module: Option<ModuleName>,
@@ -39,16 +39,16 @@ pub(super) struct Filter {
     state: Option<FaultState>,
 }
 
-impl Asked {
+impl HistoryParameters {
     /// What is wanted, or which parameter is wrong and what would be right.
-    pub(super) fn filter(&self) -> Result<Filter, String> {
+    pub(super) fn filter(&self) -> Result<HistoryFilter, String> {
         let state = |text: &str| {
             let known = STATES.into_iter().find(|state| state.as_str() == text);
             known.ok_or_else(|| {
                 format!("there is no state `{text}`; use one of {}", names_of_states())
             })
         };
-        Ok(Filter {
+        Ok(HistoryFilter {
             from_unix_ns: given("from", &self.from, time)?,
             to_unix_ns: given("to", &self.to, time)?,
             module: given("module", &self.module, |text| {
@@ -62,7 +62,7 @@ impl Asked {
     }
 
     /// The form that asks for it.
-    pub(super) fn form(&self, view: &View<'_>) -> Markup {
+    pub(super) fn form(&self, view: &LinkedScene<'_>) -> Markup {
         let modules = view.scene.modules.iter().map(|module| module.module.as_str());
         html! {
             form.filter method="get" action="/history" {
@@ -84,14 +84,14 @@ impl Asked {
     }
 }
 
-impl Filter {
+impl HistoryFilter {
     pub(super) fn wants_module(&self, module: &ModuleView) -> bool {
         let name = &module.module;
         self.module.as_ref().is_none_or(|wanted| wanted == name)
             && self.component.as_ref().is_none_or(|wanted| wanted.module == *name)
     }
 
-    pub(super) fn wants(&self, entry: &Entry<'_>) -> bool {
+    pub(super) fn wants(&self, entry: &JournalEntry<'_>) -> bool {
         let time = entry.time_unix_ns();
         self.from_unix_ns.is_none_or(|from| time >= from)
             && self.to_unix_ns.is_none_or(|to| time <= to)
@@ -134,9 +134,9 @@ fn names_of_states() -> String {
 mod tests {
     use super::*;
 
-    fn asked(from: &str, component: &str, state: &str) -> Asked {
+    fn asked(from: &str, component: &str, state: &str) -> HistoryParameters {
         let [from, component, state] = [from, component, state].map(str::to_owned);
-        Asked { from, component, state, ..Asked::default() }
+        HistoryParameters { from, component, state, ..HistoryParameters::default() }
     }
 
     #[test]
@@ -164,6 +164,6 @@ mod tests {
 
     #[test]
     fn an_empty_form_wants_everything() {
-        assert_eq!(asked("", "", "").filter(), Ok(Filter::default()));
+        assert_eq!(asked("", "", "").filter(), Ok(HistoryFilter::default()));
     }
 }

@@ -15,15 +15,15 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use futures_util::future::join_all;
 use maud::{Markup, html};
-use observer::{Entry, ModuleHistory};
+use observer::{JournalEntry, ModuleHistory};
 use vocabulary::ComponentPath;
 use vocabulary::words::printable;
 
 use crate::access::Viewer;
 use crate::app::Shared;
 use crate::layout::Page;
-use crate::view::View;
-use filter::{Asked, Filter};
+use crate::view::LinkedScene;
+use filter::{HistoryFilter, HistoryParameters};
 
 /// Entries on a page.
 const MOST: usize = 500;
@@ -33,11 +33,11 @@ const MOST_OF_COMPONENT: usize = 60;
 /// `/history`
 pub(crate) async fn page(
     State(app): State<Shared>,
-    Query(asked): Query<Asked>,
+    Query(asked): Query<HistoryParameters>,
     viewer: Viewer,
 ) -> Response {
     let scene = app.observed.scene();
-    let view = View::new(&scene);
+    let view = LinkedScene::new(&scene);
     let page = Page {
         title: "History",
         place: "/history",
@@ -64,9 +64,9 @@ pub(crate) async fn page(
 }
 
 fn main(
-    view: &View<'_>,
-    asked: &Asked,
-    filter: &Filter,
+    view: &LinkedScene<'_>,
+    asked: &HistoryParameters,
+    filter: &HistoryFilter,
     journals: &[Arc<ModuleHistory>],
 ) -> Markup {
     let histories = || journals.iter().map(Arc::as_ref);
@@ -82,11 +82,11 @@ fn main(
 
 /// What the journal of its module holds of a component.
 pub(crate) fn of_component(
-    view: &View<'_>,
+    view: &LinkedScene<'_>,
     journal: &ModuleHistory,
     component: &ComponentPath,
 ) -> Markup {
-    let own = |entry: &Entry<'_>| entry.component() == component;
+    let own = |entry: &JournalEntry<'_>| entry.component() == component;
     html! {
         (remarks([journal]))
         (table::table(view, [journal], own, MOST_OF_COMPONENT))

@@ -1,11 +1,11 @@
 //! Transitions and kinds of faults, the latest first.
 
 use maud::{Markup, html};
-use observer::{Entry, Journals, ModuleHistory};
+use observer::{JournalEntry, Journals, ModuleHistory};
 use vocabulary::words::or_nothing;
 
 use crate::look;
-use crate::view::View;
+use crate::view::LinkedScene;
 
 /// The columns, and whether numbers stand in them.
 const COLUMNS: [(&str, bool); 6] = [
@@ -19,9 +19,9 @@ const COLUMNS: [(&str, bool); 6] = [
 
 /// The wanted entries of these journals, no more than `most`.
 pub(super) fn table<'a>(
-    view: &View<'_>,
+    view: &LinkedScene<'_>,
     journals: impl IntoIterator<Item = &'a ModuleHistory>,
-    wanted: impl Fn(&Entry<'_>) -> bool,
+    wanted: impl Fn(&JournalEntry<'_>) -> bool,
     most: usize,
 ) -> Markup {
     let mut entries = Journals::merge(journals).entries;
@@ -46,7 +46,7 @@ pub(super) fn table<'a>(
     }
 }
 
-fn row(view: &View<'_>, entry: &Entry<'_>) -> Markup {
+fn row(view: &LinkedScene<'_>, entry: &JournalEntry<'_>) -> Markup {
     let line = entry.line();
     let href = view.component(line.structure.as_ref(), entry.component());
     html! {

@@ -2,13 +2,13 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `given` | what a form orders |
-//! | `giving` | how it is sent to the module |
+//! | `form_order` | what a form orders |
 
-mod given;
-mod giving;
+mod form_order;
 #[cfg(test)]
 mod tests;
+
+use std::collections::BTreeSet;
 
 use axum::Router;
 use axum::extract::{Path, State};
@@ -16,10 +16,13 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::post;
 use maud::html;
+use observer::OrderOutcome;
+use vocabulary::StructureName;
+use zenoh::Session;
 
 use crate::access::{Fields, Viewer, destination, plain};
-use crate::app::Shared;
-use given::Given;
+use crate::app::{App, Shared};
+use form_order::FormOrder;
 
 /// Where forms with orders are sent.
 pub(crate) fn routes() -> Router<Shared> {
@@ -39,10 +42,10 @@ async fn order(
         let name = viewer.person.as_ref().map_or("nobody", |person| person.name.as_str());
         return forbidden(name, access.read_only());
     };
-    let (is_done, words) = match Given::read(&kind, &fields) {
+    let (is_done, words) = match FormOrder::read(&kind, &fields, &person.name) {
         Ok(given) => {
-            let outcome = giving::give(&shared, &person.name, &given).await;
-            (outcome.is_done(), outcome.words(given.kind, &given.subject()))
+            let outcome = give(&shared, given.clone()).await;
+            (outcome.is_done(), given.words(&outcome))
         }
         Err(wrong) => (false, format!("{}; no command was sent", vocabulary::printable(&wrong))),
     };
@@ -50,6 +53,45 @@ async fn order(
     access.leave_message(&viewer, words);
     let back = destination(fields.get("back"));
     (StatusCode::SEE_OTHER, [(header::LOCATION, back)]).into_response()
+}
+
+/// Sends it and waits for the answer.
+async fn give(app: &App, given: FormOrder) -> OrderOutcome {
+    let Some(session) = app.observed.session() else {
+        return OrderOutcome::not_sent("there is no network");
+    };
+    match structure(app, &session, &given).await {
+        Ok(structure) => {
+            let request = given.request(structure, app.operator.clone());
+            observer::order(&session, &request, app.observed.timeout).await.into()
+        }
+        Err(wrong) => OrderOutcome::not_sent(&wrong),
+    }
+}
+
+/// Where the module is. One that is there in several structures is not guessed at.
+async fn structure(
+    app: &App,
+    session: &Session,
+    given: &FormOrder,
+) -> Result<StructureName, String> {
+    let (module, within) = (&given.module, app.observed.timeout);
+    let wanted = given.structure.as_ref().or(app.structure.as_ref());
+    if let (Some(wanted), Some(shown)) = (wanted, &app.structure)
+        && wanted != shown
+    {
+        return Err(format!("this page is about `{shown}`, not about `{wanted}`"));
+    }
+    let homes = observer::homes(session, wanted, std::slice::from_ref(module), within).await;
+    let homes = homes.map_err(|error| error.to_string())?;
+    let mut homes: BTreeSet<StructureName> = homes.get(module).cloned().unwrap_or_default();
+    if homes.len() > 1 {
+        let names: Vec<String> = homes.iter().map(|name| format!("`{name}`")).collect();
+        return Err(format!("`{module}` is there in {}; say which", names.join(" and ")));
+    }
+    homes
+        .pop_first()
+        .ok_or_else(|| format!("the diagnoser of `{module}` is not there (looked for {within:?})"))
 }
 
 fn log(person: &str, is_done: bool, words: &str) {

@@ -4,10 +4,10 @@ use maud::{Markup, html};
 use observer::{StateRow, alarms};
 
 use crate::look;
-use crate::view::View;
+use crate::view::LinkedScene;
 
 /// What an operator has to do something about.
-pub(super) fn urgent(view: &View<'_>) -> Markup {
+pub(super) fn urgent(view: &LinkedScene<'_>) -> Markup {
     let mut rows = alarms(&view.scene.modules);
     rows.retain(|row| row.urgency.needs_attention());
     let nothing = if view.scene.modules.is_empty() {
@@ -21,7 +21,7 @@ pub(super) fn urgent(view: &View<'_>) -> Markup {
 }
 
 /// What is shelved, suppressed, explained, or changed a moment ago: never hidden.
-pub(super) fn others(view: &View<'_>) -> Markup {
+pub(super) fn others(view: &LinkedScene<'_>) -> Markup {
     let mut rows = alarms(&view.scene.modules);
     rows.retain(|row| !row.urgency.needs_attention());
     html! {
@@ -33,11 +33,11 @@ pub(super) fn others(view: &View<'_>) -> Markup {
 }
 
 /// Components and modules with everything that is known of their states.
-pub(crate) fn list(view: &View<'_>, rows: &[StateRow]) -> Markup {
+pub(crate) fn list(view: &LinkedScene<'_>, rows: &[StateRow]) -> Markup {
     html! { ol.list { @for row in rows { (line(view, row)) } } }
 }
 
-fn line(view: &View<'_>, row: &StateRow) -> Markup {
+fn line(view: &LinkedScene<'_>, row: &StateRow) -> Markup {
     html! {
         li.alarm.(look::classes(row)) {
             (look::state(row))
@@ -62,7 +62,7 @@ fn line(view: &View<'_>, row: &StateRow) -> Markup {
 }
 
 /// Where the page of a component or a module is.
-pub(crate) fn href(view: &View<'_>, row: &StateRow) -> String {
+pub(crate) fn href(view: &LinkedScene<'_>, row: &StateRow) -> String {
     match &row.component {
         Some(path) => view.component(row.structure.as_ref(), path),
         None => view.module(row.structure.as_ref(), &row.module),

@@ -15,23 +15,23 @@ use vocabulary::StructureName;
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::drawing::Drawing;
+use crate::drawing::StructureDrawing;
 use crate::events;
 use crate::layout::Page;
-use crate::part::{Part, part};
-use crate::view::View;
+use crate::part::{PagePart, part};
+use crate::view::LinkedScene;
 
 /// `/`
 pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response {
     let scene = app.observed.scene();
-    let (view, title) = (View::new(&scene), scene.summary());
+    let (view, title) = (LinkedScene::new(&scene), scene.summary());
     let main = main(&view, app.drawing.as_ref());
     let live = "page=overview".to_owned();
     Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.around(&main)
 }
 
 /// What changes in it.
-pub(crate) fn parts(view: &View<'_>, drawing: Option<&Drawing>) -> Vec<Part> {
+pub(crate) fn parts(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) -> Vec<PagePart> {
     let mut parts = vec![
         part("names", names(view)),
         part("counts", html! { (view.scene.summary()) }),
@@ -46,7 +46,7 @@ pub(crate) fn parts(view: &View<'_>, drawing: Option<&Drawing>) -> Vec<Part> {
     parts
 }
 
-pub(crate) fn main(view: &View<'_>, drawing: Option<&Drawing>) -> Markup {
+pub(crate) fn main(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) -> Markup {
     html! {
         div.title {
             h1 #names { (names(view)) }
@@ -79,7 +79,7 @@ pub(crate) fn main(view: &View<'_>, drawing: Option<&Drawing>) -> Markup {
 }
 
 /// What is looked at.
-fn names(view: &View<'_>) -> Markup {
+fn names(view: &LinkedScene<'_>) -> Markup {
     let names: Vec<&str> =
         view.structures().filter_map(|(name, _)| name.map(StructureName::as_str)).collect();
     html! { @if names.is_empty() { "No structure seen" } @else { (names.join(", ")) } }

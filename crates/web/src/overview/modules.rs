@@ -6,12 +6,12 @@ use vocabulary::words::{or_nothing, span};
 use vocabulary::{ModuleStatus, StructureName};
 
 use super::alarms::href;
-use crate::drawing::Drawing;
+use crate::drawing::StructureDrawing;
 use crate::look;
-use crate::view::View;
+use crate::view::LinkedScene;
 
 /// The modules of every structure.
-pub(super) fn cards(view: &View<'_>, drawing: Option<&Drawing>) -> Markup {
+pub(super) fn cards(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) -> Markup {
     html! {
         @for (structure, modules) in view.structures() {
             @if view.several { h3 { (structure.map_or("of no known structure", StructureName::as_str)) } }
@@ -21,7 +21,7 @@ pub(super) fn cards(view: &View<'_>, drawing: Option<&Drawing>) -> Markup {
     }
 }
 
-fn card(view: &View<'_>, drawing: Option<&Drawing>, module: &ModuleView) -> Markup {
+fn card(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>, module: &ModuleView) -> Markup {
     let structure = module.structure.as_ref();
     let drawn = structure.is_some_and(|name| drawing.is_some_and(|drawing| drawing.is_of(name)));
     let name = html! { a href=(view.module(structure, &module.module)) { (module.module) } };
@@ -39,7 +39,7 @@ fn card(view: &View<'_>, drawing: Option<&Drawing>, module: &ModuleView) -> Mark
 }
 
 /// What a module reports of itself; what it reported last, if it is not heard.
-pub(crate) fn facts(view: &View<'_>, module: &ModuleView) -> Markup {
+pub(crate) fn facts(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     let Some(status) = &module.status else {
         return html! { p.nothing { "It has reported no status." } };
     };
@@ -62,7 +62,7 @@ pub(crate) fn facts(view: &View<'_>, module: &ModuleView) -> Markup {
 
 /// A status comes once a second: as long as it does, its age is of no interest.
 #[expect(clippy::cast_precision_loss, reason = "ages are short")]
-fn age(view: &View<'_>, status: &ModuleStatus) -> String {
+fn age(view: &LinkedScene<'_>, status: &ModuleStatus) -> String {
     match view.scene.time_unix_ns.saturating_sub(status.time_unix_ns) {
         0..2_000_000_000 => "current".to_owned(),
         age => span((age / 1_000_000_000 * 1000) as f64),
@@ -70,7 +70,7 @@ fn age(view: &View<'_>, status: &ModuleStatus) -> String {
 }
 
 /// The components as signs with their names: the drawing of a module of which there is none.
-fn components(view: &View<'_>, module: &ModuleView) -> Markup {
+fn components(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     html! {
         ul.chips {
             @for state in &module.components {

@@ -15,8 +15,8 @@ use tokio::sync::watch::Receiver;
 
 use super::rendering;
 use crate::app::Shared;
+use crate::live_page::PageParameters;
 use crate::part::{MOST, Parts};
-use crate::subject::Wanted;
 
 /// After this time, whoever was refused may try again \[s\].
 const AGAIN_S: u64 = 30;
@@ -24,9 +24,12 @@ const AGAIN_S: u64 = 30;
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// `/stream`
-pub(crate) async fn stream(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
-    let subject = match wanted.subject(&app.observed.scene()) {
-        Ok(subject) => subject,
+pub(crate) async fn stream(
+    State(app): State<Shared>,
+    Query(parameters): Query<PageParameters>,
+) -> Response {
+    let page = match parameters.page(&app.observed.scene()) {
+        Ok(page) => page,
         Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
     };
     let Some(place) = app.streams.place() else {
@@ -36,7 +39,7 @@ pub(crate) async fn stream(State(app): State<Shared>, Query(wanted): Query<Wante
         return (StatusCode::SERVICE_UNAVAILABLE, again, words).into_response();
     };
     app.metrics.stream_opened();
-    let parts = rendering::look(&app, &subject);
+    let parts = rendering::look(&app, &page);
     let shutdown = app.shutdown.clone();
     let viewing = Viewing { parts, sent: 0, shutdown, app, _place: place };
     let events = Sse::new(events(viewing)).keep_alive(KeepAlive::new().interval(HEARTBEAT));

@@ -9,19 +9,22 @@ use axum::response::{IntoResponse, Response};
 
 use super::rendering;
 use crate::app::Shared;
+use crate::live_page::PageParameters;
 use crate::part::Parts;
-use crate::subject::Wanted;
 
 /// How long the first rendering is waited for.
 const FIRST_WITHIN: Duration = Duration::from_secs(2);
 
 /// `/fragments`
-pub(crate) async fn fragments(State(app): State<Shared>, Query(wanted): Query<Wanted>) -> Response {
-    let subject = match wanted.subject(&app.observed.scene()) {
-        Ok(subject) => subject,
+pub(crate) async fn fragments(
+    State(app): State<Shared>,
+    Query(parameters): Query<PageParameters>,
+) -> Response {
+    let page = match parameters.page(&app.observed.scene()) {
+        Ok(page) => page,
         Err(problem) => return (StatusCode::NOT_FOUND, problem).into_response(),
     };
-    let mut parts = rendering::look(&app, &subject);
+    let mut parts = rendering::look(&app, &page);
     let is_there = |parts: &Arc<Parts>| parts.version() > 0;
     let first = tokio::time::timeout(FIRST_WITHIN, parts.wait_for(is_there)).await;
     let Some(all) = first.ok().and_then(Result::ok).and_then(|parts| parts.since(0)) else {

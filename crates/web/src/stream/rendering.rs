@@ -7,10 +7,10 @@ use tokio::sync::watch::{Receiver, Sender};
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use crate::app::Shared;
-use crate::component::Watch;
-use crate::part::{Part, Parts, part};
-use crate::subject::Subject;
-use crate::view::View;
+use crate::component::ComponentWatch;
+use crate::live_page::LivePage;
+use crate::part::{PagePart, Parts, part};
+use crate::view::LinkedScene;
 use crate::{events, layout, module, overview};
 
 /// From one rendering to the next at least: well within what a person calls at once.
@@ -19,22 +19,22 @@ const PAUSE: Duration = Duration::from_millis(150);
 const AT_LEAST_EVERY: Duration = Duration::from_secs(1);
 
 /// The parts of a page as they change.
-pub(super) fn look(app: &Shared, subject: &Subject) -> Receiver<Arc<Parts>> {
-    let work = |sender| render(Arc::clone(app), subject.clone(), sender);
-    app.streams.pages.look(subject.clone(), Arc::default(), work)
+pub(super) fn look(app: &Shared, page: &LivePage) -> Receiver<Arc<Parts>> {
+    let work = |sender| render(Arc::clone(app), page.clone(), sender);
+    app.streams.pages.look(page.clone(), Arc::default(), work)
 }
 
 /// Goes on until nobody looks.
-async fn render(app: Shared, subject: Subject, parts: Sender<Arc<Parts>>) {
+async fn render(app: Shared, page: LivePage, parts: Sender<Arc<Parts>>) {
     let mut scenes = app.observed.live.scenes();
-    let mut watch = match &subject {
-        Subject::Component(whose) => Some(Watch::new(&app.observed, whose.clone())),
+    let mut watch = match &page {
+        LivePage::Component(id) => Some(ComponentWatch::new(&app.observed, id.clone())),
         _ => None,
     };
     let mut ticks = interval(AT_LEAST_EVERY);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
-        let rendered = rendered(&app, &subject, watch.as_mut());
+        let rendered = rendered(&app, &page, watch.as_mut());
         let next = parts.borrow().next(rendered);
         if let Some(next) = next {
             parts.send_replace(Arc::new(next));
@@ -48,22 +48,22 @@ async fn render(app: Shared, subject: Subject, parts: Sender<Arc<Parts>>) {
     }
 }
 
-async fn news(watch: Option<&mut Watch>) {
+async fn news(watch: Option<&mut ComponentWatch>) {
     match watch {
         Some(watch) => watch.news().await,
         None => std::future::pending().await,
     }
 }
 
-fn rendered(app: &Shared, subject: &Subject, watch: Option<&mut Watch>) -> Vec<Part> {
+fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -> Vec<PagePart> {
     let scene = app.observed.scene();
-    let view = View::new(&scene);
-    let mut parts = match (subject, watch) {
-        (Subject::Overview, _) => overview::parts(&view, app.drawing.as_ref()),
-        (Subject::Events, _) => events::parts(&view),
-        (Subject::Module(whose), _) => module::parts(&view, whose),
-        (Subject::Component(_), Some(watch)) => watch.parts(&view),
-        (Subject::Component(_), None) => Vec::new(),
+    let view = LinkedScene::new(&scene);
+    let mut parts = match (page, watch) {
+        (LivePage::Overview, _) => overview::parts(&view, app.drawing.as_ref()),
+        (LivePage::Events, _) => events::parts(&view),
+        (LivePage::Module(id), _) => module::parts(&view, id),
+        (LivePage::Component(_), Some(watch)) => watch.parts(&view),
+        (LivePage::Component(_), None) => Vec::new(),
     };
     parts.push(part("network", layout::network(&scene)));
     parts.push(part("clock", layout::clock(&scene)));

@@ -6,22 +6,22 @@ use truss::Structure;
 use vocabulary::{FaultState, FaultTransition};
 
 use crate::access::{Person, Viewer};
-use crate::drawing::Drawing;
+use crate::drawing::StructureDrawing;
 use crate::layout::{Page, network};
 use crate::testing::*;
-use crate::view::View;
+use crate::view::LinkedScene;
 use crate::{assets, forms, overview};
 
 /// The most that may be sent before the overview is seen.
 const FIRST_PAINT_BYTES: usize = 150_000;
 
-fn tower() -> Drawing {
+fn tower() -> StructureDrawing {
     let text = include_str!("../../../../configs/tower.toml");
-    Drawing::of(&Structure::from_toml(text).unwrap())
+    StructureDrawing::of(&Structure::from_toml(text).unwrap())
 }
 
-fn overview_of(scene: &Scene, drawing: Option<&Drawing>) -> String {
-    overview::main(&View::new(scene), drawing).into_string()
+fn overview_of(scene: &Scene, drawing: Option<&StructureDrawing>) -> String {
+    overview::main(&LinkedScene::new(scene), drawing).into_string()
 }
 
 fn whole(scene: &Scene, main: &Markup) -> String {
@@ -85,16 +85,16 @@ fn what_is_unknown_never_looks_normal_in_the_drawing() {
     let first = drawing_component(&drawing);
     let gone = silent(module("module1", vec![component(&first, FaultState::Normal)]));
     let heard_of = scene(vec![gone]);
-    let signs = drawing.signs(&View::new(&heard_of)).into_string();
+    let signs = drawing.signs(&LinkedScene::new(&heard_of)).into_string();
     assert_eq!(signs.matches(r#"class="mark unknown""#).count(), 1);
     assert_eq!(signs.matches("mark normal").count() + signs.matches("mark unverified").count(), 0);
     assert!(signs.matches("mark absent").count() > 10, "nobody has reported the others");
     assert!(signs.contains(&format!("{first}: unknown")), "{signs}");
 }
 
-fn drawing_component(drawing: &Drawing) -> String {
+fn drawing_component(drawing: &StructureDrawing) -> String {
     let empty = Scene::default();
-    let signs = drawing.signs(&View::new(&empty)).into_string();
+    let signs = drawing.signs(&LinkedScene::new(&empty)).into_string();
     let begin = signs.split("/component/").nth(1).unwrap();
     begin.split('"').next().unwrap().to_owned()
 }
@@ -110,7 +110,7 @@ fn notes_and_reasons_of_others_are_text_and_never_markup() {
     };
     let drawing = tower();
     for page in [
-        whole(&unreachable, &overview::main(&View::new(&unreachable), Some(&drawing))),
+        whole(&unreachable, &overview::main(&LinkedScene::new(&unreachable), Some(&drawing))),
         network(&unreachable).into_string(),
     ] {
         assert!(page.contains("&lt;script&gt;alert(1)"), "{page}");
@@ -132,7 +132,7 @@ fn who_set_an_alarm_aside_until_when_and_why_stands_in_the_list() {
 fn every_part_that_is_sent_stands_in_the_page_with_the_same_content() {
     let seen = scene(vec![module("m1", vec![latched("m1/sensor/g1")])]);
     let drawing = tower();
-    let view = View::new(&seen);
+    let view = LinkedScene::new(&seen);
     let page = whole(&seen, &overview::main(&view, Some(&drawing)));
     let parts = overview::parts(&view, Some(&drawing));
     assert!(parts.len() > 5);
@@ -154,7 +154,7 @@ fn the_overview_of_the_shipped_tower_is_small() {
         module("module1", components("module1")),
         module("module2", components("module2")),
     ]);
-    let page = whole(&seen, &overview::main(&View::new(&seen), Some(&drawing)));
+    let page = whole(&seen, &overview::main(&LinkedScene::new(&seen), Some(&drawing)));
     let bytes = page.len() + assets::STYLE.len() + assets::SCRIPT.len() + assets::ICON.len();
     assert!(bytes < FIRST_PAINT_BYTES, "{bytes} bytes, {} of them the page", page.len());
     assert!(assets::SCRIPT.lines().count() < 100);
@@ -164,7 +164,7 @@ fn the_overview_of_the_shipped_tower_is_small() {
 fn nothing_is_asked_of_another_host_and_no_script_or_style_stands_in_a_page() {
     let seen = scene(vec![module("m1", vec![latched("m1/sensor/g1")])]);
     let drawing = tower();
-    let page = whole(&seen, &overview::main(&View::new(&seen), Some(&drawing)));
+    let page = whole(&seen, &overview::main(&LinkedScene::new(&seen), Some(&drawing)));
     for text in [page.as_str(), assets::STYLE, assets::SCRIPT] {
         let foreign = text.replace("http://www.w3.org/2000/svg", "");
         assert!(!foreign.contains("http://") && !foreign.contains("https://"));

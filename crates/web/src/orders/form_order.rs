@@ -1,29 +1,32 @@
 //! What a form orders.
 
-use vocabulary::{Component, ComponentPath, ModuleName, Order, OrderKind, StructureName};
+use vocabulary::{
+    Component, ComponentPath, ModuleName, OperatorName, Order, OrderKind, StructureName,
+};
+
+use observer::{OrderOutcome, OrderRequest};
 
 use crate::access::Fields;
 
-/// An order of a form, in nobody's name yet.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Given {
-    pub(super) kind: OrderKind,
+/// Who gives the orders of a page without a certificate; with one, access control knows who it is.
+const PAGE: &str = "web";
+
+/// An order of a form, as long as it is not clear of which structure the module is.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FormOrder {
     /// Only if the page shows several structures.
     pub(super) structure: Option<StructureName>,
     pub(super) module: ModuleName,
-    pub(super) component: Option<Component>,
-    note: Option<String>,
-    for_s: Option<u64>,
-    force: bool,
-    re_tare: bool,
+    kind: OrderKind,
+    order: Order,
 }
 
-impl Given {
-    /// Reads the fields of a form.
+impl FormOrder {
+    /// Reads the fields of a form that a person sent.
     ///
     /// # Errors
     /// In words: a field that is missing or wrong.
-    pub(super) fn read(kind: &str, fields: &Fields) -> Result<Self, String> {
+    pub(super) fn read(kind: &str, fields: &Fields, person: &str) -> Result<Self, String> {
         let found = OrderKind::ALL.into_iter().find(|known| known.as_str() == kind);
         let kind = found.ok_or_else(|| {
             let known: Vec<&str> = OrderKind::ALL.iter().map(|kind| kind.as_str()).collect();
@@ -35,39 +38,40 @@ impl Given {
         })?;
         let (module, component) = subject(kind, fields)?;
         let structure = fields.filled("structure").map(str::parse).transpose();
-        let given = Self {
-            kind,
-            structure: structure.map_err(in_words)?,
-            module,
-            component,
+        let order = Order {
+            component: component.map(Into::into),
+            by: PAGE.to_owned(),
+            on_behalf_of: Some(person.to_owned()),
             note: fields.filled("note").map(str::to_owned),
             for_s: if kind.sets_aside() { Some(seconds(fields)?) } else { None },
             force: is_checked(fields, "force")?,
             re_tare: is_checked(fields, "re_tare")?,
         };
-        given.order("web", "somebody").check(kind)?;
-        Ok(given)
+        order.check(kind)?;
+        Ok(Self { structure: structure.map_err(in_words)?, module, kind, order })
     }
 
-    /// The order, given through `by` in the name of a person.
-    pub(super) fn order(&self, by: &str, person: &str) -> Order {
-        Order {
-            component: self.component.clone().map(Into::into),
-            by: by.to_owned(),
-            on_behalf_of: Some(person.to_owned()),
-            note: self.note.clone(),
-            for_s: self.for_s,
-            force: self.force,
-            re_tare: self.re_tare,
+    /// The same to a module of this structure, under the name of the operator whose certificate this process shows.
+    pub(super) fn request(
+        self,
+        structure: StructureName,
+        operator: Option<OperatorName>,
+    ) -> OrderRequest {
+        let Self { module, kind, mut order, .. } = self;
+        if let Some(operator) = &operator {
+            order.by = operator.to_string();
         }
+        OrderRequest { structure, module, kind, operator, order }
     }
 
-    /// What it is about.
-    pub(super) fn subject(&self) -> String {
-        let Self { module, component, .. } = self;
-        component
-            .as_ref()
-            .map_or_else(|| module.to_string(), |component| format!("{module}/{component}"))
+    /// How it ended, in words.
+    pub(super) fn words(&self, outcome: &OrderOutcome) -> String {
+        let Self { module, order, .. } = self;
+        let subject = order.component.as_ref().map_or_else(
+            || module.to_string(),
+            |mention| format!("{module}/{}", mention.component),
+        );
+        outcome.words(self.kind, &subject)
     }
 }
 
@@ -110,8 +114,9 @@ fn in_words(error: impl std::fmt::Display) -> String {
 mod tests {
     use super::*;
 
-    fn read(kind: &str, fields: &[(&str, &str)]) -> Result<Given, String> {
-        Given::read(kind, &fields.iter().copied().collect())
+    fn read(kind: &str, fields: &[(&str, &str)]) -> Result<OrderRequest, String> {
+        let given = FormOrder::read(kind, &fields.iter().copied().collect(), "Ada Lovelace")?;
+        Ok(given.request("tower".parse().unwrap(), None))
     }
 
     #[test]
@@ -124,13 +129,13 @@ mod tests {
             (given.subject().as_str(), given.module.as_str()),
             ("module1/sensor/g2", "module1")
         );
-        let order = given.order("web", "Ada Lovelace");
+        let order = given.order;
         assert_eq!((order.for_s, order.note.as_deref()), (Some(5400), Some("on site")));
         assert_eq!(
             (order.by.as_str(), order.on_behalf_of.as_deref()),
             ("web", Some("Ada Lovelace"))
         );
-        let reset = read("reset", &[component, ("force", "on")]).unwrap().order("web", "ada");
+        let reset = read("reset", &[component, ("force", "on")]).unwrap().order;
         assert!(reset.force && !reset.re_tare && reset.for_s.is_none());
         let module = [("module", "module2"), ("note", "painting"), ("for", "2h")];
         assert_eq!(read("suppress", &module).unwrap().subject(), "module2");

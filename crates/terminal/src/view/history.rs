@@ -4,10 +4,10 @@ use ratatui::layout::Rect;
 use vocabulary::words::{Tone, utc};
 
 use super::cells::{Cells, part};
-use crate::model::close_up::Had;
-use crate::model::journal::Journal;
+use crate::model::close_up::Fetched;
+use crate::model::history::ComponentHistory;
 
-pub(super) fn draw(journal: &Journal, area: Rect, cells: &mut Cells) {
+pub(super) fn draw(journal: &ComponentHistory, area: Rect, cells: &mut Cells) {
     let title =
         format!("HISTORY of {} of {}", journal.subject.component, journal.subject.structure);
     cells.text(area, 0, &title, cells.palette.heading(true));
@@ -16,9 +16,9 @@ pub(super) fn draw(journal: &Journal, area: Rect, cells: &mut Cells) {
     }
     let body = part(area, 1, area.height);
     let entries = match &journal.entries {
-        Had::Here(entries) => entries,
-        Had::Awaited => return cells.text(body, 0, "no answer yet", cells.palette.dim()),
-        Had::Missing(why) => {
+        Fetched::Here(entries) => entries,
+        Fetched::Awaited => return cells.text(body, 0, "no answer yet", cells.palette.dim()),
+        Fetched::Missing(why) => {
             let tone = cells.palette.tone(Tone::Alarm);
             return cells.text(
                 body,

@@ -1,17 +1,19 @@
-//! The transitions of one module: each once, in their order, and what is asked to fill gaps. A plain value: messages,
-//! answers and the time go in, events and questions come out.
+//! What one module publishes: its transitions each once and in their order, its identifications and phases each once, and
+//! what is asked to fill gaps.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use vocabulary::{
-    FaultTransition, HistoryPage, ModuleStatus,
+    ComponentPath, FaultTransition, HistoryPage, Identification, ModuleName, ModuleStatus,
+    PhaseChange, StructureName,
     delivery::{Due, GapFiller},
 };
 
-use super::place::{Mark, Place, place};
+use super::ModuleKey;
 use super::retries::Retries;
+use crate::view::News;
 
 /// Transitions of a module that are held back until those before them are there.
 const HELD: usize = 256;
@@ -21,38 +23,60 @@ const SETTLING: Duration = Duration::from_secs(1);
 /// A module that sends no status is asked for its present state at this interval.
 pub(super) const LOOK_EVERY: Duration = Duration::from_secs(10);
 
-/// What becomes of a transition.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Outcome {
-    /// It is handed out.
-    Handed(Box<FaultTransition>),
-    /// Those of these numbers cannot be had.
-    Missed {
-        /// The numbers.
-        numbers: Range<u64>,
-        /// Why not.
-        reason: String,
-    },
-}
+/// That several processes run as one module is reported again only if it was over for this long.
+const SEVERAL_OVER: Duration = Duration::from_secs(60);
+/// Components whose latest identification is remembered.
+const COMPONENTS: usize = 1024;
 
 /// What is to be asked of a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wish {
+pub(crate) enum ModuleQuery {
     /// Its present state.
     Present,
     /// Its journal from this sequence number on.
     History(u64),
 }
 
+/// What is remembered of the latest transition that was handed out.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct LatestTransition {
+    /// What its sequence number counts in.
+    incarnation: u64,
+    sequence: u64,
+    time_unix_ns: u64,
+}
+
+impl LatestTransition {
+    fn of(transition: &FaultTransition) -> Self {
+        let (incarnation, sequence) = transition.place();
+        Self { incarnation, sequence, time_unix_ns: transition.time_unix_ns }
+    }
+
+    /// Whether a transition comes after it, as the module counts.
+    fn precedes(&self, transition: &FaultTransition) -> bool {
+        transition.place() > (self.incarnation, self.sequence)
+    }
+
+    /// Whether the module counts from the beginning again: its state directory was wiped, or it keeps none. So it does in a
+    /// later incarnation, and where it gives a number once more at a later time; at the same time, it is the same again.
+    fn is_superseded_by(&self, transition: &FaultTransition) -> bool {
+        transition.incarnation > self.incarnation
+            || (transition.incarnation == self.incarnation
+                && transition.sequence <= self.sequence
+                && transition.time_unix_ns > self.time_unix_ns)
+    }
+}
+
 /// Where a module stands.
-#[derive(Debug, Default)]
-pub(super) struct Line {
+#[derive(Debug)]
+pub(super) struct ModuleFeed {
+    structure: StructureName,
+    module: ModuleName,
     /// Transitions as they were published, in the order of their numbers.
     filler: GapFiller<FaultTransition>,
     /// The number due next is known: not until the first answer or, failing that, the first transition.
     is_begun: bool,
-    /// The latest that was handed out.
-    latest: Mark,
+    latest: LatestTransition,
     /// After a new beginning, the time of the latest transition before it: what the journal has from then was handed out.
     old_until_unix_ns: u64,
     /// Transitions as they are at present, for the case that the journal does not give them.
@@ -72,9 +96,39 @@ pub(super) struct Line {
     heard: Option<Instant>,
     /// Several processes run as the module, each with numbers of its own.
     shared: bool,
+    /// When a status last said so.
+    several_at: Option<Instant>,
+    /// The latest identification of each component that was handed out.
+    identifications: BTreeMap<ComponentPath, Identification>,
+    /// The latest phase that was handed out.
+    phase: Option<PhaseChange>,
 }
 
-impl Line {
+impl ModuleFeed {
+    /// Of a module that has just appeared.
+    pub(super) fn new((structure, module): &ModuleKey) -> Self {
+        Self {
+            structure: structure.clone(),
+            module: module.clone(),
+            filler: GapFiller::default(),
+            is_begun: false,
+            latest: LatestTransition::default(),
+            old_until_unix_ns: 0,
+            present: BTreeMap::new(),
+            end: 0,
+            behind_since: None,
+            fallen_since: None,
+            reported: 0,
+            look: true,
+            retries: Retries::default(),
+            heard: None,
+            shared: false,
+            several_at: None,
+            identifications: BTreeMap::new(),
+            phase: None,
+        }
+    }
+
     /// The number due next, once it is known.
     fn next(&self) -> Option<u64> {
         self.is_begun.then(|| self.filler.next())
@@ -92,15 +146,15 @@ impl Line {
     }
 
     /// A transition that was published.
-    pub(super) fn published(&mut self, transition: FaultTransition) -> Vec<Outcome> {
+    pub(super) fn published(&mut self, transition: FaultTransition) -> Vec<News> {
         if self.shared {
             return self.pass(transition);
         }
         if self.is_begun {
-            match place(self.latest, &transition) {
-                Place::Before => return Vec::new(),
-                Place::After => {}
-                Place::NewBeginning => self.begin_again(transition.incarnation),
+            if self.latest.is_superseded_by(&transition) {
+                self.begin_again(transition.incarnation);
+            } else if !self.latest.precedes(&transition) {
+                return Vec::new();
             }
         } else if !self.look {
             self.begin_with(transition.incarnation, transition.sequence);
@@ -118,20 +172,20 @@ impl Line {
     }
 
     /// Of several processes each transition is handed out as it comes.
-    fn pass(&mut self, transition: FaultTransition) -> Vec<Outcome> {
-        if Mark::of(&transition) == self.latest {
+    fn pass(&mut self, transition: FaultTransition) -> Vec<News> {
+        if LatestTransition::of(&transition) == self.latest {
             return Vec::new();
         }
-        self.latest = Mark::of(&transition);
+        self.latest = LatestTransition::of(&transition);
         (self.filler, self.is_begun) = (after(self.latest), true);
-        vec![Outcome::Handed(Box::new(transition))]
+        vec![News::Fault(Box::new(transition))]
     }
 
     /// What a status says of the numbers.
-    pub(super) fn status(&mut self, status: &ModuleStatus, now: Instant) -> Vec<Outcome> {
+    pub(super) fn status(&mut self, status: &ModuleStatus, now: Instant) -> Vec<News> {
         self.heard = Some(now);
         if status.another_process {
-            return self.share();
+            return self.share(now);
         }
         if std::mem::take(&mut self.shared) {
             self.begin_again(status.journal.incarnation);
@@ -148,11 +202,51 @@ impl Line {
     }
 
     /// Several processes run as the module: nothing is missing, whatever the numbers.
-    fn share(&mut self) -> Vec<Outcome> {
+    fn share(&mut self, now: Instant) -> Vec<News> {
         (self.end, self.behind_since, self.fallen_since) = (0, None, None);
-        let held = self.give_up("several processes run as the module");
+        let mut news = self.give_up("several processes run as the module");
         self.shared = true;
-        held
+        let before = self.several_at.replace(now);
+        if before.is_none_or(|before| now.duration_since(before) >= SEVERAL_OVER) {
+            let (structure, module) = (self.structure.clone(), self.module.clone());
+            news.push(News::SeveralProcesses { structure, module });
+        }
+        news
+    }
+
+    /// An identification. One that was published is news unless it is the same again; an answer may have been overtaken, or
+    /// differ from what was published in nothing that matters.
+    pub(super) fn identification(
+        &mut self,
+        found: Identification,
+        is_answer: bool,
+    ) -> Option<News> {
+        let is_news = self.identifications.get(&found.component).is_none_or(|before| {
+            if is_answer {
+                found.time_unix_ns > before.time_unix_ns && essence(before) != essence(&found)
+            } else {
+                *before != found
+            }
+        });
+        if !is_news {
+            return None;
+        }
+        if self.identifications.len() >= COMPONENTS {
+            self.identifications.clear();
+        }
+        self.identifications.insert(found.component.clone(), found.clone());
+        Some(News::Identification(Box::new(found)))
+    }
+
+    /// A change of phase; whether it is news as with an identification.
+    pub(super) fn phase(&mut self, change: PhaseChange, is_answer: bool) -> Option<News> {
+        let is_news = self.phase.as_ref().is_none_or(|before| {
+            if is_answer { change.time_unix_ns > before.time_unix_ns } else { *before != change }
+        });
+        is_news.then(|| {
+            self.phase = Some(change.clone());
+            News::Phase(change)
+        })
     }
 
     /// The module has given all numbers below `end`.
@@ -163,7 +257,7 @@ impl Line {
     }
 
     /// The module's present state, the latest transition of each component; empty if it did not answer.
-    pub(super) fn present(&mut self, states: Vec<FaultTransition>, now: Instant) -> Vec<Outcome> {
+    pub(super) fn present(&mut self, states: Vec<FaultTransition>, now: Instant) -> Vec<News> {
         if states.is_empty() {
             return self.no_present(now);
         }
@@ -176,7 +270,7 @@ impl Line {
         }
         let latest = self.latest;
         let mut states = self.present.values();
-        let new = states.find(|state| place(latest, state) == Place::NewBeginning);
+        let new = states.find(|state| latest.is_superseded_by(state));
         if let Some(incarnation) = new.map(|state| state.incarnation) {
             self.begin_again(incarnation);
         }
@@ -189,7 +283,7 @@ impl Line {
         Vec::new()
     }
 
-    fn no_present(&mut self, now: Instant) -> Vec<Outcome> {
+    fn no_present(&mut self, now: Instant) -> Vec<News> {
         if !self.retries.fail(now) {
             return Vec::new();
         }
@@ -199,18 +293,18 @@ impl Line {
     }
 
     /// The first that is known of the module: the latest of every component, and what was published meanwhile.
-    fn begin(&mut self) -> Vec<Outcome> {
-        let mut outcomes = Vec::new();
+    fn begin(&mut self) -> Vec<News> {
+        let mut news = Vec::new();
         for state in std::mem::take(&mut self.present).into_values() {
-            self.latest = Mark::of(&state);
-            outcomes.push(Outcome::Handed(Box::new(state)));
+            self.latest = LatestTransition::of(&state);
+            news.push(News::Fault(Box::new(state)));
         }
         self.is_begun = true;
         let held = std::mem::replace(&mut self.filler, after(self.latest));
         for (_, transition) in held.into_held() {
-            outcomes.extend(self.published(transition));
+            news.extend(self.published(transition));
         }
-        outcomes
+        news
     }
 
     /// With the first that is held, if the number due next is not known.
@@ -252,7 +346,7 @@ impl Line {
         since: u64,
         page: Result<HistoryPage, String>,
         now: Instant,
-    ) -> Vec<Outcome> {
+    ) -> Vec<News> {
         let page = match page {
             Ok(page) if self.next() == Some(since) => page,
             // It began again meanwhile, or what was missing has come.
@@ -265,7 +359,7 @@ impl Line {
         let numbers = page.transitions.iter().map(|transition| transition.sequence);
         let covered = numbers.max().map_or(since, |last| last.saturating_add(1));
         page.transitions.into_iter().for_each(|transition| self.hold(transition));
-        let outcomes = self.release_below(covered, "the module's journal does not have them");
+        let news = self.release_below(covered, "the module's journal does not have them");
         if self.next() == Some(since) {
             return self.in_vain("the module's journal does not have them yet", now);
         }
@@ -275,15 +369,15 @@ impl Line {
             self.end = self.end.max(page.next_sequence);
             self.behind_since = Some(ago);
         }
-        outcomes
+        news
     }
 
-    fn in_vain(&mut self, reason: &str, now: Instant) -> Vec<Outcome> {
+    fn in_vain(&mut self, reason: &str, now: Instant) -> Vec<News> {
         if self.retries.fail(now) { self.give_up(reason) } else { Vec::new() }
     }
 
     /// Hands out what there is without what is missing.
-    fn give_up(&mut self, reason: &str) -> Vec<Outcome> {
+    fn give_up(&mut self, reason: &str) -> Vec<News> {
         std::mem::take(&mut self.present).into_values().for_each(|state| self.hold(state));
         let Some(next) = self.next() else {
             self.begin_at_first();
@@ -300,20 +394,20 @@ impl Line {
     }
 
     /// Hands out what is held and due.
-    fn release(&mut self) -> Vec<Outcome> {
+    fn release(&mut self) -> Vec<News> {
         self.release_below(0, "")
     }
 
     /// Hands out what is held and due; of the numbers below `end`, those that are not held are missed.
-    fn release_below(&mut self, end: u64, reason: &str) -> Vec<Outcome> {
+    fn release_below(&mut self, end: u64, reason: &str) -> Vec<News> {
         if !self.is_begun {
             return Vec::new();
         }
         self.filler.know_of(end);
         self.filler.give_up(0..end);
-        let mut outcomes = Vec::new();
+        let mut news = Vec::new();
         while let Some(due) = self.filler.due() {
-            outcomes.extend(match due {
+            news.extend(match due {
                 Due::Item(_, transition) => self.hand_out(transition),
                 Due::Lost(numbers) => self.missed(numbers, reason),
             });
@@ -324,47 +418,58 @@ impl Line {
         if self.end <= next {
             self.behind_since = None;
         }
-        outcomes
+        news
     }
 
-    fn hand_out(&mut self, transition: FaultTransition) -> Option<Outcome> {
+    fn hand_out(&mut self, transition: FaultTransition) -> Option<News> {
         if transition.time_unix_ns <= self.old_until_unix_ns {
             return None;
         }
         self.old_until_unix_ns = 0;
-        self.latest = Mark::of(&transition);
-        Some(Outcome::Handed(Box::new(transition)))
+        self.latest = LatestTransition::of(&transition);
+        Some(News::Fault(Box::new(transition)))
     }
 
     /// Those of these numbers that were not reported before. Before the first transition of a new beginning it is not known
     /// whether any is missing.
-    fn missed(&self, numbers: Range<u64>, reason: &str) -> Option<Outcome> {
+    fn missed(&self, numbers: Range<u64>, reason: &str) -> Option<News> {
         let numbers = numbers.start.max(self.reported)..numbers.end;
         let is_known = self.old_until_unix_ns == 0
             || self.filler.held().next().is_none_or(|t| t.time_unix_ns > self.old_until_unix_ns);
-        (is_known && !numbers.is_empty())
-            .then(|| Outcome::Missed { numbers, reason: reason.to_owned() })
+        (is_known && !numbers.is_empty()).then(|| News::Missed {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            from: numbers.start,
+            to: numbers.end - 1,
+            reason: reason.to_owned(),
+        })
     }
 
     /// The question that is due now, if one is.
-    pub(super) fn question(&mut self, now: Instant) -> Option<Wish> {
+    pub(super) fn question(&mut self, now: Instant) -> Option<ModuleQuery> {
         let wish = self.wish(now).filter(|_| self.retries.may_ask(now))?;
         self.retries.ask();
         Some(wish)
     }
 
-    fn wish(&self, now: Instant) -> Option<Wish> {
+    fn wish(&self, now: Instant) -> Option<ModuleQuery> {
         let is_due = self.heard.is_some_and(|heard| now - heard >= LOOK_EVERY);
         if self.look || (is_due && !self.shared) {
-            return Some(Wish::Present);
+            return Some(ModuleQuery::Present);
         }
         let next = self.next().filter(|_| !self.shared)?;
         let is_behind = self.behind_since.is_some_and(|since| now - since >= SETTLING);
-        (self.filler.held().len() > 0 || is_behind).then_some(Wish::History(next))
+        (self.filler.held().len() > 0 || is_behind).then_some(ModuleQuery::History(next))
     }
 }
 
+/// Which fault it is, and of which kind. The size is in the answer to each question a little different.
+fn essence(found: &Identification) -> (u64, bool, Option<&str>) {
+    let likeliest = found.candidates.first();
+    (found.sequence, found.decided, likeliest.map(|candidate| candidate.kind.as_str()))
+}
+
 /// Of what comes after this.
-fn after(latest: Mark) -> GapFiller<FaultTransition> {
+fn after(latest: LatestTransition) -> GapFiller<FaultTransition> {
     GapFiller::starting_at(latest.sequence.saturating_add(1))
 }

@@ -1,10 +1,12 @@
-//! How a question or a command ended.
+//! A command to a module, and how a question or a command ended.
 
 use std::time::Duration;
 
 use serde::Serialize;
 use vocabulary::words::{Tone, UNTAKEN, done, not_saved, perhaps, printable};
-use vocabulary::{FaultState, Obeyed, OrderKind};
+use vocabulary::{
+    FaultState, Key, ModuleName, Obeyed, OperatorName, Order, OrderKind, StructureName, Topic,
+};
 
 /// Why a question or an order did not end with an answer that one can use.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -27,8 +29,42 @@ pub enum QueryError {
     Senseless(String),
 }
 
-/// What an order ends with if it is not obeyed.
-pub type OrderError = QueryError;
+/// A command to a module's diagnoser, about the module or one of its components.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderRequest {
+    /// The structure.
+    pub structure: StructureName,
+    /// The module.
+    pub module: ModuleName,
+    /// What is ordered.
+    pub kind: OrderKind,
+    /// The operator whose certificate the session shows: access control admits no other to his keys. Without one the
+    /// message itself says who it is.
+    pub operator: Option<OperatorName>,
+    /// The message.
+    pub order: Order,
+}
+
+impl OrderRequest {
+    /// Where it is sent.
+    pub(crate) fn key(&self) -> Key {
+        let topic = match &self.operator {
+            Some(operator) => Topic::CommandOf(self.kind, operator.clone()),
+            None => Topic::Command(self.kind),
+        };
+        Key::of_module(&self.structure, &self.module, topic)
+    }
+
+    /// The component or the module that it is about.
+    #[must_use]
+    pub fn subject(&self) -> String {
+        let Self { module, order, .. } = self;
+        order
+            .component
+            .as_ref()
+            .map_or_else(|| module.to_string(), |mention| format!("{module}/{}", mention.component))
+    }
+}
 
 /// How a command to a module ended.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -60,14 +96,14 @@ pub enum OrderOutcome {
     },
 }
 
-impl From<Result<Obeyed, OrderError>> for OrderOutcome {
-    fn from(result: Result<Obeyed, OrderError>) -> Self {
+impl From<Result<Obeyed, QueryError>> for OrderOutcome {
+    fn from(result: Result<Obeyed, QueryError>) -> Self {
         match result {
             Ok(Obeyed { state, sequence, durable, .. }) => {
                 Self::Obeyed { state, sequence, durable }
             }
-            Err(OrderError::Refused(reason)) => Self::Refused { reason: printable(&reason) },
-            Err(OrderError::Untaken) => Self::Unanswered { reason: UNTAKEN.to_owned() },
+            Err(QueryError::Refused(reason)) => Self::Refused { reason: printable(&reason) },
+            Err(QueryError::Untaken) => Self::Unanswered { reason: UNTAKEN.to_owned() },
             Err(error) => Self::Unanswered { reason: printable(&error.to_string()) },
         }
     }

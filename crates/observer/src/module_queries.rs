@@ -1,17 +1,65 @@
-//! What a module saw around the latching of its latest faults.
+//! What a module tells of its components on request: its journal, page by page, what kind of fault a component has, with
+//! what was measured of it, and what it saw around the latching of its latest faults.
 
 use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 use vocabulary::{
-    FaultTransition, FreezeFrame, FreezeFrameQuestion, Key, ModuleName, StructureName, Topic,
-    printable,
+    ComponentPath, FaultTransition, FreezeFrame, FreezeFrameQuestion, HistoryQuestion,
+    Identification, Key, ModuleName, StructureName, Topic, printable,
 };
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
-use super::request::{Question, ask, read, senseless};
-use super::view::{QueryError, is_frame_of};
+use super::request::{ask, read, senseless};
+use super::view::{ModuleHistory, QueryError, is_frame_of};
+
+/// Reads a module's journal from the sequence number `since` on. Every page may take as long as
+/// `timeout`. What was read before a page failed is kept.
+pub async fn history(
+    session: &Session,
+    structure: &StructureName,
+    module: &ModuleName,
+    since: u64,
+    timeout: Duration,
+) -> ModuleHistory {
+    let key = Key::of_module(structure, module, Topic::History);
+    let mut history = ModuleHistory::new(structure, module, since);
+    let mut next = Some(since);
+    while let Some(asked) = next {
+        let parameters = HistoryQuestion::since(asked).to_parameters();
+        let page = ask(session, &key, &parameters, timeout).await;
+        match page.and_then(|page| history.take(asked, page)) {
+            Ok(following) => next = following,
+            Err(error) => {
+                history.broken_off = Some(error);
+                return history;
+            }
+        }
+    }
+    history
+}
+
+/// The latest identification of a component's fault with its signature. `None` if its module knows none or
+/// gives no answer within `timeout`.
+///
+/// # Errors
+/// A refusal, or an answer that makes no sense.
+pub async fn identification(
+    session: &Session,
+    structure: &StructureName,
+    component: &ComponentPath,
+    timeout: Duration,
+) -> Result<Option<Identification>, QueryError> {
+    let topic = Topic::Identification(component.component.clone());
+    let key = Key::of_module(structure, &component.module, topic);
+    match ask::<Identification>(session, &key, "", timeout).await {
+        Ok(found) if found.component == *component => Ok(Some(found)),
+        Ok(found) => Err(senseless(format!("it is of `{}`", found.component))),
+        Err(QueryError::Unanswered(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
 
 /// The freeze frame of the transition with this number.
 ///
@@ -25,9 +73,8 @@ pub async fn freeze_frame(
     timeout: Duration,
 ) -> Result<FreezeFrame, QueryError> {
     let key = Key::of_module(structure, module, Topic::FreezeFrame);
-    let question = FreezeFrameQuestion { transition: Some(transition) };
-    let question = Question::of_parameters(question.to_parameters());
-    let frame = ask::<FreezeFrame>(session, &key, question, timeout).await?;
+    let parameters = FreezeFrameQuestion { transition: Some(transition) }.to_parameters();
+    let frame = ask::<FreezeFrame>(session, &key, &parameters, timeout).await?;
     if frame.sequence != transition {
         return Err(senseless(format!("it is of transition {}", frame.sequence)));
     }

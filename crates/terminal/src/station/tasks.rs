@@ -1,82 +1,79 @@
-//! Orders and questions, each a task; their answers come back here.
+//! Orders and questions to modules, each a task whose result comes back here.
 
 use std::time::Duration;
 
-use observer::{Command, DivergenceFeed, ModuleHistory, OrderOutcome, QueryError};
+use observer::{
+    ComponentId, DivergenceFeed, ModuleHistory, ModuleId, OrderOutcome, OrderRequest, QueryError,
+};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::{AbortHandle, JoinSet};
-use vocabulary::{FaultTransition, FreezeFrame, OperatorName};
+use vocabulary::{FaultTransition, FreezeFrame};
 use zenoh::Session;
 
-use crate::model::exchange::{Answer, Effect, Given};
-use crate::model::{Subject, Whose};
-use crate::settings::Settings;
+use crate::model::effect::{ModelEffect, TaskResult};
 
 /// Answers that may wait.
 const QUEUE: usize = 256;
 
 /// Everything that is under way. It ends when it is dropped.
-pub(super) struct Errands {
-    operator: Option<OperatorName>,
+pub(super) struct Tasks {
     timeout: Duration,
     tasks: JoinSet<()>,
     listening: Option<AbortHandle>,
-    outlet: Sender<Answer>,
-    inbox: Receiver<Answer>,
+    outlet: Sender<TaskResult>,
+    inbox: Receiver<TaskResult>,
 }
 
-impl Errands {
-    pub(super) fn new(settings: &Settings) -> Self {
+impl Tasks {
+    pub(super) fn new(timeout: Duration) -> Self {
         let (outlet, inbox) = channel(QUEUE);
-        let operator = settings.issuer.as_ref().ok().and_then(|issuer| issuer.operator.clone());
-        let (timeout, tasks) = (settings.timeout, JoinSet::new());
-        Self { operator, timeout, tasks, listening: None, outlet, inbox }
+        Self { timeout, tasks: JoinSet::new(), listening: None, outlet, inbox }
     }
 
     /// The next answer; may be given up at any time.
-    pub(super) async fn next(&mut self) -> Option<Answer> {
+    pub(super) async fn next(&mut self) -> Option<TaskResult> {
         self.inbox.recv().await
     }
 
-    /// Sends somebody. Does not wait.
-    pub(super) fn send(&mut self, effect: Effect, session: Option<Session>) {
+    /// Begins what the model wants done. Does not wait.
+    pub(super) fn send(&mut self, effect: ModelEffect, session: Option<Session>) {
         while self.tasks.try_join_next().is_some() {}
         let (outlet, timeout) = (self.outlet.clone(), self.timeout);
         match effect {
-            Effect::Listen(whom) => self.listen(whom, session),
-            Effect::Order(given) => {
-                let command = Command { kind: given.kind, operator: self.operator.clone() };
+            ModelEffect::Listen(whom) => self.listen(whom, session),
+            ModelEffect::Order(request) => {
                 self.tasks.spawn(async move {
-                    let outcome = order(session, &given, &command, timeout).await;
-                    let _ = outlet.send(Answer::Order(given, outcome)).await;
+                    let outcome = order(session, &request, timeout).await;
+                    let _ = outlet.send(TaskResult::Order(request, outcome)).await;
                 });
             }
-            Effect::Frame(fault) => {
+            ModelEffect::Frame(fault) => {
                 self.tasks.spawn(async move {
                     let frame = frame(session, &fault, timeout).await.map(Box::new);
-                    let _ = outlet.send(Answer::Frame(Subject::of(&fault), frame)).await;
+                    let _ = outlet.send(TaskResult::Frame(ComponentId::of(&fault), frame)).await;
                 });
             }
-            Effect::Identification(subject) => {
+            ModelEffect::Identification(subject) => {
                 self.tasks.spawn(async move {
                     let _ = outlet.send(identification(session, subject, timeout).await).await;
                 });
             }
-            Effect::History(subject) => {
+            ModelEffect::History(subject) => {
                 self.tasks.spawn(async move {
                     let _ = outlet.send(history(session, subject, timeout).await).await;
                 });
             }
-            Effect::Suspend | Effect::Quit => {}
+            ModelEffect::Suspend | ModelEffect::Quit => {}
         }
     }
 
     /// A diagnoser publishes its divergences only as long as somebody listens.
-    fn listen(&mut self, whom: Option<Whose>, session: Option<Session>) {
+    fn listen(&mut self, whom: Option<ModuleId>, session: Option<Session>) {
         if let Some(former) = self.listening.take() {
             former.abort();
         }
-        let (Some(Whose { structure: Some(structure), module }), Some(session)) = (whom, session)
+        let (Some(ModuleId { structure: Some(structure), module }), Some(session)) =
+            (whom, session)
         else {
             return;
         };
@@ -86,7 +83,7 @@ impl Errands {
                 return;
             };
             while let Some(message) = feed.next().await {
-                if outlet.send(Answer::Divergences(Box::new(message))).await.is_err() {
+                if outlet.send(TaskResult::Divergences(Box::new(message))).await.is_err() {
                     return;
                 }
             }
@@ -101,15 +98,11 @@ fn no_network() -> String {
 
 async fn order(
     session: Option<Session>,
-    given: &Given,
-    command: &Command,
+    request: &OrderRequest,
     timeout: Duration,
 ) -> OrderOutcome {
     let Some(session) = session else { return OrderOutcome::not_sent(&no_network()) };
-    let Subject { structure, component } = &given.subject;
-    observer::order(&session, structure, &component.module, command, &given.order, timeout)
-        .await
-        .into()
+    observer::order(&session, request, timeout).await.into()
 }
 
 /// The freeze frame of the fault that a component has.
@@ -129,14 +122,20 @@ fn why(error: QueryError) -> String {
     }
 }
 
-async fn identification(session: Option<Session>, subject: Subject, timeout: Duration) -> Answer {
-    let Some(session) = session else { return Answer::Identification(subject, Err(no_network())) };
+async fn identification(
+    session: Option<Session>,
+    subject: ComponentId,
+    timeout: Duration,
+) -> TaskResult {
+    let Some(session) = session else {
+        return TaskResult::Identification(subject, Err(no_network()));
+    };
     let found =
         observer::identification(&session, &subject.structure, &subject.component, timeout).await;
-    Answer::Identification(subject, found.map(|found| found.map(Box::new)).map_err(why))
+    TaskResult::Identification(subject, found.map(|found| found.map(Box::new)).map_err(why))
 }
 
-async fn history(session: Option<Session>, subject: Subject, timeout: Duration) -> Answer {
+async fn history(session: Option<Session>, subject: ComponentId, timeout: Duration) -> TaskResult {
     let (structure, module) = (&subject.structure, &subject.component.module);
     let history = match session {
         Some(session) => observer::history(&session, structure, module, 1, timeout).await,
@@ -145,5 +144,5 @@ async fn history(session: Option<Session>, subject: Subject, timeout: Duration) 
             ModuleHistory { broken_off, ..ModuleHistory::new(structure, module, 1) }
         }
     };
-    Answer::History(subject, Box::new(history))
+    TaskResult::History(subject, Box::new(history))
 }

@@ -1,0 +1,91 @@
+//! What a message says, if it is one of those that are of interest.
+
+use vocabulary::{
+    FaultTransition, Identification, Key, Message, ModuleName, ModuleStatus, PhaseChange,
+    PlantTopic, StructureName, Topic, keys::PLANT,
+};
+use zenoh::sample::{Sample, SampleKind};
+
+use super::ModuleKey;
+use crate::view::News;
+
+/// A message, or a token that appeared or disappeared.
+#[derive(Debug, Clone)]
+pub(crate) enum Incoming {
+    Transition(Box<FaultTransition>),
+    Identification(Box<Identification>),
+    Phase(PhaseChange),
+    Status(Box<ModuleStatus>),
+    /// A module's token has appeared, or disappeared.
+    Token(ModuleKey, bool),
+    /// The plant's.
+    Other(News),
+}
+
+/// A message that was published, or is the reply to a query.
+pub(crate) fn message(sample: &Sample) -> Option<Incoming> {
+    let key = sample.key_expr().as_str();
+    let bytes = sample.payload().to_bytes();
+    let read = match key.parse::<Key>() {
+        Ok(Key::Module { structure, module, topic }) => {
+            let key = (structure, module);
+            match topic {
+                Topic::Fault(_) => {
+                    own(&key, &bytes, |read: &FaultTransition| (&read.structure, &read.module))
+                        .map(|read| Incoming::Transition(Box::new(read)))
+                }
+                Topic::Identification(_) => {
+                    own(&key, &bytes, |read: &Identification| (&read.structure, &read.module))
+                        // A signature is only in answers; the same without it is what is published.
+                        .map(|read| {
+                            Incoming::Identification(Box::new(Identification {
+                                signature: None,
+                                ..read
+                            }))
+                        })
+                }
+                Topic::Phase => {
+                    own(&key, &bytes, |read: &PhaseChange| (&read.structure, &read.module))
+                        .map(Incoming::Phase)
+                }
+                Topic::Status => {
+                    own(&key, &bytes, |read: &ModuleStatus| (&read.structure, &read.module))
+                        .map(|read| Incoming::Status(Box::new(read)))
+                }
+                _ => return None,
+            }
+        }
+        Ok(Key::Plant { .. }) => return None,
+        Err(error) => Err(error.to_string()),
+    };
+    let unreadable = |problem| Incoming::Other(News::Unreadable { key: key.to_owned(), problem });
+    Some(read.unwrap_or_else(unreadable))
+}
+
+/// Decodes a message of the module that its key names.
+fn own<M: Message>(
+    (structure, module): &ModuleKey,
+    bytes: &[u8],
+    names: impl Fn(&M) -> (&StructureName, &ModuleName),
+) -> Result<M, String> {
+    let message: M = vocabulary::decode(bytes).map_err(|error| error.to_string())?;
+    if names(&message) == (structure, module) {
+        return Ok(message);
+    }
+    Err(format!("the {} names another module than its key", M::WHAT))
+}
+
+/// Whose token it is that came or went.
+pub(crate) fn token(sample: &Sample) -> Option<Incoming> {
+    let there = sample.kind() == SampleKind::Put;
+    match sample.key_expr().as_str().parse::<Key>().ok()? {
+        Key::Module { structure, module, topic: Topic::Alive } => {
+            Some(Incoming::Token((structure, module), there))
+        }
+        Key::Plant { structure, topic: PlantTopic::Alive } => {
+            let who = PLANT.to_owned();
+            Some(Incoming::Other(News::Presence { structure, who, there }))
+        }
+        Key::Module { .. } | Key::Plant { .. } => None,
+    }
+}

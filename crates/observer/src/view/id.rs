@@ -1,0 +1,45 @@
+//! What a row, a page or an order is about.
+
+use vocabulary::{ComponentPath, FaultTransition, ModuleName, StructureName};
+
+/// A module; without a structure if it is only expected and it is not clear where.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ModuleId {
+    /// The structure.
+    pub structure: Option<StructureName>,
+    /// The module.
+    pub module: ModuleName,
+}
+
+/// A component of a structure.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ComponentId {
+    /// The structure.
+    pub structure: StructureName,
+    /// The component.
+    pub component: ComponentPath,
+}
+
+impl ComponentId {
+    /// Of this component.
+    #[must_use]
+    pub fn of(state: &FaultTransition) -> Self {
+        Self { structure: state.structure.clone(), component: state.component.clone() }
+    }
+
+    /// Its module.
+    #[must_use]
+    pub fn module(&self) -> ModuleId {
+        let (structure, module) = (Some(self.structure.clone()), self.component.module.clone());
+        ModuleId { structure, module }
+    }
+}
+
+/// What a row is about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RowId {
+    /// A module.
+    Module(ModuleId),
+    /// A component.
+    Component(ComponentId),
+}

@@ -1,0 +1,75 @@
+//! Which page is kept up to date.
+
+use observer::{ComponentId, ModuleId, Scene};
+use serde::Deserialize;
+use vocabulary::{ComponentPath, ModuleName, StructureName};
+
+/// A page that is kept up to date.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) enum LivePage {
+    Overview,
+    Events,
+    Module(ModuleId),
+    Component(ComponentId),
+}
+
+/// The parameters of an address. With several structures, pages of modules and components have the structure; the script
+/// names the page, too.
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct PageParameters {
+    #[serde(default)]
+    page: String,
+    of: Option<String>,
+    structure: Option<String>,
+}
+
+impl PageParameters {
+    /// The structure that is named.
+    pub(crate) fn structure(&self) -> Result<Option<StructureName>, String> {
+        let parsed = self.structure.as_deref().map(str::parse).transpose();
+        parsed.map_err(|error: vocabulary::NameError| format!("structure: {error}"))
+    }
+
+    /// The page, if it is of something in the scene: nothing is done for names that are made up.
+    pub(crate) fn page(&self, scene: &Scene) -> Result<LivePage, String> {
+        let structure = self.structure()?;
+        let of = self.of.as_deref().unwrap_or_default();
+        match self.page.as_str() {
+            "overview" => Ok(LivePage::Overview),
+            "events" => Ok(LivePage::Events),
+            "module" => {
+                let name: ModuleName = of.parse().map_err(|error| format!("of: {error}"))?;
+                let known = scene.module(structure.as_ref(), &name);
+                let known = known.ok_or_else(|| format!("no module `{name}` is known"))?;
+                Ok(LivePage::Module(known.id()))
+            }
+            "component" => {
+                let name: ComponentPath = of.parse().map_err(|error| format!("of: {error}"))?;
+                let known = scene.component(structure.as_ref(), &name);
+                let known = known.ok_or_else(|| format!("no component `{name}` is known"))?;
+                Ok(LivePage::Component(ComponentId::of(known)))
+            }
+            _ => Err("page: use `overview`, `events`, `module` or `component`".to_owned()),
+        }
+    }
+}
+
+impl LivePage {
+    /// How the script asks for it.
+    pub(crate) fn parameters(&self) -> String {
+        // Names need no escaping in a URL.
+        match self {
+            LivePage::Overview => "page=overview".to_owned(),
+            LivePage::Events => "page=events".to_owned(),
+            LivePage::Module(ModuleId { structure: None, module }) => {
+                format!("page=module&of={module}")
+            }
+            LivePage::Module(ModuleId { structure: Some(structure), module }) => {
+                format!("page=module&of={module}&structure={structure}")
+            }
+            LivePage::Component(ComponentId { structure, component }) => {
+                format!("page=component&of={component}&structure={structure}")
+            }
+        }
+    }
+}
