@@ -9,7 +9,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use crate::sequencer::Arrival;
+use crate::sequencer::ReceivedSample;
 use vocabulary::RunId;
 
 /// What the network calls a publisher.
@@ -45,11 +45,11 @@ impl SampleSource {
 
 /// What to do with a sample.
 #[derive(Debug)]
-pub enum Admission {
+pub enum Arbitration {
     /// Use it.
-    Use(Arrival),
+    Use(ReceivedSample),
     /// Use these, the last one of which it is.
-    UseAll(VecDeque<Arrival>),
+    UseAll(VecDeque<ReceivedSample>),
     /// It is another publisher's; it was put aside or dropped.
     PutAside,
 }
@@ -78,7 +78,7 @@ impl ListeningTime {
 struct CandidateSource {
     source: SampleSource,
     heard: Duration,
-    samples: VecDeque<Arrival>,
+    samples: VecDeque<ReceivedSample>,
 }
 
 /// The publisher being diagnosed, when it was last heard, and a candidate for its place.
@@ -99,30 +99,30 @@ impl PublisherArbiter {
     }
 
     /// Takes a sample.
-    pub fn admit(&mut self, source: SampleSource, arrival: Arrival) -> Admission {
+    pub fn admit(&mut self, source: SampleSource, arrival: ReceivedSample) -> Arbitration {
         let now = self.listening.until(arrival.received);
         self.forget_silent_candidate();
         match self.present {
             Some((present, _)) if !self.is_replaced_by(present, source, now) => {
                 self.put_aside(source, arrival, now);
-                Admission::PutAside
+                Arbitration::PutAside
             }
             Some((present, _)) if present != source => {
                 self.present = Some((source, now));
                 let mut samples = self.kept_of(source);
                 samples.push_back(arrival);
-                Admission::UseAll(samples)
+                Arbitration::UseAll(samples)
             }
             _ => {
                 self.present = Some((source, now));
-                Admission::Use(arrival)
+                Arbitration::Use(arrival)
             }
         }
     }
 
     /// The samples put aside, if the present publisher has been silent for long enough; they are used
     /// from now on.
-    pub fn promote(&mut self, now: Instant) -> VecDeque<Arrival> {
+    pub fn promote(&mut self, now: Instant) -> VecDeque<ReceivedSample> {
         let now = self.listening.until(now);
         self.forget_silent_candidate();
         let silent = self.is_silent(now);
@@ -152,7 +152,7 @@ impl PublisherArbiter {
         self.present.is_none_or(|(_, heard)| now - heard >= self.hold)
     }
 
-    fn put_aside(&mut self, source: SampleSource, arrival: Arrival, now: Duration) {
+    fn put_aside(&mut self, source: SampleSource, arrival: ReceivedSample, now: Duration) {
         let speaks = self.candidate_speaks(now);
         match &mut self.candidate {
             Some(candidate) if candidate.source == source => {
@@ -184,7 +184,7 @@ impl PublisherArbiter {
         }
     }
 
-    fn kept_of(&mut self, source: SampleSource) -> VecDeque<Arrival> {
+    fn kept_of(&mut self, source: SampleSource) -> VecDeque<ReceivedSample> {
         let kept = self.candidate.take_if(|candidate| candidate.source == source);
         kept.map(|candidate| candidate.samples).unwrap_or_default()
     }
@@ -234,11 +234,11 @@ mod tests {
                 elongations_m: vec![],
             };
             let received = self.at(at_ms);
-            let arrival = Arrival { sample, time_unix_ns: 0, received };
+            let arrival = ReceivedSample { sample, time_unix_ns: 0, received };
             match self.arbiter.admit(SampleSource { publisher: None, run }, arrival) {
-                Admission::Use(arrival) => vec![arrival.sample.step.0],
-                Admission::UseAll(all) => all.iter().map(|a| a.sample.step.0).collect(),
-                Admission::PutAside => vec![],
+                Arbitration::Use(arrival) => vec![arrival.sample.step.0],
+                Arbitration::UseAll(all) => all.iter().map(|a| a.sample.step.0).collect(),
+                Arbitration::PutAside => vec![],
             }
         }
     }

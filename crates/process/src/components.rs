@@ -14,7 +14,7 @@ use vocabulary::{
 };
 
 use crate::identified_fault::IdentifiedFault;
-use crate::record::{JournalRecord, Watch};
+use crate::record::{JournalRecord, WatchedSteps};
 
 /// Changes that a new file of the journal begins with.
 const CHANGES: usize = 512;
@@ -24,7 +24,7 @@ const CHANGES: usize = 512;
 pub struct ComponentStore {
     /// The module's own components, in the order of its channels; after them, those that only the journal knows: of
     /// another module, or of an earlier configuration.
-    entries: Vec<ComponentEntry>,
+    entries: Vec<StoredComponent>,
     own: usize,
     /// The latest changes; of runs that have ended, none.
     changes: VecDeque<(RunId, Change)>,
@@ -41,7 +41,7 @@ pub struct ComponentStore {
 }
 
 #[derive(Debug)]
-struct ComponentEntry {
+struct StoredComponent {
     path: ComponentPath,
     latest: Option<FaultTransition>,
     /// By which the disk's answer for it is known.
@@ -127,7 +127,7 @@ impl ComponentStore {
             let path = ComponentPath { module: module.clone(), component: component.clone() };
             let place = known.iter().position(|entry| entry.path == path);
             let entry = place.map(|place| known.remove(place));
-            self.entries.push(entry.unwrap_or_else(|| ComponentEntry::new(path)));
+            self.entries.push(entry.unwrap_or_else(|| StoredComponent::new(path)));
         }
         self.own = self.entries.len();
         self.entries.append(&mut known);
@@ -209,7 +209,7 @@ impl ComponentStore {
     ) -> Vec<PublishedState> {
         let unknown = stuck.or_else(|| self.unmonitored.clone());
         let wanted = self.own().filter(|entry| wanted(&entry.path.component));
-        let state = |entry: &ComponentEntry| PublishedState {
+        let state = |entry: &StoredComponent| PublishedState {
             component: entry.path.component.clone(),
             state: entry.state(speaker, unknown.as_ref(), now_unix_ns),
             ticket: entry.ticket,
@@ -237,7 +237,7 @@ impl ComponentStore {
     /// Each component as it is at present, in the order of the channels.
     pub fn present(&self) -> impl Iterator<Item = PresentComponent<'_>> {
         let is_hidden =
-            |entry: &ComponentEntry| self.unmonitored.is_some() || entry.hidden_since_ns.is_some();
+            |entry: &StoredComponent| self.unmonitored.is_some() || entry.hidden_since_ns.is_some();
         self.own().map(move |entry| {
             let state = match entry.latest.as_ref().map(FaultTransition::state) {
                 None | Some(FaultState::Normal) if is_hidden(entry) => FaultState::Unknown,
@@ -251,7 +251,7 @@ impl ComponentStore {
     /// If all components are suppressed, the suppression that ends first.
     #[must_use]
     pub fn suppression(&self) -> Option<&Shelving> {
-        let suppressed = |entry: &'_ ComponentEntry| -> Option<u64> {
+        let suppressed = |entry: &'_ StoredComponent| -> Option<u64> {
             Some(entry.latest.as_ref()?.suppressed.as_ref()?.until_unix_ns)
         };
         let is_of_all = self.own().all(|entry| suppressed(entry).is_some());
@@ -261,10 +261,10 @@ impl ComponentStore {
 
     /// What the diagnoser receives after a restart. `watch` names the run.
     #[must_use]
-    pub fn memory(&self, module: &ModuleName, watch: Option<Watch>) -> Memory {
+    pub fn memory(&self, module: &ModuleName, watch: Option<WatchedSteps>) -> Memory {
         let own = self.entries.iter().filter(|entry| entry.path.module == *module);
         let latest = own.filter_map(|entry| entry.latest.clone()).filter_map(from_transition);
-        let watch = watch.map(|Watch { run, watched }| {
+        let watch = watch.map(|WatchedSteps { run, watched }| {
             let own = self.changes.iter().filter(|(of, _)| *of == run);
             // A change is written again when it is over, and repeated in a new file: the latest counts.
             let mut latest = BTreeMap::new();
@@ -294,21 +294,21 @@ impl ComponentStore {
         start.chain(ended).chain(changes).chain(latest).chain(found).collect()
     }
 
-    fn own(&self) -> impl Iterator<Item = &ComponentEntry> {
+    fn own(&self) -> impl Iterator<Item = &StoredComponent> {
         self.entries[..self.own].iter()
     }
 
-    fn entry(&mut self, path: &ComponentPath) -> &mut ComponentEntry {
+    fn entry(&mut self, path: &ComponentPath) -> &mut StoredComponent {
         let known = self.entries.iter().position(|entry| entry.path == *path);
         let place = known.unwrap_or_else(|| {
-            self.entries.push(ComponentEntry::new(path.clone()));
+            self.entries.push(StoredComponent::new(path.clone()));
             self.entries.len() - 1
         });
         &mut self.entries[place]
     }
 }
 
-impl ComponentEntry {
+impl StoredComponent {
     fn new(path: ComponentPath) -> Self {
         let fault = IdentifiedFault::default();
         Self { path, latest: None, ticket: 0, fault, condition: None, hidden_since_ns: None }

@@ -27,13 +27,13 @@ mod sequencer;
 mod staleness;
 mod write_queue;
 
-pub use arbiter::{Admission, PublisherArbiter, PublisherId, SampleSource};
+pub use arbiter::{Arbitration, PublisherArbiter, PublisherId, SampleSource};
 pub use components::{ComponentStore, PresentComponent, PublishedState};
 pub use inputs::InputNumbering;
 pub use peers::{PeerRetries, PeerTimeouts, QueryPause};
 pub use pending_replies::{PendingOrder, PendingReplies, UNAWAITED};
-pub use record::{JOURNAL_VERSION, JournalRecord, Watch, check_version};
+pub use record::{JOURNAL_VERSION, JournalRecord, WatchedSteps, check_version};
 pub use recovery::{RecoveryAttempt, RecoveryRetries, SampleRecovery};
-pub use sequencer::{Arrival, SampleSize, Sequencer, SequencerStep};
+pub use sequencer::{ReceivedSample, SampleSize, Sequencer, SequencerStep};
 pub use staleness::{NO_SAMPLE_YET, RecentRefusals, Staleness};
 pub use write_queue::{WriteBatch, WriteQueue};

@@ -60,7 +60,7 @@ impl JournalRecord {
 
 /// Every channel was watched from the first to the last of these steps. Kept in a file of its own, which is overwritten.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Watch {
+pub struct WatchedSteps {
     /// The run.
     pub run: RunId,
     /// First and last step; `None` while initialising.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use vocabulary::{ModuleName, SampleQuestion, Step};
 
-use crate::sequencer::{Arrival, SampleSize};
+use crate::sequencer::{ReceivedSample, SampleSize};
 
 /// How long the network waits for the samples. What is lost on the way may take longer, so it is asked again.
 const TIMEOUT: Duration = Duration::from_millis(500);
@@ -22,7 +22,7 @@ pub struct SampleRecovery {
     module: ModuleName,
     size: SampleSize,
     question: SampleQuestion,
-    samples: BTreeMap<Step, Arrival>,
+    samples: BTreeMap<Step, ReceivedSample>,
 }
 
 impl SampleRecovery {
@@ -38,7 +38,7 @@ impl SampleRecovery {
             && sample.run == self.question.run
             && (self.question.from..=self.question.to).contains(&sample.step);
         if fits {
-            let arrival = Arrival::new(sample, now, self.size);
+            let arrival = ReceivedSample::new(sample, now, self.size);
             self.samples.entry(arrival.sample.step).or_insert(arrival);
         }
         fits
@@ -59,7 +59,7 @@ impl SampleRecovery {
     }
 
     /// What has come, sorted by step.
-    pub fn end(&mut self) -> Vec<Arrival> {
+    pub fn end(&mut self) -> Vec<ReceivedSample> {
         std::mem::take(&mut self.samples).into_values().collect()
     }
 }

@@ -15,7 +15,7 @@ use vocabulary::{
 
 /// A sample, when it was published and when it came.
 #[derive(Debug, Clone)]
-pub struct Arrival {
+pub struct ReceivedSample {
     /// The sample.
     pub sample: Sample,
     /// When it was published, by the publisher's clock \[ns since 1970\].
@@ -33,7 +33,7 @@ pub struct SampleSize {
     pub gages: usize,
 }
 
-impl Arrival {
+impl ReceivedSample {
     /// A sample that is too long is cut off one value past its length: too long it stays, but it takes no
     /// more room than a true one, however many wait.
     #[must_use]
@@ -74,7 +74,7 @@ const HURRY: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub enum SequencerStep {
     /// Diagnose this sample.
-    Process(Arrival),
+    Process(ReceivedSample),
     /// Ask the publisher.
     Fetch(SampleQuestion),
 }
@@ -86,9 +86,9 @@ pub struct Sequencer {
     depth: u64,
     room: usize,
     /// What is missing, and the sample that showed it.
-    filler: GapFiller<Arrival>,
+    filler: GapFiller<ReceivedSample>,
     /// What came after that.
-    waiting: VecDeque<Arrival>,
+    waiting: VecDeque<ReceivedSample>,
     asked: Option<SampleQuestion>,
     /// When the latest reply came: until then, samples waited for it.
     replied: Option<Instant>,
@@ -111,7 +111,7 @@ impl Sequencer {
     }
 
     /// Takes a sample that has come.
-    pub fn push(&mut self, arrival: Arrival) {
+    pub fn push(&mut self, arrival: ReceivedSample) {
         // Who has begun a new run has forgotten the former one.
         let forgotten = self.asked.is_some_and(|question| question.run != arrival.sample.run);
         self.waiting.push_back(arrival);
@@ -122,7 +122,12 @@ impl Sequencer {
     }
 
     /// Takes what the publisher still had; whether it was still waited for.
-    pub fn take(&mut self, question: SampleQuestion, samples: Vec<Arrival>, now: Instant) -> bool {
+    pub fn take(
+        &mut self,
+        question: SampleQuestion,
+        samples: Vec<ReceivedSample>,
+        now: Instant,
+    ) -> bool {
         if self.asked != Some(question) {
             return false;
         }
@@ -198,7 +203,7 @@ impl Sequencer {
     }
 
     /// Is there time to look back?
-    fn may_ask(&self, front: &Arrival, now: Instant) -> bool {
+    fn may_ask(&self, front: &ReceivedSample, now: Instant) -> bool {
         let ready = self.replied.map_or(front.received, |replied| replied.max(front.received));
         let hurry = now.duration_since(ready) >= HURRY;
         self.respite.is_none_or(|until| until <= now) && !hurry
@@ -228,7 +233,7 @@ impl Sequencer {
 mod tests {
     use super::*;
 
-    fn arrival(run: u64, step: u64, received: Instant) -> Arrival {
+    fn arrival(run: u64, step: u64, received: Instant) -> ReceivedSample {
         let sample = Sample {
             run: RunId(run),
             step: Step(step),
@@ -236,7 +241,7 @@ mod tests {
             pressures_pa: vec![],
             elongations_m: vec![],
         };
-        Arrival { sample, time_unix_ns: 0, received }
+        ReceivedSample { sample, time_unix_ns: 0, received }
     }
 
     struct Bench {
@@ -393,7 +398,7 @@ mod tests {
             elongations_m: vec![1.0; 100_000],
         };
         let size = SampleSize { actuators: 2, gages: 3 };
-        let Arrival { sample, .. } = Arrival::new(sample, Instant::now(), size);
+        let ReceivedSample { sample, .. } = ReceivedSample::new(sample, Instant::now(), size);
         let lengths =
             (sample.demands_n.len(), sample.pressures_pa.len(), sample.elongations_m.len());
         assert_eq!(lengths, (1, 2, 4));

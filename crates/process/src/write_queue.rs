@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use vocabulary::JournalStatus;
 
-use crate::record::{JournalRecord, Watch};
+use crate::record::{JournalRecord, WatchedSteps};
 
 /// A disk that has not answered for this long hangs.
 const DEADLINE: Duration = Duration::from_secs(1);
@@ -23,7 +23,7 @@ pub struct WriteBatch {
     /// The records, oldest first.
     pub records: Vec<JournalRecord>,
     /// How far the module had watched when it handed these records in.
-    pub watch: Option<Watch>,
+    pub watch: Option<WatchedSteps>,
     /// How many records found no room.
     pub dropped: u64,
 }
@@ -34,7 +34,7 @@ pub struct WriteQueue {
     waiting: VecDeque<JournalRecord>,
     /// When the oldest of them was handed in.
     waiting_since: Option<Instant>,
-    watch: Option<Watch>,
+    watch: Option<WatchedSteps>,
     dropped: u64,
     /// Since when the thread has been writing, and when the oldest record that it is writing was handed in.
     writing_since: Option<Instant>,
@@ -60,7 +60,7 @@ impl WriteQueue {
     pub fn hand_in(
         &mut self,
         records: impl IntoIterator<Item = JournalRecord>,
-        watch: Option<Watch>,
+        watch: Option<WatchedSteps>,
         now: Instant,
     ) -> u64 {
         let before = self.waiting.len();
@@ -217,7 +217,7 @@ mod tests {
     fn that_it_hangs_is_seen_without_its_answer_and_whatever_it_writes() {
         let mut queue = WriteQueue::default();
         let start = Instant::now();
-        let _ = queue.hand_in([], Some(Watch { run: RunId(1), watched: None }), start);
+        let _ = queue.hand_in([], Some(WatchedSteps { run: RunId(1), watched: None }), start);
         assert!(queue.take(start).watch.is_some());
         assert_eq!(queue.status(start + DEADLINE / 2).problem, None);
         let problem = queue.status(start + 7 * DEADLINE).problem;

@@ -12,7 +12,7 @@ use shell::runtime::contained;
 use shell::supervision::{Crew, Lane};
 use vocabulary::Component;
 
-use super::publish::{Outbox, Outgoing};
+use super::publish::{ModuleOutbox, Outgoing};
 use crate::counters::SharedCounters;
 pub(crate) use crate::metrics::IdentificationReport;
 use diagnosis::messages::Speaker;
@@ -35,7 +35,7 @@ impl Identifier {
     /// The system has no thread.
     pub(crate) fn start(
         speaker: Speaker,
-        outbox: Outbox,
+        outbox: ModuleOutbox,
         tally: Arc<SharedCounters<IdentificationReport>>,
         crew: &Crew,
     ) -> std::io::Result<Self> {
@@ -65,7 +65,7 @@ impl Identifier {
 /// What the thread owns.
 struct Worker {
     speaker: Speaker,
-    outbox: Outbox,
+    outbox: ModuleOutbox,
     tally: Arc<SharedCounters<IdentificationReport>>,
 }
 

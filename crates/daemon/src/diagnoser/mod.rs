@@ -33,8 +33,8 @@ use std::time::Duration;
 use diagnosis::Diagnoser;
 use diagnosis::messages::Speaker;
 use process::{
-    Arrival, InputNumbering, NO_SAMPLE_YET, PendingReplies, QueryPause, SampleSize, Sequencer,
-    Watch,
+    InputNumbering, NO_SAMPLE_YET, PendingReplies, QueryPause, ReceivedSample, SampleSize,
+    Sequencer, WatchedSteps,
 };
 use shell::clock;
 use shell::exit::Failure;
@@ -52,16 +52,16 @@ use zenoh::query::Queryable;
 pub use args::{command_line, main};
 pub use store::StateDirectory;
 
-use answer::{Provenance, Queryables, SharedInquiryCounters};
+use answer::{ProvenanceAnswers, Queryables, SharedInquiryCounters};
 use diagnose::{ActionExecutor, DiagnosisLoop, Queues, SampleInput, SharedState};
 use duplicates::DuplicateWatch;
 use freeze_frames::FreezeFrames;
 use health::{LatestReport, ModuleHealth};
 use identify::Identifier;
-use input::{Recovered, RecoveryQuerier, SampleReceiver};
+use input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
 use peers::{LOOK_EVERY, PeerQueries, PeerTable, Presence};
-use publish::{EventPublisher, InputCache, Outbox, Outgoing, RoutinePublisher};
-use store::{JournalWriter, Store};
+use publish::{EventPublisher, InputCache, ModuleOutbox, Outgoing, RoutinePublisher};
+use store::{JournalWriter, ModuleStore};
 
 use crate::config::DiagnoserConfig;
 
@@ -116,8 +116,8 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
 /// The store with what was there before the process, and what writes it.
 struct OpenedStore {
     writer: JournalWriter,
-    store: Store,
-    watch: Option<Watch>,
+    store: ModuleStore,
+    watch: Option<WatchedSteps>,
 }
 
 impl OpenedStore {
@@ -206,7 +206,7 @@ async fn serve(
     let routine = RoutinePublisher::declare(session, &speaker, Arc::clone(&inquiries));
     let routine = routine.await.map_err(refused)?;
     let (outbox, mut threads) =
-        Outbox::open(store.clone(), events, routine, &crew).map_err(no_thread)?;
+        ModuleOutbox::open(store.clone(), events, routine, &crew).map_err(no_thread)?;
     threads.push(written);
     outbox.event(Outgoing::Input(Box::new(started)));
 
@@ -235,7 +235,7 @@ async fn serve(
     let freeze_frame = freeze_frames.declare(session, &speaker, &inquiries).await;
     let freeze_frame = freeze_frame.map_err(refused)?;
     let answered = (&outbox, store.clone(), supervisor.pulse());
-    let kept = (directory, Provenance { inputs, configuration }, &crew);
+    let kept = (directory, ProvenanceAnswers { inputs, configuration }, &crew);
     let declaring = Queryables::declare(session, &speaker, answered, kept, &inquiries);
     let (queryables, inquiries_out, ended) = declaring.await.map_err(refused)?;
     threads.push(ended);
@@ -312,7 +312,8 @@ async fn open_input(
     session: &Session,
     speaker: &Speaker,
     config: &DiagnoserConfig,
-) -> zenoh::Result<(SampleInput, mpsc::Receiver<Arrival>, mpsc::Receiver<Recovered>)> {
+) -> zenoh::Result<(SampleInput, mpsc::Receiver<ReceivedSample>, mpsc::Receiver<RecoveredSamples>)>
+{
     let room = config.publish.sample_queue;
     let (samples_in, samples) = mpsc::channel(room);
     let (recovered_in, recovered) = mpsc::channel(1);

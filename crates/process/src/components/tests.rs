@@ -57,7 +57,7 @@ fn restored(records: &[JournalRecord]) -> ComponentStore {
     ComponentStore::restore(records.to_vec(), &"m1".parse().unwrap(), NOW)
 }
 
-fn memory(store: &ComponentStore, watch: Option<Watch>) -> Memory {
+fn memory(store: &ComponentStore, watch: Option<WatchedSteps>) -> Memory {
     store.memory(&"m1".parse().unwrap(), watch)
 }
 
@@ -88,7 +88,7 @@ fn the_latest_of_each_component_the_sequence_and_the_runs_changes_come_back() {
         change(2, 9),
     ];
     let store = restored(&records);
-    let watch = Watch { run: RunId(2), watched: Some((Step(1), Step(20))) };
+    let watch = WatchedSteps { run: RunId(2), watched: Some((Step(1), Step(20))) };
     let memory = memory(&store, Some(watch));
     assert_eq!(memory.sequence, 3);
     let verdicts: Vec<_> = memory.latest.iter().map(|t| t.verdict.clone()).collect();
@@ -103,7 +103,7 @@ fn after_the_end_of_a_run_its_faults_are_left_and_its_changes_are_not() {
     let latched = |sequence| recorded("sensor/g1", sequence, FaultState::Latched);
     let mut records = vec![latched(1), change(1, 7), JournalRecord::RunEnded, change(1, 2)];
     let recalled = |records: &[JournalRecord]| {
-        let watch = Watch { run: RunId(1), watched: None };
+        let watch = WatchedSteps { run: RunId(1), watched: None };
         let memory = memory(&restored(records), Some(watch));
         let changes: Vec<u64> = memory.watch.unwrap().changes.iter().map(|c| c.step.0).collect();
         (memory.latest.iter().map(|latest| latest.run_ended).collect::<Vec<_>>(), changes)
@@ -124,7 +124,7 @@ fn changes_of_one_step_are_returned_once_though_a_snapshot_repeats_them() {
         JournalRecord::Change { run: RunId(2), change: Change::at(component, Step(9), 2.0) }
     };
     let records = ["actuator/a1", "sensor/g1", "actuator/a1", "sensor/g1"].map(change);
-    let memory = memory(&restored(&records), Some(Watch { run: RunId(2), watched: None }));
+    let memory = memory(&restored(&records), Some(WatchedSteps { run: RunId(2), watched: None }));
     let changes = memory.watch.unwrap().changes;
     let names: Vec<_> = changes.iter().map(|change| change.component.to_string()).collect();
     assert_eq!(names, ["actuator/a1", "sensor/g1"]);

@@ -15,7 +15,7 @@ mod present;
 mod provenance;
 
 pub(crate) use orders::OrderInquiry;
-pub(crate) use provenance::Provenance;
+pub(crate) use provenance::ProvenanceAnswers;
 
 use present::PresentReplies;
 
@@ -29,8 +29,8 @@ use vocabulary::{InquiryCounters, QuestionError, StateQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
-use super::publish::{Outbox, Routine};
-use super::store::Store;
+use super::publish::{ModuleOutbox, Routine};
+use super::store::ModuleStore;
 use crate::counters::SharedCounters;
 use crate::messages::{TOO_MANY_QUESTIONS, refuse};
 use diagnosis::messages::Speaker;
@@ -64,8 +64,8 @@ impl Queryables {
     pub(crate) async fn declare(
         session: &Session,
         speaker: &Speaker,
-        (outbox, store, pulse): (&Outbox, Store, Arc<Pulse>),
-        (directory, provenance, crew): (Option<PathBuf>, Provenance, &Crew),
+        (outbox, store, pulse): (&ModuleOutbox, ModuleStore, Arc<Pulse>),
+        (directory, provenance, crew): (Option<PathBuf>, ProvenanceAnswers, &Crew),
         counters: &SharedInquiryCounters,
     ) -> zenoh::Result<(Self, InquiryQueues, Ended)> {
         let (state_in, state) = mpsc::channel(QUEUE);
@@ -120,7 +120,7 @@ async fn declare_state(
     session: &Session,
     speaker: &Speaker,
     queue: mpsc::Sender<StateInquiry>,
-    outbox: Outbox,
+    outbox: ModuleOutbox,
     counters: &SharedInquiryCounters,
 ) -> zenoh::Result<Queryable<()>> {
     let counters = Arc::clone(counters);
@@ -134,7 +134,7 @@ async fn declare_state(
 fn take_state(
     query: Query,
     queue: &mpsc::Sender<StateInquiry>,
-    outbox: &Outbox,
+    outbox: &ModuleOutbox,
     counters: &SharedCounters<InquiryCounters>,
 ) {
     counters.count(|counters| counters.received += 1);

@@ -11,7 +11,7 @@ use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::SharedInquiryCounters;
-use crate::diagnoser::publish::{Outbox, Routine};
+use crate::diagnoser::publish::{ModuleOutbox, Routine};
 use diagnosis::messages::Speaker;
 
 /// An order and where the reply goes.
@@ -26,7 +26,7 @@ pub(super) async fn declare(
     session: &Session,
     speaker: &Speaker,
     queue: &mpsc::Sender<OrderInquiry>,
-    outbox: &Outbox,
+    outbox: &ModuleOutbox,
     counters: &SharedInquiryCounters,
 ) -> zenoh::Result<Vec<Queryable<()>>> {
     let mut queryables = Vec::new();
@@ -52,7 +52,7 @@ fn take(
     (kind, read): (OrderKind, Read),
     query: Query,
     queue: &mpsc::Sender<OrderInquiry>,
-    outbox: &Outbox,
+    outbox: &ModuleOutbox,
     counters: &SharedInquiryCounters,
 ) {
     counters.count(|counters| counters.received += 1);

@@ -18,8 +18,8 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::SharedInquiryCounters;
-use crate::diagnoser::publish::{Outbox, Routine};
-use crate::diagnoser::store::Store;
+use crate::diagnoser::publish::{ModuleOutbox, Routine};
+use crate::diagnoser::store::ModuleStore;
 use crate::messages::{TOO_MANY_QUESTIONS, put};
 
 /// Questions of each kind that may wait.
@@ -27,7 +27,7 @@ const MAX_WAITING: usize = 64;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy)]
-enum Wanted {
+enum PresentTopic {
     States,
     Identifications,
     Phase,
@@ -36,7 +36,7 @@ enum Wanted {
 /// A question.
 #[derive(Debug)]
 struct PresentQuestion {
-    wanted: Wanted,
+    wanted: PresentTopic,
     query: Query,
     /// Its place among those that may wait; free when the question is done with.
     place: OwnedSemaphorePermit,
@@ -45,7 +45,7 @@ struct PresentQuestion {
 /// What the thread owns.
 pub(super) struct PresentReplies {
     speaker: Speaker,
-    store: Store,
+    store: ModuleStore,
     pulse: Arc<Pulse>,
     counters: SharedInquiryCounters,
 }
@@ -54,7 +54,7 @@ impl PresentReplies {
     /// The store is believed as long as the pulse shows that the diagnosis goes on.
     pub(super) fn new(
         speaker: Speaker,
-        store: Store,
+        store: ModuleStore,
         pulse: Arc<Pulse>,
         counters: SharedInquiryCounters,
     ) -> Self {
@@ -65,7 +65,7 @@ impl PresentReplies {
     pub(super) async fn declare(
         self,
         session: &Session,
-        outbox: &Outbox,
+        outbox: &ModuleOutbox,
         crew: &Crew,
     ) -> zenoh::Result<(Vec<Queryable<()>>, Ended)> {
         let (queue, questions) = sync_channel(3 * MAX_WAITING);
@@ -75,9 +75,9 @@ impl PresentReplies {
         };
         let mut queryables = Vec::new();
         for (wanted, key) in [
-            (Wanted::States, watched.faults()),
-            (Wanted::Identifications, watched.identifications()),
-            (Wanted::Phase, watched.phases()),
+            (PresentTopic::States, watched.faults()),
+            (PresentTopic::Identifications, watched.identifications()),
+            (PresentTopic::Phase, watched.phases()),
         ] {
             let refusals = (outbox.clone(), Arc::clone(&self.counters));
             queryables.push(queryable(session, key, wanted, queue.clone(), refusals).await?);
@@ -91,9 +91,9 @@ impl PresentReplies {
         while let Ok(PresentQuestion { wanted, query, place }) = questions.recv() {
             lane.begin();
             match wanted {
-                Wanted::States => self.states(&query),
-                Wanted::Identifications => self.identifications(&query),
-                Wanted::Phase => self.phase(&query),
+                PresentTopic::States => self.states(&query),
+                PresentTopic::Identifications => self.identifications(&query),
+                PresentTopic::Phase => self.phase(&query),
             }
             self.counters.count(|counters| counters.answered += 1);
             drop(place);
@@ -145,9 +145,9 @@ impl PresentReplies {
 async fn queryable(
     session: &Session,
     key: String,
-    wanted: Wanted,
+    wanted: PresentTopic,
     queue: SyncSender<PresentQuestion>,
-    (outbox, counters): (Outbox, SharedInquiryCounters),
+    (outbox, counters): (ModuleOutbox, SharedInquiryCounters),
 ) -> zenoh::Result<Queryable<()>> {
     let places = Arc::new(Semaphore::new(MAX_WAITING));
     session

@@ -21,7 +21,7 @@ const MAX_WAITING: usize = 16;
 
 /// What is given.
 #[derive(Debug)]
-pub(crate) struct Provenance {
+pub(crate) struct ProvenanceAnswers {
     /// The inputs.
     pub(crate) inputs: InputCache,
     /// The configuration.
@@ -38,7 +38,7 @@ enum ProvenanceQuestion {
 pub(super) async fn declare(
     session: &Session,
     speaker: &Speaker,
-    (provenance, crew): (Provenance, &Crew),
+    (provenance, crew): (ProvenanceAnswers, &Crew),
     counters: &SharedInquiryCounters,
 ) -> zenoh::Result<[Queryable<()>; 2]> {
     let inputs = |text: &str| InputQuestion::from_parameters(text).map(ProvenanceQuestion::Inputs);
@@ -69,7 +69,7 @@ async fn queryable(
         .await
 }
 
-impl Provenance {
+impl ProvenanceAnswers {
     /// Starts the thread; it ends when every sender is gone.
     fn giver(
         self,

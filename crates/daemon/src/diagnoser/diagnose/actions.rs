@@ -14,17 +14,17 @@ use super::super::freeze_frames::FreezeFrames;
 use super::super::identify::Identifier;
 use super::super::input::SampleReceiver;
 use super::super::peers::PeerQueries;
-use super::super::publish::{Outbox, Outgoing, Routine};
-use super::super::store::Store;
+use super::super::publish::{ModuleOutbox, Outgoing, Routine};
+use super::super::store::ModuleStore;
 use diagnosis::messages::Speaker;
 
 /// Everything that actions reach.
 #[derive(Debug)]
 pub(crate) struct ActionExecutor {
     pub(crate) speaker: Speaker,
-    pub(crate) outbox: Outbox,
+    pub(crate) outbox: ModuleOutbox,
     pub(crate) identifier: Identifier,
-    store: Store,
+    store: ModuleStore,
     numbering: InputNumbering,
     pub(crate) freeze_frames: FreezeFrames,
     pub(crate) peers: PeerQueries,
@@ -41,7 +41,7 @@ pub(crate) struct ActionExecutor {
 impl ActionExecutor {
     pub(crate) fn new(
         speaker: Speaker,
-        (outbox, store, numbering): (Outbox, Store, InputNumbering),
+        (outbox, store, numbering): (ModuleOutbox, ModuleStore, InputNumbering),
         (identifier, freeze_frames, peers): (Identifier, FreezeFrames, PeerQueries),
         (pending, query_pause): (PendingReplies<Query>, QueryPause),
         inquiries: SharedInquiryCounters,

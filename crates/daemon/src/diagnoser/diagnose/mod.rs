@@ -18,7 +18,8 @@ use diagnosis::messages::{Speaker, to_phase};
 use diagnosis::state::WindowLength;
 use diagnosis::{Action, Diagnoser, Event, Question};
 use process::{
-    Arrival, PeerRetries, PendingOrder, Sequencer, SequencerStep, Staleness, UNAWAITED, Watch,
+    PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness, UNAWAITED,
+    WatchedSteps,
 };
 use shell::clock;
 use shell::occurrences::Occurrences;
@@ -35,10 +36,10 @@ use super::answer::{InquiryQueues, OrderInquiry, StateInquiry};
 use super::duplicates::DuplicateWatch;
 use super::health::LatestReport;
 use super::identify::IdentificationReport;
-use super::input::{Recovered, RecoveryQuerier, SampleReceiver};
+use super::input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
 use super::peers::PeerTable;
 use super::publish::{Outgoing, Routine};
-use super::store::Store;
+use super::store::ModuleStore;
 use crate::config::{DiagnoserConfig, PublishSettings};
 use crate::counters::SharedCounters;
 use crate::metrics::ModuleReport;
@@ -53,8 +54,8 @@ const BEHIND_FOR: Duration = Duration::from_millis(250);
 /// What the loop takes from.
 #[derive(Debug)]
 pub(crate) struct Queues {
-    pub(crate) samples: mpsc::Receiver<Arrival>,
-    pub(crate) recovered: mpsc::Receiver<Recovered>,
+    pub(crate) samples: mpsc::Receiver<ReceivedSample>,
+    pub(crate) recovered: mpsc::Receiver<RecoveredSamples>,
     pub(crate) inquiries: InquiryQueues,
     /// Peers' answers, and notice of their return.
     pub(crate) answers: mpsc::Receiver<Event>,
@@ -72,9 +73,9 @@ pub(crate) struct SampleInput {
 /// What the loop shares with other threads.
 #[derive(Debug)]
 pub(crate) struct SharedState {
-    pub(crate) store: Store,
+    pub(crate) store: ModuleStore,
     /// How far the module had watched before the restart.
-    pub(crate) watch: Option<Watch>,
+    pub(crate) watch: Option<WatchedSteps>,
     pub(crate) peers: PeerTable,
     pub(crate) duplicates: DuplicateWatch,
     /// For the HTTP endpoints.
@@ -101,7 +102,7 @@ pub(crate) struct DiagnosisLoop {
     latest_sample_unix_ns: Option<u64>,
     behind_since: Option<Instant>,
     resynchronised: Occurrences,
-    last_watch: Option<Watch>,
+    last_watch: Option<WatchedSteps>,
     last_status: Option<Instant>,
     last_progress: Option<(Progress, Instant)>,
 }
@@ -181,13 +182,13 @@ impl DiagnosisLoop {
         }
     }
 
-    fn take_recovered(&mut self, recovered: Recovered) {
-        let Recovered { question, samples } = recovered;
+    fn take_recovered(&mut self, recovered: RecoveredSamples) {
+        let RecoveredSamples { question, samples } = recovered;
         let _ = self.input.sequencer.take(question, samples, std::time::Instant::now());
     }
 
-    fn take_sample(&mut self, arrival: Arrival) {
-        let Arrival { sample, time_unix_ns, received } = arrival;
+    fn take_sample(&mut self, arrival: ReceivedSample) {
+        let ReceivedSample { sample, time_unix_ns, received } = arrival;
         self.note_backlog(received);
         let used_before = self.diagnoser.counters().samples;
         let changes_before = self.diagnoser.counters().changes;
@@ -233,7 +234,7 @@ impl DiagnosisLoop {
     /// Drops the backlog when samples had to be dropped, or have been diagnosed too late for a
     /// while: what is diagnosed must be the present. A process that was frozen finds an old sample and a
     /// gap behind it: what the publisher still has is waited for.
-    fn resynchronise(&mut self, now: Instant, samples: &mut mpsc::Receiver<Arrival>) {
+    fn resynchronise(&mut self, now: Instant, samples: &mut mpsc::Receiver<ReceivedSample>) {
         let behind = !self.input.sequencer.is_owed()
             && self.behind_since.is_some_and(|since| now.duration_since(since) >= BEHIND_FOR);
         if !self.input.receiver.take_overflow() && !behind {
@@ -382,7 +383,7 @@ impl DiagnosisLoop {
         self.actions = actions;
     }
 
-    fn tick(&mut self, now: Instant, samples: &mut mpsc::Receiver<Arrival>) {
+    fn tick(&mut self, now: Instant, samples: &mut mpsc::Receiver<ReceivedSample>) {
         self.input.receiver.tick(now.into_std());
         self.resynchronise(now, samples);
         if self.staleness.look(now.into_std()) {
@@ -474,9 +475,9 @@ impl DiagnosisLoop {
         let (_, since) = to_phase(self.diagnoser.phase());
         let until = last.minus(self.tie_steps + 1);
         let watched = since.filter(|since| *since <= until).map(|since| (since, until));
-        let watch = Watch { run, watched };
+        let watch = WatchedSteps { run, watched };
         // Unless the publisher has begun again with the same run, so that these steps are yet to come.
-        let stands = |before: Watch| {
+        let stands = |before: WatchedSteps| {
             before.run == run && before.watched.is_none_or(|(_, until)| until <= last)
         };
         let says_less = watched.is_none() && self.last_watch.is_some_and(stands);

@@ -14,7 +14,8 @@ use std::time::{Duration, Instant};
 use diagnosis::messages::Speaker;
 use parking_lot::Mutex;
 use process::{
-    Admission, Arrival, PublisherArbiter, PublisherId, RecentRefusals, SampleSize, SampleSource,
+    Arbitration, PublisherArbiter, PublisherId, ReceivedSample, RecentRefusals, SampleSize,
+    SampleSource,
 };
 use shell::occurrences::Occurrences;
 use tokio::sync::mpsc;
@@ -24,7 +25,7 @@ use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::session::EntityGlobalId;
 
-pub(crate) use recovery::{Recovered, RecoveryQuerier};
+pub(crate) use recovery::{RecoveredSamples, RecoveryQuerier};
 
 use crate::counters::SharedCounters;
 
@@ -33,12 +34,12 @@ use crate::counters::SharedCounters;
 pub(crate) struct SampleReceiver {
     module: ModuleName,
     size: SampleSize,
-    queue: mpsc::Sender<Arrival>,
-    shared: Arc<Shared>,
+    queue: mpsc::Sender<ReceivedSample>,
+    shared: Arc<SharedInput>,
 }
 
 #[derive(Debug)]
-struct Shared {
+struct SharedInput {
     counters: SharedCounters<IntakeCounters>,
     arbiter: Mutex<PublisherArbiter>,
     refusals: Mutex<RecentRefusals>,
@@ -52,10 +53,10 @@ impl SampleReceiver {
     pub(crate) fn new(
         module: ModuleName,
         size: SampleSize,
-        queue: mpsc::Sender<Arrival>,
+        queue: mpsc::Sender<ReceivedSample>,
         (hold, room): (Duration, usize),
     ) -> Self {
-        let shared = Shared {
+        let shared = SharedInput {
             counters: SharedCounters::default(),
             arbiter: Mutex::new(PublisherArbiter::new(hold, room)),
             refusals: Mutex::default(),
@@ -121,7 +122,7 @@ impl SampleReceiver {
         match vocabulary::decode::<vocabulary::Sample>(bytes) {
             Ok(sample) if sample.module == self.module => {
                 let source = SampleSource { publisher, run: sample.run };
-                self.admit(source, Arrival::new(sample, now, self.size));
+                self.admit(source, ReceivedSample::new(sample, now, self.size));
             }
             Ok(sample) => {
                 self.count(|counters| counters.other_module += 1);
@@ -161,14 +162,14 @@ impl SampleReceiver {
         }
     }
 
-    fn admit(&self, source: SampleSource, arrival: Arrival) {
+    fn admit(&self, source: SampleSource, arrival: ReceivedSample) {
         let admission = self.shared.arbiter.lock().admit(source, arrival);
         match admission {
-            Admission::Use(arrival) => self.pass_on(arrival),
-            Admission::UseAll(arrivals) => {
+            Arbitration::Use(arrival) => self.pass_on(arrival),
+            Arbitration::UseAll(arrivals) => {
                 arrivals.into_iter().for_each(|arrival| self.pass_on(arrival));
             }
-            Admission::PutAside => self.refuse_other_source(),
+            Arbitration::PutAside => self.refuse_other_source(),
         }
     }
 
@@ -179,7 +180,7 @@ impl SampleReceiver {
         self.log_refusal("source", problem, Instant::now());
     }
 
-    fn pass_on(&self, arrival: Arrival) {
+    fn pass_on(&self, arrival: ReceivedSample) {
         match self.queue.try_send(arrival) {
             // Closed: the diagnoser is ending.
             Ok(()) | Err(TrySendError::Closed(_)) => {}
@@ -200,7 +201,7 @@ mod tests {
     use super::*;
     use vocabulary::{RunId, Step};
 
-    fn receiver(room: usize) -> (SampleReceiver, mpsc::Receiver<Arrival>) {
+    fn receiver(room: usize) -> (SampleReceiver, mpsc::Receiver<ReceivedSample>) {
         let (queue, out) = mpsc::channel(room);
         let size = SampleSize { actuators: 2, gages: 3 };
         let arbitration = (Duration::from_millis(200), 8);

@@ -7,7 +7,7 @@ use std::time::Instant;
 use diagnosis::messages::Speaker;
 use parking_lot::Mutex;
 use process::{
-    Arrival, PublisherId, RecoveryAttempt, RecoveryRetries, SampleRecovery, SampleSource,
+    PublisherId, ReceivedSample, RecoveryAttempt, RecoveryRetries, SampleRecovery, SampleSource,
 };
 use tokio::sync::{Notify, mpsc};
 use vocabulary::{SampleQuestion, Topic};
@@ -18,9 +18,9 @@ use super::{SampleReceiver, publisher_id};
 
 /// What the publisher still had, sorted by step.
 #[derive(Debug)]
-pub(crate) struct Recovered {
+pub(crate) struct RecoveredSamples {
     pub(crate) question: SampleQuestion,
-    pub(crate) samples: Vec<Arrival>,
+    pub(crate) samples: Vec<ReceivedSample>,
 }
 
 /// Queries for the module's samples.
@@ -30,7 +30,7 @@ pub(crate) struct RecoveryQuerier {
     /// A publisher keeps the samples, and may be out of reach at present.
     is_known: Arc<AtomicBool>,
     receiver: SampleReceiver,
-    answers: mpsc::Sender<Recovered>,
+    answers: mpsc::Sender<RecoveredSamples>,
 }
 
 impl RecoveryQuerier {
@@ -38,7 +38,7 @@ impl RecoveryQuerier {
         session: &Session,
         speaker: &Speaker,
         receiver: SampleReceiver,
-        answers: mpsc::Sender<Recovered>,
+        answers: mpsc::Sender<RecoveredSamples>,
     ) -> zenoh::Result<Self> {
         let querier = session
             .declare_querier(speaker.key(Topic::Sample))
@@ -76,7 +76,7 @@ impl RecoveryQuerier {
                 "asked the publisher for samples missed"
             );
             // Fails only when the diagnoser is ending.
-            let _ = this.answers.send(Recovered { question, samples }).await;
+            let _ = this.answers.send(RecoveredSamples { question, samples }).await;
         });
     }
 

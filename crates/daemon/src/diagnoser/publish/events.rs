@@ -20,7 +20,7 @@ use zenoh::{Session, Wait};
 use super::{Audience, InputCache};
 use crate::counters::SharedCounters;
 use crate::diagnoser::identify::IdentificationReport;
-use crate::diagnoser::store::Store;
+use crate::diagnoser::store::ModuleStore;
 use crate::messages::{put, reply};
 use diagnosis::messages::Speaker;
 
@@ -72,7 +72,7 @@ struct ComponentPublishers {
 
 /// What the thread owns.
 pub(crate) struct EventPublisher {
-    store: Store,
+    store: ModuleStore,
     inquiries: Arc<SharedCounters<InquiryCounters>>,
     identifications: Arc<SharedCounters<IdentificationReport>>,
     publishers: Vec<(Component, ComponentPublishers)>,
@@ -93,7 +93,7 @@ impl EventPublisher {
     pub(crate) async fn declare(
         session: &Session,
         (speaker, components): (&Speaker, &[Component]),
-        (store, cache): (Store, InputCache),
+        (store, cache): (ModuleStore, InputCache),
         inquiries: &Arc<SharedCounters<InquiryCounters>>,
         identifications: &Arc<SharedCounters<IdentificationReport>>,
     ) -> zenoh::Result<Self> {
@@ -170,7 +170,7 @@ impl EventPublisher {
 /// Publishes events in their order, each once the disk has it or is given up.
 pub(super) fn publish(
     queue: &Receiver<QueuedEvent>,
-    store: &Store,
+    store: &ModuleStore,
     lane: &Lane,
     send: impl Fn(Outgoing),
 ) {

@@ -25,7 +25,7 @@ use tokio::sync::mpsc;
 use vocabulary::PublisherCounters;
 use zenoh::pubsub::Publisher;
 
-use super::store::Store;
+use super::store::ModuleStore;
 use crate::counters::SharedCounters;
 
 pub(crate) use events::{EventPublisher, Outgoing};
@@ -41,32 +41,32 @@ const KEPT_FREE: usize = QUEUE - 1024;
 /// Takes what is to go out. When the last copy is gone, the threads end with what is in their queues, the one that
 /// writes the journal too.
 #[derive(Debug, Clone)]
-pub(crate) struct Outbox {
+pub(crate) struct ModuleOutbox {
     events: SyncSender<QueuedEvent>,
     routine: mpsc::Sender<Routine>,
     /// The subscribers of frequent messages; without any, these need not be handed in.
     pub(crate) audiences: Audiences,
-    shared: Arc<Shared>,
+    shared: Arc<SharedOutbox>,
 }
 
 #[derive(Debug)]
-struct Shared {
-    store: Store,
+struct SharedOutbox {
+    store: ModuleStore,
     counters: SharedCounters<PublisherCounters>,
     /// Lines on the events that were lost.
     losses: Occurrences,
 }
 
-impl Drop for Shared {
+impl Drop for SharedOutbox {
     fn drop(&mut self) {
         self.store.close();
     }
 }
 
-impl Outbox {
+impl ModuleOutbox {
     /// Starts the threads.
     pub(crate) fn open(
-        store: Store,
+        store: ModuleStore,
         events: EventPublisher,
         routine: RoutinePublisher,
         crew: &Crew,
@@ -82,19 +82,24 @@ impl Outbox {
     }
 
     fn new(
-        store: Store,
+        store: ModuleStore,
         events: SyncSender<QueuedEvent>,
         routine: mpsc::Sender<Routine>,
         audiences: Audiences,
     ) -> Self {
         let (counters, losses) = (SharedCounters::default(), Occurrences::default());
-        Self { events, routine, audiences, shared: Arc::new(Shared { store, counters, losses }) }
+        Self {
+            events,
+            routine,
+            audiences,
+            shared: Arc::new(SharedOutbox { store, counters, losses }),
+        }
     }
 
     /// Hands an event to the store, then queues it for publishing. If the network has been stalled for so long that the
     /// queue is full, the event is dropped for subscribers and counted; queries still return it.
     pub(crate) fn event(&self, event: Outgoing) {
-        let Shared { store, counters, .. } = &*self.shared;
+        let SharedOutbox { store, counters, .. } = &*self.shared;
         // Held until it is in both queues, so that they have the same order whoever hands it in.
         let mut state = store.lock();
         let (event, record) = match event {

@@ -11,9 +11,9 @@ pub(crate) fn speaker() -> Speaker {
 }
 
 /// With room for so many events.
-pub(crate) fn outbox(store: Store, room: usize) -> (Outbox, Receiver<QueuedEvent>) {
+pub(crate) fn outbox(store: ModuleStore, room: usize) -> (ModuleOutbox, Receiver<QueuedEvent>) {
     let (events, events_out) = sync_channel(room);
     let (routine, _) = mpsc::channel(1);
     let audiences = Audiences { divergences: Audience::default(), progress: Audience::default() };
-    (Outbox::new(store, events, routine, audiences), events_out)
+    (ModuleOutbox::new(store, events, routine, audiences), events_out)
 }

@@ -58,7 +58,7 @@ fn phase() -> Outgoing {
 }
 
 /// The thread that writes has started.
-fn journal(directory: &Path) -> (Store, std::thread::JoinHandle<()>) {
+fn journal(directory: &Path) -> (ModuleStore, std::thread::JoinHandle<()>) {
     let module = "module1".parse().unwrap();
     let (writer, store, _) = JournalWriter::open(Some(directory), 100_000, &module).unwrap();
     let components = ["sensor/g1".parse().unwrap()];

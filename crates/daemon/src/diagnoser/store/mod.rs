@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use diagnosis::Memory;
 use parking_lot::{Condvar, Mutex, MutexGuard};
-use process::{ComponentStore, JournalRecord, Watch, WriteBatch, WriteQueue};
+use process::{ComponentStore, JournalRecord, WatchedSteps, WriteBatch, WriteQueue};
 use vocabulary::{Change, JournalStatus, ModuleName, RunId, Step};
 
 pub(crate) use writer::JournalWriter;
@@ -27,7 +27,7 @@ pub(crate) struct StoreState {
 
 /// A handle of the store.
 #[derive(Debug, Clone)]
-pub(crate) struct Store(Arc<SharedStore>);
+pub(crate) struct ModuleStore(Arc<SharedStore>);
 
 #[derive(Debug)]
 struct SharedStore {
@@ -38,7 +38,7 @@ struct SharedStore {
     answered: Condvar,
 }
 
-impl Store {
+impl ModuleStore {
     pub(crate) fn new(components: ComponentStore, status: JournalStatus) -> Self {
         let state = StoreState { components, writes: WriteQueue::new(status), closed: false };
         let (handed_in, answered) = (Condvar::new(), Condvar::new());
@@ -57,7 +57,7 @@ impl Store {
     }
 
     /// Takes how far the module has watched: for the disk, after all before it.
-    pub(crate) fn watched(&self, watch: Watch) {
+    pub(crate) fn watched(&self, watch: WatchedSteps) {
         self.hand_in(&mut self.lock(), None, Some(watch));
     }
 
@@ -66,7 +66,7 @@ impl Store {
         &self,
         state: &mut StoreState,
         record: Option<JournalRecord>,
-        watch: Option<Watch>,
+        watch: Option<WatchedSteps>,
     ) -> u64 {
         self.0.handed_in.notify_one();
         state.writes.hand_in(record, watch, Instant::now())
@@ -144,9 +144,9 @@ impl Store {
 #[derive(Debug)]
 pub struct StateDirectory {
     writer: JournalWriter,
-    store: Store,
+    store: ModuleStore,
     module: ModuleName,
-    watch: Option<Watch>,
+    watch: Option<WatchedSteps>,
 }
 
 impl StateDirectory {
@@ -178,7 +178,7 @@ impl StateDirectory {
     /// # Errors
     /// It cannot be written.
     pub fn note_watch(&mut self, run: RunId, watched: Option<(Step, Step)>) -> std::io::Result<()> {
-        self.writer.write_watch(Watch { run, watched })
+        self.writer.write_watch(WatchedSteps { run, watched })
     }
 }
 

@@ -8,14 +8,14 @@ fn module() -> ModuleName {
     "m1".parse().unwrap()
 }
 
-fn open_at(directory: &Path, rotate_bytes: u64) -> (JournalWriter, Store) {
+fn open_at(directory: &Path, rotate_bytes: u64) -> (JournalWriter, ModuleStore) {
     let (writer, store, _) = JournalWriter::open(Some(directory), rotate_bytes, &module()).unwrap();
     let components = ["sensor/g1".parse().unwrap(), "sensor/g2".parse().unwrap()];
     store.lock().components.configure(&module(), &components, String::new(), 0);
     (writer, store)
 }
 
-fn open(directory: &Path) -> (JournalWriter, Store) {
+fn open(directory: &Path) -> (JournalWriter, ModuleStore) {
     open_at(directory, 1000)
 }
 
@@ -31,7 +31,7 @@ fn transition(component: &str, sequence: u64, verdict: Verdict) -> FaultTransiti
 }
 
 /// As the outbox does.
-fn take(store: &Store, transition: FaultTransition) -> u64 {
+fn take(store: &ModuleStore, transition: FaultTransition) -> u64 {
     let mut state = store.lock();
     let ticket = state.writes.next_ticket();
     let transition = state.components.transition(transition, ticket);
@@ -39,7 +39,7 @@ fn take(store: &Store, transition: FaultTransition) -> u64 {
     store.hand_in(&mut state, Some(record), None)
 }
 
-fn identify(store: &Store, sequence: u64) {
+fn identify(store: &ModuleStore, sequence: u64) {
     let transition = transition("m1/sensor/g1", sequence, Verdict::Latched);
     let found = Identification {
         structure: transition.structure,
@@ -59,16 +59,16 @@ fn identify(store: &Store, sequence: u64) {
     store.hand_in(&mut state, Some(record), None);
 }
 
-fn save((writer, store): &mut (JournalWriter, Store), record: JournalRecord) -> bool {
+fn save((writer, store): &mut (JournalWriter, ModuleStore), record: JournalRecord) -> bool {
     store.record(record);
     writer.write_waiting(store)
 }
 
-fn problem(store: &Store) -> Option<String> {
+fn problem(store: &ModuleStore) -> Option<String> {
     store.journal_status().problem
 }
 
-fn recalled(store: &Store) -> Vec<u64> {
+fn recalled(store: &ModuleStore) -> Vec<u64> {
     let latest = store.lock().components.published().0;
     latest.iter().map(|latest| latest.sequence).collect()
 }
@@ -120,7 +120,7 @@ fn whatever_the_order_of_its_records_a_rotated_journal_knows_the_same_latest_tra
 #[test]
 fn a_rotated_journal_knows_what_a_present_fault_is_and_forgets_that_of_a_reset_one() {
     let directory = tempfile::tempdir().unwrap();
-    let published = |store: &Store| store.lock().components.published().1.len();
+    let published = |store: &ModuleStore| store.lock().components.published().1.len();
     let mut opened = open_at(directory.path(), 0);
     take(&opened.1, transition("m1/sensor/g1", 3, Verdict::Latched));
     identify(&opened.1, 3);
@@ -202,7 +202,7 @@ fn a_new_file_begins_with_the_present_state() {
     }
     assert!(opened.1.journal_status().bytes < 30_000);
     drop(opened);
-    let watch = Watch { run: RunId(1), watched: None };
+    let watch = WatchedSteps { run: RunId(1), watched: None };
     let memory = open(directory.path()).1.lock().components.memory(&module(), Some(watch));
     assert_eq!(memory.watch.unwrap().changes.len(), 100);
 }
@@ -211,7 +211,7 @@ fn a_new_file_begins_with_the_present_state() {
 fn the_watch_says_nothing_that_the_journal_lacks() {
     let directory = tempfile::tempdir().unwrap();
     let state = directory.path().join("state");
-    let watch = |until| Watch { run: RunId(1), watched: Some((Step(0), Step(until))) };
+    let watch = |until| WatchedSteps { run: RunId(1), watched: Some((Step(0), Step(until))) };
     let watched = || WatchFile::open(&state).unwrap().1;
     let mut opened = open(&state);
     let blocked = directory.path().join("blocked");

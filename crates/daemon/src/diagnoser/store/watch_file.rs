@@ -8,7 +8,7 @@ use std::fs::{File, OpenOptions};
 use std::os::unix::fs::{FileExt, OpenOptionsExt};
 use std::path::Path;
 
-use process::Watch;
+use process::WatchedSteps;
 use serde::{Deserialize, Serialize};
 
 const PLACE_BYTES: usize = 256;
@@ -17,7 +17,7 @@ const PLACE_BYTES: usize = 256;
 struct WatchEntry {
     number: u64,
     #[serde(flatten)]
-    watch: Watch,
+    watch: WatchedSteps,
 }
 
 /// The file.
@@ -32,7 +32,7 @@ impl WatchFile {
     ///
     /// # Errors
     /// It cannot be opened for writing.
-    pub(crate) fn open(directory: &Path) -> std::io::Result<(Self, Option<Watch>)> {
+    pub(crate) fn open(directory: &Path) -> std::io::Result<(Self, Option<WatchedSteps>)> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false).mode(0o600);
         let file = options.open(directory.join("watch"))?;
@@ -46,7 +46,7 @@ impl WatchFile {
     ///
     /// # Errors
     /// It cannot be written; the one before still stands.
-    pub(crate) fn write(&mut self, watch: Watch) -> std::io::Result<()> {
+    pub(crate) fn write(&mut self, watch: WatchedSteps) -> std::io::Result<()> {
         self.number += 1;
         let entry = WatchEntry { number: self.number, watch };
         let text = serde_json::to_string(&entry).map_err(std::io::Error::other)?;
@@ -74,8 +74,8 @@ mod tests {
     use super::*;
     use vocabulary::{RunId, Step};
 
-    fn watch(until: u64) -> Watch {
-        Watch { run: RunId(u64::MAX), watched: Some((Step(3), Step(until))) }
+    fn watch(until: u64) -> WatchedSteps {
+        WatchedSteps { run: RunId(u64::MAX), watched: Some((Step(3), Step(until))) }
     }
 
     #[test]

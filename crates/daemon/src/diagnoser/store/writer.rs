@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use journal::{Journal, OpenError, Opened};
-use process::{ComponentStore, JOURNAL_VERSION, JournalRecord, Watch, check_version};
+use process::{ComponentStore, JOURNAL_VERSION, JournalRecord, WatchedSteps, check_version};
 use shell::clock;
 use vocabulary::{JournalStatus, ModuleName};
 
-use super::Store;
+use super::ModuleStore;
 use super::watch_file::WatchFile;
 
 /// Records that may wait for a disk.
@@ -64,7 +64,7 @@ impl JournalWriter {
         directory: Option<&Path>,
         rotate_bytes: u64,
         module: &ModuleName,
-    ) -> Result<(Self, Store, Option<Watch>), StateError> {
+    ) -> Result<(Self, ModuleStore, Option<WatchedSteps>), StateError> {
         let directory_shown = directory.map(|directory| directory.display().to_string());
         let mut writer = Self {
             directory: directory.map(Path::to_owned),
@@ -92,7 +92,7 @@ impl JournalWriter {
         let components = ComponentStore::restore(records, module, clock::unix_ns());
         writer.status.incarnation = components.incarnation();
         let watch = writer.open_watch_file();
-        let store = Store::new(components, writer.status.clone());
+        let store = ModuleStore::new(components, writer.status.clone());
         Ok((writer, store, watch))
     }
 
@@ -133,7 +133,7 @@ impl JournalWriter {
     }
 
     /// Opens the file that says how far the module had watched.
-    fn open_watch_file(&mut self) -> Option<Watch> {
+    fn open_watch_file(&mut self) -> Option<WatchedSteps> {
         let directory = self.directory.clone()?;
         match WatchFile::open(&directory) {
             Ok((file, watch)) => {
@@ -148,7 +148,7 @@ impl JournalWriter {
     }
 
     /// Hands in that a process begins to write here: whether the disk takes anything shows before there is a fault.
-    pub(crate) fn note_start(&self, store: &Store) {
+    pub(crate) fn note_start(&self, store: &ModuleStore) {
         store.record(JournalRecord::Start {
             v: JOURNAL_VERSION,
             software: env!("CARGO_PKG_VERSION").to_owned(),
@@ -158,16 +158,16 @@ impl JournalWriter {
     }
 
     /// Writes until nothing more can come.
-    pub(crate) fn run(mut self, store: &Store) {
+    pub(crate) fn run(mut self, store: &ModuleStore) {
         while self.write_next(store, self.is_behind().then_some(RETRY)).is_some() {}
     }
 
     /// Writes what waits at present; returns whether the disk has it.
-    pub(super) fn write_waiting(&mut self, store: &Store) -> bool {
+    pub(super) fn write_waiting(&mut self, store: &ModuleStore) -> bool {
         self.write_next(store, Some(Duration::ZERO)) == Some(true)
     }
 
-    fn write_next(&mut self, store: &Store, retry: Option<Duration>) -> Option<bool> {
+    fn write_next(&mut self, store: &ModuleStore, retry: Option<Duration>) -> Option<bool> {
         let (batch, snapshot) = store.take(retry, self.is_new_file_due())?;
         self.status.lost += batch.dropped;
         self.incomplete |= batch.dropped > 0;
@@ -186,7 +186,7 @@ impl JournalWriter {
     ///
     /// # Errors
     /// It cannot be written.
-    pub(super) fn write_watch(&mut self, watch: Watch) -> std::io::Result<()> {
+    pub(super) fn write_watch(&mut self, watch: WatchedSteps) -> std::io::Result<()> {
         let missing = std::io::ErrorKind::NotFound;
         self.watch_file.as_mut().ok_or(missing)?.write(watch)
     }
