@@ -2,7 +2,7 @@
 //!
 //! A thin shell around the pure crates. The diagnoser's process: [`diagnoser::run`] opens the session
 //! and starts one task for each job; the one that owns the `diagnosis::Diagnoser` is
-//! `diagnoser/diagnosis_loop.rs`, and nothing in it waits for the network. The plant's process:
+//! `diagnoser/diagnose`, and nothing in it waits for the network. The plant's process:
 //! [`plant::run`], with the simulation on a thread of its own; in its place [`player::run`] publishes recorded
 //! samples. The recorder's: [`recorder::run`], which writes on a thread of its own. What all share with every other process
 //! is in the crate `shell`.
@@ -14,6 +14,7 @@ pub mod player;
 pub mod recorder;
 pub mod thresholds;
 
+mod counters;
 mod messages;
 mod metrics;
 mod readiness;

@@ -13,9 +13,9 @@ use diagnosis::messages::Speaker;
 
 /// The latest report, written by the diagnosis loop together with each status that it publishes.
 #[derive(Debug, Default)]
-pub(crate) struct ModuleBoard(Mutex<Option<Arc<ModuleReport>>>);
+pub(crate) struct LatestReport(Mutex<Option<Arc<ModuleReport>>>);
 
-impl ModuleBoard {
+impl LatestReport {
     /// Takes the place of the report before.
     pub(crate) fn write(&self, report: ModuleReport) {
         *self.lock() = Some(Arc::new(report));
@@ -25,7 +25,6 @@ impl ModuleBoard {
         self.lock().clone()
     }
 
-    /// Every change is one assignment, so a thread that failed has left the board in order.
     fn lock(&self) -> MutexGuard<'_, Option<Arc<ModuleReport>>> {
         self.0.lock()
     }
@@ -36,7 +35,7 @@ impl ModuleBoard {
 pub(crate) struct ModuleHealth {
     pub(crate) speaker: Speaker,
     pub(crate) pulse: Arc<Pulse>,
-    pub(crate) board: Arc<ModuleBoard>,
+    pub(crate) report: Arc<LatestReport>,
 }
 
 impl Subject for ModuleHealth {
@@ -45,11 +44,11 @@ impl Subject for ModuleHealth {
     }
 
     fn ready(&self) -> Condition {
-        readiness::module_ready(self.live(), self.board.read().as_deref())
+        readiness::module_ready(self.live(), self.report.read().as_deref())
     }
 
     fn metrics(&self) -> Result<String, std::fmt::Error> {
         let process = ProcessReport::read(self.pulse.sign(Instant::now()));
-        metrics::of_module(&self.speaker, self.board.read().as_deref(), &process)
+        metrics::of_module(&self.speaker, self.report.read().as_deref(), &process)
     }
 }

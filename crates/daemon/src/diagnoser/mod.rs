@@ -2,46 +2,46 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `intake` | samples from the network, in order and without a gap where that can be had |
-//! | `inquiry` | queries and commands: of peers, operators, monitoring clients |
-//! | `diagnosis_loop` | owns the diagnoser; takes from the queues |
-//! | `inputs` | what the diagnoser takes beside samples, for recordings |
-//! | `performer` | carries out the diagnoser's actions |
-//! | `identification` | what kind of fault it is, on a thread of its own |
-//! | `freeze_frames` | what was seen around the latching of a fault, kept and given to whoever asks |
-//! | `peers` | whether they are there, what they answer, how long that is waited for, when they are queried again |
-//! | `pending_replies` | queries and commands that have not been replied to yet |
-//! | `namesakes` | whether another process runs as the same module |
-//! | `staleness` | whether samples arrive |
-//! | `service` | whether components are monitored, for the thread that answers queries |
-//! | `state` | what outlives the process |
-//! | `outgoing` | everything that goes out, on threads of its own |
-//! | `status`, `health` | the status of it all; the same over HTTP |
+//! | `input` | samples from the network, in order and without a gap where the publisher still has them |
+//! | `diagnose` | the loop that owns the diagnoser: takes from the queues, carries out the actions |
+//! | `store` | the present state of each component, and the journal on disk |
+//! | `publish` | everything that goes out, on threads of its own |
+//! | `answer` | queries and commands: of peers, operators, monitoring clients |
+//! | `identify` | what kind of fault it is, on a thread of its own |
+//! | `freeze_frames` | what was seen around the latching of a fault |
+//! | `peers` | whether they are there, and what they answer |
+//! | `duplicates` | whether another process runs as the same module |
+//! | `health` | readiness and metrics over HTTP |
+//!
+//! What is decided without the network, the disk or a clock is in the crate `process`.
 
+mod answer;
 mod args;
-mod conditions;
-mod diagnosis_loop;
+mod diagnose;
+mod duplicates;
 mod freeze_frames;
 mod health;
-mod identification;
-mod inputs;
-mod inquiry;
-mod intake;
-mod namesakes;
-mod outgoing;
+mod identify;
+mod input;
 mod peers;
-mod pending_replies;
-mod performer;
-mod service;
-mod set_aside;
-mod staleness;
-mod state;
-mod status;
+mod publish;
+mod store;
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::Diagnoser;
+use diagnosis::messages::Speaker;
+use process::{
+    InputNumbering, NO_SAMPLE_YET, PendingReplies, QueryPause, ReceivedSample, SampleSize,
+    Sequencer, WatchedSteps,
+};
+use shell::clock;
+use shell::exit::Failure;
+use shell::health::Listening;
+use shell::opening::open_unless;
+use shell::shutdown::Shutdown;
+use shell::supervision::{Crew, Ended, OPENING, Supervisor};
 use tokio::sync::mpsc;
 use vocabulary::ModuleConfiguration;
 use zenoh::Session;
@@ -50,35 +50,20 @@ use zenoh::pubsub::Subscriber;
 use zenoh::query::Queryable;
 
 pub use args::{command_line, main};
-pub use state::StateDirectory;
+pub use store::StateDirectory;
 
-use conditions::Conditions;
-use diagnosis_loop::{Boards, DiagnosisLoop, Intake, Queues};
+use answer::{ProvenanceAnswers, Queryables, SharedInquiryCounters};
+use diagnose::{ActionExecutor, DiagnosisLoop, Queues, SampleInput, SharedState};
+use duplicates::DuplicateWatch;
 use freeze_frames::FreezeFrames;
-use health::{ModuleBoard, ModuleHealth};
-use identification::{IdentificationTally, Identifier};
-use inputs::{Register, Shelf};
-use inquiry::{Provenance, Queryables};
-use intake::{Arrival, Fetched, Receiver, Sequencer, Size, Store};
-use namesakes::Namesakes;
-use outgoing::{
-    Books, Drained, EventLane, IdentifiedFaults, Lanes, Outbox, Outgoing, ReplyLane, RoutineLane,
-    SharedBooks, States,
-};
-use peers::{LOOK_EVERY, PeerBook, PeerQueries, Presence, QueryPause};
-use pending_replies::PendingReplies;
-use performer::Performer;
-use service::Service;
-use shell::clock;
-use shell::exit::Failure;
-use shell::health::Listening;
-use shell::opening::open_unless;
-use shell::shutdown::Shutdown;
-use shell::supervision::{Crew, OPENING, Supervisor};
-use state::{Keeper, Recollection, Watch, WatchFile, Writer};
+use health::{LatestReport, ModuleHealth};
+use identify::Identifier;
+use input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
+use peers::{LOOK_EVERY, PeerQueries, PeerTable, Presence};
+use publish::{EventPublisher, InputCache, ModuleOutbox, Outgoing, RoutinePublisher};
+use store::{JournalWriter, ModuleStore};
 
 use crate::config::DiagnoserConfig;
-use diagnosis::messages::Speaker;
 
 /// Answers of peers that may wait to be looked at.
 const ANSWER_QUEUE: usize = 256;
@@ -98,21 +83,21 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
         let listed: Vec<String> = problems.iter().map(ToString::to_string).collect();
         Failure::running("no diagnoser can be made", listed.join("; "))
     })?;
-    let Some(memory) = Remembered::open_unless(&config, &mut shutdown).await? else {
+    let Some(opened) = OpenedStore::open_unless(&config, &mut shutdown).await? else {
         return Ok(());
     };
     let listening = Listening::on(config.health)?;
     let supervisor = Supervisor::from_environment();
-    let board = Arc::new(ModuleBoard::default());
+    let report = Arc::new(LatestReport::default());
     let speaker = Speaker {
         structure: config.structure_name.clone(),
         module: config.module().clone(),
-        incarnation: memory.keeper.status().incarnation,
+        incarnation: opened.store.lock().components.incarnation(),
     };
     let subject = ModuleHealth {
         speaker: speaker.clone(),
         pulse: supervisor.pulse(),
-        board: Arc::clone(&board),
+        report: Arc::clone(&report),
     };
     let serving = listening
         .serve(subject)
@@ -122,21 +107,20 @@ pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), 
         return Ok(());
     };
     let result =
-        serve(&session, (config, speaker), diagnoser, memory, (supervisor, board), shutdown).await;
+        serve(&session, (config, speaker), diagnoser, opened, (supervisor, report), shutdown).await;
     session::close(&session).await;
     drop(serving);
     result
 }
 
-/// What was there before the process.
-struct Remembered {
-    keeper: Keeper,
-    recollection: Recollection,
-    watch_file: Option<WatchFile>,
-    watch: Option<Watch>,
+/// The store with what was there before the process, and what writes it.
+struct OpenedStore {
+    writer: JournalWriter,
+    store: ModuleStore,
+    watch: Option<WatchedSteps>,
 }
 
-impl Remembered {
+impl OpenedStore {
     /// Unless the end is asked for before the disk has answered.
     async fn open_unless(
         config: &DiagnoserConfig,
@@ -163,100 +147,116 @@ impl Remembered {
                  set `directory` in the table `state`, or use `--state-dir`"
             );
         }
-        let (mut keeper, recollection) =
-            Keeper::open(directory, config.state.rotate_bytes(), config.module())
+        let (writer, store, watch) =
+            JournalWriter::open(directory, config.state.rotate_bytes(), config.module())
                 .map_err(|error| Failure::Running(error.to_string()))?;
-        let (watch_file, watch) = keeper.open_watch_file().unzip();
-        Ok(Self { keeper, recollection, watch_file, watch: watch.flatten() })
+        Ok(Self { writer, store, watch })
     }
 }
 
+/// Everything that a diagnoser consists of, in the order in which it is started: store, publish, peers, answer, input,
+/// diagnosis.
 async fn serve(
     session: &Session,
     (config, speaker): (DiagnoserConfig, Speaker),
     mut diagnoser: Diagnoser,
-    memory: Remembered,
-    (supervisor, health): (Supervisor, Arc<ModuleBoard>),
+    opened: OpenedStore,
+    (supervisor, health): (Supervisor, Arc<LatestReport>),
     shutdown: Shutdown,
 ) -> Result<(), Failure> {
     let refused =
         |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
-    let Remembered { keeper, recollection, watch_file, watch } = memory;
-    let memory = recollection.memory(watch);
+    let no_thread = |error| Failure::running("no thread can be started", error);
     let configuration = configuration(&config, &speaker)?;
-    let mut register = Register::new(speaker.clone());
-    let started = register.start(&memory, configuration.fingerprint.clone());
-    let shelf = Shelf::new(register.process());
+    let crew = Crew::new(shutdown.clone(), supervisor.pulse());
+    let inquiries = SharedInquiryCounters::default();
+    let identifications = Arc::default();
+
+    // Restart: what the journal holds, for the diagnoser and for the recording of its inputs.
+    let OpenedStore { writer, store, watch } = opened;
+    let memory = store.lock().components.memory(&speaker.module, watch);
+    let mut numbering = InputNumbering::new(speaker.clone(), clock::unix_ns());
+    let fingerprint = configuration.fingerprint.clone();
+    let started = numbering.start(&memory, fingerprint, clock::unix_ns());
+    let inputs = InputCache::new(numbering.process());
     diagnoser.recall(memory);
     let components = diagnoser.components().to_vec();
-    let crew = Crew::new(shutdown.clone(), supervisor.pulse());
-    let (writer, submission, journal) = Writer::new(keeper, watch_file);
-    let service = Service::new(supervisor.pulse(), staleness::NO_SAMPLE_YET.to_owned());
-    let conditions = Conditions::new(diagnoser.conditions());
-    let states = States::new(&speaker, &components, service.clone(), conditions.clone());
-    let identifications = Arc::new(IdentificationTally::default());
-    let Recollection { latest, faults, .. } = recollection;
-    let faults = IdentifiedFaults::new(&speaker, &components, faults, Arc::clone(&identifications));
-    let books = SharedBooks::new(Books { states, faults, phase: None });
-    let boards = Boards {
-        journal: journal.clone(),
-        watch,
-        peers: PeerBook::new(config.peers()),
-        namesakes: Namesakes::new(Duration::from_millis(config.publish.status_every_ms)),
-        health,
-        service,
-        conditions,
-        identifications: Arc::clone(&identifications),
-    };
+    {
+        let (mut state, now) = (store.lock(), clock::unix_ns());
+        let reason = NO_SAMPLE_YET.to_owned();
+        state.components.configure(&speaker.module, &components, reason, now);
+        state.components.conditions(diagnose::conditions(&diagnoser), now);
+    }
 
-    let no_thread = |error| Failure::running("no thread can be started", error);
-    let written = crew.thread("journal", move |_| writer.run()).map_err(no_thread)?;
-    let inquiries = Arc::new(inquiry::InquiryTally::default());
-    let kept = (books.clone(), shelf.clone());
-    let declaring =
-        EventLane::declare(session, &speaker, journal.clone(), kept, Arc::clone(&inquiries));
-    let events = declaring.await.map_err(refused)?;
-    events.repeat(latest);
-    let declaring = RoutineLane::declare(session, &speaker, Arc::clone(&inquiries));
-    let routine = declaring.await.map_err(refused)?;
-    let replies = ReplyLane::new(books.clone(), journal, Arc::clone(&inquiries));
-    let lanes = Lanes { events, replies, routine };
-    let (outbox, mut drained) =
-        Outbox::open((submission, books), lanes, &crew).map_err(no_thread)?;
-    drained.push(written);
+    // Store: the journal is written by a thread of its own.
+    writer.note_start(&store);
+    let writes = store.clone();
+    let written = crew.thread("journal", move |_| writer.run(&writes)).map_err(no_thread)?;
+
+    // Publish.
+    let publisher = EventPublisher::declare(
+        session,
+        (&speaker, &components),
+        (store.clone(), inputs.clone()),
+        &inquiries,
+        &identifications,
+    );
+    let events = publisher.await.map_err(refused)?;
+    events.repeat();
+    let routine = RoutinePublisher::declare(session, &speaker, Arc::clone(&inquiries));
+    let routine = routine.await.map_err(refused)?;
+    let (outbox, mut threads) =
+        ModuleOutbox::open(store.clone(), events, routine, &crew).map_err(no_thread)?;
+    threads.push(written);
     outbox.event(Outgoing::Input(Box::new(started)));
 
+    // Peers, and other processes of this module.
     let (answers, answers_out) = mpsc::channel(ANSWER_QUEUE);
-    let presence = peers::watch(session, &speaker, config.peers(), &boards.peers, &answers).await;
+    let peers = PeerTable::new(config.peers());
+    let presence = peers::watch(session, &speaker, config.peers(), &peers, &answers).await;
     let presence = presence.map_err(refused)?;
-    let namesakes = boards.namesakes.watch(session, &speaker).await.map_err(refused)?;
-    let looking = Presence::new(session, &speaker, boards.peers.clone()).keep_looking(
+    let duplicates = DuplicateWatch::new(Duration::from_millis(config.publish.status_every_ms));
+    let duplicates_seen = duplicates.watch(session, &speaker).await.map_err(refused)?;
+    let looking = Presence::new(session, &speaker, peers.clone()).keep_looking(
         config.peers().to_vec(),
         answers.clone(),
         LOOK_EVERY,
     );
     let looking = crew.task("presence", looking);
-    let peers = PeerQueries::declare(session, &speaker, &config, boards.peers.clone(), answers)
+    let queries = PeerQueries::declare(session, &speaker, &config, peers.clone(), answers)
         .await
         .map_err(refused)?;
+
+    // Answer.
     let directory = config.state.directory.clone();
     let (freeze_frames, ended) =
         FreezeFrames::start(&speaker, directory.clone(), &inquiries, &crew).map_err(no_thread)?;
-    drained.push(ended);
+    threads.push(ended);
     let freeze_frame = freeze_frames.declare(session, &speaker, &inquiries).await;
     let freeze_frame = freeze_frame.map_err(refused)?;
-    let given = (directory, Provenance { shelf, configuration }, &crew);
-    let declaring = Queryables::declare(session, &speaker, &outbox, given, &inquiries);
-    let (queryables, inquiries_out) = declaring.await.map_err(refused)?;
-    let (intake, samples, fetched) =
-        open_intake(session, &speaker, &config).await.map_err(refused)?;
-    let subscriber = intake.receiver.subscribe(session, &speaker).await.map_err(refused)?;
-    // This task runs the loop from now on, and whoever sees the token may ask.
+    let answered = (&outbox, store.clone(), supervisor.pulse());
+    let kept = (directory, ProvenanceAnswers { inputs, configuration }, &crew);
+    let declaring = Queryables::declare(session, &speaker, answered, kept, &inquiries);
+    let (queryables, inquiries_out, ended) = declaring.await.map_err(refused)?;
+    threads.push(ended);
+
+    // Input.
+    let (input, samples, recovered) =
+        open_input(session, &speaker, &config).await.map_err(refused)?;
+    let subscriber = input.receiver.subscribe(session, &speaker).await.map_err(refused)?;
+    // This task runs the loop from now on, and clients that see the token may ask.
     supervisor.progress();
     // Last of all: the token shows that everything above is in place.
     let token = session.liveliness().declare_token(speaker.key(vocabulary::Topic::Alive));
     let token = token.await.map_err(refused)?;
-    let declared = Declared { token, subscriber, presence, namesakes, queryables, freeze_frame };
+    let declared = Declared {
+        token,
+        subscriber,
+        presence,
+        duplicates: duplicates_seen,
+        queryables,
+        freeze_frame,
+    };
     let (actuators, gages) = config.size();
     tracing::info!(
         structure = %speaker.structure,
@@ -267,30 +267,31 @@ async fn serve(
         "ready"
     );
 
-    let queues = Queues { samples, fetched, inquiries: inquiries_out, answers: answers_out };
-    let refusals = intake.receiver.refusals();
-    let identifier = Identifier::start(speaker.clone(), outbox.clone(), identifications, &crew)
-        .map_err(no_thread)?;
-    let performer = Performer::new(
+    // Diagnosis.
+    let queues = Queues { samples, recovered, inquiries: inquiries_out, answers: answers_out };
+    let counted = Arc::clone(&identifications);
+    let identifier =
+        Identifier::start(speaker.clone(), outbox.clone(), counted, &crew).map_err(no_thread)?;
+    let executor = ActionExecutor::new(
         speaker,
-        (outbox, identifier, register, freeze_frames),
-        peers,
-        PendingReplies::new(config.queries.hold()),
-        QueryPause::new(config.queries.pause()),
+        (outbox, store.clone(), numbering),
+        (identifier, freeze_frames, queries),
+        (PendingReplies::new(config.queries.hold()), QueryPause::new(config.queries.pause())),
         inquiries,
-        refusals,
+        input.receiver.clone(),
     );
-    DiagnosisLoop::new(diagnoser, &config, performer, intake, boards, supervisor)
+    let shared = SharedState { store, watch, peers, duplicates, health, identifications };
+    DiagnosisLoop::new(diagnoser, &config, executor, input, shared, supervisor)
         .run(queues, shutdown)
         .await;
 
     looking.abort();
     match tokio::time::timeout(WITHDRAWING, declared.withdraw()).await {
         Ok(Ok(())) => {}
-        Ok(Err(error)) => tracing::warn!("not everything was withdrawn: {error}"),
-        Err(_) => tracing::warn!("not everything was withdrawn within {WITHDRAWING:?}"),
+        Ok(Err(error)) => tracing::warn!("failed to undeclare Zenoh resources: {error}"),
+        Err(_) => tracing::warn!("Zenoh resources not undeclared within {WITHDRAWING:?}"),
     }
-    drain(drained).await;
+    drain(threads).await;
     tracing::info!("stopped");
     Ok(())
 }
@@ -306,29 +307,28 @@ fn configuration(
         .map_err(|error| Failure::running("the configuration cannot be written as JSON", error))
 }
 
-/// The way of the samples, and the queues at its end: those that come, those that were fetched.
-async fn open_intake(
+/// Where samples come from, and the queues at the end: those that come, those that are recovered.
+async fn open_input(
     session: &Session,
     speaker: &Speaker,
     config: &DiagnoserConfig,
-) -> zenoh::Result<(Intake, mpsc::Receiver<Arrival>, mpsc::Receiver<Fetched>)> {
+) -> zenoh::Result<(SampleInput, mpsc::Receiver<ReceivedSample>, mpsc::Receiver<RecoveredSamples>)>
+{
     let room = config.publish.sample_queue;
     let (samples_in, samples) = mpsc::channel(room);
-    let (fetched_in, fetched) = mpsc::channel(1);
+    let (recovered_in, recovered) = mpsc::channel(1);
     let (actuators, gages) = config.size();
-    let size = Size { actuators, gages };
-    let module = speaker.module.clone();
-    let receiver = Receiver::new(module, size, samples_in, config.input.incumbent(), room);
-    let counters = receiver.counters();
-    let store = Store::declare(session, speaker, size, Arc::clone(&counters), fetched_in).await?;
-    let intake = Intake {
+    let size = SampleSize { actuators, gages };
+    let arbitration = (config.input.incumbent(), room);
+    let receiver = SampleReceiver::new(speaker.module.clone(), size, samples_in, arbitration);
+    let recovery = RecoveryQuerier::declare(session, speaker, receiver.clone(), recovered_in);
+    let input = SampleInput {
         sequencer: Sequencer::new(config.input.recover_steps, room),
-        store,
-        counters,
+        recovery: recovery.await?,
         receiver,
         resync_after: config.input.resync_after(),
     };
-    Ok((intake, samples, fetched))
+    Ok((input, samples, recovered))
 }
 
 /// What is on the network, in the order in which it is withdrawn.
@@ -336,7 +336,7 @@ struct Declared {
     token: LivelinessToken,
     subscriber: Subscriber<()>,
     presence: Vec<Subscriber<()>>,
-    namesakes: Subscriber<()>,
+    duplicates: Subscriber<()>,
     queryables: Queryables,
     freeze_frame: Queryable<()>,
 }
@@ -348,21 +348,23 @@ impl Declared {
         for subscriber in self.presence {
             subscriber.undeclare().await?;
         }
-        self.namesakes.undeclare().await?;
+        self.duplicates.undeclare().await?;
         self.freeze_frame.undeclare().await?;
         self.queryables.undeclare().await
     }
 }
 
 /// The threads end when the last of those who hold the outbox is gone, and everything in it is out.
-async fn drain(drained: Drained) {
+async fn drain(threads: Vec<Ended>) {
     let all = async {
-        for drained in drained {
+        for ended in threads {
             // An error means that the thread has failed, for which the process ends.
-            let _ = drained.await;
+            let _ = ended.await;
         }
     };
     if tokio::time::timeout(DRAINING, all).await.is_err() {
-        tracing::warn!("the last messages did not get out, or onto the disk, within {DRAINING:?}");
+        tracing::warn!(
+            "shutdown timed out after {DRAINING:?}, before all messages were published and journaled"
+        );
     }
 }

@@ -10,7 +10,7 @@ use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
-use super::standing::PeerBook;
+use super::PeerTable;
 use diagnosis::messages::Speaker;
 
 /// How long a token is looked for.
@@ -23,13 +23,13 @@ pub(crate) async fn watch(
     session: &Session,
     speaker: &Speaker,
     peers: &[ModuleName],
-    book: &PeerBook,
+    table: &PeerTable,
     events: &mpsc::Sender<Event>,
 ) -> zenoh::Result<Vec<Subscriber<()>>> {
     let mut subscribers = Vec::with_capacity(peers.len());
     for peer in peers {
         let key = vocabulary::Key::of_module(&speaker.structure, peer, Topic::Alive).to_string();
-        let (peer, book, events) = (peer.clone(), book.clone(), events.clone());
+        let (peer, table, events) = (peer.clone(), table.clone(), events.clone());
         let subscriber = session
             .liveliness()
             .declare_subscriber(key)
@@ -37,7 +37,7 @@ pub(crate) async fn watch(
             .callback(move |token| {
                 let present = token.kind() == SampleKind::Put;
                 tracing::info!(%peer, "peer {}", if present { "is there" } else { "has gone" });
-                book.note_presence(&peer, present);
+                table.note_presence(&peer, present);
                 if present {
                     // If there is no room, the peer is queried again later anyway.
                     let _ = events.try_send(Event::Returned { peer: peer.clone() });
@@ -54,17 +54,17 @@ pub(crate) async fn watch(
 pub(crate) struct Presence {
     session: Session,
     speaker: Speaker,
-    book: PeerBook,
+    table: PeerTable,
 }
 
 impl Presence {
-    pub(crate) fn new(session: &Session, speaker: &Speaker, book: PeerBook) -> Self {
-        Self { session: session.clone(), speaker: speaker.clone(), book }
+    pub(crate) fn new(session: &Session, speaker: &Speaker, table: PeerTable) -> Self {
+        Self { session: session.clone(), speaker: speaker.clone(), table }
     }
 
     /// Is the peer there, as far as is known or can be found out?
     pub(crate) async fn is_there(&self, peer: &ModuleName) -> bool {
-        self.book.is_present(peer) || self.look_again(peer).await
+        self.table.is_present(peer) || self.look_again(peer).await
     }
 
     /// Looks now and then for the peers that seem to be absent, and whether those that were found so are still
@@ -79,7 +79,7 @@ impl Presence {
         loop {
             tokio::time::sleep(every).await;
             for peer in &peers {
-                let seemed_there = self.book.is_present(peer);
+                let seemed_there = self.table.is_present(peer);
                 if seemed_there && !found.contains(peer) {
                     continue;
                 }
@@ -92,7 +92,7 @@ impl Presence {
                     (true, false) => {
                         found.remove(peer);
                         tracing::info!(%peer, "peer has gone");
-                        self.book.note_presence(peer, false);
+                        self.table.note_presence(peer, false);
                     }
                     (true, true) | (false, false) => {}
                 }
@@ -109,8 +109,8 @@ impl Presence {
         let Ok(replies) = liveliness.get(key).timeout(LOOK_UP).await else { return false };
         while let Ok(reply) = replies.recv_async().await {
             if reply.result().is_ok() {
-                tracing::info!(%peer, "peer is there after all");
-                self.book.note_presence(peer, true);
+                tracing::info!(%peer, "peer reachable again");
+                self.table.note_presence(peer, true);
                 return true;
             }
         }
@@ -124,11 +124,11 @@ mod tests {
 
     const MODULE: &str = "m2";
 
-    /// What the book says, as soon as it says so.
-    async fn wait_for(book: &PeerBook, present: bool) {
+    /// What the table says, as soon as it says so.
+    async fn wait_for(table: &PeerTable, present: bool) {
         let peer = MODULE.parse().unwrap();
         let said = async {
-            while book.is_present(&peer) != present {
+            while table.is_present(&peer) != present {
                 tokio::time::sleep(Duration::from_millis(5)).await;
             }
         };
@@ -142,15 +142,15 @@ mod tests {
         let peer: ModuleName = MODULE.parse().unwrap();
         let key = vocabulary::Key::of_module(&speaker.structure, &peer, Topic::Alive).to_string();
         let token = session.liveliness().declare_token(key).await.unwrap();
-        let book = PeerBook::new(std::slice::from_ref(&peer));
+        let table = PeerTable::new(std::slice::from_ref(&peer));
         let (events, mut returned) = mpsc::channel(1);
-        let presence = Presence::new(&session, &speaker, book.clone());
+        let presence = Presence::new(&session, &speaker, table.clone());
         let looking = presence.keep_looking(vec![peer.clone()], events, Duration::from_millis(10));
         let looking = tokio::spawn(looking);
-        wait_for(&book, true).await;
+        wait_for(&table, true).await;
         assert_eq!(returned.recv().await, Some(Event::Returned { peer }));
         token.undeclare().await.unwrap();
-        wait_for(&book, false).await;
+        wait_for(&table, false).await;
         looking.abort();
         session::close(&session).await;
     }

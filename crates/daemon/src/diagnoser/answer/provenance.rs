@@ -1,0 +1,114 @@
+//! What verdicts come from: the diagnoser's inputs and its configuration, given to whoever records them by a thread of
+//! their own. Thousands of inputs may be asked for at once.
+
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, sync_channel};
+
+use shell::clock;
+use shell::supervision::Crew;
+use vocabulary::{InputQuestion, ModuleConfiguration, QuestionError, Topic};
+use zenoh::bytes::Encoding;
+use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait};
+
+use super::{SharedInquiryCounters, hand_over};
+use crate::diagnoser::publish::InputCache;
+use crate::messages::put;
+use diagnosis::messages::Speaker;
+
+/// Questions that may wait.
+const MAX_WAITING: usize = 16;
+
+/// What is given.
+#[derive(Debug)]
+pub(crate) struct ProvenanceAnswers {
+    /// The inputs.
+    pub(crate) inputs: InputCache,
+    /// The configuration.
+    pub(crate) configuration: ModuleConfiguration,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy)]
+enum ProvenanceQuestion {
+    Inputs(InputQuestion),
+    Configuration,
+}
+
+pub(super) async fn declare(
+    session: &Session,
+    speaker: &Speaker,
+    (provenance, crew): (ProvenanceAnswers, &Crew),
+    counters: &SharedInquiryCounters,
+) -> zenoh::Result<[Queryable<()>; 2]> {
+    let inputs = |text: &str| InputQuestion::from_parameters(text).map(ProvenanceQuestion::Inputs);
+    let configuration = |_: &str| Ok(ProvenanceQuestion::Configuration);
+    let queue = provenance.giver(speaker, Arc::clone(counters), crew)?;
+    Ok([
+        queryable(session, speaker.key(Topic::Input), inputs, &queue, counters).await?,
+        queryable(session, speaker.key(Topic::Configuration), configuration, &queue, counters)
+            .await?,
+    ])
+}
+
+async fn queryable(
+    session: &Session,
+    key: String,
+    read: fn(&str) -> Result<ProvenanceQuestion, QuestionError>,
+    queue: &SyncSender<(ProvenanceQuestion, Query)>,
+    counters: &SharedInquiryCounters,
+) -> zenoh::Result<Queryable<()>> {
+    let (queue, counters) = (queue.clone(), Arc::clone(counters));
+    session
+        .declare_queryable(key)
+        .complete(true)
+        .callback(move |query| {
+            let question = read(query.parameters().as_str());
+            hand_over(question, query, &queue, &counters);
+        })
+        .await
+}
+
+impl ProvenanceAnswers {
+    /// Starts the thread; it ends when every sender is gone.
+    fn giver(
+        self,
+        speaker: &Speaker,
+        counters: SharedInquiryCounters,
+        crew: &Crew,
+    ) -> std::io::Result<SyncSender<(ProvenanceQuestion, Query)>> {
+        let (queue, out) = sync_channel(MAX_WAITING);
+        // Their own keys, for queries to every module at once.
+        let keys = [Topic::Input, Topic::Configuration].map(|topic| speaker.key(topic));
+        crew.thread("provenance", move |lane| {
+            while let Ok((wanted, query)) = out.recv() {
+                lane.begin();
+                counters.count(|counters| counters.answered += 1);
+                match wanted {
+                    ProvenanceQuestion::Inputs(question) => {
+                        self.give_inputs(question, &query, &keys[0])
+                    }
+                    ProvenanceQuestion::Configuration => self.give_configuration(&query, &keys[1]),
+                }
+                lane.rest();
+            }
+        })?;
+        Ok(queue)
+    }
+
+    fn give_inputs(&self, question: InputQuestion, query: &Query, key: &str) {
+        for input in self.inputs.asked(question) {
+            let reply = query.reply(key, input).encoding(Encoding::APPLICATION_JSON);
+            if let Err(error) = reply.wait() {
+                tracing::debug!("input not given again: {error}");
+                return;
+            }
+        }
+    }
+
+    fn give_configuration(&self, query: &Query, key: &str) {
+        let time_unix_ns = clock::unix_ns();
+        let message = ModuleConfiguration { time_unix_ns, ..self.configuration.clone() };
+        put(&message, |bytes| query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait());
+    }
+}

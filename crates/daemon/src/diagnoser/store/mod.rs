@@ -1,0 +1,186 @@
+//! The one store: the present state of each component ([`ComponentStore`]) and what of it is still to be written
+//! ([`WriteQueue`]), under one lock. The journal, replies, status, metrics and restarts come from it.
+//!
+//! The lock is held only to read or change it, never while the disk or the network is waited for.
+
+mod watch_file;
+mod writer;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use diagnosis::Memory;
+use parking_lot::{Condvar, Mutex, MutexGuard};
+use process::{ComponentStore, JournalRecord, WatchedSteps, WriteBatch, WriteQueue};
+use vocabulary::{Change, JournalStatus, ModuleName, RunId, Step};
+
+pub(crate) use writer::JournalWriter;
+
+/// What is under the lock.
+#[derive(Debug)]
+pub(crate) struct StoreState {
+    pub(crate) components: ComponentStore,
+    pub(crate) writes: WriteQueue,
+    closed: bool,
+}
+
+/// A handle of the store.
+#[derive(Debug, Clone)]
+pub(crate) struct ModuleStore(Arc<SharedStore>);
+
+#[derive(Debug)]
+struct SharedStore {
+    state: Mutex<StoreState>,
+    /// There is something to be written, or there will not be any more.
+    handed_in: Condvar,
+    /// The disk has answered.
+    answered: Condvar,
+}
+
+impl ModuleStore {
+    pub(crate) fn new(components: ComponentStore, status: JournalStatus) -> Self {
+        let state = StoreState { components, writes: WriteQueue::new(status), closed: false };
+        let (handed_in, answered) = (Condvar::new(), Condvar::new());
+        Self(Arc::new(SharedStore { state: Mutex::new(state), handed_in, answered }))
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, StoreState> {
+        self.0.state.lock()
+    }
+
+    /// Takes what is written to the journal and concerns no single component.
+    pub(crate) fn record(&self, record: JournalRecord) {
+        let mut state = self.lock();
+        state.components.note(record.clone());
+        self.hand_in(&mut state, Some(record), None);
+    }
+
+    /// Takes how far the module has watched: for the disk, after all before it.
+    pub(crate) fn watched(&self, watch: WatchedSteps) {
+        self.hand_in(&mut self.lock(), None, Some(watch));
+    }
+
+    /// Hands in what is to be written; does not wait. Returns the ticket to wait for the disk with.
+    pub(crate) fn hand_in(
+        &self,
+        state: &mut StoreState,
+        record: Option<JournalRecord>,
+        watch: Option<WatchedSteps>,
+    ) -> u64 {
+        self.0.handed_in.notify_one();
+        state.writes.hand_in(record, watch, Instant::now())
+    }
+
+    /// Nothing will be handed in any more: the writing thread ends when everything is written.
+    pub(crate) fn close(&self) {
+        self.lock().closed = true;
+        self.0.handed_in.notify_one();
+    }
+
+    /// How the journal is.
+    pub(crate) fn journal_status(&self) -> JournalStatus {
+        self.lock().writes.status(Instant::now())
+    }
+
+    /// Waits until the disk has answered for everything that was handed in by the time of a ticket, unless it hangs.
+    /// Returns whether it has all of it.
+    pub(crate) fn wait_for(&self, ticket: u64) -> bool {
+        let mut state = self.lock();
+        loop {
+            let now = Instant::now();
+            if let Some(durable) = state.writes.answer(ticket, now) {
+                if let Some(limit) = state.writes.note_hang(ticket) {
+                    tracing::error!(
+                        "journal: the disk has not answered for {limit:?}; faults are published \
+                         without it, and a restart now would forget them"
+                    );
+                }
+                return durable;
+            }
+            let left = state.writes.left(now);
+            self.0.answered.wait_for(&mut state, left);
+        }
+    }
+
+    /// What there is to be written, waited for; after `retry` at the latest, if that is given. With it the present state, if
+    /// a new file is to be begun. `None` when nothing more will come.
+    fn take(
+        &self,
+        retry: Option<Duration>,
+        new_file: bool,
+    ) -> Option<(WriteBatch, Option<Vec<JournalRecord>>)> {
+        let mut state = self.lock();
+        let end = retry.map(|retry| Instant::now() + retry);
+        while state.writes.is_empty() {
+            if state.closed {
+                return None;
+            }
+            let left = end.map(|end| end.saturating_duration_since(Instant::now()));
+            match left {
+                Some(left) if left.is_zero() => break,
+                Some(left) => drop(self.0.handed_in.wait_for(&mut state, left)),
+                None => self.0.handed_in.wait(&mut state),
+            }
+        }
+        let batch = state.writes.take(Instant::now());
+        // Of what was dropped, only the present state is left.
+        let snapshot = new_file || batch.dropped > 0;
+        let snapshot = snapshot.then(|| state.components.snapshot());
+        Some((batch, snapshot))
+    }
+
+    /// The disk has answered: whether it has everything so far, and how the journal is.
+    fn settle(&self, durable: bool, status: &JournalStatus) {
+        let hung = self.lock().writes.settle(durable, status.clone(), Instant::now());
+        if let Some(hung) = hung {
+            tracing::info!("journal: the disk answers again, after {:.1} s", hung.as_secs_f64());
+        }
+        self.0.answered.notify_all();
+    }
+}
+
+/// A state directory opened outside a diagnoser, for tests of what is read from its files.
+#[derive(Debug)]
+pub struct StateDirectory {
+    writer: JournalWriter,
+    store: ModuleStore,
+    module: ModuleName,
+    watch: Option<WatchedSteps>,
+}
+
+impl StateDirectory {
+    /// Opens a module's state directory, and creates it if need be. A new file of the journal is begun
+    /// when the present one has got larger than `rotate_bytes`.
+    ///
+    /// # Errors
+    /// Another process has it open.
+    pub fn open(directory: &Path, rotate_bytes: u64, module: &ModuleName) -> Result<Self, String> {
+        let (writer, store, watch) = JournalWriter::open(Some(directory), rotate_bytes, module)
+            .map_err(|error| error.to_string())?;
+        Ok(Self { writer, store, module: module.clone(), watch })
+    }
+
+    /// What a diagnoser that starts on this directory knows of the time before.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        self.store.lock().components.memory(&self.module, self.watch)
+    }
+
+    /// Writes down a change. Returns whether the disk has it.
+    pub fn keep(&mut self, run: RunId, change: Change) -> bool {
+        self.store.record(JournalRecord::Change { run, change });
+        self.writer.write_waiting(&self.store)
+    }
+
+    /// Writes down from when to when every channel was watched.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn note_watch(&mut self, run: RunId, watched: Option<(Step, Step)>) -> std::io::Result<()> {
+        self.writer.write_watch(WatchedSteps { run, watched })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,356 @@
+//! The present state of each component of a module, in one place: the journal, replies to queries, the status, the
+//! metrics and what a restart recalls all come from it.
+//!
+//! A new file of the journal begins with [`ComponentStore::snapshot`]; a restart reads those records back with
+//! [`ComponentStore::restore`].
+
+use std::collections::{BTreeMap, VecDeque};
+
+use diagnosis::messages::{Speaker, from_transition};
+use diagnosis::{MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
+use vocabulary::{
+    Change, Component, ComponentPath, Condition, FaultState, FaultTransition, Identification,
+    ModuleName, ModulePhase, PhaseChange, RunId, Shelving, Unknown,
+};
+
+use crate::identified_fault::IdentifiedFault;
+use crate::record::{JournalRecord, WatchedSteps};
+
+/// Changes that a new file of the journal begins with.
+const CHANGES: usize = 512;
+
+/// The present state of a module.
+#[derive(Debug, Default)]
+pub struct ComponentStore {
+    /// The module's own components, in the order of its channels; after them, those that only the journal knows: of
+    /// another module, or of an earlier configuration.
+    entries: Vec<StoredComponent>,
+    own: usize,
+    /// The latest changes; of runs that have ended, none.
+    changes: VecDeque<(RunId, Change)>,
+    /// A run has ended: what stands before this in the journal is of an earlier one.
+    run_ended: bool,
+    start: Option<JournalRecord>,
+    /// The greatest number of the module's transitions, and what the numbers count in \[ms since 1970\].
+    sequence: u64,
+    incarnation: u64,
+    /// The latest change of phase; none before the first.
+    phase: Option<PhaseChange>,
+    /// Since when and why components are not monitored, if so.
+    unmonitored: Option<Unknown>,
+}
+
+#[derive(Debug)]
+struct StoredComponent {
+    path: ComponentPath,
+    latest: Option<FaultTransition>,
+    /// By which the disk's answer for it is known.
+    ticket: u64,
+    fault: IdentifiedFault,
+    /// How it stands to its reference, and since when it may therefore not be called normal.
+    condition: Option<Condition>,
+    hidden_since_ns: Option<u64>,
+}
+
+/// A component's state as replies give it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PublishedState {
+    /// The component.
+    pub component: Component,
+    /// Its state.
+    pub state: FaultTransition,
+    /// By which the disk's answer for its latest transition is known.
+    pub ticket: u64,
+}
+
+/// A component's state for status and metrics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PresentComponent<'a> {
+    /// The component.
+    pub component: &'a Component,
+    /// Its state.
+    pub state: FaultState,
+    /// Its latest transition, if it had one.
+    pub latest: Option<&'a FaultTransition>,
+    /// How it stands to its reference.
+    pub condition: Option<&'a Condition>,
+}
+
+impl ComponentStore {
+    /// Reads the records of a journal, oldest first. What is found of other modules is kept for the journal only.
+    #[must_use]
+    pub fn restore(records: Vec<JournalRecord>, module: &ModuleName, now_unix_ns: u64) -> Self {
+        let mut store = Self::default();
+        let mut stated = None;
+        for record in records {
+            match record {
+                JournalRecord::Transition(transition) => {
+                    if transition.module == *module {
+                        stated = stated.max(Some(transition.incarnation));
+                        store.sequence = store.sequence.max(transition.sequence);
+                    }
+                    let entry = store.entry(&transition.component);
+                    entry.fault.enter(&transition);
+                    entry.take(*transition, 0);
+                }
+                JournalRecord::Identification(found) => {
+                    store.entry(&found.component).fault.recall(*found);
+                }
+                other => {
+                    if let JournalRecord::Start { incarnation, .. } = other {
+                        stated = stated.max(Some(incarnation));
+                    }
+                    store.note(other);
+                }
+            }
+        }
+        store.incarnation = stated.unwrap_or(now_unix_ns / 1_000_000);
+        store
+    }
+
+    /// What sequence numbers count in: that of the journal, or a new one \[ms since 1970\].
+    #[must_use]
+    pub fn incarnation(&self) -> u64 {
+        self.incarnation
+    }
+
+    /// Names the module's own components, in the order of its channels, which are not monitored yet for this reason.
+    pub fn configure(
+        &mut self,
+        module: &ModuleName,
+        components: &[Component],
+        reason: String,
+        now_unix_ns: u64,
+    ) {
+        let mut known = std::mem::take(&mut self.entries);
+        for component in components {
+            let path = ComponentPath { module: module.clone(), component: component.clone() };
+            let place = known.iter().position(|entry| entry.path == path);
+            let entry = place.map(|place| known.remove(place));
+            self.entries.push(entry.unwrap_or_else(|| StoredComponent::new(path)));
+        }
+        self.own = self.entries.len();
+        self.entries.append(&mut known);
+        self.unmonitored = Some(Unknown { since_unix_ns: now_unix_ns, reason });
+    }
+
+    /// Takes a transition, whose record in the journal has this ticket. Returns it with the identification of its fault.
+    pub fn transition(&mut self, mut transition: FaultTransition, ticket: u64) -> FaultTransition {
+        let entry = self.entry(&transition.component);
+        entry.fault.enter(&transition);
+        transition.identification = entry.fault.latest().map(carried);
+        entry.take(transition.clone(), ticket);
+        transition
+    }
+
+    /// Takes what was found of a fault. Returns what is to be published: nothing if it says nothing new, or if it is of a
+    /// fault that is no longer there.
+    pub fn identification(&mut self, found: Identification) -> Option<Identification> {
+        self.entry(&found.component).fault.find(found)
+    }
+
+    /// Takes what else is written to the journal.
+    pub fn note(&mut self, record: JournalRecord) {
+        match record {
+            JournalRecord::Change { run, change } => {
+                if self.changes.len() == CHANGES {
+                    self.changes.pop_front();
+                }
+                self.changes.push_back((run, change));
+            }
+            JournalRecord::RunEnded => {
+                self.changes.clear();
+                self.run_ended = true;
+                let latest = self.entries.iter_mut().filter_map(|entry| entry.latest.as_mut());
+                latest.for_each(|latest| latest.run_ended = true);
+            }
+            JournalRecord::Start { .. } => self.start = Some(record),
+            JournalRecord::Transition(_) | JournalRecord::Identification(_) => {}
+        }
+    }
+
+    /// Takes the conditions at present, in the order of the channels.
+    pub fn conditions(&mut self, present: impl IntoIterator<Item = Condition>, now_unix_ns: u64) {
+        for (entry, condition) in self.entries.iter_mut().zip(present) {
+            let is_hidden = !condition.allows_normal();
+            // What lasts began when it was first seen.
+            let since = entry.hidden_since_ns.unwrap_or(now_unix_ns);
+            entry.hidden_since_ns = is_hidden.then_some(since);
+            entry.condition = Some(condition);
+        }
+    }
+
+    /// Takes a change of phase.
+    pub fn phase_changed(&mut self, change: PhaseChange) {
+        self.phase = Some(change);
+    }
+
+    /// Takes the phase at present, and its reason. What lasts began when it was first entered.
+    pub fn monitored(&mut self, phase: ModulePhase, reason: String, now_unix_ns: u64) {
+        let since = self.unmonitored.as_ref().map_or(now_unix_ns, |known| known.since_unix_ns);
+        let unknown = Unknown { since_unix_ns: since, reason };
+        self.unmonitored = (phase != ModulePhase::InService).then_some(unknown);
+    }
+
+    /// The latest change of phase.
+    #[must_use]
+    pub fn phase(&self) -> Option<&PhaseChange> {
+        self.phase.as_ref()
+    }
+
+    /// The states of the wanted components for a reply. What is not monitored at present is not normal, nor is what cannot
+    /// be verified. `stuck`: why nothing is known whatever the phase.
+    pub fn states(
+        &self,
+        speaker: &Speaker,
+        wanted: impl Fn(&Component) -> bool,
+        stuck: Option<Unknown>,
+        now_unix_ns: u64,
+    ) -> Vec<PublishedState> {
+        let unknown = stuck.or_else(|| self.unmonitored.clone());
+        let wanted = self.own().filter(|entry| wanted(&entry.path.component));
+        let state = |entry: &StoredComponent| PublishedState {
+            component: entry.path.component.clone(),
+            state: entry.state(speaker, unknown.as_ref(), now_unix_ns),
+            ticket: entry.ticket,
+        };
+        wanted.map(state).collect()
+    }
+
+    /// The latest identification of each wanted component that has a fault.
+    pub fn identifications(
+        &self,
+        wanted: impl Fn(&Component) -> bool,
+    ) -> impl Iterator<Item = &Identification> {
+        let wanted = self.own().filter(move |entry| wanted(&entry.path.component));
+        wanted.filter_map(|entry| entry.fault.latest())
+    }
+
+    /// What was published before the restart: the latest transition of each component, and what was found of its fault.
+    #[must_use]
+    pub fn published(&self) -> (Vec<FaultTransition>, Vec<Identification>) {
+        let transitions = self.own().filter_map(|entry| entry.latest.clone());
+        let found = self.own().filter_map(|entry| entry.fault.published().cloned());
+        (transitions.collect(), found.collect())
+    }
+
+    /// Each component as it is at present, in the order of the channels.
+    pub fn present(&self) -> impl Iterator<Item = PresentComponent<'_>> {
+        let is_hidden =
+            |entry: &StoredComponent| self.unmonitored.is_some() || entry.hidden_since_ns.is_some();
+        self.own().map(move |entry| {
+            let state = match entry.latest.as_ref().map(FaultTransition::state) {
+                None | Some(FaultState::Normal) if is_hidden(entry) => FaultState::Unknown,
+                known => known.unwrap_or(FaultState::Normal),
+            };
+            let (component, latest) = (&entry.path.component, entry.latest.as_ref());
+            PresentComponent { component, state, latest, condition: entry.condition.as_ref() }
+        })
+    }
+
+    /// If all components are suppressed, the suppression that ends first.
+    #[must_use]
+    pub fn suppression(&self) -> Option<&Shelving> {
+        let suppressed = |entry: &'_ StoredComponent| -> Option<u64> {
+            Some(entry.latest.as_ref()?.suppressed.as_ref()?.until_unix_ns)
+        };
+        let is_of_all = self.own().all(|entry| suppressed(entry).is_some());
+        let first = self.own().min_by_key(|entry| suppressed(entry)).filter(|_| is_of_all)?;
+        first.latest.as_ref()?.suppressed.as_ref()
+    }
+
+    /// What the diagnoser receives after a restart. `watch` names the run.
+    #[must_use]
+    pub fn memory(&self, module: &ModuleName, watch: Option<WatchedSteps>) -> Memory {
+        let own = self.entries.iter().filter(|entry| entry.path.module == *module);
+        let latest = own.filter_map(|entry| entry.latest.clone()).filter_map(from_transition);
+        let watch = watch.map(|WatchedSteps { run, watched }| {
+            let own = self.changes.iter().filter(|(of, _)| *of == run);
+            // A change is written again when it is over, and repeated in a new file: the latest counts.
+            let mut latest = BTreeMap::new();
+            for (_, change) in own {
+                latest.insert((change.step, change.component.clone()), change.clone());
+            }
+            let mut changes: Vec<Change> = latest.into_values().collect();
+            changes.drain(..changes.len().saturating_sub(MAX_CHANGES_IN_ANSWER));
+            PastWatch { run, watched, changes }
+        });
+        Memory { sequence: self.sequence, latest: latest.collect(), watch }
+    }
+
+    /// What a new file of the journal begins with, in an order in which it can be read: what a fault is comes after the
+    /// fault.
+    #[must_use]
+    pub fn snapshot(&self) -> Vec<JournalRecord> {
+        let start = self.start.iter().cloned();
+        // It holds of what other files say, too.
+        let ended = self.run_ended.then_some(JournalRecord::RunEnded);
+        let changes = self.changes.iter().cloned();
+        let changes = changes.map(|(run, change)| JournalRecord::Change { run, change });
+        let latest = self.entries.iter().filter_map(|entry| entry.latest.clone());
+        let latest = latest.map(|latest| JournalRecord::Transition(Box::new(latest)));
+        let found = self.entries.iter().filter_map(|entry| entry.fault.published().cloned());
+        let found = found.map(|found| JournalRecord::Identification(Box::new(found)));
+        start.chain(ended).chain(changes).chain(latest).chain(found).collect()
+    }
+
+    fn own(&self) -> impl Iterator<Item = &StoredComponent> {
+        self.entries[..self.own].iter()
+    }
+
+    fn entry(&mut self, path: &ComponentPath) -> &mut StoredComponent {
+        let known = self.entries.iter().position(|entry| entry.path == *path);
+        let place = known.unwrap_or_else(|| {
+            self.entries.push(StoredComponent::new(path.clone()));
+            self.entries.len() - 1
+        });
+        &mut self.entries[place]
+    }
+}
+
+impl StoredComponent {
+    fn new(path: ComponentPath) -> Self {
+        let fault = IdentifiedFault::default();
+        Self { path, latest: None, ticket: 0, fault, condition: None, hidden_since_ns: None }
+    }
+
+    /// The number decides which transition is the latest.
+    fn take(&mut self, transition: FaultTransition, ticket: u64) {
+        if self.latest.as_ref().is_none_or(|known| known.sequence <= transition.sequence) {
+            self.latest = Some(transition);
+            self.ticket = ticket;
+        }
+    }
+
+    fn state(
+        &self,
+        speaker: &Speaker,
+        unknown: Option<&Unknown>,
+        now_unix_ns: u64,
+    ) -> FaultTransition {
+        let untouched = || speaker.untouched(&self.path.component, now_unix_ns);
+        let mut state = self.latest.clone().unwrap_or_else(untouched);
+        let latest = self.fault.latest().filter(|_| state.state().is_fault());
+        state.identification = latest.map(carried);
+        if let Some(unknown) = unknown {
+            return state.while_unknown(unknown.clone());
+        }
+        let Some(condition) = &self.condition else { return state };
+        state = match self.hidden_since_ns {
+            Some(since_unix_ns) if state.state() == FaultState::Normal => {
+                let reason = condition.reason().unwrap_or_default();
+                state.while_unknown(Unknown { since_unix_ns, reason })
+            }
+            _ => state,
+        };
+        FaultTransition { condition: Some(condition.clone()), ..state }
+    }
+}
+
+/// What a transition carries of the latest identification.
+fn carried(latest: &Identification) -> Box<Identification> {
+    Box::new(latest.clone().without_signature())
+}
+
+#[cfg(test)]
+mod tests;

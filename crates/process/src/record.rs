@@ -1,0 +1,125 @@
+//! One record of the journal as text: a JSON object whose field `record` says what it is.
+
+use serde::{Deserialize, Serialize};
+use vocabulary::{Change, FaultTransition, Identification, RunId, Step};
+
+/// Version of the records.
+pub const JOURNAL_VERSION: u64 = 1;
+
+/// Something worth remembering.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "record", rename_all = "snake_case")]
+pub enum JournalRecord {
+    /// A transition of the verdict on a component.
+    Transition(Box<FaultTransition>),
+    /// What was published of a fault's kind and size.
+    Identification(Box<Identification>),
+    /// A change whose ratio will not grow any more.
+    Change {
+        /// The run that its step is counted in.
+        run: RunId,
+        /// The change.
+        change: Change,
+    },
+    /// A run ended: the steps of all transitions and changes before this are those of runs that are over, whatever the
+    /// number of the next one.
+    RunEnded,
+    /// A process began to write here. Whether the disk takes anything shows before there is a fault.
+    Start {
+        /// Version of the records that follow.
+        v: u64,
+        /// Version of the software.
+        software: String,
+        /// When \[ns since 1970\].
+        time_unix_ns: u64,
+        /// When the first one began \[ms since 1970\].
+        incarnation: u64,
+    },
+}
+
+impl JournalRecord {
+    /// As a line.
+    ///
+    /// # Errors
+    /// None of these has a form that JSON lacks.
+    pub fn to_text(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string(self)
+    }
+
+    /// From a line; `None` for what is no record, and for one that contradicts itself.
+    #[must_use]
+    pub fn from_text(text: &str) -> Option<Self> {
+        let record = serde_json::from_str(text).ok()?;
+        match &record {
+            Self::Transition(read) if read.component.module != read.module => None,
+            Self::Identification(read) if read.component.module != read.module => None,
+            _ => Some(record),
+        }
+    }
+}
+
+/// Every channel was watched from the first to the last of these steps. Kept in a file of its own, which is overwritten.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WatchedSteps {
+    /// The run.
+    pub run: RunId,
+    /// First and last step; `None` while initialising.
+    pub watched: Option<(Step, Step)>,
+}
+
+/// Checks that this version of the program can read these records of a journal.
+///
+/// # Errors
+/// Another version wrote one of them.
+pub fn check_version(records: &[String]) -> Result<(), String> {
+    #[derive(Deserialize)]
+    struct Head {
+        record: String,
+        v: Option<u64>,
+    }
+    for text in records {
+        match serde_json::from_str(text) {
+            Ok(Head { record, v }) if record == "start" && v != Some(JOURNAL_VERSION) => {
+                let found =
+                    v.map_or("it has no version".to_owned(), |v| format!("its version is {v}"));
+                return Err(format!("{found}, this program reads {JOURNAL_VERSION}"));
+            }
+            _ => {}
+        }
+        let read = serde_json::from_str::<JournalRecord>(text);
+        read.map_err(|error| format!("a record cannot be read ({error})"))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_of_another_version_are_refused() {
+        let start =
+            r#"{"record":"start","v":1,"software":"0.2.0","time_unix_ns":5,"incarnation":5}"#;
+        let other = start.replace(r#""v":1"#, r#""v":2"#);
+        let without = start.replace(r#""v":1,"#, "");
+        let unknown = r#"{"record":"weighing","v":1}"#.to_owned();
+        let check = |texts: &[&str]| {
+            check_version(&texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())
+        };
+        assert_eq!(check(&[start, start]), Ok(()));
+        let refused = |text: &str| check(&[start, text]).unwrap_err();
+        assert_eq!(refused(&other), "its version is 2, this program reads 1");
+        assert_eq!(refused(&without), "it has no version, this program reads 1");
+        assert!(refused(&unknown).contains("unknown variant `weighing`"));
+    }
+
+    #[test]
+    fn a_transition_of_another_modules_component_is_none() {
+        let (structure, component) = ("t".parse().unwrap(), "m1/sensor/g1".parse().unwrap());
+        let transition = FaultTransition::untouched(structure, component, 5);
+        let text = JournalRecord::Transition(Box::new(transition)).to_text().unwrap();
+        assert!(JournalRecord::from_text(&text).is_some());
+        let other = text.replace(r#""module":"m1""#, r#""module":"m2""#);
+        assert_eq!(JournalRecord::from_text(&other), None);
+    }
+}

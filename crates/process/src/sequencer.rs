@@ -1,0 +1,407 @@
+//! Puts recovered samples before those that came meanwhile.
+//!
+//! Where steps are missing, the publisher is asked for them, and what comes meanwhile waits. It is asked
+//! too when the first sample of a run comes: a diagnoser that was restarted then sees what it has
+//! missed, and rests on a whole interval at once.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use diagnosis::Sample;
+use vocabulary::{
+    RunId, SampleQuestion, Step,
+    delivery::{Due, GapFiller},
+};
+
+/// A sample, when it was published and when it came.
+#[derive(Debug, Clone)]
+pub struct ReceivedSample {
+    /// The sample.
+    pub sample: Sample,
+    /// When it was published, by the publisher's clock \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// When it came.
+    pub received: Instant,
+}
+
+/// How many values a sample of the module has.
+#[derive(Debug, Clone, Copy)]
+pub struct SampleSize {
+    /// Actuators.
+    pub actuators: usize,
+    /// Gages.
+    pub gages: usize,
+}
+
+impl ReceivedSample {
+    /// A sample that is too long is cut off one value past its length: too long it stays, but it takes no
+    /// more room than a true one, however many wait.
+    #[must_use]
+    pub fn new(sample: vocabulary::Sample, received: Instant, size: SampleSize) -> Self {
+        let vocabulary::Sample {
+            module: _,
+            run,
+            step,
+            time_unix_ns,
+            mut demands_n,
+            mut pressures_pa,
+            mut elongations_m,
+        } = sample;
+        cut(&mut demands_n, size.actuators);
+        cut(&mut pressures_pa, size.actuators);
+        cut(&mut elongations_m, size.gages);
+        let sample = Sample { run, step, demands_n, pressures_pa, elongations_m };
+        Self { sample, time_unix_ns, received }
+    }
+}
+
+fn cut<T>(values: &mut Vec<T>, length: usize) {
+    if values.len() > length {
+        values.truncate(length + 1);
+        values.shrink_to_fit();
+    }
+}
+
+/// A gap that is longer is not one: the diagnoser does not accept such a step jump at once.
+const LONGEST_GAP: u64 = 10_000;
+/// How long no query is repeated after no answer, or after the backlog was dropped.
+const RESPITE: Duration = Duration::from_secs(1);
+/// A sample that has waited for so long, and not for the publisher's reply, shows that there is no time to
+/// look back.
+const HURRY: Duration = Duration::from_secs(1);
+
+/// What is to be done next.
+#[derive(Debug)]
+pub enum SequencerStep {
+    /// Diagnose this sample.
+    Process(ReceivedSample),
+    /// Ask the publisher.
+    Fetch(SampleQuestion),
+}
+
+/// Samples on their way to the diagnosis.
+#[derive(Debug)]
+pub struct Sequencer {
+    /// How far back the publisher is asked.
+    depth: u64,
+    room: usize,
+    /// What is missing, and the sample that showed it.
+    filler: GapFiller<ReceivedSample>,
+    /// What came after that.
+    waiting: VecDeque<ReceivedSample>,
+    asked: Option<SampleQuestion>,
+    /// When the latest reply came: until then, samples waited for it.
+    replied: Option<Instant>,
+    respite: Option<Instant>,
+}
+
+impl Sequencer {
+    /// Asks for at most `depth` samples; at most `room` wait meanwhile.
+    #[must_use]
+    pub fn new(depth: u64, room: usize) -> Self {
+        Self {
+            depth,
+            room,
+            filler: GapFiller::default(),
+            waiting: VecDeque::new(),
+            asked: None,
+            replied: None,
+            respite: None,
+        }
+    }
+
+    /// Takes a sample that has come.
+    pub fn push(&mut self, arrival: ReceivedSample) {
+        // Who has begun a new run has forgotten the former one.
+        let forgotten = self.asked.is_some_and(|question| question.run != arrival.sample.run);
+        self.waiting.push_back(arrival);
+        let too_long = self.len() >= self.room;
+        if too_long || forgotten {
+            self.give_up();
+        }
+    }
+
+    /// Takes what the publisher still had; whether it was still waited for.
+    pub fn take(
+        &mut self,
+        question: SampleQuestion,
+        samples: Vec<ReceivedSample>,
+        now: Instant,
+    ) -> bool {
+        if self.asked != Some(question) {
+            return false;
+        }
+        self.replied = Some(now);
+        if samples.is_empty() {
+            self.respite = Some(now + RESPITE);
+        }
+        for arrival in samples {
+            // Twice the same is once the same.
+            let _ = self.filler.take(arrival.sample.step.0, arrival);
+        }
+        self.give_up();
+        true
+    }
+
+    /// What is missing now is not waited for.
+    fn give_up(&mut self) {
+        if self.asked.take().is_some() {
+            self.filler.give_up(0..self.filler.end());
+        }
+    }
+
+    /// Drops everything that waits; how many samples that were. What is missing then is not asked
+    /// for.
+    pub fn clear(&mut self, now: Instant) -> usize {
+        let thrown = self.len();
+        self.filler = GapFiller::default();
+        self.waiting.clear();
+        self.asked = None;
+        self.respite = Some(now + RESPITE);
+        thrown
+    }
+
+    /// Does the publisher owe samples? Those that wait for them are not late for want of speed.
+    #[must_use]
+    pub fn is_owed(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Is nothing waiting?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// How many samples wait.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.filler.held().len() + self.waiting.len()
+    }
+
+    /// What is to be done next, `last` being the latest sample diagnosed.
+    pub fn next(&mut self, last: Option<(RunId, Step)>, now: Instant) -> Option<SequencerStep> {
+        while let Some(due) = self.filler.due() {
+            // The diagnoser counts the steps that are lost.
+            if let Due::Item(_, arrival) = due {
+                return Some(SequencerStep::Process(arrival));
+            }
+        }
+        if self.asked.is_some() {
+            return None;
+        }
+        let front = self.waiting.pop_front()?;
+        let step = front.sample.step;
+        let missing = self.missing(last, (front.sample.run, step));
+        let Some(question) = missing.filter(|_| self.may_ask(&front, now)) else {
+            return Some(SequencerStep::Process(front));
+        };
+        self.filler = GapFiller::starting_at(question.from.0);
+        let _ = self.filler.take(step.0, front);
+        self.asked = Some(question);
+        Some(SequencerStep::Fetch(question))
+    }
+
+    /// Is there time to look back?
+    fn may_ask(&self, front: &ReceivedSample, now: Instant) -> bool {
+        let ready = self.replied.map_or(front.received, |replied| replied.max(front.received));
+        let hurry = now.duration_since(ready) >= HURRY;
+        self.respite.is_none_or(|until| until <= now) && !hurry
+    }
+
+    fn missing(
+        &self,
+        last: Option<(RunId, Step)>,
+        (run, step): (RunId, Step),
+    ) -> Option<SampleQuestion> {
+        let oldest = step.minus(self.depth);
+        let from = match last {
+            Some((present, last)) if present == run => {
+                if step <= last || step.since(last) > LONGEST_GAP {
+                    return None;
+                }
+                oldest.max(last.plus(1))
+            }
+            _ => oldest,
+        };
+        // The greatest number is that of no step.
+        (from < step && step.0 < u64::MAX).then(|| SampleQuestion { run, from, to: step.minus(1) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arrival(run: u64, step: u64, received: Instant) -> ReceivedSample {
+        let sample = Sample {
+            run: RunId(run),
+            step: Step(step),
+            demands_n: vec![],
+            pressures_pa: vec![],
+            elongations_m: vec![],
+        };
+        ReceivedSample { sample, time_unix_ns: 0, received }
+    }
+
+    struct Bench {
+        sequencer: Sequencer,
+        now: Instant,
+        last: Option<(RunId, Step)>,
+        asked: Vec<SampleQuestion>,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            let sequencer = Sequencer::new(100, 50);
+            Self { sequencer, now: Instant::now(), last: None, asked: Vec::new() }
+        }
+
+        fn push(&mut self, run: u64, step: u64) -> Vec<u64> {
+            self.sequencer.push(arrival(run, step, self.now));
+            self.flow()
+        }
+
+        fn answer(&mut self, steps: impl IntoIterator<Item = u64>) -> Vec<u64> {
+            let question = *self.asked.last().unwrap();
+            let samples = steps.into_iter().map(|step| arrival(question.run.0, step, self.now));
+            assert!(self.sequencer.take(question, samples.collect(), self.now));
+            self.flow()
+        }
+
+        fn flow(&mut self) -> Vec<u64> {
+            let mut processed = Vec::new();
+            while let Some(flow) = self.sequencer.next(self.last, self.now) {
+                match flow {
+                    SequencerStep::Process(arrival) => {
+                        processed.push(arrival.sample.step.0);
+                        self.last = Some((arrival.sample.run, arrival.sample.step));
+                    }
+                    SequencerStep::Fetch(question) => self.asked.push(question),
+                }
+            }
+            processed
+        }
+
+        fn steps_asked(&self) -> Vec<(u64, u64)> {
+            self.asked.iter().map(|question| (question.from.0, question.to.0)).collect()
+        }
+    }
+
+    #[test]
+    fn without_a_gap_no_query_is_made() {
+        let mut bench = Bench::new();
+        for step in 0..10 {
+            assert_eq!(bench.push(1, step), [step]);
+        }
+        assert_eq!(bench.push(1, 9), [9], "a repeated one is for the diagnoser to count");
+        assert!(bench.asked.is_empty());
+    }
+
+    #[test]
+    fn what_is_missing_comes_before_what_came_meanwhile() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        assert_eq!(bench.push(1, 4), [0; 0]);
+        assert_eq!(bench.push(1, 5), [0; 0]);
+        assert_eq!(bench.steps_asked(), [(1, 3)]);
+        assert_eq!(bench.answer([1, 2, 3]), [1, 2, 3, 4, 5]);
+        assert_eq!(bench.push(1, 6), [6]);
+    }
+
+    #[test]
+    fn the_first_sample_of_a_run_asks_for_what_was_before() {
+        let mut bench = Bench::new();
+        assert_eq!(bench.push(1, 1000), [0; 0]);
+        assert_eq!(bench.steps_asked(), [(900, 999)]);
+        assert_eq!(bench.answer(950..1000), (950..=1000).collect::<Vec<_>>());
+        assert_eq!(bench.push(2, 3), [0; 0]);
+        assert_eq!(bench.steps_asked()[1], (0, 2));
+    }
+
+    #[test]
+    fn a_publisher_that_keeps_nothing_is_not_asked_all_the_time() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        bench.push(1, 4);
+        assert_eq!(bench.answer([]), [4]);
+        assert_eq!(bench.push(1, 8), [8]);
+        bench.now += RESPITE;
+        assert_eq!(bench.push(1, 12), [0; 0]);
+        assert_eq!(bench.steps_asked(), [(1, 3), (9, 11)]);
+    }
+
+    #[test]
+    fn a_slow_publisher_is_not_waited_for_when_there_is_no_room() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        let mut processed = Vec::new();
+        for step in 4..54 {
+            processed.extend(bench.push(1, step));
+        }
+        assert_eq!(processed, (4..54).collect::<Vec<_>>());
+        let late = bench.asked[0];
+        assert!(!bench.sequencer.take(late, vec![arrival(1, 2, bench.now)], bench.now));
+    }
+
+    #[test]
+    fn a_second_gap_behind_a_slow_answer_is_asked_for_too() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        bench.push(1, 4);
+        bench.push(1, 8);
+        bench.now += 2 * HURRY;
+        assert_eq!(bench.answer([1, 2, 3]), [1, 2, 3, 4]);
+        assert_eq!(bench.steps_asked(), [(1, 3), (5, 7)]);
+        assert_eq!(bench.answer([5, 6, 7]), [5, 6, 7, 8]);
+    }
+
+    #[test]
+    fn samples_of_a_run_that_is_over_are_not_waited_for() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        assert_eq!(bench.push(1, 4), [0; 0]);
+        assert_eq!(bench.push(2, 0), [4, 0]);
+    }
+
+    #[test]
+    fn who_is_late_for_want_of_speed_does_not_look_back() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        let received = bench.now;
+        bench.now += 2 * HURRY;
+        bench.sequencer.push(arrival(1, 4, received));
+        assert_eq!(bench.flow(), [4]);
+        assert!(bench.asked.is_empty());
+    }
+
+    #[test]
+    fn an_absurd_step_is_no_gap_and_a_backlog_thrown_away_is_not_asked_for() {
+        let mut bench = Bench::new();
+        bench.push(1, 0);
+        assert_eq!(bench.push(1, u64::MAX), [u64::MAX]);
+        bench.last = Some((RunId(1), Step(0)));
+        bench.push(1, 9);
+        assert_eq!(bench.sequencer.clear(bench.now), 1);
+        assert_eq!(bench.push(1, 20), [20]);
+    }
+
+    #[test]
+    fn a_sample_that_is_too_long_stays_so_but_takes_no_room() {
+        let sample = vocabulary::Sample {
+            module: "m".parse().unwrap(),
+            run: RunId(1),
+            step: Step(1),
+            time_unix_ns: 0,
+            demands_n: vec![1.0],
+            pressures_pa: vec![[1.0; 2]; 2],
+            elongations_m: vec![1.0; 100_000],
+        };
+        let size = SampleSize { actuators: 2, gages: 3 };
+        let ReceivedSample { sample, .. } = ReceivedSample::new(sample, Instant::now(), size);
+        let lengths =
+            (sample.demands_n.len(), sample.pressures_pa.len(), sample.elongations_m.len());
+        assert_eq!(lengths, (1, 2, 4));
+        assert!(sample.elongations_m.capacity() < 10);
+    }
+}

@@ -1,0 +1,178 @@
+//! Whether samples arrive: missing samples are not evidence of health.
+
+use std::time::{Duration, Instant};
+
+use vocabulary::ModulePhase;
+
+/// Why nothing is known right after the start.
+pub const NO_SAMPLE_YET: &str = "no sample has come yet";
+
+/// Monitors sample arrival and changes of the phase.
+#[derive(Debug)]
+pub struct Staleness {
+    stale_after: Duration,
+    latest: Option<Instant>,
+    stale: bool,
+    published: Option<ModulePhase>,
+}
+
+impl Staleness {
+    /// Samples are missing after this time without one.
+    #[must_use]
+    pub fn new(stale_after: Duration) -> Self {
+        Self { stale_after, latest: None, stale: false, published: None }
+    }
+
+    /// A sample was diagnosed.
+    pub fn sample(&mut self, now: Instant) {
+        self.latest = Some(now);
+        self.stale = false;
+    }
+
+    /// Checks whether samples have stopped; returns whether they have just now.
+    pub fn look(&mut self, now: Instant) -> bool {
+        let silent =
+            self.latest.is_some_and(|latest| now.duration_since(latest) >= self.stale_after);
+        let begins = silent && !self.stale;
+        self.stale = silent;
+        begins
+    }
+
+    /// Have samples stopped?
+    #[must_use]
+    pub fn is_stale(&self) -> bool {
+        self.stale
+    }
+
+    /// The phase as published.
+    #[must_use]
+    pub fn phase(&self, diagnosed: ModulePhase) -> ModulePhase {
+        if self.stale { ModulePhase::Stale } else { diagnosed }
+    }
+
+    /// The phase published before, if `phase` differs from it; `phase` is then recorded as published.
+    pub fn change_to(&mut self, phase: ModulePhase) -> Option<Option<ModulePhase>> {
+        if self.published == Some(phase) {
+            return None;
+        }
+        Some(self.published.replace(phase))
+    }
+
+    /// Why it is in this phase.
+    #[must_use]
+    pub fn reason(&self, phase: ModulePhase, refusals: &RecentRefusals, now: Instant) -> String {
+        let without_samples = matches!(phase, ModulePhase::Waiting | ModulePhase::Stale);
+        let refused = refusals.present(now, self.stale_after);
+        if let Some(refused) = refused.filter(|_| without_samples) {
+            return refused;
+        }
+        match phase {
+            ModulePhase::Waiting => NO_SAMPLE_YET.to_owned(),
+            ModulePhase::Initialising => {
+                "a channel rests on too few samples, or samples are missing".to_owned()
+            }
+            ModulePhase::InService => "every channel with a signal is watched".to_owned(),
+            ModulePhase::Stale => {
+                format!("no sample for {} ms", self.stale_after.as_millis())
+            }
+        }
+    }
+}
+
+/// RecentRefusals are counted by spans of this length.
+const SPAN: Duration = Duration::from_secs(1);
+
+/// The latest samples that arrived and were not used: the reason why nothing is known.
+#[derive(Debug, Default)]
+pub struct RecentRefusals(Option<LatestRefusal>);
+
+#[derive(Debug)]
+struct LatestRefusal {
+    reason: String,
+    at: Instant,
+    span_began: Instant,
+    in_span: u64,
+    in_span_before: Option<u64>,
+}
+
+impl RecentRefusals {
+    /// A sample was refused.
+    pub fn note(&mut self, reason: String, now: Instant) {
+        let latest = self.0.get_or_insert_with(|| LatestRefusal::begins(now));
+        latest.count(now);
+        latest.reason = reason;
+    }
+
+    /// Why samples have been refused within the last `span`, and how many in a second.
+    #[must_use]
+    pub fn present(&self, now: Instant, span: Duration) -> Option<String> {
+        let latest = self.0.as_ref().filter(|latest| now.duration_since(latest.at) < span)?;
+        let LatestRefusal { reason, in_span, in_span_before, .. } = latest;
+        let rate = in_span_before.unwrap_or(*in_span);
+        Some(format!("samples arrive and are refused: {reason} ({rate} a second)"))
+    }
+}
+
+impl LatestRefusal {
+    fn begins(now: Instant) -> Self {
+        Self { reason: String::new(), at: now, span_began: now, in_span: 0, in_span_before: None }
+    }
+
+    fn count(&mut self, now: Instant) {
+        let spans = now.duration_since(self.span_began).as_nanos() / SPAN.as_nanos();
+        if spans > 0 {
+            self.in_span_before = (spans == 1).then_some(self.in_span);
+            self.span_began = now;
+            self.in_span = 0;
+        }
+        self.in_span += 1;
+        self.at = now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn silence_begins_once_and_ends_with_a_sample() {
+        let limit = Duration::from_millis(500);
+        let mut staleness = Staleness::new(limit);
+        let start = Instant::now();
+        assert!(
+            !staleness.look(start + 10 * limit),
+            "before the first sample it is waiting, not stale"
+        );
+        staleness.sample(start);
+        assert!(!staleness.look(start + limit / 2));
+        assert!(staleness.look(start + limit) && staleness.is_stale());
+        assert!(!staleness.look(start + 2 * limit) && staleness.is_stale());
+        assert_eq!(staleness.phase(ModulePhase::InService), ModulePhase::Stale);
+        staleness.sample(start + 3 * limit);
+        assert_eq!(staleness.phase(ModulePhase::InService), ModulePhase::InService);
+    }
+
+    #[test]
+    fn a_phase_is_published_once() {
+        let mut staleness = Staleness::new(Duration::from_millis(500));
+        assert_eq!(staleness.change_to(ModulePhase::Waiting), Some(None));
+        assert_eq!(staleness.change_to(ModulePhase::Waiting), None);
+        assert_eq!(staleness.change_to(ModulePhase::Stale), Some(Some(ModulePhase::Waiting)));
+    }
+
+    const MS: Duration = Duration::from_millis(1);
+
+    #[test]
+    fn the_reason_is_the_latest_and_the_rate_that_of_the_last_second() {
+        let mut refusals = RecentRefusals::default();
+        let start = Instant::now();
+        assert_eq!(refusals.present(start, SPAN), None);
+        for ms in 0..1500 {
+            refusals.note("wrong number of values".to_owned(), start + ms * MS);
+        }
+        let now = start + 1500 * MS;
+        let expected = "samples arrive and are refused: wrong number of values (1000 a second)";
+        assert_eq!(refusals.present(now, 500 * MS).as_deref(), Some(expected));
+        assert_eq!(refusals.present(now + 500 * MS, 500 * MS), None, "they have stopped");
+    }
+}
