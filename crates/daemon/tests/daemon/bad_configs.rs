@@ -225,7 +225,7 @@ fn a_speed_that_is_none_is_refused_with_what_would_be_right() {
     let line = copy.spoil("plant.toml", "\"real\"\n", "\"fast\"\n");
     let error = copy.plant_errors(&PlantFlags::default());
     assert!(error.contains(&format!("plant.toml:{line}: ")), "{error}");
-    assert!(error.contains("use `max`, `real` or a factor"), "{error}");
+    assert!(error.contains("expected `max`, `real` or a factor"), "{error}");
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn wrong_use_of_the_command_line_is_exit_code_2() {
     }
     let (code, _, stderr) = output(PLANT, &["run", "x.toml", "--speed", "fast"]);
     assert_eq!(code, 2);
-    assert!(stderr.contains("use `max`, `real` or a factor"), "{stderr}");
+    assert!(stderr.contains("expected `max`, `real` or a factor"), "{stderr}");
 }
 
 #[test]

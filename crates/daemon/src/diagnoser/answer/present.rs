@@ -1,5 +1,6 @@
 //! Replies to queries for what is known at present: the states of components, the identifications of their faults, and the
-//! phase. A thread of its own replies from the store: neither the disk nor a client that reads slowly comes between.
+//! phase. A thread of its own replies from the store. No client that reads slowly comes between; the disk does, as before
+//! publication, for as long as a fault waits for it.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -101,19 +102,26 @@ impl PresentReplies {
         }
     }
 
-    /// What the disk did not have in time when it was published, it may have by now.
+    /// Like publication, a reply waits for the disk, unless it hangs. What the disk did not have in time when it was
+    /// published, it may have by now.
     fn states(&self, query: &Query) {
         let fault = |component: &Component| self.speaker.key(Topic::Fault(component.clone()));
         let wanted = |component: &Component| covers(query.key_expr(), &fault(component));
         let stuck = stuck(self.pulse.sign(Instant::now()));
-        let states = {
+        let states = loop {
             let state = self.store.lock();
             let mut states =
-                state.components.states(&self.speaker, wanted, stuck, clock::unix_ns());
+                state.components.states(&self.speaker, wanted, stuck.clone(), clock::unix_ns());
+            let ticket = states.iter().map(|published| published.ticket).max().unwrap_or(0);
+            if state.writes.answer(ticket, Instant::now()).is_none() {
+                drop(state);
+                self.store.wait_for(ticket);
+                continue;
+            }
             for published in &mut states {
                 published.state.durable = state.writes.has(published.ticket);
             }
-            states
+            break states;
         };
         for published in states {
             reply(query, &fault(&published.component), &published.state);
