@@ -41,7 +41,6 @@ mod verdict;
 pub use change::MAX_TIE;
 pub use diagnoser::Diagnoser;
 pub use event::{Action, Event, QuestionToken};
-pub use freeze::{FreezeFrame, Trace};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};

@@ -359,7 +359,7 @@ impl Rig {
                 Some((asker, Event::Unanswered { peer, question, failure }))
             }
             Action::Phase(_)
-            | Action::Freeze(_)
+            | Action::Freeze { .. }
             | Action::Settled { .. }
             | Action::Obeyed { .. }
             | Action::OrderRefused { .. }

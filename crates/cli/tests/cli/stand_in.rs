@@ -104,10 +104,12 @@ impl StandIn {
             for frame in &frames {
                 match asked.transition {
                     None => {
-                        let (steps, traces) = (Vec::new(), Vec::new());
-                        reply(&query, &key, &FreezeFrame { steps, traces, ..frame.clone() });
+                        let mut head = frame.clone();
+                        head.signals.steps.clear();
+                        head.signals.traces.clear();
+                        reply(&query, &key, &head);
                     }
-                    Some(number) if number == frame.sequence => reply(&query, &key, frame),
+                    Some(number) if number == frame.signals.sequence => reply(&query, &key, frame),
                     Some(_) => {}
                 }
             }

@@ -2,7 +2,6 @@
 //! numbers come back as the very same bits.
 
 mod configuration;
-mod freeze_frame;
 mod identification;
 mod input;
 
@@ -12,8 +11,8 @@ pub use input::{from_taken, to_memory, to_taken};
 use crate::state::{WindowLength, WindowMeans};
 use crate::{Answer, Phase, Question, Transition};
 use vocabulary::{
-    Component, ComponentPath, FaultTransition, ModuleName, ModulePhase, RunId, Step, StructureName,
-    Verdict,
+    Component, ComponentPath, FaultTransition, FreezeFrame, FrozenSignals, ModuleName, ModulePhase,
+    RunId, Step, StructureName, Verdict,
 };
 
 /// The publishing module.
@@ -142,6 +141,25 @@ impl Speaker {
             time_unix_ns,
             channels: components.iter().zip(evidence).map(channel).collect(),
         }
+    }
+
+    /// The message on what was seen of a component around the latching of its fault.
+    #[must_use]
+    pub fn freeze_frame(
+        &self,
+        component: &Component,
+        signals: FrozenSignals,
+        time_unix_ns: u64,
+    ) -> FreezeFrame {
+        let frame = FreezeFrame {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            component: self.path(component),
+            incarnation: self.incarnation,
+            time_unix_ns,
+            signals,
+        };
+        frame.fitting()
     }
 
     /// The message with its answer to a peer.

@@ -85,7 +85,7 @@ impl ActionExecutor {
             }
             Action::Publish(transition) => self.publish(transition),
             Action::Identify(excerpt) => self.identifier.identify(excerpt),
-            Action::Freeze(frame) => self.freeze_frames.keep(frame),
+            Action::Freeze { component, signals } => self.freeze_frames.keep(component, signals),
             Action::Ask { peer, question } => {
                 self.query_pause.begin(&peer, Instant::now());
                 self.peers.ask(peer, question);
