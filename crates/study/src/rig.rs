@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use diagnosis::identification::{Excerpt, Identification, identify};
+use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use diagnosis::{
     Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Phase,
     Question, QuestionToken, Sample, SetupError, Transition, Verdict,
@@ -65,7 +65,7 @@ pub enum RigEvent {
         /// The module.
         module: ModuleName,
         /// What it may be.
-        identification: Box<Identification>,
+        identification: Box<IdentificationResult>,
     },
     /// A verdict changed.
     Transition {
@@ -151,7 +151,7 @@ pub struct Rig {
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
     kept: VecDeque<Vec<Sample>>,
     keep: usize,
-    identify: Option<fn(&Excerpt) -> Identification>,
+    identify: Option<fn(&Excerpt) -> IdentificationResult>,
 }
 
 impl Rig {
@@ -266,7 +266,7 @@ impl Rig {
     }
 
     /// The same by another function.
-    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> Identification) {
+    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
         self.identify = Some(identify);
     }
 

@@ -93,7 +93,7 @@ pub(crate) fn kinds(store: &ComponentStore) -> Vec<KindReport> {
     let kinds = store.identifications(|_| true).flat_map(|found| {
         found.candidates.iter().map(|candidate| KindReport {
             component: found.component.component.clone(),
-            kind: candidate.kind.to_string(),
+            kind: candidate.kind,
             probability: candidate.probability,
         })
     });
