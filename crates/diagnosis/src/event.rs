@@ -1,12 +1,11 @@
 //! Inputs and outputs of a diagnoser: events in, actions out. The shell around it carries samples,
 //! questions and answers; the diagnoser has no clock and no network.
 
-use vocabulary::{Component, ComponentPath, FrozenSignals, ModuleName, RunId, Step};
+use vocabulary::{Component, ComponentPath, FrozenSignals, ModuleName, ModulePhase, RunId, Step};
 
 use crate::divergence::Violation;
 use crate::identification::Excerpt;
 use crate::order::{Order, OrderRefusal, OrderToken};
-use crate::phase::Phase;
 use crate::question::{Answer, PeerFailure, Question, Refusal};
 use crate::sample::{Sample, SampleRejection, Signal};
 use crate::verdict::Transition;
@@ -130,8 +129,13 @@ pub enum Action {
         /// Why.
         refusal: Refusal,
     },
-    /// The phase changed.
-    Phase(Phase),
+    /// The phase changed, or the step since which every channel is watched.
+    Phase {
+        /// The phase.
+        phase: ModulePhase,
+        /// Since which step every channel is watched, if the module is in service.
+        in_service_since: Option<Step>,
+    },
     /// A sample was not used (and was counted).
     Rejected {
         /// Its step.

@@ -24,7 +24,6 @@ mod memory;
 pub mod messages;
 mod monitor;
 mod order;
-mod phase;
 mod question;
 mod recent;
 mod sample;
@@ -45,7 +44,6 @@ pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
 pub use order::{Order, OrderRefusal, OrderToken};
-pub use phase::Phase;
 pub use question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
 pub use sample::{Sample, SampleRejection, Signal};
 pub use settings::{

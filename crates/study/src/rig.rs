@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Phase,
-    Question, QuestionToken, Sample, SetupError, Transition, Verdict,
+    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Question,
+    QuestionToken, Sample, SetupError, Transition, Verdict,
 };
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
@@ -358,7 +358,7 @@ impl Rig {
                 let failure = diagnosis::PeerFailure::Refused(refusal.to_string());
                 Some((asker, Event::Unanswered { peer, question, failure }))
             }
-            Action::Phase(_)
+            Action::Phase { .. }
             | Action::Freeze { .. }
             | Action::Settled { .. }
             | Action::Obeyed { .. }
@@ -391,8 +391,7 @@ impl StoredMemory {
         match action {
             Action::RunEnded => *self = Self::default(),
             Action::RunStarted(run) => self.run = Some(*run),
-            Action::Phase(Phase::InService { since }) => self.watched_since = Some(*since),
-            Action::Phase(_) => self.watched_since = None,
+            Action::Phase { in_service_since, .. } => self.watched_since = *in_service_since,
             Action::Settled { change, .. } => self.changes.push(change.clone()),
             _ => {}
         }

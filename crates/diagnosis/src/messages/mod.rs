@@ -9,10 +9,10 @@ pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
 use crate::state::{WindowLength, WindowMeans};
-use crate::{Answer, Phase, Question, Transition};
+use crate::{Answer, Question, Transition};
 use vocabulary::{
-    Component, ComponentPath, FaultTransition, FreezeFrame, FrozenSignals, ModuleName, ModulePhase,
-    RunId, Step, StructureName, Verdict,
+    Component, ComponentPath, FaultTransition, FreezeFrame, FrozenSignals, ModuleName, RunId, Step,
+    StructureName, Verdict,
 };
 
 /// The publishing module.
@@ -232,15 +232,5 @@ pub fn from_answer(answer: vocabulary::StateAnswer, window: Option<WindowLength>
         actuator_faults: answer.actuator_faults,
         alarms: answer.alarms,
         window: means,
-    }
-}
-
-/// The word for a phase, and since which step it is in service.
-#[must_use]
-pub fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
-    match phase {
-        Phase::Waiting => (ModulePhase::Waiting, None),
-        Phase::Initialising => (ModulePhase::Initialising, None),
-        Phase::InService { since } => (ModulePhase::InService, Some(since)),
     }
 }

@@ -107,7 +107,7 @@ impl ActionExecutor {
                     self.refuse_order(pending.query, refusal.to_string());
                 }
             }
-            Action::Phase(_) => self.status_is_due = true,
+            Action::Phase { .. } => self.status_is_due = true,
             Action::Rejected { step, rejection } => self.note_rejection(step, rejection),
             Action::SignalLost { component, signal, since } => {
                 tracing::warn!(%component, %signal, %since, "no usable signal");
