@@ -1,12 +1,12 @@
 //! The channels of a module, one for each component: sample → residuals → divergences → changes, and which
 //! steps were watched.
 
-use vocabulary::{Component, Step};
+use vocabulary::{Component, ModulePhase, Step};
 
 use crate::coverage::Coverage;
 use crate::divergence::{DivergenceBank, DivergenceOutcome, DivergenceSettings, Violation};
+use crate::event::Action;
 use crate::monitor::{Monitor, Observation};
-use crate::phase::Phase;
 use crate::recent::Recent;
 use crate::residual::ResidualGenerator;
 use crate::sample::{Sample, Signal};
@@ -52,7 +52,9 @@ pub(crate) struct Channels {
     tares: Vec<f64>,
     /// What goes into the windows: residuals, forces, oil contents; not a number where there is none.
     measured: [Vec<f64>; 3],
-    phase: Phase,
+    phase: ModulePhase,
+    /// The step since which every channel is watched, in service.
+    in_service_since: Option<Step>,
     /// Most samples in a row that are filled in when they are lost.
     longest_filled: u64,
     /// Lost samples that are filled in once the next one has come.
@@ -120,7 +122,8 @@ impl Channels {
             ],
             tares: vec![0.0; components.len()],
             components,
-            phase: Phase::Waiting,
+            phase: ModulePhase::Waiting,
+            in_service_since: None,
         })
     }
 
@@ -130,9 +133,9 @@ impl Channels {
     }
 
     /// A run begins.
-    pub(crate) fn begin_run(&mut self) -> Phase {
-        self.phase = Phase::Initialising;
-        self.phase
+    pub(crate) fn begin_run(&mut self) -> Action {
+        (self.phase, self.in_service_since) = (ModulePhase::Initialising, None);
+        Action::Phase { phase: self.phase, in_service_since: None }
     }
 
     /// Forgets the run.
@@ -357,7 +360,7 @@ impl Channels {
     }
 
     /// Notes whether every channel was watched at this step; the phase, if it changed.
-    pub(crate) fn update_phase(&mut self, step: Step) -> Option<Phase> {
+    pub(crate) fn update_phase(&mut self, step: Step) -> Option<Action> {
         // After a gap there is no divergence for a while, and nothing is seen.
         let sees = |(channel, monitor): (usize, &Monitor)| {
             let has_divergence = self.evidence[channel].divergence.is_some();
@@ -369,12 +372,15 @@ impl Channels {
         } else {
             self.coverage.lose(step.minus(1));
         }
-        let phase = match self.coverage.watched_since() {
-            Some(since) => Phase::InService { since },
-            None => Phase::Initialising,
+        let in_service_since = self.coverage.watched_since();
+        let phase = match in_service_since {
+            Some(_) => ModulePhase::InService,
+            None => ModulePhase::Initialising,
         };
-        let before = std::mem::replace(&mut self.phase, phase);
-        (phase != before).then_some(phase)
+        let before = (self.phase, self.in_service_since);
+        (self.phase, self.in_service_since) = (phase, in_service_since);
+        let is_another = before != (phase, in_service_since);
+        is_another.then_some(Action::Phase { phase, in_service_since })
     }
 
     /// Relearns a channel.
@@ -413,7 +419,11 @@ impl Channels {
         &self.coverage
     }
 
-    pub(crate) fn phase(&self) -> Phase {
+    pub(crate) fn phase(&self) -> ModulePhase {
         self.phase
+    }
+
+    pub(crate) fn in_service_since(&self) -> Option<Step> {
+        self.in_service_since
     }
 }

@@ -4,7 +4,7 @@
 //! transitions ([`Judging`]); peers' questions are answered from these ([`Answering`]). The order of the
 //! actions is the order in which they are to be carried out.
 
-use vocabulary::{Component, ModuleName, RunId, Step};
+use vocabulary::{Component, ModuleName, ModulePhase, RunId, Step};
 
 use crate::answering::{Answering, Knowledge};
 use crate::channels::Channels;
@@ -18,7 +18,6 @@ use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
 use crate::memory::Memory;
 use crate::order::{Order, OrderToken};
-use crate::phase::Phase;
 use crate::question::{Answer, Question};
 use crate::sample::Sample;
 use crate::settings::{ModuleSetup, SetupError};
@@ -139,7 +138,7 @@ impl Diagnoser {
             self.judging.note(occurrence, now, &self.channels, &mut self.counters, actions);
         }
         self.judging.follow(now, &self.channels, actions);
-        actions.extend(self.channels.update_phase(sample.step).map(Action::Phase));
+        actions.extend(self.channels.update_phase(sample.step));
         self.judge(now, actions);
         self.compare(now, actions);
         self.identifying.follow(now, &self.channels, &self.judging, actions);
@@ -162,7 +161,7 @@ impl Diagnoser {
             self.answering.end_run(run, &mut self.counters, actions);
             self.judging.end_run(self.channels.components().len(), last, actions);
         }
-        actions.push(Action::Phase(self.channels.begin_run()));
+        actions.push(self.channels.begin_run());
     }
 
     fn judge(&mut self, now: (RunId, Step), actions: &mut Vec<Action>) {
@@ -240,8 +239,14 @@ impl Diagnoser {
 
     /// The phase.
     #[must_use]
-    pub fn phase(&self) -> Phase {
+    pub fn phase(&self) -> ModulePhase {
         self.channels.phase()
+    }
+
+    /// Since which step every channel is watched, if the module is in service.
+    #[must_use]
+    pub fn in_service_since(&self) -> Option<Step> {
+        self.channels.in_service_since()
     }
 
     /// What was counted.

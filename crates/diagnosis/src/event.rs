@@ -1,13 +1,11 @@
 //! Inputs and outputs of a diagnoser: events in, actions out. The shell around it carries samples,
 //! questions and answers; the diagnoser has no clock and no network.
 
-use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{Component, ComponentPath, FrozenSignals, ModuleName, ModulePhase, RunId, Step};
 
 use crate::divergence::Violation;
-use crate::freeze::FreezeFrame;
 use crate::identification::Excerpt;
 use crate::order::{Order, OrderRefusal, OrderToken};
-use crate::phase::Phase;
 use crate::question::{Answer, PeerFailure, Question, Refusal};
 use crate::sample::{Sample, SampleRejection, Signal};
 use crate::verdict::Transition;
@@ -82,7 +80,12 @@ pub enum Action {
     /// of it.
     Identify(Box<Excerpt>),
     /// What was seen around the latching of a fault, for whoever looks into it later. No verdict depends on it.
-    Freeze(Box<FreezeFrame>),
+    Freeze {
+        /// The component that was latched.
+        component: Component,
+        /// What was seen.
+        signals: Box<FrozenSignals>,
+    },
     /// The ratio of a change is final: peers receive this value from now on, and it is to be stored. Once
     /// more, with its last step, when it is over.
     Settled {
@@ -126,8 +129,13 @@ pub enum Action {
         /// Why.
         refusal: Refusal,
     },
-    /// The phase changed.
-    Phase(Phase),
+    /// The phase changed, or the step since which every channel is watched.
+    Phase {
+        /// The phase.
+        phase: ModulePhase,
+        /// Since which step every channel is watched, if the module is in service.
+        in_service_since: Option<Step>,
+    },
     /// A sample was not used (and was counted).
     Rejected {
         /// Its step.

@@ -1,55 +1,15 @@
 //! What was seen around the latching of a fault. An observer: what is published is noted, and no verdict depends on it.
 
-use vocabulary::{Component, RunId, Step};
+use vocabulary::{FrozenSignals, Step, Trace, Verdict};
 
 use crate::channels::Channels;
 use crate::event::Action;
 use crate::recent::Row;
 use crate::settings::{ModuleSetup, Sampling};
 use crate::verdict::Transition;
-use vocabulary::Verdict;
 
 /// How much is shown before onset and detection, and how much after the step as of which the fault was latched \[s\].
 const AROUND_S: f64 = 2.0;
-
-/// What was seen of a component from two seconds before the onset or the detection of its fault, whichever is earlier, to
-/// two seconds after the latching, or to the end of the run. Of what lies further back than six seconds before its end
-/// nothing is kept: of a fault that was latched long after its onset the beginning is missing.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FreezeFrame {
-    /// The run that the steps are counted in.
-    pub run: RunId,
-    /// The component that was latched.
-    pub component: Component,
-    /// The number of the transition that latched it.
-    pub sequence: u64,
-    /// Since when the residual has been changing.
-    pub onset: Step,
-    /// When the divergence reached its threshold, or the departure was found.
-    pub detection: Step,
-    /// As of which step the fault was latched.
-    pub decided: Step,
-    /// The threshold of the divergence.
-    pub threshold: f64,
-    /// Length of a step \[s\].
-    pub step_s: f64,
-    /// The steps that the values belong to, in order; one whose sample was missing is left out.
-    pub steps: Vec<Step>,
-    /// What was measured and computed.
-    pub traces: Vec<Trace>,
-}
-
-/// One signal of a freeze frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
-    /// What it is.
-    pub name: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// One value for each step of the frame; `None` where it was missing, cannot be used or is undefined. Residuals are
-    /// less what an operator had subtracted.
-    pub values: Vec<Option<f64>>,
-}
 
 /// The frames that are not complete yet: at most one of each channel.
 #[derive(Debug, Clone)]
@@ -106,24 +66,25 @@ impl Freezing {
         let from = latched.onset.min(latched.detection).minus(around);
         // A fault that peers were silent about is latched as of an earlier step: everything since then is shown.
         let rows: Vec<Row<'_>> = channels.recent().rows(from, Step(u64::MAX)).collect();
-        Some(Action::Freeze(Box::new(FreezeFrame {
-            run: latched.run,
-            component: latched.component.clone(),
+        let signals = FrozenSignals {
             sequence: latched.sequence,
-            onset: latched.onset,
-            detection: latched.detection,
-            decided: latched.decided,
-            threshold: channels.evidence()[channel].threshold,
+            run: latched.run,
             step_s: self.step_s,
+            onset_step: latched.onset,
+            detection_step: latched.detection,
+            decided_step: latched.decided,
+            threshold: channels.evidence()[channel].threshold,
             steps: rows.iter().map(|row| row.step).collect(),
             traces: self.traces(channel, &rows),
-        })))
+        };
+        let component = latched.component.clone();
+        Some(Action::Freeze { component, signals: Box::new(signals) })
     }
 
     fn traces(&self, channel: usize, rows: &[Row<'_>]) -> Vec<Trace> {
-        let trace = |name, unit, value: &dyn Fn(&Row<'_>) -> f64| {
+        let trace = |name: &str, unit: &str, value: &dyn Fn(&Row<'_>) -> f64| {
             let values = rows.iter().map(value).map(|value| value.is_finite().then_some(value));
-            Trace { name, unit, values: values.collect() }
+            Trace { name: name.to_owned(), unit: unit.to_owned(), values: values.collect() }
         };
         let divergence = trace("divergence", "1", &|row| row.divergence(channel));
         let residual = |unit| trace("residual", unit, &|row| row.residual(channel));

@@ -1,22 +1,22 @@
 //! What is kept around the latching of a fault.
 
 use crate::fixture::{Bench, WARM_UP};
-use diagnosis::{Action, Event, FreezeFrame, Rule, Trace};
-use vocabulary::{RunId, Step};
+use diagnosis::{Action, Event, Rule};
+use vocabulary::{Component, FrozenSignals, RunId, Step, Trace};
 
 /// Steps in two seconds.
 const AROUND: u64 = 2000;
 const BIAS_M: f64 = 4e-5;
 
-fn frames(bench: &Bench) -> Vec<FreezeFrame> {
+fn frames(bench: &Bench) -> Vec<(Component, FrozenSignals)> {
     let frames = bench.actions.iter().filter_map(|action| match action {
-        Action::Freeze(frame) => Some((**frame).clone()),
+        Action::Freeze { component, signals } => Some((component.clone(), (**signals).clone())),
         _ => None,
     });
     frames.collect()
 }
 
-fn trace<'a>(frame: &'a FreezeFrame, name: &str) -> &'a Trace {
+fn trace<'a>(frame: &'a FrozenSignals, name: &str) -> &'a Trace {
     frame.traces.iter().find(|trace| trace.name == name).unwrap()
 }
 
@@ -38,15 +38,15 @@ fn a_frame_has_every_step_from_two_seconds_before_the_onset_to_two_after_the_lat
     bench.run(latched.decided.plus(AROUND).since(bench.now()) - 1);
     assert_eq!(frames(&bench), [], "a step is missing");
     bench.run(1);
-    let [frame] = &frames(&bench)[..] else { panic!("one frame") };
+    let [(component, frame)] = &frames(&bench)[..] else { panic!("one frame") };
     assert_eq!((frame.run, frame.sequence), (latched.run, latched.sequence));
-    assert_eq!(frame.component.to_string(), "sensor/g1");
-    let steps = [frame.onset, frame.detection, frame.decided];
+    assert_eq!(component.to_string(), "sensor/g1");
+    let steps = [frame.onset_step, frame.detection_step, frame.decided_step];
     assert_eq!(steps, [latched.onset, latched.detection, latched.decided]);
     let from = latched.onset.minus(AROUND);
     let expected: Vec<Step> = (from.0..=latched.decided.0 + AROUND).map(Step).collect();
     assert_eq!(frame.steps, expected);
-    let names: Vec<&str> = frame.traces.iter().map(|trace| trace.name).collect();
+    let names: Vec<&str> = frame.traces.iter().map(|trace| trace.name.as_str()).collect();
     assert_eq!(names, ["reading", "residual", "divergence"]);
     assert!(frame.traces.iter().all(|trace| trace.values.len() == frame.steps.len()));
     let at = |step: Step| frame.steps.iter().position(|known| *known == step).unwrap();
@@ -70,7 +70,7 @@ fn steps_without_a_sample_are_left_out() {
     let lost = bench.signals.step;
     bench.signals.step = lost.plus(2);
     bench.run(AROUND);
-    let [frame] = &frames(&bench)[..] else { panic!("one frame") };
+    let [(_, frame)] = &frames(&bench)[..] else { panic!("one frame") };
     let around: Vec<u64> =
         frame.steps.iter().map(|step| step.0).filter(|step| step.abs_diff(lost.0) <= 3).collect();
     let expected: Vec<u64> =
@@ -93,11 +93,11 @@ fn two_faults_at_once_have_a_frame_each_and_a_cylinder_shows_its_pressures() {
         .map(|t| (t.component.to_string(), t.sequence))
         .collect();
     let framed: Vec<(String, u64)> =
-        frames.iter().map(|frame| (frame.component.to_string(), frame.sequence)).collect();
+        frames.iter().map(|(component, frame)| (component.to_string(), frame.sequence)).collect();
     assert_eq!(framed, latched);
-    let cylinder = frames.iter().find(|frame| frame.component.to_string() == "actuator/a1");
-    let cylinder = cylinder.unwrap();
-    let names: Vec<&str> = cylinder.traces.iter().map(|trace| trace.name).collect();
+    let cylinder = frames.iter().find(|(component, _)| component.to_string() == "actuator/a1");
+    let (_, cylinder) = cylinder.unwrap();
+    let names: Vec<&str> = cylinder.traces.iter().map(|trace| trace.name.as_str()).collect();
     assert_eq!(names, ["demand", "force", "residual", "divergence", "pressure_a", "pressure_b"]);
     let [begin, end] = [
         trace(cylinder, "pressure_a").values[0],
@@ -121,7 +121,7 @@ fn a_frame_ends_with_its_run_or_when_no_sample_follows() {
         } else {
             bench.diagnoser.end_freeze_frames(&mut bench.actions);
         }
-        let [frame] = &frames(&bench)[..] else { panic!("one frame") };
+        let [(_, frame)] = &frames(&bench)[..] else { panic!("one frame") };
         assert_eq!((frame.run, frame.steps.last()), (RunId(1), Some(&last)));
         bench.run(2 * AROUND);
         assert_eq!(frames(&bench).len(), 1, "once");
@@ -154,7 +154,7 @@ fn frames_alter_no_verdict() {
                 bench.diagnoser.end_freeze_frames(&mut bench.actions);
             }
         }
-        bench.actions.retain(|action| !matches!(action, Action::Freeze(_)));
+        bench.actions.retain(|action| !matches!(action, Action::Freeze { .. }));
         bench.actions
     };
     assert_eq!(transitions(false), transitions(true));

@@ -2,8 +2,9 @@
 
 use crate::fixture::{Bench, HOLD, WARM_UP, name, quiet};
 use diagnosis::{
-    Action, Doubt, Event, PeerFailure, Phase, Question, QuestionToken, Refusal, Rule, Verdict,
+    Action, Doubt, Event, PeerFailure, Question, QuestionToken, Refusal, Rule, Verdict,
 };
+use vocabulary::ModulePhase;
 use vocabulary::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
@@ -24,7 +25,7 @@ fn latched_faults_and_the_sequence_are_those_of_before() {
     let restarted = bench.restarted();
     assert_eq!(restarted.latched(), ["sensor/g1"]);
     assert_eq!(restarted.diagnoser.next_sequence(), bench.diagnoser.next_sequence());
-    assert_eq!(restarted.diagnoser.phase(), Phase::Waiting);
+    assert_eq!(restarted.diagnoser.phase(), ModulePhase::Waiting);
 }
 
 #[test]

@@ -75,8 +75,8 @@ pub async fn freeze_frame(
     let key = Key::of_module(structure, module, Topic::FreezeFrame);
     let parameters = FreezeFrameQuestion { transition: Some(transition) }.to_parameters();
     let frame = ask::<FreezeFrame>(session, &key, &parameters, timeout).await?;
-    if frame.sequence != transition {
-        return Err(senseless(format!("it is of transition {}", frame.sequence)));
+    if frame.signals.sequence != transition {
+        return Err(senseless(format!("it is of transition {}", frame.signals.sequence)));
     }
     check(frame)
 }
@@ -120,7 +120,7 @@ pub async fn freeze_frame_of(
                     and only the latest are kept"
             .to_owned());
     };
-    let frame = freeze_frame(session, structure, module, head.sequence, timeout).await;
+    let frame = freeze_frame(session, structure, module, head.signals.sequence, timeout).await;
     match frame {
         Ok(frame) if is_frame_of(&frame, found) => Ok(frame),
         Ok(frame) => Err(format!("the answer is of another fault, of {}", frame.component)),
@@ -138,8 +138,8 @@ fn why(error: &QueryError) -> String {
 
 /// Every trace has a value for every step.
 fn check(frame: FreezeFrame) -> Result<FreezeFrame, QueryError> {
-    let steps = frame.steps.len();
-    match frame.traces.iter().find(|trace| trace.values.len() != steps) {
+    let steps = frame.signals.steps.len();
+    match frame.signals.traces.iter().find(|trace| trace.values.len() != steps) {
         None => Ok(frame),
         Some(trace) => {
             let (name, values) = (&trace.name, trace.values.len());

@@ -235,15 +235,14 @@ mod tests {
         use super::*;
 
         fn identification(decided: bool, kinds: &[&str], size: Option<[f64; 3]>) -> Identification {
-            let size =
-                size.map(|[low, value, high]| FaultSize { value, low, high, unit: "m".into() });
+            let size = size.map(|[low, value, high]| FaultSize { value, low, high });
             let candidate = |kind: &&str| Candidate {
                 kind: vocabulary::fault::FaultKind::ALL
                     .into_iter()
                     .find(|known| known.as_str() == *kind)
                     .unwrap(),
                 probability: 0.5,
-                size: size.clone(),
+                size,
             };
             Identification {
                 structure: "t".parse().unwrap(),

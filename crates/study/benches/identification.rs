@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use diagnosis::identification::{Excerpt, Identification, identify};
+use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use study::{Rig, TimedFault};
 use vocabulary::{RunId, fault::Fault};
 
@@ -18,7 +18,7 @@ thread_local! {
     static EXCERPTS: RefCell<Vec<Excerpt>> = const { RefCell::new(Vec::new()) };
 }
 
-fn keep(excerpt: &Excerpt) -> Identification {
+fn keep(excerpt: &Excerpt) -> IdentificationResult {
     EXCERPTS.with_borrow_mut(|excerpts| excerpts.push(excerpt.clone()));
     identify(excerpt)
 }

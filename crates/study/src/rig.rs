@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use diagnosis::identification::{Excerpt, Identification, identify};
+use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Phase,
-    Question, QuestionToken, Sample, SetupError, Transition, Verdict,
+    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Question,
+    QuestionToken, Sample, SetupError, Transition, Verdict,
 };
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,7 @@ pub enum RigEvent {
         /// The module.
         module: ModuleName,
         /// What it may be.
-        identification: Box<Identification>,
+        identification: Box<IdentificationResult>,
     },
     /// A verdict changed.
     Transition {
@@ -151,7 +151,7 @@ pub struct Rig {
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
     kept: VecDeque<Vec<Sample>>,
     keep: usize,
-    identify: Option<fn(&Excerpt) -> Identification>,
+    identify: Option<fn(&Excerpt) -> IdentificationResult>,
 }
 
 impl Rig {
@@ -266,7 +266,7 @@ impl Rig {
     }
 
     /// The same by another function.
-    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> Identification) {
+    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
         self.identify = Some(identify);
     }
 
@@ -358,8 +358,8 @@ impl Rig {
                 let failure = diagnosis::PeerFailure::Refused(refusal.to_string());
                 Some((asker, Event::Unanswered { peer, question, failure }))
             }
-            Action::Phase(_)
-            | Action::Freeze(_)
+            Action::Phase { .. }
+            | Action::Freeze { .. }
             | Action::Settled { .. }
             | Action::Obeyed { .. }
             | Action::OrderRefused { .. }
@@ -391,8 +391,7 @@ impl StoredMemory {
         match action {
             Action::RunEnded => *self = Self::default(),
             Action::RunStarted(run) => self.run = Some(*run),
-            Action::Phase(Phase::InService { since }) => self.watched_since = Some(*since),
-            Action::Phase(_) => self.watched_since = None,
+            Action::Phase { in_service_since, .. } => self.watched_since = *in_service_since,
             Action::Settled { change, .. } => self.changes.push(change.clone()),
             _ => {}
         }

@@ -2,10 +2,11 @@
 //! begins in a gap is found after it.
 
 use crate::tower;
-use diagnosis::{Action, Diagnoser, Doubt, Phase, Sample, Verdict};
+use diagnosis::{Action, Diagnoser, Doubt, Sample, Verdict};
 use plant::Plant;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
+use vocabulary::ModulePhase;
 use vocabulary::{Component, RunId};
 
 /// Steps until module 1 is in service, and a few more.
@@ -54,7 +55,7 @@ impl Lossy {
     }
 
     fn in_service(&self) -> bool {
-        matches!(self.diagnoser.phase(), Phase::InService { .. })
+        self.diagnoser.phase() == ModulePhase::InService
     }
 
     fn changes(&self) -> u64 {

@@ -4,10 +4,11 @@ use std::sync::LazyLock;
 
 use crate::tower;
 use diagnosis::ModuleSetup;
-use diagnosis::identification::{Identification, SignaturePoint};
+use diagnosis::identification::IdentificationResult;
 use study::commissioning::{PlantSite, usual_snippets};
 use study::{Rig, RigEvent, TimedFault};
 use truss::Structure;
+use vocabulary::SignaturePoint;
 use vocabulary::{
     ComponentPath, RunId, Step,
     fault::{Fault, FaultKind},
@@ -40,7 +41,7 @@ static PLANT: LazyLock<(PlantSite, Vec<ModuleSetup>)> = LazyLock::new(|| {
 });
 
 /// The latest word on a fault, and every one before it.
-fn identified(component: &str, fault: Fault, seed: u64) -> Vec<Identification> {
+fn identified(component: &str, fault: Fault, seed: u64) -> Vec<IdentificationResult> {
     let (site, setups) = &*PLANT;
     let injection =
         TimedFault { at: ONSET, until: None, component: component.parse().unwrap(), fault };
@@ -62,12 +63,12 @@ fn identified(component: &str, fault: Fault, seed: u64) -> Vec<Identification> {
 /// eighth.
 fn assert_identified(component: &str, fault: Fault, size: Option<f64>, seed: u64) {
     let all = identified(component, fault, seed);
-    let latest = all.last().and_then(Identification::decided);
+    let latest = all.last().and_then(IdentificationResult::decided);
     assert!(latest.is_some(), "{fault}: {all:?}");
     let latest = latest.unwrap();
     assert_eq!(latest.kind, fault.kind(), "{fault}: {latest:?}");
     let settled = all.iter().filter(|found| found.as_of >= ONSET.plus(1000));
-    for found in settled.filter_map(Identification::decided) {
+    for found in settled.filter_map(IdentificationResult::decided) {
         assert_eq!(found.kind, fault.kind(), "{fault}: {found:?}");
     }
     if let Some(size) = size {
@@ -90,7 +91,7 @@ fn a_gages_bias_drift_and_walk_are_told_apart_with_their_size() {
 fn a_gage_that_reads_zero_or_stands_still_is_told_from_one_that_is_off() {
     assert_identified("module1/sensor/g2", Fault::ZeroOutput {}, None, 4);
     let stuck = identified(GAGE, Fault::Stuck {}, 5);
-    let latest = stuck.last().and_then(Identification::decided).map(|found| found.kind);
+    let latest = stuck.last().and_then(IdentificationResult::decided).map(|found| found.kind);
     assert!(stuck.is_empty() || latest == Some(FaultKind::Stuck), "{stuck:?}");
 }
 

@@ -9,7 +9,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 use vocabulary::{
     Candidate, Channel, Condition, Divergences, FaultSize, FaultState, FaultTransition,
-    FreezeFrame, GivenOrder, GivenOrderKind, Identification, RunId, Shelving, Step, Trace, Unknown,
+    FreezeFrame, FrozenSignals, GivenOrder, GivenOrderKind, Identification, RunId, Shelving, Step,
+    Trace, Unknown,
 };
 
 use crate::model::effect::TaskResult;
@@ -57,7 +58,7 @@ fn agreeing(component: &str) -> FaultTransition {
 }
 
 fn bias() -> Identification {
-    let size = FaultSize { value: 4.51e-5, low: 4.48e-5, high: 4.54e-5, unit: "m".to_owned() };
+    let size = FaultSize { value: 4.51e-5, low: 4.48e-5, high: 4.54e-5 };
     let bias = Candidate {
         kind: vocabulary::fault::FaultKind::Bias,
         probability: 0.987,
@@ -194,20 +195,22 @@ pub(crate) fn frame() -> FreezeFrame {
         structure: "tower".parse().unwrap(),
         module: "module1".parse().unwrap(),
         component: "module1/sensor/g2".parse().unwrap(),
-        sequence: 7,
         incarnation: 0,
-        run: RunId(3),
-        step_s: 1e-3,
-        onset_step: Step(3108),
-        detection_step: Step(3110),
-        decided_step: Step(3118),
-        threshold: 10.0,
         time_unix_ns: NOW - 10 * SECOND,
-        traces: vec![
-            trace("residual", "m", &|step| jump(step) + wave(step)),
-            trace("divergence", "1", &grows),
-        ],
-        steps: steps.iter().map(|step| Step(*step)).collect(),
+        signals: FrozenSignals {
+            sequence: 7,
+            run: RunId(3),
+            step_s: 1e-3,
+            onset_step: Step(3108),
+            detection_step: Step(3110),
+            decided_step: Step(3118),
+            threshold: 10.0,
+            traces: vec![
+                trace("residual", "m", &|step| jump(step) + wave(step)),
+                trace("divergence", "1", &grows),
+            ],
+            steps: steps.iter().map(|step| Step(*step)).collect(),
+        },
     }
 }
 

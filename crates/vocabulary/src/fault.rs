@@ -140,6 +140,25 @@ impl FaultKind {
         FaultKind::ZeroOutput,
     ];
 
+    /// What its size is measured in where it is identified; `None` where it has none.
+    #[must_use]
+    pub fn size_unit(self) -> Option<&'static str> {
+        match self {
+            FaultKind::Bias | FaultKind::Intermittent => Some("m"),
+            FaultKind::Drift => Some("m/s"),
+            FaultKind::RandomWalk => Some("m per step"),
+            FaultKind::Gain => Some("1"),
+            FaultKind::InternalLeakage
+            | FaultKind::ExternalLeakageA
+            | FaultKind::ExternalLeakageB => Some("m²"),
+            FaultKind::HardOver
+            | FaultKind::Stiction
+            | FaultKind::ZeroOutput
+            | FaultKind::Stuck
+            | FaultKind::NoSignal => None,
+        }
+    }
+
     /// The kind of component that can have this fault.
     #[must_use]
     pub fn component_kind(self) -> ComponentKind {

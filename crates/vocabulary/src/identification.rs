@@ -35,28 +35,27 @@ pub struct Identification {
 }
 
 /// A kind that a fault may be of.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Candidate {
     /// The kind.
     pub kind: FaultKind,
     /// How probable it is, from 0 to 1.
     pub probability: f64,
-    /// How large it is if it is of this kind, where that means anything.
+    /// How large it is if it is of this kind, where that means anything, in the unit of the kind: `m` of a bias and of what
+    /// a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a gain, `m²` of a leak's
+    /// coefficient.
     pub size: Option<FaultSize>,
 }
 
-/// How large a fault is, with its 95 % interval.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// How large a fault is, with its 95 % interval, in the unit of its kind ([`FaultKind::size_unit`]).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultSize {
-    /// The middle of what it may be, in `unit`.
+    /// The middle of what it may be.
     pub value: f64,
-    /// It is less than this with a probability of 2.5 %, in `unit`.
+    /// It is less than this with a probability of 2.5 %.
     pub low: f64,
-    /// It is more than this with a probability of 2.5 %, in `unit`.
+    /// It is more than this with a probability of 2.5 %.
     pub high: f64,
-    /// `m` of a bias and of what a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a
-    /// gain, `m²` of a leak's coefficient.
-    pub unit: String,
 }
 
 /// What was measured of a fault, and what the most probable kind makes of it.

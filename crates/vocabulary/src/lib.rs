@@ -82,7 +82,7 @@ pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;
 pub use fault_state::FaultState;
-pub use freeze_frame::{FreezeFrame, FreezeFrameQuestion, Trace};
+pub use freeze_frame::{FreezeFrame, FreezeFrameQuestion, FrozenSignals, Trace};
 pub use given_order::{GivenOrder, GivenOrderKind};
 pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE, MAX_IDENTIFICATIONS_OF_FAULT};
 pub use identification::{

@@ -78,20 +78,21 @@ async fn frame(observer: &Observer, latched: &FaultTransition) -> FreezeFrame {
 /// It shows what the transition says.
 fn check(frame: &FreezeFrame, latched: &FaultTransition) {
     assert_eq!((&frame.component, frame.incarnation), (&latched.component, latched.incarnation));
-    assert_eq!(Some(frame.run), latched.run);
+    assert_eq!(Some(frame.signals.run), latched.run);
     let (onset, detection) = (latched.onset_step.unwrap(), latched.detection_step.unwrap());
-    assert_eq!((frame.onset_step, frame.detection_step), (onset, detection));
+    assert_eq!((frame.signals.onset_step, frame.signals.detection_step), (onset, detection));
     let first = onset.min(detection).minus(AROUND);
-    let steps: Vec<Step> = (first.0..).map(Step).take(frame.steps.len()).collect();
-    assert_eq!(frame.steps, steps, "nothing was lost");
+    let steps: Vec<Step> = (first.0..).map(Step).take(frame.signals.steps.len()).collect();
+    assert_eq!(frame.signals.steps, steps, "nothing was lost");
     let decided = latched.decided_step.unwrap();
-    let last = *frame.steps.last().unwrap();
+    let last = *frame.signals.steps.last().unwrap();
     assert!(last <= decided.plus(AROUND) && last > decided, "{last} {decided}");
-    let place = frame.steps.iter().position(|step| *step == detection).unwrap();
-    let values = |name| &frame.traces.iter().find(|trace| trace.name == name).unwrap().values;
+    let place = frame.signals.steps.iter().position(|step| *step == detection).unwrap();
+    let values =
+        |name| &frame.signals.traces.iter().find(|trace| trace.name == name).unwrap().values;
     let evidence = latched.evidence.as_ref().unwrap();
     if latched.symptom == vocabulary::Symptom::Change {
-        assert!(values("divergence")[place] >= Some(frame.threshold));
+        assert!(values("divergence")[place] >= Some(frame.signals.threshold));
         assert_eq!(values("divergence")[place], evidence.divergence);
         assert_eq!(values("residual")[place], Some(evidence.residual));
     }

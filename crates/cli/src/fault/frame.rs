@@ -17,23 +17,24 @@ pub(super) fn text(frame: &FreezeFrame, width: u16, paint: Paint) -> String {
     let residual = trace(frame, &["residual"]);
     let traces = [measured, residual].into_iter().flatten().map(|trace| of_trace(frame, trace));
     let plots = traces.chain([of_divergence(frame)]);
-    let mut parts = vec![format!("  freeze frame of transition {}\n", frame.sequence)];
+    let mut parts = vec![format!("  freeze frame of transition {}\n", frame.signals.sequence)];
     let colours = paint.has_colours();
     parts.extend(plots.map(|plot| plot.text(width.min(WIDEST), LINES, colours)));
     let marks = [
-        ("onset", frame.onset_step),
-        ("detection", frame.detection_step),
-        ("latched as of", frame.decided_step),
+        ("onset", frame.signals.onset_step),
+        ("detection", frame.signals.detection_step),
+        ("latched as of", frame.signals.decided_step),
     ];
     parts.push(marks.map(|(name, step)| format!("  ┊ {name} step {step}\n")).concat());
     parts.join("\n")
 }
 
 fn plot(frame: &FreezeFrame, title: String, values: impl Iterator<Item = f64>) -> Plot {
-    let marks = [frame.onset_step, frame.detection_step, frame.decided_step];
+    let marks =
+        [frame.signals.onset_step, frame.signals.detection_step, frame.signals.decided_step];
     Plot {
         title: format!("  {title}"),
-        points: frame.steps.iter().map(|step| number(*step)).zip(values).collect(),
+        points: frame.signals.steps.iter().map(|step| number(*step)).zip(values).collect(),
         marks: marks.map(number).to_vec(),
         otherwise: "no values".to_owned(),
         ..Plot::default()
@@ -62,12 +63,12 @@ fn of_divergence(frame: &FreezeFrame) -> Plot {
 /// empty.
 pub(super) fn csv(frame: &FreezeFrame) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let named = frame.traces.iter().map(|trace| format!("{} [{}]", trace.name, trace.unit));
+    let named = frame.signals.traces.iter().map(|trace| format!("{} [{}]", trace.name, trace.unit));
     writer.write_record(
         ["step".to_owned(), "since detection [s]".to_owned()].into_iter().chain(named),
     )?;
-    for (row, step) in frame.steps.iter().enumerate() {
-        let values = frame.traces.iter().map(|trace| {
+    for (row, step) in frame.signals.steps.iter().enumerate() {
+        let values = frame.signals.traces.iter().map(|trace| {
             let value = trace.values.get(row).copied().flatten();
             value.map_or_else(String::new, |value| value.to_string())
         });

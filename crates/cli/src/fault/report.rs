@@ -61,7 +61,7 @@ fn add_identification(rows: &mut TextTable, identification: &Identification) {
             rows.add_row(["kind", decided.kind.words()]);
             rows.add_row(["probability".to_owned(), percent(decided.probability)]);
             if let Some(size) = &decided.size {
-                rows.add_row(["size".to_owned(), fault_size(size)]);
+                rows.add_row(["size".to_owned(), fault_size(size, decided.kind)]);
             }
             if let Some(note) = note(decided) {
                 rows.add_row(["note", note]);
@@ -108,14 +108,14 @@ mod tests {
     use observer::testing::{identification, state};
     use vocabulary::{FaultSize, FaultState, Step};
 
-    fn sized(kind: FaultKind, unit: &str, probability: f64, interval: [f64; 3]) -> Candidate {
+    fn sized(kind: FaultKind, probability: f64, interval: [f64; 3]) -> Candidate {
         let [low, value, high] = interval;
-        let size = Some(FaultSize { value, low, high, unit: unit.to_owned() });
+        let size = Some(FaultSize { value, low, high });
         Candidate { kind, probability, size }
     }
 
     fn bias(probability: f64) -> Candidate {
-        sized(FaultKind::Bias, "m", probability, [44.8e-6, 45.1e-6, 45.4e-6])
+        sized(FaultKind::Bias, probability, [44.8e-6, 45.1e-6, 45.4e-6])
     }
 
     fn fault(identification: Option<Identification>) -> FaultTransition {
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_decided_fault_is_told_with_size_and_interval() {
-        let drift = sized(FaultKind::Drift, "m/s", 0.0127, [8.95e-5, 9e-5, 9.05e-5]);
+        let drift = sized(FaultKind::Drift, 0.0127, [8.95e-5, 9e-5, 9.05e-5]);
         let found = identified(true, vec![bias(0.9873), drift]);
         let expected = "  m1/sensor/g2   of tower
 ──────────────────────────────────────────────────────────────
@@ -153,7 +153,7 @@ nothing measured is kept any more";
 
     #[test]
     fn as_long_as_it_is_not_decided_there_are_contenders() {
-        let drift = sized(FaultKind::Drift, "m/s", 0.4, [8.95e-5, 9e-5, 9.05e-5]);
+        let drift = sized(FaultKind::Drift, 0.4, [8.95e-5, 9e-5, 9.05e-5]);
         let text = text(&identified(false, vec![bias(0.6), drift]), None);
         for line in [
             "  kind           not yet decided\n",
@@ -176,8 +176,7 @@ nothing measured is kept any more";
 
     #[test]
     fn a_gain_above_one_may_be_the_structure() {
-        let gain =
-            |value: f64| sized(FaultKind::Gain, "1", 0.99, [value - 0.01, value, value + 0.01]);
+        let gain = |value: f64| sized(FaultKind::Gain, 0.99, [value - 0.01, value, value + 0.01]);
         let noted = |value| {
             text(&identified(true, vec![gain(value)]), None)
                 .contains("note           structure, or a gage that reads too much")

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 use vocabulary::{
-    Candidate, FaultState, FaultTransition, FreezeFrame, Identification, ModulePhase, RunId,
-    Signature, SignaturePoint, Step, Topic, Trace,
+    Candidate, FaultState, FaultTransition, FreezeFrame, FrozenSignals, Identification,
+    ModulePhase, RunId, Signature, SignaturePoint, Step, Topic, Trace,
 };
 
 use crate::binary::run;
@@ -135,21 +135,23 @@ fn frame_of(latched: &FaultTransition) -> FreezeFrame {
         structure: latched.structure.clone(),
         module: latched.module.clone(),
         component: latched.component.clone(),
-        sequence: latched.sequence,
         incarnation: latched.incarnation,
-        run: RunId(1),
-        step_s: 1e-3,
-        onset_step: onset,
-        detection_step: latched.detection_step.unwrap(),
-        decided_step: latched.decided_step.unwrap(),
-        threshold: 0.5,
         time_unix_ns: 1_795_000_000_000_000_000,
-        traces: vec![
-            trace("reading", "m", Some(1e-6), 46e-6),
-            trace("residual", "m", Some(0.0), 45e-6),
-            trace("divergence", "1", None, 50.0),
-        ],
-        steps,
+        signals: FrozenSignals {
+            sequence: latched.sequence,
+            run: RunId(1),
+            step_s: 1e-3,
+            onset_step: onset,
+            detection_step: latched.detection_step.unwrap(),
+            decided_step: latched.decided_step.unwrap(),
+            threshold: 0.5,
+            traces: vec![
+                trace("reading", "m", Some(1e-6), 46e-6),
+                trace("residual", "m", Some(0.0), 45e-6),
+                trace("divergence", "1", None, 50.0),
+            ],
+            steps,
+        },
     }
 }
 
@@ -159,16 +161,21 @@ async fn the_freeze_frame_of_the_fault_is_drawn_and_written_to_files() {
     let latched = tower.transition("module1/sensor/g3", FaultState::Latched, 1);
     let frame = frame_of(&latched);
     // The newest first; the other one is of an earlier fault of the same component.
-    let earlier = FreezeFrame { sequence: 0, onset_step: Step(5), ..frame.clone() };
+    let earlier = FrozenSignals { sequence: 0, onset_step: Step(5), ..frame.signals.clone() };
+    let earlier = FreezeFrame { signals: earlier, ..frame.clone() };
     let component = "module1/sensor/g4".parse().unwrap();
-    let other = FreezeFrame { component, sequence: 2, ..frame.clone() };
+    let other = FreezeFrame {
+        component,
+        signals: FrozenSignals { sequence: 2, ..frame.signals.clone() },
+        ..frame.clone()
+    };
     tower.frames("module1", vec![other, frame.clone(), earlier]).await;
     let folder = tempfile::tempdir().unwrap();
     let [svg, csv] = ["frame.svg", "frame.csv"].map(|name| folder.path().join(name));
     let [svg, csv] = [svg.to_str().unwrap(), csv.to_str().unwrap()];
     let shown = tower.run(&["fault", "show", "sensor/g3", "--svg", svg, "--csv", csv]);
     shown.succeeds();
-    let detection = format!("  ┊ detection step {}\n", frame.detection_step);
+    let detection = format!("  ┊ detection step {}\n", frame.signals.detection_step);
     for part in [
         "  freeze frame of transition 1\n",
         "  reading [µm]\n",

@@ -104,10 +104,12 @@ impl StandIn {
             for frame in &frames {
                 match asked.transition {
                     None => {
-                        let (steps, traces) = (Vec::new(), Vec::new());
-                        reply(&query, &key, &FreezeFrame { steps, traces, ..frame.clone() });
+                        let mut head = frame.clone();
+                        head.signals.steps.clear();
+                        head.signals.traces.clear();
+                        reply(&query, &key, &head);
                     }
-                    Some(number) if number == frame.sequence => reply(&query, &key, frame),
+                    Some(number) if number == frame.signals.sequence => reply(&query, &key, frame),
                     Some(_) => {}
                 }
             }
@@ -368,7 +370,7 @@ pub(crate) fn identification(
 /// A bias of +45.1 µm.
 pub(crate) fn bias(probability: f64) -> Candidate {
     let (value, low, high) = (45.1e-6, 44.8e-6, 45.4e-6);
-    let size = Some(FaultSize { value, low, high, unit: "m".to_owned() });
+    let size = Some(FaultSize { value, low, high });
     Candidate { kind: vocabulary::fault::FaultKind::Bias, probability, size }
 }
 

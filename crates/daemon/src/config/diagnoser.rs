@@ -352,13 +352,13 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
 pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
     #[derive(Deserialize)]
     struct ReferenceHead {
-        version: u32,
+        v: u32,
     }
     let document = SettingsFile::read(file)?;
     match document.parse() {
-        Ok(ReferenceHead { version }) if version != REFERENCE_VERSION => {
-            let problem = ReferenceProblem::Version(version).to_string();
-            let line = document.line(&["version"]);
+        Ok(ReferenceHead { v }) if v != REFERENCE_VERSION => {
+            let problem = ReferenceProblem::Version(v).to_string();
+            let line = document.line(&["v"]);
             Err(ConfigErrors(vec![ConfigError { file: file.to_owned(), line, problem }]))
         }
         _ => Ok(Arc::new(document.parse()?)),

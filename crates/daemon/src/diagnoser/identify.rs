@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 
-use diagnosis::identification::{Excerpt, Identification, identify};
+use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use shell::clock;
 use shell::occurrences::Occurrences;
 use shell::runtime::contained;
@@ -87,8 +87,8 @@ impl Worker {
 fn attempt(
     tally: &SharedCounters<IdentificationReport>,
     component: &Component,
-    identify: impl FnOnce() -> Identification,
-) -> Option<Identification> {
+    identify: impl FnOnce() -> IdentificationResult,
+) -> Option<IdentificationResult> {
     let begun = Instant::now();
     match contained(identify) {
         Ok(found) => {
@@ -117,7 +117,7 @@ mod tests {
         let tally = SharedCounters::<IdentificationReport>::default();
         let component: Component = "sensor/g1".parse().unwrap();
         assert_eq!(attempt(&tally, &component, || panic!("on purpose")), None);
-        let found = Identification {
+        let found = IdentificationResult {
             run: RunId(1),
             sequence: 1,
             component: component.clone(),

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
+use vocabulary::fault::FaultKind;
 use vocabulary::{
     Component, Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
     ModuleStatus, PeerStatus, PublisherCounters,
@@ -80,7 +81,7 @@ pub(crate) struct IdentificationReport {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct KindReport {
     pub(crate) component: Component,
-    pub(crate) kind: String,
+    pub(crate) kind: FaultKind,
     pub(crate) probability: f64,
 }
 
@@ -183,7 +184,7 @@ fn write_identifications(report: &IdentificationReport, sheet: &mut Sheet<'_>) -
     let kinds = report
         .kinds
         .iter()
-        .map(|known| ([known.component.to_string(), known.kind.clone()], known.probability));
+        .map(|known| ([known.component.to_string(), known.kind.to_string()], known.probability));
     let help = "How probable it is that the fault of a component is of this kind.";
     let labels = ["component", "kind"];
     sheet.gauges_of_two("trusswatch_fault_kind_probability", help, labels, kinds)?;

@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde_json::Value;
 use shell::health::ProcessReport;
 use shell::supervision::Sign;
+use vocabulary::fault::FaultKind;
 use vocabulary::{
     FaultState, JournalStatus, ModulePhase, ModuleStatus, PeerOutcome, PeerStatus, PlantPhase,
     PlantStatus, PresentFault, RunId, Step,
@@ -81,9 +82,9 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
 
 /// A gage that is identified, but not decided.
 fn identifications() -> IdentificationReport {
-    let kind = |kind: &str, probability| KindReport {
+    let kind = |kind, probability| KindReport {
         component: "sensor/g1".parse().unwrap(),
-        kind: kind.to_owned(),
+        kind,
         probability,
     };
     IdentificationReport {
@@ -92,7 +93,7 @@ fn identifications() -> IdentificationReport {
         turned_away: 2,
         failed: 1,
         published: 3,
-        kinds: vec![kind("bias", 0.75), kind("drift", 0.125)],
+        kinds: vec![kind(FaultKind::Bias, 0.75), kind(FaultKind::Drift, 0.125)],
     }
 }
 

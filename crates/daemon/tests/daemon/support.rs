@@ -214,7 +214,7 @@ impl Reference {
         for (diagnoser, name) in self.diagnosers.iter().zip(&self.names) {
             for (component, evidence) in diagnoser.components().iter().zip(diagnoser.evidence()) {
                 let largest = self.largest.entry(format!("{name}/{component}")).or_default();
-                if matches!(diagnoser.phase(), diagnosis::Phase::InService { .. }) {
+                if diagnoser.phase() == vocabulary::ModulePhase::InService {
                     *largest = largest.max(evidence.divergence.unwrap_or(0.0));
                 }
             }

@@ -1,5 +1,7 @@
 //! What a hypothesis says in all: its likelihood over everything that it leaves open, and its size.
 
+use vocabulary::FaultSize;
+
 use super::level::Weighed;
 
 /// Standard deviations of a normal that hold 95 % of it.
@@ -11,23 +13,10 @@ pub(super) struct Mixture {
     cases: Vec<Weighed>,
 }
 
-/// A size with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Size {
-    /// The middle of what it may be.
-    pub value: f64,
-    /// It is less than this with a probability of 2.5 %.
-    pub low: f64,
-    /// It is more than this with a probability of 2.5 %.
-    pub high: f64,
-}
-
-impl Size {
-    /// The same with an error more, of this standard deviation.
-    pub(super) fn with_error(self, deviation: f64) -> Self {
-        let half = (0.5 * (self.high - self.low)).hypot(WITHIN_95 * deviation);
-        Self { low: self.value - half, high: self.value + half, ..self }
-    }
+/// The same size with an error more, of this standard deviation.
+fn with_error(size: FaultSize, deviation: f64) -> FaultSize {
+    let half = (0.5 * (size.high - size.low)).hypot(WITHIN_95 * deviation);
+    FaultSize { low: size.value - half, high: size.value + half, ..size }
 }
 
 impl Mixture {
@@ -46,8 +35,8 @@ impl Mixture {
 
     /// The cases, and a size that may be wrong by so much more than noise makes it, as a standard deviation that may depend
     /// on the size.
-    pub(super) fn sized(self, error: impl Fn(f64) -> f64) -> (Self, Option<Size>) {
-        let size = self.size().map(|size| size.with_error(error(size.value)));
+    pub(super) fn sized(self, error: impl Fn(f64) -> f64) -> (Self, Option<FaultSize>) {
+        let size = self.size().map(|size| with_error(size, error(size.value)));
         (self, size)
     }
 
@@ -72,7 +61,7 @@ impl Mixture {
     }
 
     /// The size by the mixture's mean and variance; `None` without a usable case.
-    pub(super) fn size(&self) -> Option<Size> {
+    pub(super) fn size(&self) -> Option<FaultSize> {
         let largest = self.largest();
         let weights: Vec<f64> =
             self.cases.iter().map(|case| (case.log_likelihood - largest).exp()).collect();
@@ -87,6 +76,6 @@ impl Mixture {
         let mean = mean_of(&|case| case.mean);
         let variance = mean_of(&|case| case.variance + (case.mean - mean).powi(2));
         let half = WITHIN_95 * variance.sqrt();
-        (variance > 0.0).then_some(Size { value: mean, low: mean - half, high: mean + half })
+        (variance > 0.0).then_some(FaultSize { value: mean, low: mean - half, high: mean + half })
     }
 }

@@ -7,7 +7,6 @@
 //! likelihood). From the likelihoods and the priors follow the probabilities of the kinds.
 
 mod axis;
-mod candidate;
 mod cylinder;
 mod excerpt;
 mod gage;
@@ -19,9 +18,8 @@ mod signature;
 #[cfg(test)]
 mod any_series;
 
-use vocabulary::{Component, RunId, Step, fault::FaultKind};
+use vocabulary::{Candidate, Component, FaultSize, RunId, SignaturePoint, Step, fault::FaultKind};
 
-pub use candidate::Candidate;
 pub use excerpt::Excerpt;
 pub(crate) use excerpt::{
     CylinderSeries, CylinderStep, FaultOnset, GageSeries, GageStep, MeasuredSeries,
@@ -29,8 +27,6 @@ pub(crate) use excerpt::{
 pub(crate) use level::Prior;
 use level::Weighed;
 use mixture::Mixture;
-pub use mixture::Size;
-pub use signature::SignaturePoint;
 
 /// A kind is decided when it is at least so probable.
 pub const DECIDED: f64 = 0.95;
@@ -43,14 +39,14 @@ struct Hypothesis<Series> {
     /// How likely it is beforehand, in comparison with the others of its component.
     prior: f64,
     /// Its cases (what it leaves open, integrated out by their sum), and its size, if it has one.
-    weigh: fn(&Series) -> (Mixture, Option<Size>),
+    weigh: fn(&Series) -> (Mixture, Option<FaultSize>),
     /// The measured series and the fit of its likeliest case.
     show: fn(&Series, &Weighed) -> Vec<SignaturePoint>,
 }
 
 /// What kind of fault it may be, and how large, as of a step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Identification {
+pub struct IdentificationResult {
     /// The run that the step is counted in.
     pub run: RunId,
     /// The number of the transition that declared the component faulty.
@@ -65,7 +61,7 @@ pub struct Identification {
     pub signature: Vec<SignaturePoint>,
 }
 
-impl Identification {
+impl IdentificationResult {
     /// The kind, if it is decided.
     #[must_use]
     pub fn decided(&self) -> Option<&Candidate> {
@@ -75,7 +71,7 @@ impl Identification {
 
 /// Identifies a fault.
 #[must_use]
-pub fn identify(excerpt: &Excerpt) -> Identification {
+pub fn identify(excerpt: &Excerpt) -> IdentificationResult {
     let (candidates, signature) = match &excerpt.measured {
         MeasuredSeries::Gage(series) => gage::record::GageRecord::new(excerpt, series)
             .map(|record| weigh(&record, &gage::HYPOTHESES)),
@@ -87,7 +83,7 @@ pub fn identify(excerpt: &Excerpt) -> Identification {
         }
     }
     .unwrap_or_default();
-    Identification {
+    IdentificationResult {
         run: excerpt.run,
         sequence: excerpt.sequence,
         component: excerpt.component.clone(),

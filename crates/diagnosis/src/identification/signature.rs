@@ -1,7 +1,6 @@
 //! What was measured of a fault, and what its likeliest hypothesis makes of it: for people to see how well that fits.
 
-pub use vocabulary::SignaturePoint;
-use vocabulary::Step;
+use vocabulary::{SignaturePoint, Step};
 
 /// Equal stretches of time of which a signature has a point each, and one more for that in which the onset is.
 const MOST: usize = 119;

@@ -1,20 +1,19 @@
 //! From what was found to the message.
 
-use crate::identification::{Candidate, Identification, SignaturePoint, Size};
-use vocabulary::{ComponentKind, FaultSize, MAX_SIGNATURE_POINTS, Signature, fault::FaultKind};
+use crate::identification::IdentificationResult;
+use vocabulary::{
+    Candidate, ComponentKind, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature,
+    SignaturePoint,
+};
 
 use super::Speaker;
 
 impl Speaker {
     /// The message on what was found of a component's fault.
     #[must_use]
-    pub fn identification(
-        &self,
-        found: Identification,
-        time_unix_ns: u64,
-    ) -> vocabulary::Identification {
+    pub fn identification(&self, found: IdentificationResult, time_unix_ns: u64) -> Identification {
         let kind = found.component.kind();
-        vocabulary::Identification {
+        Identification {
             structure: self.structure.clone(),
             module: self.module.clone(),
             component: self.path(&found.component),
@@ -22,42 +21,19 @@ impl Speaker {
             sequence: found.sequence,
             as_of_step: found.as_of,
             decided: found.decided().is_some(),
-            candidates: found.candidates.iter().map(candidate).collect(),
             signature: signature(kind, &found.signature),
+            candidates: found.candidates.into_iter().map(writable).collect(),
             time_unix_ns,
         }
     }
 }
 
-fn candidate(candidate: &Candidate) -> vocabulary::Candidate {
-    let Candidate { kind, probability, size } = *candidate;
-    let size = size.zip(unit(kind)).and_then(|(size, unit)| to_wire_size(size, unit));
-    vocabulary::Candidate { kind, probability, size }
-}
-
 /// JSON has no infinities: a size that is not finite is none.
-fn to_wire_size(size: Size, unit: &str) -> Option<FaultSize> {
-    let Size { value, low, high } = size;
-    let finite = [value, low, high].iter().all(|bound| bound.is_finite());
-    finite.then(|| FaultSize { value, low, high, unit: unit.to_owned() })
-}
-
-/// What the size of a kind is measured in; `None` where it has none.
-fn unit(kind: FaultKind) -> Option<&'static str> {
-    match kind {
-        FaultKind::Bias | FaultKind::Intermittent => Some("m"),
-        FaultKind::Drift => Some("m/s"),
-        FaultKind::RandomWalk => Some("m per step"),
-        FaultKind::Gain => Some("1"),
-        FaultKind::InternalLeakage | FaultKind::ExternalLeakageA | FaultKind::ExternalLeakageB => {
-            Some("m²")
-        }
-        FaultKind::HardOver
-        | FaultKind::Stiction
-        | FaultKind::ZeroOutput
-        | FaultKind::Stuck
-        | FaultKind::NoSignal => None,
-    }
+fn writable(candidate: Candidate) -> Candidate {
+    let is_finite = |FaultSize { value, low, high }: &FaultSize| {
+        [value, low, high].iter().all(|bound| bound.is_finite())
+    };
+    Candidate { size: candidate.size.filter(is_finite), ..candidate }
 }
 
 fn signature(kind: ComponentKind, points: &[SignaturePoint]) -> Option<Signature> {
@@ -81,19 +57,15 @@ fn thinned<T: Copy>(all: &[T]) -> impl Iterator<Item = T> + '_ {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vocabulary::{RunId, Step};
+    use vocabulary::{RunId, Step, fault::FaultKind};
 
     fn speaker() -> Speaker {
         Speaker::of("t".parse().unwrap(), "m1".parse().unwrap())
     }
 
-    fn found(
-        component: &str,
-        candidates: Vec<Candidate>,
-        points: u64,
-    ) -> vocabulary::Identification {
+    fn found(component: &str, candidates: Vec<Candidate>, points: u64) -> Identification {
         let point = |step| SignaturePoint { step: Step(step), measured: 1e-5, fitted: 2e-5 };
-        let found = Identification {
+        let found = IdentificationResult {
             run: RunId(1),
             sequence: 4,
             component: component.parse().unwrap(),
@@ -105,17 +77,17 @@ mod tests {
     }
 
     fn bias(probability: f64, low: f64) -> Candidate {
-        let size = Some(Size { value: 4.5e-5, low, high: 4.6e-5 });
+        let size = Some(FaultSize { value: 4.5e-5, low, high: 4.6e-5 });
         Candidate { kind: FaultKind::Bias, probability, size }
     }
 
     #[test]
-    fn kind_and_size_are_told_with_their_unit_and_whether_they_are_decided() {
+    fn kind_and_size_are_told_and_whether_they_are_decided() {
         let message = found("sensor/g1", vec![bias(0.97, 4.4e-5)], 0);
         assert!(message.decided);
         assert_eq!(message.component.to_string(), "m1/sensor/g1");
-        let size = message.candidates[0].size.clone().unwrap();
-        assert_eq!((size.value, size.low, size.unit.as_str()), (4.5e-5, 4.4e-5, "m"));
+        let size = message.candidates[0].size.unwrap();
+        assert_eq!((size.value, size.low), (4.5e-5, 4.4e-5));
         assert!(!found("sensor/g1", vec![bias(0.9, 4.4e-5)], 0).decided);
         let endless = found("sensor/g1", vec![bias(0.9, f64::NEG_INFINITY)], 0);
         assert_eq!(endless.candidates[0].size, None);

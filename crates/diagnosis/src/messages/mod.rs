@@ -2,7 +2,6 @@
 //! numbers come back as the very same bits.
 
 mod configuration;
-mod freeze_frame;
 mod identification;
 mod input;
 
@@ -10,10 +9,10 @@ pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
 use crate::state::{WindowLength, WindowMeans};
-use crate::{Answer, Phase, Question, Transition};
+use crate::{Answer, Question, Transition};
 use vocabulary::{
-    Component, ComponentPath, FaultTransition, ModuleName, ModulePhase, RunId, Step, StructureName,
-    Verdict,
+    Component, ComponentPath, FaultTransition, FreezeFrame, FrozenSignals, ModuleName, RunId, Step,
+    StructureName, Verdict,
 };
 
 /// The publishing module.
@@ -144,6 +143,25 @@ impl Speaker {
         }
     }
 
+    /// The message on what was seen of a component around the latching of its fault.
+    #[must_use]
+    pub fn freeze_frame(
+        &self,
+        component: &Component,
+        signals: FrozenSignals,
+        time_unix_ns: u64,
+    ) -> FreezeFrame {
+        let frame = FreezeFrame {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            component: self.path(component),
+            incarnation: self.incarnation,
+            time_unix_ns,
+            signals,
+        };
+        frame.fitting()
+    }
+
     /// The message with its answer to a peer.
     #[must_use]
     pub fn answer(&self, answer: Answer) -> vocabulary::StateAnswer {
@@ -214,15 +232,5 @@ pub fn from_answer(answer: vocabulary::StateAnswer, window: Option<WindowLength>
         actuator_faults: answer.actuator_faults,
         alarms: answer.alarms,
         window: means,
-    }
-}
-
-/// The word for a phase, and since which step it is in service.
-#[must_use]
-pub fn to_phase(phase: Phase) -> (ModulePhase, Option<Step>) {
-    match phase {
-        Phase::Waiting => (ModulePhase::Waiting, None),
-        Phase::Initialising => (ModulePhase::Initialising, None),
-        Phase::InService { since } => (ModulePhase::InService, Some(since)),
     }
 }

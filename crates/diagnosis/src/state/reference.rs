@@ -16,6 +16,7 @@ pub const REFERENCE_VERSION: u32 = 2;
 #[serde(deny_unknown_fields)]
 pub struct Reference {
     /// Version of the format.
+    #[serde(rename = "v")]
     pub version: u32,
     /// The module.
     pub module: ModuleName,

@@ -1,7 +1,7 @@
 //! What outlives the diagnoser's process: its journal, and the file that records how far it had watched.
 
-use diagnosis::{Action, Change, Diagnoser, Memory, PastWatch, Phase};
-use vocabulary::{RunId, Step};
+use diagnosis::{Action, Change, Diagnoser, Memory, PastWatch};
+use vocabulary::RunId;
 
 /// The latest steps count as watched only when their changes are in the journal.
 const TIE: u64 = 3;
@@ -35,10 +35,8 @@ impl Journal {
     pub fn watch(&mut self, diagnoser: &Diagnoser) {
         let (Some(run), Some(last)) = (diagnoser.run(), diagnoser.last_step()) else { return };
         let until = last.minus(TIE + 1);
-        let watched: Option<(Step, Step)> = match diagnoser.phase() {
-            Phase::InService { since } if since <= until => Some((since, until)),
-            _ => None,
-        };
+        let since = diagnoser.in_service_since().filter(|since| *since <= until);
+        let watched = since.map(|since| (since, until));
         if watched.is_none() && self.memory.watch.as_ref().is_some_and(|known| known.run == run) {
             return;
         }

@@ -40,9 +40,9 @@ fn without_numbers(action: &Action) -> Action {
             excerpt.sequence = 0;
             Action::Identify(excerpt)
         }
-        Action::Freeze(mut frame) => {
-            frame.sequence = 0;
-            Action::Freeze(frame)
+        Action::Freeze { component, mut signals } => {
+            signals.sequence = 0;
+            Action::Freeze { component, signals }
         }
         Action::Obeyed { .. } => Action::Obeyed { token, sequence: 0 },
         Action::OrderRefused { refusal, .. } => Action::OrderRefused { token, refusal },

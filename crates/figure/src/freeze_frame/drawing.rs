@@ -25,15 +25,16 @@ pub fn svg(frame: &FreezeFrame) -> String {
         panel(frame, "pressures", &["pressure_a", "pressure_b"]),
     ];
     let (component, structure) = (&frame.component, &frame.structure);
-    let [onset, latched] = [frame.onset_step, frame.decided_step].map(|step| ms(frame, step.0));
+    let [onset, latched] =
+        [frame.signals.onset_step, frame.signals.decided_step].map(|step| ms(frame, step.0));
     Figure {
         title: format!("Fault of {component}"),
         subtitle: format!(
             "{structure}, run {}, transition {}: detected at step {}, onset {onset:+.0} ms, latched as of \
              {latched:+.0} ms; {}",
-            frame.run,
-            frame.sequence,
-            frame.detection_step,
+            frame.signals.run,
+            frame.signals.sequence,
+            frame.signals.detection_step,
             utc(frame.time_unix_ns)
         ),
         description: format!(
@@ -79,7 +80,7 @@ fn line(
     place: usize,
     values: impl Iterator<Item = f64>,
 ) -> Series {
-    let times = frame.steps.iter().map(|step| ms(frame, step.0));
+    let times = frame.signals.steps.iter().map(|step| ms(frame, step.0));
     let points = times.zip(values).map(|(time, value)| [time, value]).collect();
     Series::new(name, Shape::Line, SeriesStyle::nth(place).solid(), points)
 }
@@ -90,13 +91,13 @@ fn time() -> PlotAxis {
 
 fn marked(frame: &FreezeFrame, panel: Panel) -> Panel {
     let shown = |step: u64| {
-        frame.steps.first().is_some_and(|first| first.0 <= step)
-            && frame.steps.last().is_some_and(|last| step <= last.0)
+        frame.signals.steps.first().is_some_and(|first| first.0 <= step)
+            && frame.signals.steps.last().is_some_and(|last| step <= last.0)
     };
     let marks = [
-        (MarkKind::Onset, frame.onset_step.0, "onset"),
-        (MarkKind::Verdict, frame.detection_step.0, "detection"),
-        (MarkKind::Verdict, frame.decided_step.0, "latched"),
+        (MarkKind::Onset, frame.signals.onset_step.0, "onset"),
+        (MarkKind::Verdict, frame.signals.detection_step.0, "detection"),
+        (MarkKind::Verdict, frame.signals.decided_step.0, "latched"),
     ];
     let marks = marks.into_iter().filter(|(_, step, _)| shown(*step));
     panel.marked(marks.map(|(kind, step, label)| PanelMark::new(kind, ms(frame, step), label)))
@@ -122,8 +123,8 @@ mod tests {
     #[test]
     fn an_empty_frame_can_be_drawn() {
         let mut empty = frame();
-        empty.steps.clear();
-        empty.traces.iter_mut().for_each(|trace| trace.values.clear());
+        empty.signals.steps.clear();
+        empty.signals.traces.iter_mut().for_each(|trace| trace.values.clear());
         assert!(svg(&empty).starts_with("<svg"));
     }
 }

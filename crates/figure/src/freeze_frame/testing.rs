@@ -1,6 +1,6 @@
 //! A made-up frame, for tests of those who draw it.
 
-use vocabulary::{FreezeFrame, RunId, Step, Trace};
+use vocabulary::{FreezeFrame, FrozenSignals, RunId, Step, Trace};
 
 /// A gage's frame: 0.2 s with a jump in the middle, and a step that is missing.
 #[must_use]
@@ -20,20 +20,22 @@ pub fn frame() -> FreezeFrame {
         structure: "tower".parse().unwrap(),
         module: "m1".parse().unwrap(),
         component: "m1/sensor/g2".parse().unwrap(),
-        sequence: 7,
         incarnation: 0,
-        run: RunId(3),
-        step_s: 1e-3,
-        onset_step: Step(1100),
-        detection_step: Step(1102),
-        decided_step: Step(1150),
-        threshold: 0.5,
         time_unix_ns: 1_000_000_000,
-        traces: vec![
-            trace("reading", "m", [1e-6, 46e-6]),
-            trace("residual", "m", [0.0, 45e-6]),
-            trace("divergence", "1", [f64::NAN, 50.0]),
-        ],
-        steps: steps.iter().map(|step| Step(*step)).collect(),
+        signals: FrozenSignals {
+            sequence: 7,
+            run: RunId(3),
+            step_s: 1e-3,
+            onset_step: Step(1100),
+            detection_step: Step(1102),
+            decided_step: Step(1150),
+            threshold: 0.5,
+            traces: vec![
+                trace("reading", "m", [1e-6, 46e-6]),
+                trace("residual", "m", [0.0, 45e-6]),
+                trace("divergence", "1", [f64::NAN, 50.0]),
+            ],
+            steps: steps.iter().map(|step| Step(*step)).collect(),
+        },
     }
 }

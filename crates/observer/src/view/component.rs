@@ -289,9 +289,9 @@ pub(super) fn silence(state: &mut FaultTransition, unknown: &Unknown) {
 pub(crate) fn is_frame_of(frame: &FreezeFrame, found: &FaultTransition) -> bool {
     frame.component == found.component
         && frame.incarnation == found.incarnation
-        && found.run.is_none_or(|run| run == frame.run)
-        && Some(frame.onset_step) == found.onset_step
-        && frame.sequence <= found.sequence
+        && found.run.is_none_or(|run| run == frame.signals.run)
+        && Some(frame.signals.onset_step) == found.onset_step
+        && frame.signals.sequence <= found.sequence
 }
 
 /// Run and step as of which it was found. An order has only its time: it comes long after the latest step, perhaps.

@@ -36,9 +36,8 @@ fn change(run: u64, step: u64) -> JournalRecord {
 }
 
 fn found(component: &str, sequence: u64, as_of: u64) -> Identification {
-    let point =
-        diagnosis::identification::SignaturePoint { step: Step(as_of), measured: 1.0, fitted: 2.0 };
-    let found = diagnosis::identification::Identification {
+    let point = vocabulary::SignaturePoint { step: Step(as_of), measured: 1.0, fitted: 2.0 };
+    let found = diagnosis::identification::IdentificationResult {
         run: RunId(1),
         sequence,
         component: component.parse().unwrap(),

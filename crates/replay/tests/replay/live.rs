@@ -6,8 +6,8 @@ use std::path::Path;
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{
-    Action, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Phase, Question,
-    QuestionToken, Sample,
+    Action, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Question, QuestionToken,
+    Sample,
 };
 use vocabulary::{Message, RunId, Step, StructureName, Taken, Topic, encode, fault::Fault};
 
@@ -247,12 +247,8 @@ impl Live {
                 let run = now.unwrap().0;
                 self.input_at(place, before, Taken::Rejected { run, step });
             }
-            Action::Phase(phase) => {
-                let since = match phase {
-                    Phase::InService { since } => Some(since),
-                    _ => None,
-                };
-                self.nodes[place].watched_since = since;
+            Action::Phase { in_service_since, .. } => {
+                self.nodes[place].watched_since = in_service_since;
             }
             Action::Settled { change, .. } => self.nodes[place].changes.push(change),
             Action::Publish(transition) => {

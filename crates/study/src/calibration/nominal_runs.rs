@@ -2,9 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use diagnosis::{ModuleSetup, Phase};
+use diagnosis::ModuleSetup;
 use plant::{Mismatch, Plant, PlantParameters};
 use truss::Structure;
+use vocabulary::ModulePhase;
 use vocabulary::RunId;
 
 use super::Calibration;
@@ -102,7 +103,7 @@ fn watch(rig: &mut Rig, setups: &[ModuleSetup], steps: u64) -> Result<Calibratio
     for _ in 0..steps {
         rig.step()?;
         for (diagnoser, collector) in rig.diagnosers().iter().zip(&mut collectors) {
-            if matches!(diagnoser.phase(), Phase::InService { .. }) {
+            if diagnoser.phase() == ModulePhase::InService {
                 collector.take(diagnoser.evidence().iter().map(|evidence| evidence.divergence));
             } else {
                 collector.skip();

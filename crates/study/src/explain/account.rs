@@ -325,8 +325,7 @@ fn changed(occurrence: &RigEvent) -> Option<Changed> {
 }
 
 fn is_watching(rig: &Rig) -> bool {
-    let in_service =
-        |d: &diagnosis::Diagnoser| matches!(d.phase(), diagnosis::Phase::InService { .. });
+    let in_service = |d: &diagnosis::Diagnoser| d.phase() == vocabulary::ModulePhase::InService;
     rig.diagnosers().iter().all(in_service)
 }
 

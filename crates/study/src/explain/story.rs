@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnosis::identification::Identification;
+use diagnosis::identification::IdentificationResult;
 use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
 use vocabulary::{ComponentPath, ModuleName, Step};
 
@@ -115,7 +115,7 @@ impl<'a> CaseStory<'a> {
         }
     }
 
-    fn identified(&mut self, step: Step, module: &ModuleName, found: &Identification) {
+    fn identified(&mut self, step: Step, module: &ModuleName, found: &IdentificationResult) {
         let candidates = found.candidates.iter().take(SHOWN).map(|of| {
             let percent = 100.0 * of.probability;
             format!("{} {percent:.0} %", of.kind.words())

@@ -1,7 +1,7 @@
 //! What the diagnosers say of a case's fault.
 
 use diagnosis::Verdict;
-use diagnosis::identification::{DECIDED, Identification};
+use diagnosis::identification::{DECIDED, IdentificationResult};
 use serde::{Deserialize, Serialize};
 use vocabulary::{
     ComponentPath, Step,
@@ -26,7 +26,7 @@ pub struct IdentificationStatement {
 }
 
 impl IdentificationStatement {
-    fn of(found: &Identification, after_s: f64) -> Self {
+    fn of(found: &IdentificationResult, after_s: f64) -> Self {
         let size = found.candidates.first().and_then(|first| first.size);
         Self {
             after_s,
@@ -116,7 +116,7 @@ fn seconds(from: Step, until: Step, step_s: f64) -> f64 {
     (until.since(from) as f64 * step_s * 1e9).round() / 1e9
 }
 
-/// The size that [`Candidate::size`](diagnosis::identification::Candidate::size) is about.
+/// The size that [`Candidate::size`](vocabulary::Candidate::size) is about.
 fn stated_size(fault: &Fault) -> Option<f64> {
     match *fault {
         Fault::InternalLeakage { area_m2 }

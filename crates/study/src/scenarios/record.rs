@@ -1,7 +1,8 @@
 //! What came of a run.
 
-use diagnosis::{Phase, Verdict};
+use diagnosis::Verdict;
 use serde::{Deserialize, Serialize};
+use vocabulary::ModulePhase;
 use vocabulary::{Component, ComponentPath, Step, fault::FaultKind};
 
 use super::paper_table::PaperTable;
@@ -206,7 +207,7 @@ type At = (usize, usize, Step, f64);
 /// Looks at the latest step of the modules that watch all their channels.
 fn follow_closest(closest: &mut Option<At>, rig: &Rig) {
     for (module, diagnoser) in rig.diagnosers().iter().enumerate() {
-        if !matches!(diagnoser.phase(), Phase::InService { .. }) {
+        if diagnoser.phase() != ModulePhase::InService {
             continue;
         }
         for (channel, evidence) in diagnoser.evidence().iter().enumerate() {

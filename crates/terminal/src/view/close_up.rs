@@ -119,12 +119,13 @@ fn of_frame(frame: &Fetched<Box<FreezeFrame>>) -> [Plot; 2] {
         Fetched::Awaited => return titles.map(|title| empty(title, "no answer yet")),
         Fetched::Missing(why) => return titles.map(|title| empty(title, &printable(why))),
     };
-    let marks: Vec<f64> =
-        [frame.onset_step, frame.detection_step].map(|step| number(step.0)).to_vec();
+    let marks: Vec<f64> = [frame.signals.onset_step, frame.signals.detection_step]
+        .map(|step| number(step.0))
+        .to_vec();
     let unit = trace(frame, "residual").map(|trace| in_small_units(&trace.unit));
     let (scale, unit) = unit.unwrap_or((1.0, String::new()));
     let residuals = points(frame, "residual", |value| scale * value);
-    let powers = points(frame, "divergence", |value| (value / frame.threshold).log10());
+    let powers = points(frame, "divergence", |value| (value / frame.signals.threshold).log10());
     let title = format!("residual [{unit}], ┊ onset and detection");
     let nothing = "the freeze frame has none".to_owned();
     [
@@ -147,12 +148,12 @@ fn of_frame(frame: &Fetched<Box<FreezeFrame>>) -> [Plot; 2] {
 }
 
 fn trace<'a>(frame: &'a FreezeFrame, name: &str) -> Option<&'a Trace> {
-    frame.traces.iter().find(|trace| trace.name == name)
+    frame.signals.traces.iter().find(|trace| trace.name == name)
 }
 
 fn points(frame: &FreezeFrame, name: &str, of: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let values = trace(frame, name).map_or(&[][..], |trace| &trace.values);
-    let steps = frame.steps.iter().map(|step| number(step.0));
+    let steps = frame.signals.steps.iter().map(|step| number(step.0));
     steps.zip(values).map(|(step, value)| (step, value.map_or(f64::NAN, &of))).collect()
 }
 

@@ -1,5 +1,6 @@
 //! What kind of fault it is, and how large.
 
+use crate::fault::FaultKind;
 use crate::printable;
 use crate::{Candidate, FaultSize, Identification};
 
@@ -29,29 +30,34 @@ pub fn brief(candidate: &Candidate) -> String {
     of_size(candidate, middle)
 }
 
-fn of_size(candidate: &Candidate, in_words: fn(&FaultSize) -> String) -> String {
+fn of_size(candidate: &Candidate, in_words: fn(&FaultSize, FaultKind) -> String) -> String {
     let kind = candidate.kind.words();
     let Some(size) = &candidate.size else { return kind.to_owned() };
     let joint = if kind.contains(" of ") { ", " } else { " of " };
-    format!("{kind}{joint}{}", in_words(size))
+    format!("{kind}{joint}{}", in_words(size, candidate.kind))
 }
 
-/// A size with its interval, to as many digits as the interval has a meaning for.
-pub fn fault_size(size: &FaultSize) -> String {
-    let (scale, _) = in_small_units(&size.unit);
+/// The size of a kind of fault with its interval, to as many digits as the interval has a meaning for.
+pub fn fault_size(size: &FaultSize, kind: FaultKind) -> String {
+    let (scale, _) = in_small_units(unit(kind));
     let [low, high] = [size.low, size.high].map(|number| number * scale);
     let digits = digits(size, scale);
-    format!("{} ({low:.digits$} to {high:.digits$})", middle(size))
+    format!("{} ({low:.digits$} to {high:.digits$})", middle(size, kind))
 }
 
 /// The middle of a size alone.
-fn middle(size: &FaultSize) -> String {
-    let (scale, unit) = in_small_units(&size.unit);
+fn middle(size: &FaultSize, kind: FaultKind) -> String {
+    let (scale, small) = in_small_units(unit(kind));
     let (value, digits) = (size.value * scale, digits(size, scale));
     // Of these the sign tells the direction; the others have none.
-    let signed = matches!(size.unit.as_str(), "m" | "m/s");
+    let signed = matches!(unit(kind), "m" | "m/s");
     let value = if signed { format!("{value:+.digits$}") } else { format!("{value:.digits$}") };
-    if unit.is_empty() { value } else { format!("{value} {unit}") }
+    if small.is_empty() { value } else { format!("{value} {small}") }
+}
+
+/// A kind without a size is given none; a peer that gives it one has given a bare number.
+fn unit(kind: FaultKind) -> &'static str {
+    kind.size_unit().unwrap_or("1")
 }
 
 fn digits(size: &FaultSize, scale: f64) -> usize {
@@ -93,7 +99,6 @@ pub fn decimals(difference: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fault::FaultKind;
     use crate::{RunId, Step};
 
     fn fault_kind(name: &str) -> FaultKind {
@@ -120,32 +125,26 @@ mod tests {
         }
     }
 
-    fn sized(kind: &str, unit: &str, [low, value, high]: [f64; 3]) -> Candidate {
-        let size = Some(FaultSize { value, low, high, unit: unit.to_owned() });
+    fn sized(kind: &str, [low, value, high]: [f64; 3]) -> Candidate {
+        let size = Some(FaultSize { value, low, high });
         Candidate { kind: fault_kind(kind), probability: 0.99, size }
     }
 
     #[test]
     fn sizes_have_small_units_and_the_digits_that_their_interval_allows() {
-        for (kind, unit, size, expected) in [
-            ("bias", "m", [44.8e-6, 45.1e-6, 45.4e-6], "bias of +45.1 µm (44.8 to 45.4)"),
-            ("bias", "m", [-72e-6, -60e-6, -48e-6], "bias of -60 µm (-72 to -48)"),
-            ("drift", "m/s", [8.95e-5, 9e-5, 9.05e-5], "drift of +90.0 µm/s (89.5 to 90.5)"),
-            ("gain", "1", [0.941, 0.95, 0.959], "gain of 0.950 (0.941 to 0.959)"),
-            (
-                "random_walk",
-                "m per step",
-                [1.9e-6, 2e-6, 2.1e-6],
-                "random walk of 2.0 µm per step (1.9 to 2.1)",
-            ),
+        for (kind, size, expected) in [
+            ("bias", [44.8e-6, 45.1e-6, 45.4e-6], "bias of +45.1 µm (44.8 to 45.4)"),
+            ("bias", [-72e-6, -60e-6, -48e-6], "bias of -60 µm (-72 to -48)"),
+            ("drift", [8.95e-5, 9e-5, 9.05e-5], "drift of +90.0 µm/s (89.5 to 90.5)"),
+            ("gain", [0.941, 0.95, 0.959], "gain of 0.950 (0.941 to 0.959)"),
+            ("random_walk", [1.9e-6, 2e-6, 2.1e-6], "random walk of 2.0 µm per step (1.9 to 2.1)"),
             (
                 "external_leakage_a",
-                "m²",
                 [9e-8, 1e-7, 1.1e-7],
                 "external leakage of chamber A, 0.10 mm² (0.09 to 0.11)",
             ),
         ] {
-            assert_eq!(candidate(&sized(kind, unit, size)), expected);
+            assert_eq!(candidate(&sized(kind, size)), expected);
         }
     }
 

@@ -85,7 +85,7 @@ impl ActionExecutor {
             }
             Action::Publish(transition) => self.publish(transition),
             Action::Identify(excerpt) => self.identifier.identify(excerpt),
-            Action::Freeze(frame) => self.freeze_frames.keep(frame),
+            Action::Freeze { component, signals } => self.freeze_frames.keep(component, signals),
             Action::Ask { peer, question } => {
                 self.query_pause.begin(&peer, Instant::now());
                 self.peers.ask(peer, question);
@@ -107,7 +107,7 @@ impl ActionExecutor {
                     self.refuse_order(pending.query, refusal.to_string());
                 }
             }
-            Action::Phase(_) => self.status_is_due = true,
+            Action::Phase { .. } => self.status_is_due = true,
             Action::Rejected { step, rejection } => self.note_rejection(step, rejection),
             Action::SignalLost { component, signal, since } => {
                 tracing::warn!(%component, %signal, %since, "no usable signal");

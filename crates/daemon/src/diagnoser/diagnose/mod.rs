@@ -14,7 +14,7 @@ mod status;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnosis::messages::{Speaker, to_phase};
+use diagnosis::messages::Speaker;
 use diagnosis::state::WindowLength;
 use diagnosis::{Action, Diagnoser, Event, Question};
 use process::{
@@ -406,8 +406,7 @@ impl DiagnosisLoop {
 
     /// Publishes the phase when it changes.
     fn tell_phase(&mut self) {
-        let (diagnosed, _) = to_phase(self.diagnoser.phase());
-        let phase = self.staleness.phase(diagnosed);
+        let phase = self.staleness.phase(self.diagnoser.phase());
         let Some(before) = self.staleness.change_to(phase) else { return };
         let reason = self.reason(phase);
         self.note_phase(phase, reason.clone());
@@ -472,8 +471,8 @@ impl DiagnosisLoop {
         let (Some(run), Some(last)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
         };
-        let (_, since) = to_phase(self.diagnoser.phase());
         let until = last.minus(self.tie_steps + 1);
+        let since = self.diagnoser.in_service_since();
         let watched = since.filter(|since| *since <= until).map(|since| (since, until));
         let watch = WatchedSteps { run, watched };
         // Unless the publisher has begun again with the same run, so that these steps are yet to come.
@@ -493,7 +492,7 @@ impl DiagnosisLoop {
             speaker: &self.executor.speaker,
             thresholds: &self.thresholds,
             reference: self.reference.as_deref(),
-            phase: self.staleness.phase(to_phase(self.diagnoser.phase()).0),
+            phase: self.staleness.phase(self.diagnoser.phase()),
             lag_ms: self.lag_ms,
             sample_age_ms: self.latest_sample_unix_ns.map(ms_since),
             queued_samples: queued_samples + self.input.sequencer.len(),
@@ -514,7 +513,7 @@ impl DiagnosisLoop {
     }
 
     fn send_status(&self, queued_samples: usize) {
-        let phase = self.staleness.phase(to_phase(self.diagnoser.phase()).0);
+        let phase = self.staleness.phase(self.diagnoser.phase());
         let reason = self.reason(phase);
         self.note_phase(phase, reason.clone());
         let status = self.status(queued_samples);

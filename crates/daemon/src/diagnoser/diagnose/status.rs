@@ -1,7 +1,7 @@
 //! The status of the diagnoser, for the network, metrics and readiness.
 
 use diagnosis::Diagnoser;
-use diagnosis::messages::{Speaker, to_phase};
+use diagnosis::messages::Speaker;
 use process::{ComponentStore, PresentComponent};
 use shell::clock;
 use vocabulary::{
@@ -34,7 +34,6 @@ pub(crate) fn compile(
     store: &ComponentStore,
     around: Surroundings<'_>,
 ) -> ModuleStatus {
-    let (_, in_service_since_step) = to_phase(diagnoser.phase());
     let count = |wanted: fn(&PresentComponent<'_>) -> bool| {
         store.present().filter(|present| wanted(present)).count() as u64
     };
@@ -45,7 +44,7 @@ pub(crate) fn compile(
         thresholds: around.thresholds.to_owned(),
         reference: around.reference.map(str::to_owned),
         phase: around.phase,
-        in_service_since_step,
+        in_service_since_step: diagnoser.in_service_since(),
         run: diagnoser.run(),
         step: diagnoser.last_step(),
         lag_ms: around.lag_ms,
@@ -93,7 +92,7 @@ pub(crate) fn kinds(store: &ComponentStore) -> Vec<KindReport> {
     let kinds = store.identifications(|_| true).flat_map(|found| {
         found.candidates.iter().map(|candidate| KindReport {
             component: found.component.component.clone(),
-            kind: candidate.kind.to_string(),
+            kind: candidate.kind,
             probability: candidate.probability,
         })
     });

@@ -75,7 +75,7 @@ impl FreezeFrameFiles {
 
 /// Numbers of another journal mean something else, so the incarnation is part of the name.
 fn name(frame: &FreezeFrame) -> String {
-    format!("{:016x}-{:020}.{ENDING}", frame.incarnation, frame.sequence)
+    format!("{:016x}-{:020}.{ENDING}", frame.incarnation, frame.signals.sequence)
 }
 
 fn found(path: PathBuf) -> FoundFrame {

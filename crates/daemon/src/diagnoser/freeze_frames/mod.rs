@@ -20,7 +20,7 @@ use diagnosis::messages::Speaker;
 use shell::clock;
 use shell::occurrences::Occurrences;
 use shell::supervision::{Crew, Ended};
-use vocabulary::{FreezeFrame, FreezeFrameQuestion, Topic};
+use vocabulary::{Component, FreezeFrame, FreezeFrameQuestion, FrozenSignals, Topic};
 use zenoh::bytes::Encoding;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
@@ -46,7 +46,7 @@ pub(crate) struct FreezeFrames {
 
 #[derive(Debug)]
 enum FreezeFrameWork {
-    Keep(Box<diagnosis::FreezeFrame>),
+    Keep(Component, Box<FrozenSignals>),
     Answer(FreezeFrameQuestion, Query),
 }
 
@@ -105,12 +105,11 @@ impl FreezeFrames {
     }
 
     /// Hands in a frame.
-    pub(crate) fn keep(&self, frame: Box<diagnosis::FreezeFrame>) {
-        if let Err(TrySendError::Full(FreezeFrameWork::Keep(frame))) =
-            self.queue.try_send(FreezeFrameWork::Keep(frame))
+    pub(crate) fn keep(&self, component: Component, signals: Box<FrozenSignals>) {
+        if let Err(TrySendError::Full(FreezeFrameWork::Keep(component, _))) =
+            self.queue.try_send(FreezeFrameWork::Keep(component, signals))
             && let Some(times) = self.lost.note(Instant::now())
         {
-            let component = &frame.component;
             tracing::warn!(%component, times, "freeze frame lost: the disk takes too long");
         }
     }
@@ -147,8 +146,9 @@ impl FreezeFrameThread {
         let mut store = FreezeFrameStore::open(files, &self.speaker);
         while let Ok(work) = work.recv() {
             match work {
-                FreezeFrameWork::Keep(frame) => {
-                    store.keep(self.speaker.freeze_frame(*frame, clock::unix_ns()));
+                FreezeFrameWork::Keep(component, signals) => {
+                    let time_unix_ns = clock::unix_ns();
+                    store.keep(self.speaker.freeze_frame(&component, *signals, time_unix_ns));
                 }
                 FreezeFrameWork::Answer(question, query) => {
                     self.questions.fetch_sub(1, Ordering::AcqRel);

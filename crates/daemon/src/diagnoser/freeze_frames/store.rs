@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use diagnosis::messages::Speaker;
 use shell::occurrences::Occurrences;
-use vocabulary::FreezeFrame;
+use vocabulary::{FreezeFrame, FrozenSignals};
 
 use super::files::{self, FoundFrame, FreezeFrameFiles};
 
@@ -50,7 +50,7 @@ impl FreezeFrameStore {
         let mut entries: Vec<FreezeFrameEntry> =
             found.into_iter().map(|found| FreezeFrameEntry::of(found, speaker)).collect();
         // Those that cannot be used come first; the others in the order of their numbers.
-        entries.sort_by_key(|entry| entry.head.as_ref().map(|head| head.sequence));
+        entries.sort_by_key(|entry| entry.head.as_ref().map(|head| head.signals.sequence));
         let mut store = Self { files, entries: entries.into(), failures: Occurrences::default() };
         store.make_room();
         store
@@ -115,10 +115,12 @@ impl FreezeFrameStore {
     /// # Errors
     /// It is not kept, with those that are; or its file cannot be read.
     pub(super) fn frame(&self, sequence: u64) -> Result<FreezeFrame, String> {
-        let is_it =
-            |entry: &&FreezeFrameEntry| entry.head.as_ref().is_some_and(|h| h.sequence == sequence);
+        let is_it = |entry: &&FreezeFrameEntry| {
+            entry.head.as_ref().is_some_and(|h| h.signals.sequence == sequence)
+        };
         let Some(entry) = self.entries.iter().rev().find(is_it) else {
-            let kept: Vec<String> = self.heads().map(|head| head.sequence.to_string()).collect();
+            let kept: Vec<String> =
+                self.heads().map(|head| head.signals.sequence.to_string()).collect();
             return Err(match &kept[..] {
                 [] => NONE.to_owned(),
                 kept => format!(
@@ -163,11 +165,10 @@ fn is_own(frame: &FreezeFrame, speaker: &Speaker) -> bool {
 }
 
 fn without_signals(frame: &FreezeFrame) -> FreezeFrame {
-    let (steps, traces) = (Vec::new(), Vec::new());
     // Field by field, for the signals are long.
+    let signals = FrozenSignals { steps: Vec::new(), traces: Vec::new(), ..frame.signals };
     FreezeFrame {
-        steps,
-        traces,
+        signals,
         structure: frame.structure.clone(),
         module: frame.module.clone(),
         component: frame.component.clone(),
@@ -189,24 +190,23 @@ mod tests {
 
     fn frame(sequence: u64, steps: u64) -> FreezeFrame {
         let speaker = speaker(7);
-        let trace = diagnosis::Trace {
-            name: "residual",
-            unit: "m",
+        let trace = vocabulary::Trace {
+            name: "residual".to_owned(),
+            unit: "m".to_owned(),
             values: (0..steps).map(|_| Some(1.234_567_890_123_456e-9)).collect(),
         };
-        let frame = diagnosis::FreezeFrame {
-            run: RunId(3),
-            component: "sensor/g1".parse().unwrap(),
+        let signals = FrozenSignals {
             sequence,
-            onset: Step(10),
-            detection: Step(12),
-            decided: Step(20),
-            threshold: 0.3,
+            run: RunId(3),
             step_s: 1e-3,
+            onset_step: Step(10),
+            detection_step: Step(12),
+            decided_step: Step(20),
+            threshold: 0.3,
             steps: (0..steps).map(Step).collect(),
             traces: vec![trace],
         };
-        speaker.freeze_frame(frame, 5)
+        speaker.freeze_frame(&"sensor/g1".parse().unwrap(), signals, 5)
     }
 
     fn open(directory: &Path) -> FreezeFrameStore {
@@ -214,7 +214,7 @@ mod tests {
     }
 
     fn kept(store: &FreezeFrameStore) -> Vec<u64> {
-        store.heads().map(|head| head.sequence).collect()
+        store.heads().map(|head| head.signals.sequence).collect()
     }
 
     fn files(directory: &Path) -> Vec<String> {
@@ -235,7 +235,11 @@ mod tests {
             assert_eq!(kept(&store), (9..=40).rev().collect::<Vec<_>>());
             assert_eq!(files(directory.path()).len(), MOST);
             assert_eq!(store.frame(9), Ok(frame(9, 3)));
-            assert!(store.heads().all(|head| head.steps.is_empty() && head.traces.is_empty()));
+            assert!(
+                store
+                    .heads()
+                    .all(|head| head.signals.steps.is_empty() && head.signals.traces.is_empty())
+            );
             let refusal = store.frame(8).unwrap_err();
             assert!(refusal.contains("transition 8 ") && refusal.ends_with(", 10, 9"), "{refusal}");
         }

@@ -229,8 +229,9 @@ fn tell(found: &Identification) {
 fn in_words(candidate: &Candidate) -> String {
     let Candidate { kind, size, .. } = candidate;
     match size {
-        Some(FaultSize { value, low, high, unit }) => {
-            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        Some(FaultSize { value, low, high }) => {
+            let unit = kind.size_unit().filter(|unit| *unit != "1");
+            let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
             format!("{kind}, {value:.3e}{unit} ({low:.3e} to {high:.3e})")
         }
         None => kind.to_string(),

@@ -19,7 +19,7 @@ fn latched(sequence: u64) -> Outgoing {
 }
 
 fn identification() -> Outgoing {
-    let found = diagnosis::identification::Identification {
+    let found = diagnosis::identification::IdentificationResult {
         run: RunId(1),
         sequence: 1,
         component: "sensor/g1".parse().unwrap(),

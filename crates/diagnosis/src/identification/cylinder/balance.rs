@@ -7,13 +7,15 @@
 
 use std::ops::Range;
 
+use vocabulary::SignaturePoint;
+
 use super::flows::{self, FlowStep, FlowSums};
 use crate::identification::axis::SearchAxis;
 use crate::identification::excerpt::{CylinderSeries, Excerpt};
 use crate::identification::level::{LevelFilter, Prior, Walked, Weighed, likeliest_walk};
 use crate::identification::mixture::Mixture;
 use crate::identification::points::Grouping;
-use crate::identification::signature::{SignaturePoint, signature};
+use crate::identification::signature::signature;
 use crate::residual::NominalHydraulics;
 
 /// Volumes and valve are known within a tenth, each as likely as the other: of that, as much as of a normal with this

@@ -4,12 +4,12 @@ pub(super) mod balance;
 mod flows;
 mod stiction;
 
-use vocabulary::fault::FaultKind;
+use vocabulary::{FaultSize, fault::FaultKind};
 
 use self::balance::{FIGURES, OilBalance};
 use super::Hypothesis;
 use super::level::Prior;
-use super::mixture::{Mixture, Size};
+use super::mixture::Mixture;
 
 /// All of them.
 pub(super) const HYPOTHESES: [Hypothesis<OilBalance>; 5] =
@@ -58,7 +58,7 @@ const HARD_OVER: Hypothesis<OilBalance> = Hypothesis {
 };
 
 /// A leak whose hole of one square metre lets this into A and into B, given what flows through each of the three.
-fn leak(balance: &OilBalance, into: impl Fn([f64; 3]) -> [f64; 2]) -> (Mixture, Option<Size>) {
+fn leak(balance: &OilBalance, into: impl Fn([f64; 3]) -> [f64; 2]) -> (Mixture, Option<FaultSize>) {
     let priors = AREAS_M2.map(Prior::about_zero);
     let cases = balance.over_onsets(|first| {
         let mut weighed = balance.weigh(&balance.since(first, |sums| into(sums.leaks)), &priors);

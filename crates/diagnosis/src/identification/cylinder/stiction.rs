@@ -1,14 +1,13 @@
 //! The valve's spool sticks where it is until the flow commanded is farther from that than a band, and then jumps there;
 //! the band \[m³/s\].
 
-use vocabulary::fault::FaultKind;
+use vocabulary::{FaultSize, SignaturePoint, fault::FaultKind};
 
 use super::balance::OilBalance;
 use crate::identification::Hypothesis;
 use crate::identification::axis::SearchAxis;
 use crate::identification::level::{Prior, Weighed};
-use crate::identification::mixture::{Mixture, Size};
-use crate::identification::signature::SignaturePoint;
+use crate::identification::mixture::Mixture;
 
 pub(super) const HYPOTHESIS: Hypothesis<OilBalance> =
     Hypothesis { kind: FaultKind::Stiction, prior: 1.0, weigh, show };
@@ -21,7 +20,7 @@ const AT_FIRST: f64 = 14.0;
 /// Onsets that are tried for each: where the spool stood when it began to stick matters little.
 const ONSETS: usize = 4;
 
-fn weigh(balance: &OilBalance) -> (Mixture, Option<Size>) {
+fn weigh(balance: &OilBalance) -> (Mixture, Option<FaultSize>) {
     let [least, most] = BANDS.map(f64::ln);
     let at = |place: usize| least + (most - least) * place as f64 / (PLACES - 1) as f64;
     let axis = SearchAxis::new((0..PLACES).map(at).collect(), 0.99 * (most - least) / AT_FIRST);

@@ -3,12 +3,12 @@
 mod intermittent;
 pub(super) mod record;
 
-use vocabulary::fault::FaultKind;
+use vocabulary::{FaultSize, fault::FaultKind};
 
 use self::record::{GagePoint, GageRecord, Onset};
 use super::Hypothesis;
 use super::level::{LevelFilter, Prior, Weighed, deviance};
-use super::mixture::{Mixture, Size};
+use super::mixture::Mixture;
 
 /// All of them.
 pub(super) const HYPOTHESES: [Hypothesis<GageRecord>; 7] =
@@ -186,7 +186,7 @@ fn held(record: &GageRecord, onset: &Onset) -> f64 {
 }
 
 /// The increment about the likeliest one of few, each order of magnitude being as likely as the other.
-fn increment(weigh: impl Fn(f64) -> Weighed, about_m: f64) -> Option<Size> {
+fn increment(weigh: impl Fn(f64) -> Weighed, about_m: f64) -> Option<FaultSize> {
     let mut near = Mixture::default();
     for k in -NEAR..=NEAR {
         let case = weigh(about_m * RATIO.powi(k));

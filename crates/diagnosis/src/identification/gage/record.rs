@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use vocabulary::SignaturePoint;
+
 use crate::identification::axis::SearchAxis;
 use crate::identification::excerpt::{Excerpt, FaultOnset, GageSeries, GageStep};
 use crate::identification::level::{
@@ -9,7 +11,7 @@ use crate::identification::level::{
 };
 use crate::identification::mixture::Mixture;
 use crate::identification::points::{BLOCK_S, FINE_BEFORE_S, Grouping};
-use crate::identification::signature::{SignaturePoint, signature};
+use crate::identification::signature::signature;
 
 /// What a gage should read is taken from the steps within this time of a point, the point itself excepted \[s\].
 const NEAR_S: f64 = 0.01;

@@ -317,10 +317,9 @@ mod tests {
 
     fn found(sequence: u64, as_of: u64) -> HistoryEntry {
         let kind = vocabulary::fault::FaultKind::Bias;
-        let size = diagnosis::identification::Size { value: 1.0 / 3.0, low: 0.1, high: 2.0 / 3.0 };
-        let candidate =
-            diagnosis::identification::Candidate { kind, probability: 0.1, size: Some(size) };
-        let found = diagnosis::identification::Identification {
+        let size = vocabulary::FaultSize { value: 1.0 / 3.0, low: 0.1, high: 2.0 / 3.0 };
+        let candidate = vocabulary::Candidate { kind, probability: 0.1, size: Some(size) };
+        let found = diagnosis::identification::IdentificationResult {
             run: vocabulary::RunId(1),
             sequence,
             component: "sensor/g1".parse().unwrap(),

@@ -145,8 +145,8 @@ mod tests {
 
     fn found(of: &Speaker, component: &str, sequence: u64, as_of: u64) -> JournalRecord {
         let kind = vocabulary::fault::FaultKind::Bias;
-        let candidate = diagnosis::identification::Candidate { kind, probability: 0.1, size: None };
-        let found = diagnosis::identification::Identification {
+        let candidate = vocabulary::Candidate { kind, probability: 0.1, size: None };
+        let found = diagnosis::identification::IdentificationResult {
             run: RunId(1),
             sequence,
             component: component.parse().unwrap(),
