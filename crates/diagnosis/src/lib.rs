@@ -13,7 +13,6 @@ mod coverage;
 mod diagnoser;
 mod event;
 mod freeze;
-mod held_questions;
 pub mod identification;
 mod identifying;
 mod intake;

@@ -2,7 +2,7 @@
 
 use vocabulary::{Component, ComponentPath, Step};
 
-use super::judgement::Judgement;
+use super::case::Judgement;
 
 /// Judges a change: an actuator's is always its own fault; a sensor's is explained by the earliest
 /// actuator fault anywhere, if there is one. `actuator_faults` are those known as of the judgement.
