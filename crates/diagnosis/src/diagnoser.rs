@@ -7,7 +7,7 @@
 
 use vocabulary::{Component, ModuleName, RunId, Step};
 
-use crate::channels::Channels;
+use crate::channels::{ChannelLayout, Channels};
 use crate::comparing::Comparing;
 use crate::coverage::Coverage;
 use crate::event::{Action, Event, Handling, QuestionToken};
@@ -15,14 +15,25 @@ use crate::freeze::Freezing;
 use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
-use crate::memory::Memory;
 use crate::phase::Phase;
 use crate::question::{Answer, Question};
 use crate::sample::Sample;
 use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
-use vocabulary::{Counters, Evidence, Verdict};
+use vocabulary::{Counters, Evidence, PastWatch, Verdict};
+
+/// The state that survives a restart. The shell stores it and passes it to
+/// [`Diagnoser::recall`] before the first event.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Memory {
+    /// The sequence number of the latest transition; 0 if there was none.
+    pub sequence: u64,
+    /// The latest transition of each component that had one.
+    pub latest: Vec<Transition>,
+    /// The run being diagnosed, and what was watched of it.
+    pub watch: Option<PastWatch>,
+}
 
 /// The diagnoser of one module.
 #[derive(Debug, Clone)]
@@ -53,7 +64,7 @@ impl Diagnoser {
         }
         let channels = Channels::new(&setup)?;
         Ok(Self {
-            intake: Intake::new(channels.components(), setup.sampling()),
+            intake: Intake::new(ChannelLayout::of(&setup), setup.sampling()),
             judging: Judging::new(&setup, channels.components()),
             channels,
             held: Vec::new(),

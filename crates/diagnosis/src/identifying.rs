@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vocabulary::{RunId, Step};
 
-use crate::channels::Channels;
+use crate::channels::{ChannelLayout, Channels};
 use crate::event::{Action, Handling};
 use crate::identification::{
     CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries, Prior,
@@ -78,7 +78,7 @@ pub(crate) struct Identifying {
     faulty: Vec<Option<FaultyComponent>>,
     /// The number of the transition that each channel's fault is identified for, or is not.
     known: Vec<u64>,
-    actuators: usize,
+    layout: ChannelLayout,
     step_s: f64,
     sampling: Sampling,
     hydraulics: NominalHydraulics,
@@ -88,12 +88,12 @@ pub(crate) struct Identifying {
 
 impl Identifying {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
-        let channels = setup.components().len();
+        let layout = ChannelLayout::of(setup);
         let noise = setup.prior_scatters().iter().map(|variance| variance.sqrt()).collect();
         Self {
-            faulty: vec![None; channels],
-            known: vec![0; channels],
-            actuators: setup.actuators(),
+            faulty: vec![None; layout.channels()],
+            known: vec![0; layout.channels()],
+            layout,
             step_s: setup.step_s,
             sampling: setup.sampling(),
             hydraulics: setup.hydraulics,
@@ -156,7 +156,7 @@ impl Identifying {
             has_signal: latest.symptom != Symptom::NoSignal,
             due: Some(due.unwrap_or(latest.decided)),
             steps: None,
-            learnt: self.learnt(seen, channels).filter(|_| channel >= self.actuators),
+            learnt: self.learnt(seen, channels).filter(|_| self.layout.gage(channel).is_some()),
             predictor: None,
             until: None,
         });
@@ -166,7 +166,7 @@ impl Identifying {
         let second = self.sampling.steps(1.0);
         let soon = self.sampling.steps(EVERY_SECOND_FOR_S);
         let stages = STAGES_S.map(|stage| self.sampling.steps(stage));
-        let is_cylinder = channel < self.actuators;
+        let is_cylinder = self.layout.gage(channel).is_none();
         let Some(fault) = &mut self.faulty[channel] else { return };
         // Of a cylinder only the steps around the onset count.
         let is_over = !fault.has_signal || is_cylinder && fault.steps.is_some();
@@ -194,10 +194,10 @@ impl Identifying {
         ledger: &Ledger,
     ) -> Option<Excerpt> {
         let has_signal = self.faulty[channel].as_ref()?.has_signal;
-        let measured = match (has_signal, channel < self.actuators) {
-            (false, _) => MeasuredSeries::Nothing,
-            (true, true) => self.cylinder(channel, as_of, channels)?,
-            (true, false) => self.gage(channel, as_of, channels, ledger)?,
+        let measured = match self.layout.gage(channel) {
+            _ if !has_signal => MeasuredSeries::Nothing,
+            None => self.cylinder(channel, as_of, channels)?,
+            Some(gage) => self.gage(channel, gage, as_of, channels, ledger)?,
         };
         let fault = self.faulty[channel].as_ref()?;
         Some(Excerpt {
@@ -269,17 +269,18 @@ impl Identifying {
     fn gage(
         &mut self,
         channel: usize,
+        gage: usize,
         as_of: Step,
         channels: &Channels,
         ledger: &Ledger,
     ) -> Option<MeasuredSeries> {
-        let gage = channel - self.actuators;
         let without = self.left_out(channel, as_of, channels, ledger);
-        let predictor = self.predictor(channel, &without)?;
+        let predictor = self.predictor(channel, gage, &without)?;
         let fault = self.faulty[channel].as_mut()?;
         if predictor.without != without {
             let failed = without.iter().zip(&predictor.without).position(|(now, then)| now != then);
-            let failed = failed.map(|gage| &channels.components()[self.actuators + gage]);
+            let failed =
+                failed.map(|gage| &channels.components()[self.layout.channel_of_gage(gage)]);
             let begun = failed.and_then(|failed| ledger.latest(failed)).map(|latest| latest.onset);
             fault.until.get_or_insert(begun.unwrap_or(as_of));
         }
@@ -316,13 +317,17 @@ impl Identifying {
     }
 
     /// How a gage follows from the others, without those that are known to be faulty; once its steps are complete, as then.
-    fn predictor(&mut self, channel: usize, without: &[bool]) -> Option<Arc<Predictor>> {
+    fn predictor(
+        &mut self,
+        channel: usize,
+        gage: usize,
+        without: &[bool],
+    ) -> Option<Arc<Predictor>> {
         let fault = self.faulty[channel].as_ref()?;
         let known = fault.predictor.as_ref();
         if let Some(known) = known.filter(|p| fault.steps.is_some() || p.without == without) {
             return Some(Arc::clone(known));
         }
-        let gage = channel - self.actuators;
         let without = without.to_vec();
         let predictor = match (&self.reference, fault.learnt.clone()) {
             (Some(reference), Some(mut learnt)) => {
@@ -356,7 +361,7 @@ impl Identifying {
                 && ledger.verdict(other).is_latched()
                 && latest.is_some_and(|latest| latest.decided <= as_of)
         };
-        (self.actuators..self.faulty.len()).map(faulty).collect()
+        (self.layout.actuators..self.faulty.len()).map(faulty).collect()
     }
 
     /// How the gages moved together before the onset.
@@ -373,8 +378,9 @@ impl Identifying {
         if rows.len() < LEAST_LEARNT {
             return None;
         }
-        let of_gages = self.noise_m[self.actuators..].iter();
-        let least: Vec<f64> = of_gages.chain(&self.noise_m[..self.actuators]).copied().collect();
+        let of_gages = self.noise_m[self.layout.actuators..].iter();
+        let least: Vec<f64> =
+            of_gages.chain(&self.noise_m[..self.layout.actuators]).copied().collect();
         Some(Gaussian::of_rows(&rows, &least))
     }
 }

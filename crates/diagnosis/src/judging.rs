@@ -9,10 +9,9 @@ use crate::channels::{Channels, Occurrence};
 use crate::event::{Action, Handling};
 use crate::isolation::{Case, Finding, Isolator, Judgement, Word};
 use crate::ledger::{Detection, Ledger, is_open};
-use crate::memory::PastWatch;
 use crate::question::Answer;
 use crate::settings::ModuleSetup;
-use vocabulary::{Change, Doubt, Symptom, Verdict};
+use vocabulary::{Change, Doubt, PastWatch, Symptom, Verdict};
 
 /// The open cases of a module and the verdicts on its components.
 #[derive(Debug, Clone)]
@@ -143,13 +142,7 @@ impl Judging {
                 log.prolong(channel, step, channels.excess(channel));
             }
         }
-        let of = |change: &LoggedChange, until| Change {
-            component: channels.components()[change.channel].clone(),
-            onset: change.onset,
-            step: change.step,
-            ratio: change.ratio_as_of(step),
-            until,
-        };
+        let of = |change: &LoggedChange, until| change.as_of(step, until, channels.components());
         while let Some(settled) = log.settle(step) {
             handling.actions.push(Action::Settled { run, change: of(settled, None) });
         }

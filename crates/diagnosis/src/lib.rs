@@ -19,7 +19,6 @@ mod intake;
 mod isolation;
 mod judging;
 mod ledger;
-mod memory;
 pub mod messages;
 mod monitor;
 mod order;
@@ -38,11 +37,10 @@ mod validity;
 mod verdict;
 
 pub use change::MAX_TIE;
-pub use diagnoser::Diagnoser;
+pub use diagnoser::{Diagnoser, Memory};
 pub use event::{Action, Event, QuestionToken};
 pub use freeze::{FreezeFrame, Trace};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
-pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
 pub use order::{Order, OrderRefusal, OrderToken};
 pub use phase::Phase;
@@ -53,6 +51,6 @@ pub use settings::{
 };
 pub use verdict::Transition;
 pub use vocabulary::{
-    ActuatorFault, Alarm, Change, Counters, Doubt, Evidence, GivenOrder, GivenOrderKind, Shelving,
-    Span, Symptom, Verdict,
+    ActuatorFault, Alarm, Change, Counters, Doubt, Evidence, GivenOrder, GivenOrderKind, PastWatch,
+    Shelving, Span, Symptom, Verdict,
 };

@@ -7,7 +7,6 @@ use super::causes::Causes;
 use super::claims::{Claims, Word};
 use super::first_change::FirstChange;
 use super::knowledge::{KnownChange, PeerKnowledge};
-use super::paper::judge as judge_by_the_paper;
 use crate::change::LoggedChange;
 use crate::change_log::ChangeLog;
 use crate::coverage::Coverage;
@@ -89,13 +88,9 @@ impl Isolator {
     /// The module's changes that had begun by `as_of` and were not over before `from`, as they stood then.
     pub(crate) fn changes_as_of(&self, from: Step, as_of: Step) -> impl Iterator<Item = Change> {
         let quiet = self.settings.quiet_steps;
-        self.log.overlapping(from, as_of).map(move |change| Change {
-            component: self.components[change.channel].clone(),
-            onset: change.onset,
-            step: change.step,
-            ratio: change.ratio_as_of(as_of),
-            until: change.ended_as_of(as_of, quiet),
-        })
+        let ended = move |change: &LoggedChange| change.ended_as_of(as_of, quiet);
+        let known = self.log.overlapping(from, as_of);
+        known.map(move |change| change.as_of(as_of, ended(change), &self.components))
     }
 
     /// Logs a change of a channel's own, with its onset and ratio; `judge` says whether its verdict is open, `of_gap`
@@ -442,5 +437,38 @@ impl Isolator {
     /// Does no change await its judgement, and is no peer to be asked?
     pub(crate) fn is_idle(&self, now: Step) -> bool {
         self.cases.is_empty() && !self.claims.is_any_due(now)
+    }
+}
+
+/// Algorithm 4.3 of the paper: only actuator faults explain, and permanently. An actuator's change is always its own fault; a sensor's is explained by the earliest
+/// actuator fault anywhere, if there is one. `actuator_faults` are those known as of the judgement.
+fn judge_by_the_paper<'a>(
+    component: &Component,
+    actuator_faults: impl Iterator<Item = (&'a ComponentPath, Step)>,
+) -> Judgement {
+    if matches!(component, Component::Actuator(_)) {
+        return Judgement::Root;
+    }
+    let earliest = actuator_faults.min_by(|a, b| a.1.cmp(&b.1).then_with(|| a.0.cmp(b.0)));
+    match earliest {
+        Some((path, since)) => Judgement::Explained { by: path.clone(), since },
+        None => Judgement::Root,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_actuator_fault_anywhere_explains_a_sensor_but_never_another_actuator() {
+        let path: ComponentPath = "m2/actuator/a1".parse().unwrap();
+        let faults = [(&path, Step(5))];
+        let sensor: Component = "sensor/g1".parse().unwrap();
+        let actuator: Component = "actuator/a2".parse().unwrap();
+        let explained = Judgement::Explained { by: path.clone(), since: Step(5) };
+        assert_eq!(judge_by_the_paper(&sensor, faults.into_iter()), explained);
+        assert_eq!(judge_by_the_paper(&actuator, faults.into_iter()), Judgement::Root);
+        assert_eq!(judge_by_the_paper(&sensor, std::iter::empty()), Judgement::Root);
     }
 }

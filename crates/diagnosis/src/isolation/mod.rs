@@ -6,7 +6,6 @@ mod claims;
 mod first_change;
 mod isolator;
 mod knowledge;
-mod paper;
 mod windows;
 
 pub(crate) use case::{Case, Finding, Judgement};
