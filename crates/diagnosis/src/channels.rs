@@ -365,10 +365,8 @@ impl Channels {
     }
 
     /// The actuator without a signal whose force a gage's residual rests on all the same.
-    pub(crate) fn assumes_force_of(&self, channel: usize) -> Option<&Component> {
-        let is_gage = self.layout.gage(channel).is_some();
-        let actuator = self.validity.force_is_assumed().filter(|_| is_gage)?;
-        self.components.get(actuator)
+    pub(crate) fn assumes_force_of(&self, channel: usize) -> Option<usize> {
+        self.layout.gage(channel).and_then(|_| self.validity.force_is_assumed())
     }
 
     /// A channel's missing values are forgotten.

@@ -181,7 +181,8 @@ impl Diagnoser {
             self.comparing.restart();
             self.identifying.restart();
             self.refuse_held(run, actions);
-            self.judging.end_run(self.channels.components().len(), last, actions);
+            self.judging.isolator.restart();
+            actions.extend(self.judging.ledger.end_run(last).into_iter().map(Action::Publish));
         }
         actions.push(Action::Phase(self.channels.begin_run()));
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use vocabulary::{Component, ComponentPath, ModuleName, Step};
+use vocabulary::{Component, ModuleName, Step};
 
 use crate::change::LoggedChange;
 use crate::channels::{Channels, Occurrence};
@@ -16,7 +16,6 @@ use vocabulary::{Change, Doubt, PastWatch, Symptom, Verdict};
 /// The open cases of a module and the verdicts on its components.
 #[derive(Debug, Clone)]
 pub(crate) struct Judging {
-    module: ModuleName,
     pub(crate) isolator: Isolator,
     pub(crate) ledger: Ledger,
     /// There is a reference: what was explained is closed once it agrees with that.
@@ -28,7 +27,6 @@ impl Judging {
         Self {
             isolator: Isolator::new(setup, components.to_vec()),
             ledger: Ledger::new(setup.module.clone(), components),
-            module: setup.module.clone(),
             has_reference: setup.reference.is_some(),
         }
     }
@@ -44,30 +42,21 @@ impl Judging {
         }
         self.isolator.log.recall(known.into_values());
         for (channel, component) in channels.components().iter().enumerate() {
-            let Some(latest) = self.ledger.latest(component) else { continue };
-            if latest.is_of(past.run)
-                && let Verdict::Explained { by, since } = &latest.verdict
-            {
-                let case = self.isolator.recalled_case(channel, latest);
+            let latest = self.ledger.latest(component).filter(|latest| latest.is_of(past.run));
+            let Some(latest) = latest else { continue };
+            let case = self.isolator.recalled_case(channel, latest);
+            if let Verdict::Explained { by, since } = &latest.verdict {
                 self.isolator.rest_on(&case, by, *since);
             }
-            if !is_open(&latest.verdict) || !latest.is_of(past.run) {
+            if !is_open(&latest.verdict) {
                 continue;
             }
-            self.isolator.cases.push(self.isolator.recalled_case(channel, latest));
+            self.isolator.cases.push(case);
             let (step, ratio) = (latest.detection, latest.evidence.ratio());
             if !self.isolator.log.merge_repeat(channel, step, ratio) {
                 let change = LoggedChange::new(channel, latest.onset, step, ratio);
                 self.isolator.log.recall([change]);
             }
-        }
-    }
-
-    /// Forgets what belongs to a run that ended at `last`; what is latched stays.
-    pub(crate) fn end_run(&mut self, channels: usize, last: Step, actions: &mut Vec<Action>) {
-        self.isolator.restart();
-        for channel in 0..channels {
-            actions.extend(self.ledger.end_run(channel, last).map(Action::Publish));
         }
     }
 
@@ -84,9 +73,8 @@ impl Judging {
         match occurrence {
             Occurrence::Restarted(violation) => {
                 handling.counters.restarts += 1;
-                handling
-                    .actions
-                    .push(Action::Restarted { component: component.clone(), violation });
+                let component = component.clone();
+                handling.actions.push(Action::Restarted { component, violation });
             }
             // What is known to be faulty has been repaired, or is back. Of what is not, the divergence tells.
             Occurrence::Shifted { .. } if !self.ledger.verdict(channel).is_latched() => {}
@@ -110,21 +98,13 @@ impl Judging {
                 let component = component.clone();
                 handling.actions.push(Action::SignalLost { component, signal, since });
                 let found = Detection::new(Symptom::NoSignal, since, evidence);
-                let decided = found.detection;
-                handling.publish(self.ledger.record(
-                    run,
-                    channel,
-                    Verdict::Latched,
-                    decided,
-                    found,
-                ));
+                let lost = self.ledger.record(run, channel, Verdict::Latched, step, found);
+                handling.publish(lost);
             }
-            Occurrence::Quiet => {
-                let explained = matches!(self.ledger.verdict(channel), Verdict::Explained { .. });
-                if explained && !self.has_reference && !self.isolator.claims.are_open(channel) {
-                    handling.publish(self.ledger.clear(channel, step));
-                }
+            Occurrence::Quiet if !self.has_reference => {
+                self.close_explained(channel, step, handling);
             }
+            Occurrence::Quiet => {}
         }
     }
 
@@ -184,8 +164,7 @@ impl Judging {
             Finding::Judged(Judgement::Root | Judgement::First | Judgement::Again) => {
                 match channels.assumes_force_of(case.channel) {
                     Some(actuator) => {
-                        let component = actuator.clone();
-                        let assumed = ComponentPath { module: self.module.clone(), component };
+                        let assumed = self.isolator.path(actuator);
                         (Verdict::Unconfirmed { doubt: Doubt::Assumed(assumed) }, now)
                     }
                     None => (Verdict::Latched, case.decide_at),

@@ -219,18 +219,22 @@ impl Ledger {
     }
 
     /// What was found in a run that is over: what was explained is over too, what was not judged never
-    /// will be.
-    pub(crate) fn end_run(&mut self, channel: usize, decided: Step) -> Option<Transition> {
-        let revised = match &self.entries[channel].verdict {
-            Verdict::Explained { .. } => self.clear(channel, decided),
-            open if is_open(open) => {
-                self.revise(channel, Verdict::Unconfirmed { doubt: Doubt::RunEnded }, decided)
-            }
-            _ => None,
+    /// will be. Returns the transitions that follow from that.
+    pub(crate) fn end_run(&mut self, decided: Step) -> Vec<Transition> {
+        let channels = 0..self.entries.len();
+        let end = |channel: usize| {
+            let revised = match &self.entries[channel].verdict {
+                Verdict::Explained { .. } => self.clear(channel, decided),
+                open if is_open(open) => {
+                    self.revise(channel, Verdict::Unconfirmed { doubt: Doubt::RunEnded }, decided)
+                }
+                _ => None,
+            };
+            let latest = self.entries[channel].latest.as_mut()?;
+            latest.run_ended = true;
+            revised.map(|_| latest.clone())
         };
-        let latest = self.entries[channel].latest.as_mut()?;
-        latest.run_ended = true;
-        revised.map(|_| latest.clone())
+        channels.filter_map(end).collect()
     }
 
     /// Gives a component another verdict on the same change.

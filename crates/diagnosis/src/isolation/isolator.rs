@@ -430,7 +430,7 @@ impl Isolator {
         }
     }
 
-    fn path(&self, channel: usize) -> ComponentPath {
+    pub(crate) fn path(&self, channel: usize) -> ComponentPath {
         ComponentPath { module: self.module.clone(), component: self.components[channel].clone() }
     }
 
