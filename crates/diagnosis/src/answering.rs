@@ -1,112 +1,75 @@
 //! Peers' questions: held until their step has been processed, then answered.
 
-use vocabulary::{Component, ModuleName, RunId, Step};
+use vocabulary::{Component, RunId, Step};
 
-use crate::channels::Channels;
+use crate::diagnoser::Diagnoser;
 use crate::event::{Action, QuestionToken};
-use crate::held_questions::HeldQuestions;
-use crate::intake::Intake;
-use crate::judging::Judging;
 use crate::question::{Answer, Question, Refusal};
-use crate::settings::Sampling;
-use vocabulary::{ActuatorFault, Counters};
+use vocabulary::ActuatorFault;
 
-/// The questions of peers that wait for their step.
-#[derive(Debug, Clone)]
-pub(crate) struct Answering {
-    held: HeldQuestions,
-}
+/// Most questions held at a time.
+const MAX_HELD_QUESTIONS: usize = 1024;
+/// A question about a step this far ahead cannot be meant \[s\].
+const FARTHEST_AHEAD_S: f64 = 60.0;
 
-/// What answers are made of.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Knowledge<'a> {
-    pub(crate) module: &'a ModuleName,
-    pub(crate) intake: &'a Intake,
-    pub(crate) channels: &'a Channels,
-    pub(crate) judging: &'a Judging,
-}
-
-impl Answering {
-    pub(crate) fn new(sampling: Sampling) -> Self {
-        Self { held: HeldQuestions::new(sampling) }
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.held.len()
-    }
-
-    /// The asker no longer waits.
-    pub(crate) fn withdraw(&mut self, token: QuestionToken) {
-        self.held.withdraw(token);
-    }
-
+impl Diagnoser {
     /// Takes a question: answers, holds or refuses it.
-    pub(crate) fn take(
+    pub(crate) fn take_question(
         &mut self,
-        (token, question): (QuestionToken, Question),
-        knowledge: Knowledge,
-        counters: &mut Counters,
+        token: QuestionToken,
+        question: Question,
         actions: &mut Vec<Action>,
     ) {
-        let held = match knowledge.intake.position() {
-            Some((run, _)) if run != question.run => {
-                Err(Refusal::OtherRun { asked: question.run, present: run })
+        let refusal = match self.intake.position() {
+            Some((present, _)) if present != question.run => {
+                Refusal::OtherRun { asked: question.run, present }
             }
-            Some((_, now)) => self.held.hold(token, question, now),
-            None if knowledge.reaches(&question) => {
-                counters.answers_given += 1;
-                actions.push(Action::Answer { token, answer: knowledge.answer(question) });
-                return;
+            Some(_) if self.held.len() >= MAX_HELD_QUESTIONS => Refusal::TooMany(self.held.len()),
+            Some((_, present))
+                if question.as_of.since(present) > self.sampling.steps(FARTHEST_AHEAD_S) =>
+            {
+                Refusal::TooFarAhead { asked: question.as_of, present }
             }
-            None => Err(Refusal::NoSample),
+            Some((_, now)) => {
+                self.held.push((token, question));
+                return self.answer_due(now, actions);
+            }
+            None if self.was_watching(&question) => {
+                return self.give_answer(token, question, actions);
+            }
+            None => Refusal::NoSample,
         };
-        match held {
-            Err(refusal) => refuse(token, refusal, counters, actions),
-            Ok(()) => self.answer_due(knowledge, counters, actions),
-        }
+        self.refuse(token, refusal, actions);
     }
 
     /// Answers every question whose step has been processed.
-    pub(crate) fn answer_due(
-        &mut self,
-        knowledge: Knowledge,
-        counters: &mut Counters,
-        actions: &mut Vec<Action>,
-    ) {
-        let Some(now) = knowledge.intake.last_step() else { return };
-        while let Some((token, question)) = self.held.take_due(now) {
-            counters.answers_given += 1;
-            actions.push(Action::Answer { token, answer: knowledge.answer(question) });
+    pub(crate) fn answer_due(&mut self, now: Step, actions: &mut Vec<Action>) {
+        while let Some(due) = self.held.iter().position(|(_, question)| question.as_of <= now) {
+            let (token, question) = self.held.remove(due);
+            self.give_answer(token, question, actions);
         }
     }
 
     /// Refuses every question about a run that has ended.
-    pub(crate) fn end_run(
-        &mut self,
-        present: RunId,
-        counters: &mut Counters,
-        actions: &mut Vec<Action>,
-    ) {
-        while let Some((token, question)) = self.held.take_any() {
+    pub(crate) fn refuse_held(&mut self, present: RunId, actions: &mut Vec<Action>) {
+        while let Some((token, question)) = self.held.pop() {
             let refusal = Refusal::OtherRun { asked: question.run, present };
-            refuse(token, refusal, counters, actions);
+            self.refuse(token, refusal, actions);
         }
     }
-}
 
-fn refuse(
-    token: QuestionToken,
-    refusal: Refusal,
-    counters: &mut Counters,
-    actions: &mut Vec<Action>,
-) {
-    counters.questions_refused += 1;
-    actions.push(Action::Refuse { token, refusal });
-}
+    fn refuse(&mut self, token: QuestionToken, refusal: Refusal, actions: &mut Vec<Action>) {
+        self.counters.questions_refused += 1;
+        actions.push(Action::Refuse { token, refusal });
+    }
 
-impl Knowledge<'_> {
+    fn give_answer(&mut self, token: QuestionToken, question: Question, actions: &mut Vec<Action>) {
+        self.counters.answers_given += 1;
+        actions.push(Action::Answer { token, answer: self.answer(question) });
+    }
+
     /// Can the question be answered from before a restart?
-    fn reaches(&self, question: &Question) -> bool {
+    fn was_watching(&self, question: &Question) -> bool {
         self.intake.recalled_run() == Some(question.run)
             && self.channels.coverage().since(question.as_of).is_some()
     }
@@ -114,26 +77,20 @@ impl Knowledge<'_> {
     /// What this module has to say as of a step that it has processed.
     fn answer(&self, question: Question) -> Answer {
         let Question { run, from, as_of, window } = question;
-        let changes = self.judging.isolator().changes_as_of(from, as_of);
-        let ledger = self.judging.ledger();
-        let faults = ledger.faulty(self.module, run);
-        let in_time = faults.filter(|(_, since)| since.found <= as_of);
-        let actuator_faults = in_time.filter_map(|(path, since)| match path.component {
+        let (isolator, ledger) = (&self.judging.isolator, &self.judging.ledger);
+        let faults = ledger.faulty(run).filter(|(_, since)| since.found <= as_of);
+        let actuator_faults = faults.filter_map(|(path, since)| match path.component {
             Component::Actuator(actuator) => Some(ActuatorFault { actuator, step: since.change }),
             Component::Sensor(_) => None,
         });
+        let watching_since = self.channels.coverage().since(as_of);
         Answer {
             question,
-            watching_since: self.watching_since(as_of),
-            changes: changes.collect(),
+            watching_since: watching_since.map(|since| since.max(isolator.log.known_from())),
+            changes: isolator.changes_as_of(from, as_of).collect(),
             actuator_faults: actuator_faults.collect(),
             alarms: ledger.alarms(run, as_of),
             window: window.and_then(|length| self.channels.window_ended_at(length, as_of)).cloned(),
         }
-    }
-
-    fn watching_since(&self, as_of: Step) -> Option<Step> {
-        let since = self.channels.coverage().since(as_of)?;
-        Some(since.max(self.judging.isolator().log().known_from()))
     }
 }

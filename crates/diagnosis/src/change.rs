@@ -1,6 +1,6 @@
 //! Changes: a channel's divergence rose above its threshold.
 
-use vocabulary::{Change, Step};
+use vocabulary::{Change, Component, Step};
 
 /// Longest window within which changes count as simultaneous, in steps.
 pub const MAX_TIE: usize = 31;
@@ -60,6 +60,22 @@ impl LoggedChange {
     /// Raises the ratio throughout.
     pub(crate) fn raise(&mut self, ratio: f64) {
         self.peaks.iter_mut().for_each(|peak| *peak = peak.max(ratio));
+    }
+
+    /// As it is reported, as it stood at `step`: with the end known then.
+    pub(crate) fn as_of(
+        &self,
+        step: Step,
+        until: Option<Step>,
+        components: &[Component],
+    ) -> Change {
+        Change {
+            component: components[self.channel].clone(),
+            onset: self.onset,
+            step: self.step,
+            ratio: self.ratio_as_of(step),
+            until,
+        }
     }
 
     /// The ratio as it stood at `step`.

@@ -8,8 +8,12 @@ use crate::change::LoggedChange;
 use crate::question::MAX_CHANGES_IN_ANSWER;
 
 /// The latest changes of the module's channels, oldest first; as many as an answer may carry.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct ChangeLog {
+    /// Steps within which changes are simultaneous: so long their ratios may grow.
+    tie: u64,
+    /// Steps below the threshold after which a change is over.
+    quiet_steps: u64,
     changes: VecDeque<LoggedChange>,
     /// Changes up to here were forgotten.
     forgotten_until: Option<Step>,
@@ -20,8 +24,13 @@ pub(crate) struct ChangeLog {
 }
 
 impl ChangeLog {
+    pub(crate) fn new(tie: u64, quiet_steps: u64) -> Self {
+        let (changes, going_on) = (VecDeque::new(), Vec::new());
+        Self { tie, quiet_steps, changes, forgotten_until: None, fresh: 0, going_on }
+    }
+
     pub(crate) fn clear(&mut self) {
-        *self = Self::default();
+        *self = Self::new(self.tie, self.quiet_steps);
     }
 
     /// Adds a change; the oldest one is forgotten when there are too many.
@@ -49,15 +58,10 @@ impl ChangeLog {
         self.fresh = 0;
     }
 
-    /// Was this change, or one of the same channel at most `tie` steps away, recalled? Then it was seen
+    /// Was this change, or one of the same channel at most a tie away, recalled? Then it was seen
     /// before the restart, and its ratio is raised to the present one.
-    pub(crate) fn merge_repeat(
-        &mut self,
-        channel: usize,
-        step: Step,
-        tie: u64,
-        ratio: f64,
-    ) -> bool {
+    pub(crate) fn merge_repeat(&mut self, channel: usize, step: Step, ratio: f64) -> bool {
+        let tie = self.tie;
         let near = |c: &&mut LoggedChange| {
             c.channel == channel && c.step <= step.plus(tie) && step <= c.step.plus(tie)
         };
@@ -66,9 +70,9 @@ impl ChangeLog {
     }
 
     /// The next change whose ratio is final at `now`; each is returned once.
-    pub(crate) fn settle(&mut self, now: Step, tie: u64) -> Option<&LoggedChange> {
+    pub(crate) fn settle(&mut self, now: Step) -> Option<&LoggedChange> {
         let place = self.changes.len().checked_sub(self.fresh.max(1))?;
-        let settled = self.fresh > 0 && self.changes[place].step.plus(tie) <= now;
+        let settled = self.fresh > 0 && self.changes[place].step.plus(self.tie) <= now;
         if !settled {
             return None;
         }
@@ -76,16 +80,10 @@ impl ChangeLog {
         self.changes.get(place)
     }
 
-    /// A channel is still changing at this step, since its latest change. One that was recalled may be up to `tie`
-    /// steps ahead of it ([`Self::merge_repeat`]).
-    pub(crate) fn prolong(
-        &mut self,
-        channel: usize,
-        step: Step,
-        tie: u64,
-        ratio: f64,
-        quiet_steps: u64,
-    ) {
+    /// A channel is still changing at this step, since its latest change. One that was recalled may be up to a tie
+    /// ahead of it ([`Self::merge_repeat`]).
+    pub(crate) fn prolong(&mut self, channel: usize, step: Step, ratio: f64) {
+        let Self { tie, quiet_steps, .. } = *self;
         let latest = self.changes.iter_mut().rev();
         match latest.into_iter().find(|c| c.channel == channel && c.step <= step.plus(tie)) {
             Some(change) if change.step > step => {}
@@ -99,8 +97,8 @@ impl ChangeLog {
     }
 
     /// The next change that has ended by `now`; each is returned once.
-    pub(crate) fn end(&mut self, now: Step, quiet_steps: u64) -> Option<(&LoggedChange, Step)> {
-        let changes = &self.changes;
+    pub(crate) fn end(&mut self, now: Step) -> Option<(&LoggedChange, Step)> {
+        let (changes, quiet_steps) = (&self.changes, self.quiet_steps);
         let found = |(channel, step): &(usize, Step)| {
             let from = changes.partition_point(|change| change.step < *step);
             let at = changes.range(from..).take_while(|change| change.step == *step);
@@ -121,15 +119,16 @@ impl ChangeLog {
         &self,
         from: Step,
         until: Step,
-        quiet_steps: u64,
     ) -> impl Iterator<Item = &LoggedChange> {
+        let quiet_steps = self.quiet_steps;
         let end = self.changes.partition_point(|change| change.step <= until);
         let is_over = move |c: &LoggedChange| c.ended_as_of(from, quiet_steps).is_some();
         self.changes.range(..end).filter(move |change| !is_over(change))
     }
 
-    /// Lets the ratios of changes within the last `tie` steps grow.
-    pub(crate) fn follow(&mut self, step: Step, tie: u64, ratio: impl Fn(usize) -> f64) {
+    /// Lets the ratios of changes within the latest tie grow.
+    pub(crate) fn follow(&mut self, step: Step, ratio: impl Fn(usize) -> f64) {
+        let tie = self.tie;
         let recent = self.changes.iter_mut().rev().skip_while(|change| change.step > step);
         for change in recent.take_while(|change| step.since(change.step) <= tie) {
             let ratio = ratio(change.channel);
@@ -159,14 +158,14 @@ mod tests {
 
     /// A log in which channel 0 changes at step 100 and stays above its threshold until 150.
     fn log() -> ChangeLog {
-        let mut log = ChangeLog::default();
+        let mut log = ChangeLog::new(TIE, QUIET);
         log.push(LoggedChange::new(0, Step(95), Step(100), 2.0));
-        (101..=150).for_each(|step| log.prolong(0, Step(step), TIE, 2.0, QUIET));
+        (101..=150).for_each(|step| log.prolong(0, Step(step), 2.0));
         log
     }
 
     fn overlapping(log: &ChangeLog, from: u64, until: u64) -> usize {
-        log.overlapping(Step(from), Step(until), QUIET).count()
+        log.overlapping(Step(from), Step(until)).count()
     }
 
     #[test]
@@ -183,12 +182,12 @@ mod tests {
     fn its_end_as_of_a_step_is_the_same_whenever_it_is_asked_for() {
         let mut log = log();
         let ended = |log: &ChangeLog, step| {
-            let mut changes = log.overlapping(Step(0), Step(step), QUIET);
+            let mut changes = log.overlapping(Step(0), Step(step));
             changes.next().and_then(|change| change.ended_as_of(Step(step), QUIET))
         };
         assert_eq!((ended(&log, 170), ended(&log, 190)), (None, Some(Step(150))));
         // above its threshold once more before it was over
-        log.prolong(0, Step(180), TIE, 2.0, QUIET);
+        log.prolong(0, Step(180), 2.0);
         assert_eq!(
             (ended(&log, 170), ended(&log, 190), ended(&log, 220)),
             (None, None, Some(Step(180)))
@@ -198,16 +197,16 @@ mod tests {
     #[test]
     fn an_end_is_reported_once() {
         let mut log = log();
-        assert!(log.end(Step(189), QUIET).is_none());
-        let ended = log.end(Step(190), QUIET).map(|(change, until)| (change.step, until));
+        assert!(log.end(Step(189)).is_none());
+        let ended = log.end(Step(190)).map(|(change, until)| (change.step, until));
         assert_eq!(ended, Some((Step(100), Step(150))));
-        assert!(log.end(Step(191), QUIET).is_none());
+        assert!(log.end(Step(191)).is_none());
     }
 
     #[test]
     fn what_goes_on_after_it_was_over_is_another_change() {
         let mut log = log();
-        log.prolong(0, Step(300), TIE, 5.0, QUIET);
+        log.prolong(0, Step(300), 5.0);
         let steps: Vec<u64> = log.between(Step(0), Step(400)).map(|change| change.step.0).collect();
         assert_eq!(steps, [100, 300]);
     }
@@ -216,11 +215,11 @@ mod tests {
     fn what_shows_earlier_than_it_was_recalled_is_the_same_change() {
         let mut log = log();
         log.push(LoggedChange::new(0, Step(300), Step(300), 2.0));
-        log.merge_repeat(0, Step(298), TIE, 2.0);
-        (298..=310).for_each(|step| log.prolong(0, Step(step), TIE, 2.0, QUIET));
+        log.merge_repeat(0, Step(298), 2.0);
+        (298..=310).for_each(|step| log.prolong(0, Step(step), 2.0));
         let steps: Vec<u64> = log.between(Step(0), Step(400)).map(|change| change.step.0).collect();
         assert_eq!(steps, [100, 300]);
-        let mut ended = || log.end(Step(350), QUIET).map(|(_, until)| until);
+        let mut ended = || log.end(Step(350)).map(|(_, until)| until);
         assert_eq!([ended(), ended()], [Some(Step(150)), Some(Step(310))]);
     }
 
@@ -234,9 +233,9 @@ mod tests {
             until: until.map(Step),
         };
         let recalled = |until| {
-            let mut log = ChangeLog::default();
+            let mut log = ChangeLog::new(TIE, QUIET);
             log.recall([LoggedChange::recalled(0, &change(until), Step(120))]);
-            log.end(Step(500), QUIET).map(|(_, until)| until)
+            log.end(Step(500)).map(|(_, until)| until)
         };
         assert_eq!((recalled(Some(110)), recalled(None)), (None, Some(Step(120))));
     }

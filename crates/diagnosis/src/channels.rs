@@ -17,6 +17,35 @@ use crate::unseen::Unseen;
 use crate::validity::{Supply, Validity};
 use vocabulary::Evidence;
 
+/// How a module's channels are counted: its actuators, then its gages, in the order of the description.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ChannelLayout {
+    pub(crate) actuators: usize,
+    pub(crate) gages: usize,
+}
+
+impl ChannelLayout {
+    pub(crate) fn of(setup: &ModuleSetup) -> Self {
+        let module = setup.structure.module(&setup.module);
+        let (actuators, gages) =
+            module.map_or((0, 0), |module| (module.actuators.len(), module.gages.len()));
+        Self { actuators, gages }
+    }
+
+    pub(crate) fn channels(self) -> usize {
+        self.actuators + self.gages
+    }
+
+    /// Which gage a channel belongs to; `None` if it belongs to an actuator, whose number is the channel's.
+    pub(crate) fn gage(self, channel: usize) -> Option<usize> {
+        channel.checked_sub(self.actuators)
+    }
+
+    pub(crate) fn channel_of_gage(self, gage: usize) -> usize {
+        self.actuators + gage
+    }
+}
+
 /// What a channel did at a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Occurrence {
@@ -35,6 +64,7 @@ pub(crate) enum Occurrence {
 /// Residuals, divergences and monitors of all channels.
 #[derive(Debug, Clone)]
 pub(crate) struct Channels {
+    layout: ChannelLayout,
     components: Vec<Component>,
     settings: DivergenceSettings,
     validity: Validity,
@@ -72,8 +102,8 @@ impl Channels {
     /// # Errors
     /// No model can be made of the structure, or a setting is out of range.
     pub(crate) fn new(setup: &ModuleSetup) -> Result<Self, Vec<SetupError>> {
-        let module = setup.structure.module(&setup.module);
-        let components: Vec<_> = module.map_or_else(Vec::new, |m| m.components().collect());
+        let layout = ChannelLayout::of(setup);
+        let components = setup.components();
         let detection = &setup.detection;
         let generator = ResidualGenerator::new(
             &setup.structure,
@@ -107,20 +137,16 @@ impl Channels {
             unseen: Unseen::new((detection.divergence.window + detection.divergence.lag) as u64),
             windows: WindowLength::ALL.map(|length| {
                 let steps = setup.sampling().steps(length.seconds());
-                let gages = components.len() - setup.actuators();
-                (MeansCollector::new(length, steps, setup.actuators(), gages), false)
+                (MeansCollector::new(length, steps, layout.actuators, layout.gages), false)
             }),
-            recent: Recent::new(
-                setup.actuators(),
-                components.len() - setup.actuators(),
-                setup.sampling(),
-            ),
+            recent: Recent::new(layout, setup.sampling()),
             measured: [
                 vec![f64::NAN; components.len()],
-                vec![f64::NAN; setup.actuators()],
-                vec![f64::NAN; setup.actuators()],
+                vec![f64::NAN; layout.actuators],
+                vec![f64::NAN; layout.actuators],
             ],
             tares: vec![0.0; components.len()],
+            layout,
             components,
             phase: ModulePhase::Waiting,
             in_service_since: None,
@@ -245,11 +271,10 @@ impl Channels {
     /// Takes the sample into the windows, as far as it can be believed.
     fn measure(&mut self, sample: &Sample, settled: bool) {
         let [residuals, forces_n, contents_pa] = &mut self.measured;
-        let actuators = forces_n.len();
         let forces_known = self.validity.force_is_assumed().is_none();
         for (channel, value) in residuals.iter_mut().enumerate() {
             let good = settled && self.validity.supply(channel) == Supply::Good;
-            let of_gage = channel >= actuators;
+            let of_gage = self.layout.gage(channel).is_some();
             let usable = good && (forces_known || !of_gage);
             let tare = if of_gage { self.tares[channel] } else { 0.0 };
             *value = if usable { self.latest[channel] - tare } else { f64::NAN };
@@ -333,7 +358,7 @@ impl Channels {
     /// cannot: the structure is slow.
     pub(crate) fn may_come_of_gap(&self, channel: usize) -> bool {
         let evidence = &self.evidence[channel];
-        matches!(self.components[channel], Component::Actuator(_))
+        self.layout.gage(channel).is_none()
             && (evidence.residual - evidence.level).abs() <= self.generator.swing_n(channel)
     }
 
@@ -343,10 +368,8 @@ impl Channels {
     }
 
     /// The actuator without a signal whose force a gage's residual rests on all the same.
-    pub(crate) fn assumes_force_of(&self, channel: usize) -> Option<&Component> {
-        let is_gage = matches!(self.components[channel], Component::Sensor(_));
-        let actuator = self.validity.force_is_assumed().filter(|_| is_gage)?;
-        self.components.get(actuator)
+    pub(crate) fn assumes_force_of(&self, channel: usize) -> Option<usize> {
+        self.layout.gage(channel).and_then(|_| self.validity.force_is_assumed())
     }
 
     /// A channel's missing values are forgotten.

@@ -1,12 +1,9 @@
 //! Commands of operators: when they are accepted, and what follows.
 
-use vocabulary::{Component, RunId, Step};
+use vocabulary::Component;
 
-use crate::channels::Channels;
-use crate::comparing::Comparing;
+use crate::diagnoser::Diagnoser;
 use crate::event::Action;
-use crate::judging::Judging;
-use crate::ledger::Blank;
 use crate::order::{Order, OrderRefusal};
 use crate::state::Condition;
 use vocabulary::{GivenOrder, GivenOrderKind, Symptom, Verdict};
@@ -14,19 +11,7 @@ use vocabulary::{GivenOrder, GivenOrderKind, Symptom, Verdict};
 /// A residual displaced by less than this share of what was found is back.
 const STILL_DISPLACED: f64 = 0.5;
 
-/// What commands act on.
-#[derive(Debug)]
-pub(crate) struct Commands<'a> {
-    pub(crate) channels: &'a mut Channels,
-    pub(crate) judging: &'a mut Judging,
-    pub(crate) comparing: &'a mut Comparing,
-    /// The run being diagnosed.
-    pub(crate) run: Option<RunId>,
-    /// The latest step processed.
-    pub(crate) now: Step,
-}
-
-impl Commands<'_> {
+impl Diagnoser {
     /// Carries out a command: the sequence number of its transition.
     ///
     /// # Errors
@@ -49,7 +34,9 @@ impl Commands<'_> {
             | GivenOrderKind::Unsuppress
             | GivenOrderKind::Lapse { .. } => return self.set_aside(channel, given, actions),
         };
-        Ok(self.enter_order(channel, verdict, given, actions))
+        let now = (self.run(), self.last_step().unwrap_or_default());
+        actions.extend(self.judging.ledger.obey(channel, verdict, now, given).map(Action::Publish));
+        Ok(self.next_sequence() - 1)
     }
 
     /// Whether the alarm counts, which no verdict depends on.
@@ -59,17 +46,16 @@ impl Commands<'_> {
         given: GivenOrder,
         actions: &mut Vec<Action>,
     ) -> Result<u64, OrderRefusal> {
-        let run = self.run.unwrap_or(RunId(0));
+        let now = self.intake.position().unwrap_or_default();
         let evidence = *self.channels.monitor(channel).evidence();
-        let blank = Blank { run, now: self.now, evidence };
-        let transition = self.judging.ledger_mut().set_aside(channel, given, blank)?;
+        let transition = self.judging.ledger.set_aside(channel, given, now, evidence)?;
         let sequence = transition.sequence;
         actions.push(Action::Publish(transition));
         Ok(sequence)
     }
 
     fn acknowledge(&self, channel: usize, component: Component) -> Result<Verdict, OrderRefusal> {
-        match self.judging.ledger().verdict(channel) {
+        match self.judging.ledger.verdict(channel) {
             Verdict::Latched => Ok(Verdict::Acknowledged),
             other => Err(OrderRefusal::NothingToAcknowledge { component, state: other.as_str() }),
         }
@@ -96,7 +82,7 @@ impl Commands<'_> {
         let off = self.comparing.departure(channel);
         let off = off.ok_or(OrderRefusal::NothingToReTare(component))?;
         let tare = self.channels.shift_tare(channel, off);
-        self.judging.ledger_mut().set_tare(channel, tare);
+        self.judging.ledger.set_tare(channel, tare);
         Ok(self.start_anew(channel))
     }
 
@@ -107,7 +93,7 @@ impl Commands<'_> {
         force: bool,
     ) -> Result<(), OrderRefusal> {
         let component = component.clone();
-        match self.judging.ledger().verdict(channel) {
+        match self.judging.ledger.verdict(channel) {
             Verdict::Latched if !force => Err(OrderRefusal::NotAcknowledged(component)),
             Verdict::Latched | Verdict::Acknowledged | Verdict::Unconfirmed { .. } => Ok(()),
             other => {
@@ -118,7 +104,7 @@ impl Commands<'_> {
     }
 
     fn start_anew(&mut self, channel: usize) -> Verdict {
-        self.judging.drop_cases(channel);
+        self.judging.isolator.drop_cases(channel);
         self.channels.forgive(channel);
         self.comparing.forgive(channel);
         if self.interval_to_pass(channel) != Some(0) {
@@ -171,14 +157,14 @@ impl Commands<'_> {
     }
 
     fn interval_to_pass(&self, channel: usize) -> Option<u64> {
-        self.channels.interval_to_pass(channel, self.now)
+        self.channels.interval_to_pass(channel, self.last_step().unwrap_or_default())
     }
 
     /// How far the residual is from where it was before the fault, and how far it was when the fault was
     /// found, if it is still on that side and not closer to where it was.
     fn displacement(&self, channel: usize) -> Option<(f64, f64)> {
         let component = &self.channels.components()[channel];
-        let latest = self.judging.ledger().latest(component)?;
+        let latest = self.judging.ledger.latest(component)?;
         let found = latest.evidence;
         if latest.symptom == Symptom::NoSignal {
             return None;
@@ -187,18 +173,5 @@ impl Commands<'_> {
         let then = found.residual - found.level;
         let displaced = now * then > 0.0 && now.abs() >= STILL_DISPLACED * then.abs();
         displaced.then_some((now, then))
-    }
-
-    fn enter_order(
-        &mut self,
-        channel: usize,
-        verdict: Verdict,
-        given: GivenOrder,
-        actions: &mut Vec<Action>,
-    ) -> u64 {
-        let ledger = self.judging.ledger_mut();
-        let now = (self.run, self.now);
-        actions.extend(ledger.obey(channel, verdict, now, given).map(Action::Publish));
-        ledger.next_sequence() - 1
     }
 }

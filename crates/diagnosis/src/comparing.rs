@@ -7,18 +7,18 @@
 //! | explained | yes | a fault of its own |
 //! | none | yes | faulty, since its last agreement at the earliest; or before service |
 
-use vocabulary::{ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{ComponentPath, ModuleName, Step};
 
 use crate::channels::Channels;
-use crate::event::Action;
+use crate::event::{Action, Handling};
 use crate::judging::Judging;
-use crate::ledger::Departure;
+use crate::ledger::{Detection, Ledger, is_open};
 use crate::question::{Answer, PeerFailure, Question};
 use crate::settings::ModuleSetup;
 use crate::state::{
     Conclusion, Condition, Departed, Detectors, Reaction, WindowFinding, WindowLength,
 };
-use vocabulary::{Counters, Doubt, Evidence, Symptom, Verdict};
+use vocabulary::{Doubt, Evidence, Symptom, Verdict};
 
 /// Windows in which one of several suspects has to agree before it is no longer one.
 const CLEARED: u32 = 10;
@@ -29,14 +29,13 @@ pub(crate) struct Comparing {
     detectors: Option<Detectors>,
     /// Steps of a long window.
     long_steps: u64,
-    run: RunId,
 }
 
 impl Comparing {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
         let detectors = setup.reference.as_ref().map(|known| Detectors::new(known, setup));
         let long_steps = setup.sampling().steps(WindowLength::Long.seconds());
-        Self { detectors, long_steps, run: RunId::default() }
+        Self { detectors, long_steps }
     }
 
     /// A run begins: nothing has been compared yet.
@@ -60,45 +59,38 @@ impl Comparing {
     }
 
     /// Compares the windows that ended at this step.
-    pub(crate) fn compare(
-        &mut self,
-        now: (RunId, Step),
-        channels: &Channels,
-        judging: &mut Judging,
-        counters: &mut Counters,
-        actions: &mut Vec<Action>,
-    ) {
-        self.run = now.0;
+    pub(crate) fn compare(&mut self, judging: &mut Judging, handling: &mut Handling<'_>) {
+        let Handling { run, now, channels, .. } = *handling;
         for window in WindowLength::ALL.into_iter().filter_map(|length| channels.window(length)) {
-            let calm = self.is_calm(now.1, channels, judging);
+            let calm = self.is_calm(now, channels, &judging.ledger);
             let Some(detectors) = &mut self.detectors else { return };
-            let ledger = judging.ledger();
             let known =
-                (0..channels.components().len()).map(|k| ledger.verdict(k).is_latched()).collect();
+                judging.ledger.verdicts().map(|(_, verdict)| verdict.is_latched()).collect();
             let (late, reaction) = detectors.take(window, known, calm);
             let concluded = match reaction {
                 Some(Reaction::Ask(peers)) => {
-                    let (run, as_of) = (self.run, window.until);
+                    let as_of = window.until;
                     let question =
                         Question { run, from: as_of, as_of, window: Some(window.length) };
-                    counters.questions_asked += peers.len() as u64;
-                    actions.extend(peers.into_iter().map(|peer| Action::Ask { peer, question }));
+                    handling.counters.questions_asked += peers.len() as u64;
+                    let asked = peers.into_iter().map(|peer| Action::Ask { peer, question });
+                    handling.actions.extend(asked);
                     None
                 }
                 Some(Reaction::Concluded(conclusion)) => Some(conclusion),
                 None => None,
             };
             for conclusion in late.into_iter().chain(concluded) {
-                self.enter(conclusion, channels, judging, actions);
+                self.enter(conclusion, judging, handling);
             }
         }
     }
 
     /// Has nothing changed for a second, and does nothing wait for a judgement?
-    fn is_calm(&self, now: Step, channels: &Channels, judging: &Judging) -> bool {
+    fn is_calm(&self, now: Step, channels: &Channels, ledger: &Ledger) -> bool {
         let quiet = |channel: usize| {
             let changed = channels.monitor(channel).changed_until();
-            let verdict = judging.ledger().verdict(channel);
+            let verdict = ledger.verdict(channel);
             changed.is_none_or(|changed| changed.plus(self.long_steps) <= now)
                 && (*verdict == Verdict::Normal || verdict.is_latched())
         };
@@ -109,58 +101,53 @@ impl Comparing {
     pub(crate) fn answered(
         &mut self,
         (peer, question, answer): (&ModuleName, Question, Option<Answer>),
-        channels: &Channels,
         judging: &mut Judging,
-        counters: &mut Counters,
-        actions: &mut Vec<Action>,
+        handling: &mut Handling<'_>,
     ) {
-        let detectors = self.detectors.as_mut().filter(|_| question.run == self.run);
+        let detectors = self.detectors.as_mut().filter(|_| question.run == handling.run);
         let Some((detectors, length)) = detectors.zip(question.window) else { return };
         let (conclusion, fits) = detectors.answered(peer, (length, question.as_of), answer);
         if let Err(reason) = fits {
-            counters.answers_malformed += 1;
+            handling.counters.answers_malformed += 1;
             let (peer, failure) = (peer.clone(), PeerFailure::Malformed(reason));
-            actions.push(Action::AnswerRejected { peer, failure });
+            handling.actions.push(Action::AnswerRejected { peer, failure });
         }
         if let Some(conclusion) = conclusion {
-            self.enter(conclusion, channels, judging, actions);
+            self.enter(conclusion, judging, handling);
         }
     }
 
-    fn enter(
-        &self,
-        conclusion: Conclusion,
-        channels: &Channels,
-        judging: &mut Judging,
-        actions: &mut Vec<Action>,
-    ) {
+    fn enter(&self, conclusion: Conclusion, judging: &mut Judging, handling: &mut Handling<'_>) {
         let Conclusion { until, findings } = conclusion;
         for (channel, finding) in findings {
             match finding {
                 WindowFinding::Agrees { windows } => {
-                    self.agree(channel, windows, until, channels, judging, actions);
+                    self.agree((channel, windows), until, judging, handling);
                 }
                 WindowFinding::Departed { departed, onset, before_service } => {
-                    if judging.is_open(channel) {
+                    if is_open(judging.ledger.verdict(channel)) {
                         continue;
                     }
                     let evidence = evidence_of(&departed, until);
-                    let symptom = departed.symptom;
-                    let departure = Departure { symptom, onset, evidence, before_service };
-                    judging.depart((self.run, channel), Verdict::Latched, departure, actions);
+                    let departure = Detection {
+                        before_service,
+                        ..Detection::new(departed.symptom, onset, evidence)
+                    };
+                    judging.depart(channel, Verdict::Latched, departure, handling);
                 }
                 WindowFinding::OneOf { components, onset } => {
                     // A conclusion that waited for answers does not know what has been declared since.
-                    let is_known = judging.is_accounted_for((self.run, until), &components);
-                    let tells_more = !is_known && narrows(judging, channel, &components);
-                    if judging.is_open(channel) || !tells_more {
+                    let ledger = &judging.ledger;
+                    let is_known = ledger.is_accounted_for((handling.run, until), &components);
+                    let verdict = ledger.verdict(channel);
+                    if is_open(verdict) || is_known || !narrows(verdict, &components) {
                         continue;
                     }
-                    let evidence = Evidence { step: until, ..channels.evidence()[channel] };
-                    let (symptom, before_service) = (Symptom::Departure, false);
-                    let departure = Departure { symptom, onset, evidence, before_service };
+                    let evidence =
+                        Evidence { step: until, ..handling.channels.evidence()[channel] };
+                    let departure = Detection::new(Symptom::Departure, onset, evidence);
                     let verdict = Verdict::Unconfirmed { doubt: Doubt::OneOf(components) };
-                    judging.depart((self.run, channel), verdict, departure, actions);
+                    judging.depart(channel, verdict, departure, handling);
                 }
             }
         }
@@ -169,22 +156,17 @@ impl Comparing {
     /// What is healthy now, and was explained by another fault or one of several suspects, is normal again.
     fn agree(
         &self,
-        channel: usize,
-        windows: u32,
+        (channel, windows): (usize, u32),
         until: Step,
-        channels: &Channels,
         judging: &mut Judging,
-        actions: &mut Vec<Action>,
+        handling: &mut Handling<'_>,
     ) {
-        let changed = channels.monitor(channel).changed_until();
+        let changed = handling.channels.monitor(channel).changed_until();
         let over = changed.is_none_or(|changed| changed.plus(self.long_steps) <= until);
-        match judging.ledger().verdict(channel) {
-            Verdict::Explained { .. } if over => {
-                judging.close_explained(channel, until, channels, actions)
-            }
+        match judging.ledger.verdict(channel) {
+            Verdict::Explained { .. } if over => judging.close_explained(channel, until, handling),
             Verdict::Unconfirmed { doubt: Doubt::OneOf(_) } if windows >= CLEARED => {
-                let cleared = judging.ledger_mut().clear(channel, until);
-                actions.extend(cleared.map(Action::Publish));
+                handling.publish(judging.ledger.clear(channel, until));
             }
             _ => {}
         }
@@ -203,8 +185,8 @@ fn evidence_of(departed: &Departed, step: Step) -> Evidence {
 }
 
 /// Do these suspects tell more than what is known?
-fn narrows(judging: &Judging, channel: usize, components: &[ComponentPath]) -> bool {
-    match judging.ledger().verdict(channel) {
+fn narrows(known: &Verdict, components: &[ComponentPath]) -> bool {
+    match known {
         Verdict::Unconfirmed { doubt: Doubt::OneOf(known) } => {
             components.len() < known.len() && components.iter().all(|path| known.contains(path))
         }

@@ -1,43 +1,54 @@
 //! One module's diagnoser: samples, questions and answers in, actions out.
 //!
 //! Data flows one way: sample ([`Intake`]) → residuals → divergences → changes ([`Channels`]) → judgements →
-//! transitions ([`Judging`]); peers' questions are answered from these ([`Answering`]). The order of the
+//! transitions ([`Judging`]); peers' questions are answered from these (`answering.rs`), and orders carried out on
+//! them (`commands.rs`). The order of the
 //! actions is the order in which they are to be carried out.
 
 use vocabulary::{Component, ModuleName, ModulePhase, RunId, Step};
 
-use crate::answering::{Answering, Knowledge};
-use crate::channels::Channels;
-use crate::commands::Commands;
+use crate::channels::{ChannelLayout, Channels};
 use crate::comparing::Comparing;
 use crate::coverage::Coverage;
-use crate::event::{Action, Event, QuestionToken};
+use crate::event::{Action, Event, Handling, QuestionToken};
 use crate::freeze::Freezing;
 use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
-use crate::memory::Memory;
-use crate::order::{Order, OrderToken};
 use crate::question::{Answer, Question};
 use crate::sample::Sample;
-use crate::settings::{ModuleSetup, SetupError};
+use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
-use vocabulary::{Counters, Evidence, Verdict};
+use vocabulary::{Counters, Evidence, PastWatch, Verdict};
+
+/// The state that survives a restart. The shell stores it and passes it to
+/// [`Diagnoser::recall`] before the first event.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Memory {
+    /// The sequence number of the latest transition; 0 if there was none.
+    pub sequence: u64,
+    /// The latest transition of each component that had one.
+    pub latest: Vec<Transition>,
+    /// The run being diagnosed, and what was watched of it.
+    pub watch: Option<PastWatch>,
+}
 
 /// The diagnoser of one module.
 #[derive(Debug, Clone)]
 pub struct Diagnoser {
     module: ModuleName,
     peers: Vec<ModuleName>,
-    intake: Intake,
-    channels: Channels,
-    judging: Judging,
-    answering: Answering,
-    comparing: Comparing,
+    pub(crate) sampling: Sampling,
+    pub(crate) intake: Intake,
+    pub(crate) channels: Channels,
+    pub(crate) judging: Judging,
+    /// Peers' questions that wait for their step.
+    pub(crate) held: Vec<(QuestionToken, Question)>,
+    pub(crate) comparing: Comparing,
     identifying: Identifying,
     freezing: Freezing,
-    counters: Counters,
+    pub(crate) counters: Counters,
 }
 
 impl Diagnoser {
@@ -52,10 +63,11 @@ impl Diagnoser {
         }
         let channels = Channels::new(&setup)?;
         Ok(Self {
-            intake: Intake::new(channels.components(), setup.sampling()),
+            intake: Intake::new(ChannelLayout::of(&setup), setup.sampling()),
             judging: Judging::new(&setup, channels.components()),
             channels,
-            answering: Answering::new(setup.sampling()),
+            held: Vec::new(),
+            sampling: setup.sampling(),
             comparing: Comparing::new(&setup),
             identifying: Identifying::new(&setup),
             freezing: Freezing::new(&setup),
@@ -75,8 +87,8 @@ impl Diagnoser {
                 self.channels.shift_tare(channel, tare);
             }
         }
-        self.judging.recall_verdicts(sequence, latest);
-        self.identifying.recall(self.judging.ledger());
+        self.judging.ledger.recall(sequence, latest);
+        self.identifying.recall(&self.judging.ledger);
         let Some(past) = watch else { return };
         self.intake.recall(past.run);
         if let Some((since, until)) = past.watched {
@@ -97,13 +109,19 @@ impl Diagnoser {
         match event {
             Event::Sample(sample) => return self.take_sample(&sample, actions),
             Event::Asked { token, question } => self.take_question(token, question, actions),
-            Event::Withdrawn { token } => self.answering.withdraw(token),
+            Event::Withdrawn { token } => self.held.retain(|(held, _)| *held != token),
             Event::Answered { peer, answer } => self.take_answer(&peer, answer, actions),
             Event::Unanswered { peer, question, .. } => {
                 self.take_silence(&peer, question, actions);
             }
             Event::Returned { peer } => self.take_return(&peer, actions),
-            Event::Ordered { token, order } => self.take_order(token, order, actions),
+            Event::Ordered { token, order } => {
+                let outcome = match self.carry_out(order, actions) {
+                    Ok(sequence) => Action::Obeyed { token, sequence },
+                    Err(refusal) => Action::OrderRefused { token, refusal },
+                };
+                actions.push(outcome);
+            }
         }
         self.freezing.note(&actions[before..]);
     }
@@ -131,20 +149,23 @@ impl Diagnoser {
             }
         }
         self.counters.samples += 1;
-        let now = (sample.run, sample.step);
         self.channels.observe(sample);
         self.counters.samples_non_finite += u64::from(self.channels.is_incomplete());
-        for &occurrence in self.channels.occurrences() {
-            self.judging.note(occurrence, now, &self.channels, &mut self.counters, actions);
+        let phase = self.channels.update_phase(sample.step);
+        let Self { channels, judging, comparing, identifying, counters, .. } = self;
+        let (run, now) = (sample.run, sample.step);
+        let mut handling = Handling { run, now, channels, counters, actions };
+        for &(channel, occurrence) in channels.occurrences() {
+            judging.note(channel, occurrence, &mut handling);
         }
-        self.judging.follow(now, &self.channels, actions);
-        actions.extend(self.channels.update_phase(sample.step));
-        self.judge(now, actions);
-        self.compare(now, actions);
-        self.identifying.follow(now, &self.channels, &self.judging, actions);
+        judging.follow(&mut handling);
+        handling.actions.extend(phase);
+        judging.judge(&mut handling);
+        comparing.compare(judging, &mut handling);
+        identifying.follow(&judging.ledger, &mut handling);
         self.freezing.note(&actions[before..]);
-        self.freezing.follow(sample.step, &self.channels, actions);
-        self.answer_due(actions);
+        self.freezing.follow(now, &self.channels, actions);
+        self.answer_due(now, actions);
     }
 
     /// Forgets everything but what is latched or can never be judged. A run that goes on after a restart
@@ -158,83 +179,43 @@ impl Diagnoser {
             self.channels.end_run();
             self.comparing.restart();
             self.identifying.restart();
-            self.answering.end_run(run, &mut self.counters, actions);
-            self.judging.end_run(self.channels.components().len(), last, actions);
+            self.refuse_held(run, actions);
+            self.judging.isolator.restart();
+            actions.extend(self.judging.ledger.end_run(last).into_iter().map(Action::Publish));
         }
         actions.push(self.channels.begin_run());
     }
 
-    fn judge(&mut self, now: (RunId, Step), actions: &mut Vec<Action>) {
-        self.judging.judge(now, &self.channels, &mut self.counters, actions);
-    }
-
-    /// Compares the windows that ended at this step with the reference.
-    fn compare(&mut self, now: (RunId, Step), actions: &mut Vec<Action>) {
-        let Self { channels, judging, comparing, counters, .. } = self;
-        comparing.compare(now, channels, judging, counters, actions);
-    }
-
     fn take_answer(&mut self, peer: &ModuleName, answer: Answer, actions: &mut Vec<Action>) {
-        let Some(now) = self.intake.position() else { return };
-        if answer.question.window.is_some() {
-            let Self { channels, judging, comparing, counters, .. } = self;
-            let question = answer.question;
-            let answered = (peer, question, Some(answer));
-            return comparing.answered(answered, channels, judging, counters, actions);
+        let Some((run, now)) = self.intake.position() else { return };
+        let Self { channels, judging, comparing, counters, .. } = self;
+        let mut handling = Handling { run, now, channels, counters, actions };
+        let question = answer.question;
+        if question.window.is_some() {
+            return comparing.answered((peer, question, Some(answer)), judging, &mut handling);
         }
-        let (channels, counters) = (&self.channels, &mut self.counters);
-        self.judging.answered((peer, answer), now, channels, counters, actions);
-        self.judge(now, actions);
+        judging.answered(peer, answer, &mut handling);
+        judging.judge(&mut handling);
     }
 
     fn take_silence(&mut self, peer: &ModuleName, question: Question, actions: &mut Vec<Action>) {
-        let Some(now) = self.intake.position() else { return };
+        let Some((run, now)) = self.intake.position() else { return };
+        let Self { channels, judging, comparing, counters, .. } = self;
         if question.window.is_some() {
-            let Self { channels, judging, comparing, counters, .. } = self;
             counters.questions_unanswered += 1;
-            let answered = (peer, question, None);
-            return comparing.answered(answered, channels, judging, counters, actions);
-        }
-        if self.judging.unanswered(peer, question, now.1, &mut self.counters) {
-            self.judge(now, actions);
+            let mut handling = Handling { run, now, channels, counters, actions };
+            comparing.answered((peer, question, None), judging, &mut handling);
+        } else if judging.isolator.unanswered(peer, question, now) {
+            counters.questions_unanswered += 1;
+            judging.judge(&mut Handling { run, now, channels, counters, actions });
         }
     }
 
     fn take_return(&mut self, peer: &ModuleName, actions: &mut Vec<Action>) {
-        let Some(now) = self.intake.position() else { return };
-        self.judging.returned(peer, now.1);
-        self.judge(now, actions);
-    }
-
-    fn take_order(&mut self, token: OrderToken, order: Order, actions: &mut Vec<Action>) {
-        let now = self.intake.last_step().unwrap_or_default();
-        let mut commands = Commands {
-            channels: &mut self.channels,
-            judging: &mut self.judging,
-            comparing: &mut self.comparing,
-            run: self.intake.run(),
-            now,
-        };
-        match commands.carry_out(order, actions) {
-            Ok(sequence) => actions.push(Action::Obeyed { token, sequence }),
-            Err(refusal) => actions.push(Action::OrderRefused { token, refusal }),
-        }
-    }
-
-    fn take_question(
-        &mut self,
-        token: QuestionToken,
-        question: Question,
-        actions: &mut Vec<Action>,
-    ) {
-        let Self { module, intake, channels, judging, answering, counters, .. } = self;
-        let knowledge = Knowledge { module, intake, channels, judging };
-        answering.take((token, question), knowledge, counters, actions);
-    }
-
-    fn answer_due(&mut self, actions: &mut Vec<Action>) {
-        let Self { module, intake, channels, judging, answering, counters, .. } = self;
-        answering.answer_due(Knowledge { module, intake, channels, judging }, counters, actions);
+        let Some((run, now)) = self.intake.position() else { return };
+        let Self { channels, judging, counters, .. } = self;
+        judging.isolator.returned(peer, now);
+        judging.judge(&mut Handling { run, now, channels, counters, actions });
     }
 
     /// The phase.
@@ -304,29 +285,29 @@ impl Diagnoser {
 
     /// The verdict on each component.
     pub fn verdicts(&self) -> impl Iterator<Item = (&Component, &Verdict)> {
-        self.judging.ledger().verdicts()
+        self.judging.ledger.verdicts()
     }
 
     /// The latest transition of a component, if it ever had one.
     #[must_use]
     pub fn last_transition(&self, component: &Component) -> Option<&Transition> {
-        self.judging.ledger().latest(component)
+        self.judging.ledger.latest(component)
     }
 
     /// The latest transition of each component that ever had one.
     pub fn last_transitions(&self) -> impl Iterator<Item = &Transition> {
-        self.judging.ledger().transitions()
+        self.judging.ledger.transitions()
     }
 
     /// The number that the next transition will have.
     #[must_use]
     pub fn next_sequence(&self) -> u64 {
-        self.judging.ledger().next_sequence()
+        self.judging.ledger.next_sequence()
     }
 
     /// Peers' questions that wait for their step.
     #[must_use]
     pub fn waiting_questions(&self) -> usize {
-        self.answering.len()
+        self.held.len()
     }
 }

@@ -3,13 +3,14 @@
 
 use vocabulary::{Component, ComponentPath, FrozenSignals, ModuleName, ModulePhase, RunId, Step};
 
+use crate::channels::Channels;
 use crate::divergence::Violation;
 use crate::identification::Excerpt;
 use crate::order::{Order, OrderRefusal, OrderToken};
 use crate::question::{Answer, PeerFailure, Question, Refusal};
 use crate::sample::{Sample, SampleRejection, Signal};
 use crate::verdict::Transition;
-use vocabulary::{Change, Evidence};
+use vocabulary::{Change, Counters, Evidence};
 
 /// The shell's token of a question it passed in, returned with the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -60,6 +61,24 @@ pub enum Event {
         /// What.
         order: Order,
     },
+}
+
+/// The handling of an event after some sample: what it is judged by, and where its outcome goes.
+#[derive(Debug)]
+pub(crate) struct Handling<'a> {
+    /// The run being diagnosed.
+    pub(crate) run: RunId,
+    /// The latest step processed.
+    pub(crate) now: Step,
+    pub(crate) channels: &'a Channels,
+    pub(crate) counters: &'a mut Counters,
+    pub(crate) actions: &'a mut Vec<Action>,
+}
+
+impl Handling<'_> {
+    pub(crate) fn publish(&mut self, transitions: impl IntoIterator<Item = Transition>) {
+        self.actions.extend(transitions.into_iter().map(Action::Publish));
+    }
 }
 
 /// An action for the shell to carry out, in this order.

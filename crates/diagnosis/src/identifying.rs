@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use vocabulary::{RunId, Step};
 
-use crate::channels::Channels;
-use crate::event::Action;
+use crate::channels::{ChannelLayout, Channels};
+use crate::event::{Action, Handling};
 use crate::identification::{
     CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries, Prior,
 };
-use crate::judging::Judging;
 use crate::ledger::Ledger;
 use crate::recent::Row;
 use crate::residual::NominalHydraulics;
@@ -40,7 +39,7 @@ const OF_REFERENCE: f64 = 0.1;
 
 /// A faulty component.
 #[derive(Debug, Clone)]
-struct Subject {
+struct FaultyComponent {
     sequence: u64,
     seen: FaultOnset,
     /// If not, there is nothing more to be learnt.
@@ -76,10 +75,10 @@ struct Predictor {
 /// What is identified.
 #[derive(Debug, Clone)]
 pub(crate) struct Identifying {
-    subjects: Vec<Option<Subject>>,
+    faulty: Vec<Option<FaultyComponent>>,
     /// The number of the transition that each channel's fault is identified for, or is not.
     known: Vec<u64>,
-    actuators: usize,
+    layout: ChannelLayout,
     step_s: f64,
     sampling: Sampling,
     hydraulics: NominalHydraulics,
@@ -89,12 +88,12 @@ pub(crate) struct Identifying {
 
 impl Identifying {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
-        let channels = setup.components().len();
+        let layout = ChannelLayout::of(setup);
         let noise = setup.prior_scatters().iter().map(|variance| variance.sqrt()).collect();
         Self {
-            subjects: vec![None; channels],
-            known: vec![0; channels],
-            actuators: setup.actuators(),
+            faulty: vec![None; layout.channels()],
+            known: vec![0; layout.channels()],
+            layout,
             step_s: setup.step_s,
             sampling: setup.sampling(),
             hydraulics: setup.hydraulics,
@@ -112,30 +111,24 @@ impl Identifying {
 
     /// A run begins: what was measured in the one before is gone.
     pub(crate) fn restart(&mut self) {
-        self.subjects.fill(None);
+        self.faulty.fill(None);
     }
 
     /// Begins with what has become faulty, ends with what is no longer, and has identified what is due.
-    pub(crate) fn follow(
-        &mut self,
-        (run, now): (RunId, Step),
-        channels: &Channels,
-        judging: &Judging,
-        actions: &mut Vec<Action>,
-    ) {
-        let ledger = judging.ledger();
-        for channel in 0..self.subjects.len() {
+    pub(crate) fn follow(&mut self, ledger: &Ledger, handling: &mut Handling<'_>) {
+        let Handling { run, now, channels, .. } = *handling;
+        for channel in 0..self.faulty.len() {
             if !ledger.verdict(channel).is_latched() {
-                self.subjects[channel] = None;
+                self.faulty[channel] = None;
                 continue;
             }
-            if self.subjects[channel].is_none() {
+            if self.faulty[channel].is_none() {
                 self.begin(channel, run, channels, ledger);
             }
-            let due = self.subjects[channel].as_ref().and_then(|subject| subject.due);
+            let due = self.faulty[channel].as_ref().and_then(|fault| fault.due);
             if let Some(due) = due.filter(|due| *due <= now) {
                 let excerpt = self.excerpt(channel, run, due, channels, ledger);
-                actions.extend(excerpt.map(|excerpt| Action::Identify(Box::new(excerpt))));
+                handling.actions.extend(excerpt.map(|excerpt| Action::Identify(Box::new(excerpt))));
                 self.postpone(channel, due);
             }
         }
@@ -157,13 +150,13 @@ impl Identifying {
             }
             FaultOnset::Departure { .. } => None,
         };
-        self.subjects[channel] = Some(Subject {
+        self.faulty[channel] = Some(FaultyComponent {
             sequence,
             seen,
             has_signal: latest.symptom != Symptom::NoSignal,
             due: Some(due.unwrap_or(latest.decided)),
             steps: None,
-            learnt: self.learnt(seen, channels).filter(|_| channel >= self.actuators),
+            learnt: self.learnt(seen, channels).filter(|_| self.layout.gage(channel).is_some()),
             predictor: None,
             until: None,
         });
@@ -173,14 +166,14 @@ impl Identifying {
         let second = self.sampling.steps(1.0);
         let soon = self.sampling.steps(EVERY_SECOND_FOR_S);
         let stages = STAGES_S.map(|stage| self.sampling.steps(stage));
-        let is_cylinder = channel < self.actuators;
-        let Some(subject) = &mut self.subjects[channel] else { return };
+        let is_cylinder = self.layout.gage(channel).is_none();
+        let Some(fault) = &mut self.faulty[channel] else { return };
         // Of a cylinder only the steps around the onset count.
-        let is_over = !subject.has_signal || is_cylinder && subject.steps.is_some();
+        let is_over = !fault.has_signal || is_cylinder && fault.steps.is_some();
         let (FaultOnset::Change { onset: begun, .. } | FaultOnset::Departure { detection: begun }) =
-            subject.seen;
+            fault.seen;
         let age = due.since(begun);
-        let next = match subject.seen {
+        let next = match fault.seen {
             FaultOnset::Change { .. } => stages.into_iter().find(|stage| *stage > age),
             FaultOnset::Departure { .. } => None,
         };
@@ -189,7 +182,7 @@ impl Identifying {
             None if age < soon => due.plus(second),
             None => due.plus(10 * second),
         };
-        subject.due = (!is_over).then_some(next);
+        fault.due = (!is_over).then_some(next);
     }
 
     fn excerpt(
@@ -200,20 +193,20 @@ impl Identifying {
         channels: &Channels,
         ledger: &Ledger,
     ) -> Option<Excerpt> {
-        let has_signal = self.subjects[channel].as_ref()?.has_signal;
-        let measured = match (has_signal, channel < self.actuators) {
-            (false, _) => MeasuredSeries::Nothing,
-            (true, true) => self.cylinder(channel, as_of, channels)?,
-            (true, false) => self.gage(channel, as_of, channels, ledger)?,
+        let has_signal = self.faulty[channel].as_ref()?.has_signal;
+        let measured = match self.layout.gage(channel) {
+            _ if !has_signal => MeasuredSeries::Nothing,
+            None => self.cylinder(channel, as_of, channels)?,
+            Some(gage) => self.gage(channel, gage, as_of, channels, ledger)?,
         };
-        let subject = self.subjects[channel].as_ref()?;
+        let fault = self.faulty[channel].as_ref()?;
         Some(Excerpt {
             run,
-            sequence: subject.sequence,
+            sequence: fault.sequence,
             component: channels.components()[channel].clone(),
             as_of,
             step_s: self.step_s,
-            seen: subject.seen,
+            seen: fault.seen,
             measured,
         })
     }
@@ -244,9 +237,9 @@ impl Identifying {
         as_of: Step,
         channels: &Channels,
     ) -> Option<MeasuredSeries> {
-        let subject = self.subjects[channel].as_ref()?;
-        let seen = subject.seen;
-        let steps: Arc<[CylinderStep]> = match &subject.steps {
+        let fault = self.faulty[channel].as_ref()?;
+        let seen = fault.seen;
+        let steps: Arc<[CylinderStep]> = match &fault.steps {
             Some(Kept::Cylinder(steps)) => Arc::clone(steps),
             _ => {
                 let (from, until) = self.span(seen, as_of);
@@ -263,7 +256,7 @@ impl Identifying {
         };
         if self.is_complete(seen, as_of) {
             let kept = Kept::Cylinder(Arc::clone(&steps));
-            self.subjects[channel].as_mut()?.steps = Some(kept);
+            self.faulty[channel].as_mut()?.steps = Some(kept);
         }
         let null_flow = Prior::about_zero(NULL_FLOW * self.hydraulics.valve_flow_m3_per_s);
         Some(MeasuredSeries::Cylinder(CylinderSeries {
@@ -276,22 +269,23 @@ impl Identifying {
     fn gage(
         &mut self,
         channel: usize,
+        gage: usize,
         as_of: Step,
         channels: &Channels,
         ledger: &Ledger,
     ) -> Option<MeasuredSeries> {
-        let gage = channel - self.actuators;
         let without = self.left_out(channel, as_of, channels, ledger);
-        let predictor = self.predictor(channel, &without)?;
-        let subject = self.subjects[channel].as_mut()?;
+        let predictor = self.predictor(channel, gage, &without)?;
+        let fault = self.faulty[channel].as_mut()?;
         if predictor.without != without {
             let failed = without.iter().zip(&predictor.without).position(|(now, then)| now != then);
-            let failed = failed.map(|gage| &channels.components()[self.actuators + gage]);
+            let failed =
+                failed.map(|gage| &channels.components()[self.layout.channel_of_gage(gage)]);
             let begun = failed.and_then(|failed| ledger.latest(failed)).map(|latest| latest.onset);
-            subject.until.get_or_insert(begun.unwrap_or(as_of));
+            fault.until.get_or_insert(begun.unwrap_or(as_of));
         }
-        let (seen, until) = (subject.seen, subject.until.unwrap_or(as_of));
-        let kept = subject.steps.clone();
+        let (seen, until) = (fault.seen, fault.until.unwrap_or(as_of));
+        let kept = fault.steps.clone();
         let steps: Arc<[GageStep]> = match kept {
             Some(Kept::Gage(steps)) => steps,
             _ => {
@@ -316,22 +310,26 @@ impl Identifying {
         let seconds = seconds.filter(|mean| mean.off_m.is_finite()).collect();
         if self.is_complete(seen, as_of) {
             let kept = Kept::Gage(Arc::clone(&steps));
-            self.subjects[channel].as_mut()?.steps = Some(kept);
+            self.faulty[channel].as_mut()?.steps = Some(kept);
         }
         let (level_m, noise_m) = (predictor.level_m, self.noise_m[channel]);
         Some(MeasuredSeries::Gage(GageSeries { steps, seconds, level_m, noise_m }))
     }
 
     /// How a gage follows from the others, without those that are known to be faulty; once its steps are complete, as then.
-    fn predictor(&mut self, channel: usize, without: &[bool]) -> Option<Arc<Predictor>> {
-        let subject = self.subjects[channel].as_ref()?;
-        let known = subject.predictor.as_ref();
-        if let Some(known) = known.filter(|p| subject.steps.is_some() || p.without == without) {
+    fn predictor(
+        &mut self,
+        channel: usize,
+        gage: usize,
+        without: &[bool],
+    ) -> Option<Arc<Predictor>> {
+        let fault = self.faulty[channel].as_ref()?;
+        let known = fault.predictor.as_ref();
+        if let Some(known) = known.filter(|p| fault.steps.is_some() || p.without == without) {
             return Some(Arc::clone(known));
         }
-        let gage = channel - self.actuators;
         let without = without.to_vec();
-        let predictor = match (&self.reference, subject.learnt.clone()) {
+        let predictor = match (&self.reference, fault.learnt.clone()) {
             (Some(reference), Some(mut learnt)) => {
                 learnt.widen(&reference.short.means, &reference.own_places(), OF_REFERENCE);
                 Predictor::new(&learnt, (0..learnt.mean.len()).collect(), gage, without)
@@ -345,7 +343,7 @@ impl Identifying {
             (None, None) => None,
         }?;
         let predictor = Arc::new(predictor);
-        self.subjects[channel].as_mut()?.predictor = Some(Arc::clone(&predictor));
+        self.faulty[channel].as_mut()?.predictor = Some(Arc::clone(&predictor));
         Some(predictor)
     }
 
@@ -363,7 +361,7 @@ impl Identifying {
                 && ledger.verdict(other).is_latched()
                 && latest.is_some_and(|latest| latest.decided <= as_of)
         };
-        (self.actuators..self.subjects.len()).map(faulty).collect()
+        (self.layout.actuators..self.faulty.len()).map(faulty).collect()
     }
 
     /// How the gages moved together before the onset.
@@ -380,8 +378,9 @@ impl Identifying {
         if rows.len() < LEAST_LEARNT {
             return None;
         }
-        let of_gages = self.noise_m[self.actuators..].iter();
-        let least: Vec<f64> = of_gages.chain(&self.noise_m[..self.actuators]).copied().collect();
+        let of_gages = self.noise_m[self.layout.actuators..].iter();
+        let least: Vec<f64> =
+            of_gages.chain(&self.noise_m[..self.layout.actuators]).copied().collect();
         Some(Gaussian::of_rows(&rows, &least))
     }
 }

@@ -2,8 +2,9 @@
 
 use std::cmp::Ordering;
 
-use vocabulary::{Component, RunId, Step};
+use vocabulary::{RunId, Step};
 
+use crate::channels::ChannelLayout;
 use crate::sample::{Sample, SampleRejection};
 use crate::settings::Sampling;
 
@@ -34,8 +35,7 @@ pub(crate) enum Admission {
 /// The position in the stream of samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Intake {
-    actuators: usize,
-    gages: usize,
+    layout: ChannelLayout,
     sampling: Sampling,
     /// Run and step of the latest sample taken.
     position: Option<(RunId, Step)>,
@@ -48,19 +48,10 @@ pub(crate) struct Intake {
 }
 
 impl Intake {
-    /// Takes samples of a module with these components.
-    pub(crate) fn new(components: &[Component], sampling: Sampling) -> Self {
-        let actuators = components.iter().filter(|c| matches!(c, Component::Actuator(_))).count();
-        let gages = components.len() - actuators;
-        Self {
-            actuators,
-            gages,
-            sampling,
-            position: None,
-            recalled_run: None,
-            step_jump: None,
-            late: None,
-        }
+    /// Takes samples of a module with these channels.
+    pub(crate) fn new(layout: ChannelLayout, sampling: Sampling) -> Self {
+        let (position, recalled_run) = (None, None);
+        Self { layout, sampling, position, recalled_run, step_jump: None, late: None }
     }
 
     /// The run that was being diagnosed before a restart.
@@ -89,7 +80,7 @@ impl Intake {
     /// # Errors
     /// It cannot be used; the position is as before.
     pub(crate) fn admit(&mut self, sample: &Sample) -> Result<Admission, SampleRejection> {
-        sample.check(self.actuators, self.gages)?;
+        sample.check(self.layout.actuators, self.layout.gages)?;
         let admission = match self.position {
             Some((run, last)) if run == sample.run => {
                 if self.begins_again(last, sample.step) {

@@ -10,7 +10,7 @@ use vocabulary::{Alarm, Doubt, Evidence, GivenOrder, Symptom, Verdict};
 
 /// The verdict on one component.
 #[derive(Debug, Clone)]
-struct Entry {
+struct ComponentVerdict {
     component: Component,
     verdict: Verdict,
     latest: Option<Transition>,
@@ -41,32 +41,81 @@ impl FaultySince {
     }
 }
 
-/// A departure from a reference.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Departure {
+/// What a verdict is about.
+#[derive(Debug, Clone)]
+pub(crate) struct Detection {
     pub(crate) symptom: Symptom,
     pub(crate) onset: Step,
+    pub(crate) detection: Step,
     pub(crate) evidence: Evidence,
     pub(crate) before_service: bool,
+    /// This was said to explain it, and its module does not stand by that.
+    pub(crate) disputed: Option<ComponentPath>,
+}
+
+impl Detection {
+    /// What is found at the step of the evidence.
+    pub(crate) fn new(symptom: Symptom, onset: Step, evidence: Evidence) -> Self {
+        let detection = evidence.step;
+        Self { symptom, onset, detection, evidence, before_service: false, disputed: None }
+    }
+
+    /// The change of a case.
+    pub(crate) fn of(case: &Case) -> Self {
+        Self { detection: case.change, ..Self::new(Symptom::Change, case.onset, case.evidence) }
+    }
+}
+
+impl ComponentVerdict {
+    /// A transition that no order led to. That the alarm is set aside stays.
+    fn transition(
+        &self,
+        (sequence, run): (u64, RunId),
+        verdict: Verdict,
+        decided: Step,
+        found: Detection,
+    ) -> Transition {
+        let Detection { symptom, onset, detection, evidence, before_service, disputed } = found;
+        Transition {
+            sequence,
+            run,
+            run_ended: false,
+            component: self.component.clone(),
+            verdict,
+            symptom,
+            onset,
+            detection,
+            decided,
+            evidence,
+            before_service,
+            disputed,
+            tare: self.tare,
+            order: None,
+            verdict_order: None,
+            shelved: self.latest.as_ref().and_then(|latest| latest.shelved.clone()),
+            suppressed: self.latest.as_ref().and_then(|latest| latest.suppressed.clone()),
+        }
+    }
 }
 
 /// All verdicts of a module.
 #[derive(Debug, Clone)]
 pub(crate) struct Ledger {
-    entries: Vec<Entry>,
+    module: ModuleName,
+    entries: Vec<ComponentVerdict>,
     sequence: u64,
 }
 
 impl Ledger {
-    pub(crate) fn new(components: &[Component]) -> Self {
-        let entry = |component: &Component| Entry {
+    pub(crate) fn new(module: ModuleName, components: &[Component]) -> Self {
+        let entry = |component: &Component| ComponentVerdict {
             component: component.clone(),
             verdict: Verdict::Normal,
             latest: None,
             judged: 0,
             tare: None,
         };
-        Self { entries: components.iter().map(entry).collect(), sequence: 0 }
+        Self { module, entries: components.iter().map(entry).collect(), sequence: 0 }
     }
 
     /// Takes up what was known before a restart; components that are not the module's are passed over.
@@ -109,22 +158,18 @@ impl Ledger {
     }
 
     /// The components declared faulty, with when that began.
-    pub(crate) fn faulty(
-        &self,
-        module: &ModuleName,
-        run: RunId,
-    ) -> impl Iterator<Item = (ComponentPath, FaultySince)> {
+    pub(crate) fn faulty(&self, run: RunId) -> impl Iterator<Item = (ComponentPath, FaultySince)> {
         let latched = self.entries.iter().filter(|entry| entry.verdict.is_latched());
         latched.filter_map(move |entry| {
             let since = FaultySince::of(entry.latest.as_ref()?, run);
             let component = entry.component.clone();
-            Some((ComponentPath { module: module.clone(), component }, since))
+            Some((ComponentPath { module: self.module.clone(), component }, since))
         })
     }
 
     /// The components for which the alarm is raised as of a step.
     pub(crate) fn alarms(&self, run: RunId, as_of: Step) -> Vec<Alarm> {
-        let alarm = |entry: &Entry| {
+        let alarm = |entry: &ComponentVerdict| {
             let latest = entry.latest.as_ref()?;
             let since = FaultySince::of(latest, run);
             let faulty = entry.verdict.is_latched();
@@ -135,63 +180,6 @@ impl Ledger {
             (raised && step <= as_of).then_some(Alarm { component, step, faulty })
         };
         self.entries.iter().filter_map(alarm).collect()
-    }
-
-    /// Gives a component a new verdict on a case; `None` if it has that verdict already.
-    pub(crate) fn enter(
-        &mut self,
-        run: RunId,
-        case: &Case,
-        verdict: Verdict,
-        decided: Step,
-    ) -> Option<Transition> {
-        self.record(run, case.channel, verdict, decided, Record::of(case))
-    }
-
-    /// A component is faulty: `by` was said to explain its change, and its module does not stand by that.
-    pub(crate) fn dispute(
-        &mut self,
-        run: RunId,
-        case: &Case,
-        by: ComponentPath,
-        decided: Step,
-    ) -> Option<Transition> {
-        let record = Record { disputed: Some(by), ..Record::of(case) };
-        self.record(run, case.channel, Verdict::Latched, decided, record)
-    }
-
-    /// A component has had no usable signal since `since`: it is faulty.
-    pub(crate) fn lose_signal(
-        &mut self,
-        run: RunId,
-        channel: usize,
-        since: Step,
-        evidence: Evidence,
-    ) -> Option<Transition> {
-        let now = evidence.step;
-        let record = Record {
-            symptom: Symptom::NoSignal,
-            onset: since,
-            detection: now,
-            evidence,
-            before_service: false,
-            disputed: None,
-        };
-        self.record(run, channel, Verdict::Latched, now, record)
-    }
-
-    /// A component, or one of several, has departed from its reference.
-    pub(crate) fn depart(
-        &mut self,
-        run: RunId,
-        channel: usize,
-        verdict: Verdict,
-        departure: Departure,
-    ) -> Option<Transition> {
-        let Departure { symptom, onset, evidence, before_service } = departure;
-        let detection = evidence.step;
-        let record = Record { symptom, onset, detection, evidence, before_service, disputed: None };
-        self.record(run, channel, verdict, detection, record)
     }
 
     /// Returns a component to normal, unless it is faulty.
@@ -205,13 +193,12 @@ impl Ledger {
         &self,
         (run, until): (RunId, Step),
         suspects: &[ComponentPath],
-        module: &ModuleName,
     ) -> bool {
-        let faulty_before = |entry: &Entry| {
+        let faulty_before = |entry: &ComponentVerdict| {
             let latest = entry.latest.as_ref().filter(|_| entry.verdict.is_latched());
             latest.is_some_and(|latest| latest.is_of(run) && latest.onset <= until)
         };
-        let mut own = suspects.iter().filter(|suspect| suspect.module == *module);
+        let mut own = suspects.iter().filter(|suspect| suspect.module == self.module);
         own.any(|suspect| {
             let entry = self.entries.iter().find(|entry| entry.component == suspect.component);
             entry.is_some_and(faulty_before)
@@ -219,10 +206,10 @@ impl Ledger {
     }
 
     /// Once one of several suspects has been declared faulty, the others are none; their transitions.
-    pub(crate) fn acquit(&mut self, module: &ModuleName, decided: Step) -> Vec<Transition> {
-        let is_acquitted = |entry: &Entry| match (&entry.verdict, &entry.latest) {
+    pub(crate) fn acquit(&mut self, decided: Step) -> Vec<Transition> {
+        let is_acquitted = |entry: &ComponentVerdict| match (&entry.verdict, &entry.latest) {
             (Verdict::Unconfirmed { doubt: Doubt::OneOf(suspects) }, Some(latest)) => {
-                self.is_accounted_for((latest.run, latest.detection), suspects, module)
+                self.is_accounted_for((latest.run, latest.detection), suspects)
             }
             _ => false,
         };
@@ -232,26 +219,31 @@ impl Ledger {
     }
 
     /// What was found in a run that is over: what was explained is over too, what was not judged never
-    /// will be.
-    pub(crate) fn end_run(&mut self, channel: usize, decided: Step) -> Option<Transition> {
-        let revised = match &self.entries[channel].verdict {
-            Verdict::Explained { .. } => self.clear(channel, decided),
-            Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) } => {
-                self.revise(channel, Verdict::Unconfirmed { doubt: Doubt::RunEnded }, decided)
-            }
-            _ => None,
+    /// will be. Returns the transitions that follow from that.
+    pub(crate) fn end_run(&mut self, decided: Step) -> Vec<Transition> {
+        let channels = 0..self.entries.len();
+        let end = |channel: usize| {
+            let revised = match &self.entries[channel].verdict {
+                Verdict::Explained { .. } => self.clear(channel, decided),
+                open if is_open(open) => {
+                    self.revise(channel, Verdict::Unconfirmed { doubt: Doubt::RunEnded }, decided)
+                }
+                _ => None,
+            };
+            let latest = self.entries[channel].latest.as_mut()?;
+            latest.run_ended = true;
+            revised.map(|_| latest.clone())
         };
-        let latest = self.entries[channel].latest.as_mut()?;
-        latest.run_ended = true;
-        revised.map(|_| latest.clone())
+        channels.filter_map(end).collect()
     }
 
     /// Gives a component another verdict on the same change.
     fn revise(&mut self, channel: usize, verdict: Verdict, decided: Step) -> Option<Transition> {
         let Transition { run, symptom, onset, detection, evidence, before_service, .. } =
             *self.entries[channel].latest.as_ref()?;
-        let record = Record { symptom, onset, detection, evidence, before_service, disputed: None };
-        self.record(run, channel, verdict, decided, record)
+        let disputed = None;
+        let found = Detection { symptom, onset, detection, evidence, before_service, disputed };
+        self.record(run, channel, verdict, decided, found)
     }
 
     /// What is subtracted from what a component measures, from now on.
@@ -289,8 +281,8 @@ impl Ledger {
         Some(latest.clone())
     }
 
-    /// Sets the alarm of a component aside, or lets it count again. The verdict stays what it is; `blank` is what there
-    /// is to say of it where it never had a transition.
+    /// Sets the alarm of a component aside, or lets it count again. The verdict stays what it is; run (0 before the first
+    /// sample), step and evidence are what there is to say of it where it never had a transition.
     ///
     /// # Errors
     /// There is nothing to end.
@@ -298,11 +290,16 @@ impl Ledger {
         &mut self,
         channel: usize,
         order: GivenOrder,
-        blank: Blank,
+        (run, now): (RunId, Step),
+        evidence: Evidence,
     ) -> Result<Transition, OrderRefusal> {
         let sequence = self.next_sequence();
         let entry = &mut self.entries[channel];
-        let before = entry.latest.clone().unwrap_or_else(|| blank.transition(entry));
+        let before = entry.latest.clone().unwrap_or_else(|| {
+            let found =
+                Detection { detection: now, ..Detection::new(Symptom::default(), now, evidence) };
+            entry.transition((0, run), entry.verdict.clone(), now, found)
+        });
         let (shelved, suppressed) = aside_after(&before, &order)?;
         let (order, verdict_order) = (Some(order), before.command().cloned().map(Box::new));
         let transition =
@@ -312,45 +309,27 @@ impl Ledger {
         Ok(transition)
     }
 
-    fn record(
+    /// Gives a component a verdict on what was found; `None` if that changes nothing.
+    pub(crate) fn record(
         &mut self,
         run: RunId,
         channel: usize,
         verdict: Verdict,
         decided: Step,
-        record: Record,
+        found: Detection,
     ) -> Option<Transition> {
         let sequence = self.next_sequence();
         let entry = &mut self.entries[channel];
         let known = entry.verdict == verdict
-            && entry.latest.as_ref().is_none_or(|latest| latest.detection == record.detection);
+            && entry.latest.as_ref().is_none_or(|latest| latest.detection == found.detection);
         // What can never be judged stays until an operator resets it, or until it shows again.
         let stays = entry.verdict.is_latched()
             || (entry.verdict.is_undecidable() && verdict != Verdict::Latched);
-        if known || stays || keeps_first(entry, run, &verdict, &record) {
+        if known || stays || keeps_first(entry, run, &verdict, found.detection) {
             return None;
         }
         self.sequence = sequence;
-        let Record { symptom, onset, detection, evidence, before_service, disputed } = record;
-        let transition = Transition {
-            sequence,
-            run,
-            run_ended: false,
-            component: entry.component.clone(),
-            verdict: verdict.clone(),
-            symptom,
-            onset,
-            detection,
-            decided,
-            evidence,
-            before_service,
-            disputed,
-            tare: entry.tare,
-            order: None,
-            verdict_order: None,
-            shelved: entry.latest.as_ref().and_then(|latest| latest.shelved.clone()),
-            suppressed: entry.latest.as_ref().and_then(|latest| latest.suppressed.clone()),
-        };
+        let transition = entry.transition((sequence, run), verdict.clone(), decided, found);
         entry.verdict = verdict;
         entry.judged = sequence;
         entry.latest = Some(transition.clone());
@@ -358,70 +337,14 @@ impl Ledger {
     }
 }
 
-/// How a component without any transition is.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Blank {
-    /// The present run; before the first sample, the one of the number 0.
-    pub(crate) run: RunId,
-    /// The latest step.
-    pub(crate) now: Step,
-    /// The channel at it.
-    pub(crate) evidence: Evidence,
-}
-
-impl Blank {
-    fn transition(self, entry: &Entry) -> Transition {
-        let Self { run, now, evidence } = self;
-        Transition {
-            sequence: 0,
-            run,
-            run_ended: false,
-            component: entry.component.clone(),
-            verdict: entry.verdict.clone(),
-            symptom: Symptom::default(),
-            onset: now,
-            detection: now,
-            decided: now,
-            evidence,
-            before_service: false,
-            disputed: None,
-            tare: entry.tare,
-            order: None,
-            verdict_order: None,
-            shelved: None,
-            suppressed: None,
-        }
-    }
+/// Does the change wait for its judgement?
+pub(crate) fn is_open(verdict: &Verdict) -> bool {
+    matches!(verdict, Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) })
 }
 
 /// As long as a change is not judged, a later one of the same channel, as open as it, takes nothing of its
 /// evidence away.
-fn keeps_first(entry: &Entry, run: RunId, verdict: &Verdict, record: &Record) -> bool {
-    let open = |verdict: &Verdict| {
-        matches!(verdict, Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) })
-    };
-    let earlier = |latest: &Transition| latest.is_of(run) && latest.detection < record.detection;
-    open(&entry.verdict) && open(verdict) && entry.latest.as_ref().is_some_and(earlier)
-}
-
-struct Record {
-    symptom: Symptom,
-    onset: Step,
-    detection: Step,
-    evidence: Evidence,
-    before_service: bool,
-    disputed: Option<ComponentPath>,
-}
-
-impl Record {
-    fn of(case: &Case) -> Self {
-        Self {
-            symptom: Symptom::Change,
-            onset: case.onset,
-            detection: case.change,
-            evidence: case.evidence,
-            before_service: false,
-            disputed: None,
-        }
-    }
+fn keeps_first(entry: &ComponentVerdict, run: RunId, verdict: &Verdict, detection: Step) -> bool {
+    let earlier = |latest: &Transition| latest.is_of(run) && latest.detection < detection;
+    is_open(&entry.verdict) && is_open(verdict) && entry.latest.as_ref().is_some_and(earlier)
 }

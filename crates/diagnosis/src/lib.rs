@@ -13,14 +13,12 @@ mod coverage;
 mod diagnoser;
 mod event;
 mod freeze;
-mod held_questions;
 pub mod identification;
 mod identifying;
 mod intake;
 mod isolation;
 mod judging;
 mod ledger;
-mod memory;
 pub mod messages;
 mod monitor;
 mod order;
@@ -38,10 +36,9 @@ mod validity;
 mod verdict;
 
 pub use change::MAX_TIE;
-pub use diagnoser::Diagnoser;
+pub use diagnoser::{Diagnoser, Memory};
 pub use event::{Action, Event, QuestionToken};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
-pub use memory::{Memory, PastWatch};
 pub use monitor::{Monitor, Observation};
 pub use order::{Order, OrderRefusal, OrderToken};
 pub use question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
@@ -51,6 +48,6 @@ pub use settings::{
 };
 pub use verdict::Transition;
 pub use vocabulary::{
-    ActuatorFault, Alarm, Change, Counters, Doubt, Evidence, GivenOrder, GivenOrderKind, Shelving,
-    Span, Symptom, Verdict,
+    ActuatorFault, Alarm, Change, Counters, Doubt, Evidence, GivenOrder, GivenOrderKind, PastWatch,
+    Shelving, Span, Symptom, Verdict,
 };

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use vocabulary::Step;
 
+use crate::channels::ChannelLayout;
 use crate::sample::Sample;
 use crate::settings::Sampling;
 
@@ -19,40 +20,39 @@ const LEAST_SHARE: f64 = 0.9;
 pub(crate) struct Row<'a> {
     pub(crate) step: Step,
     values: &'a [f64],
-    actuators: usize,
-    gages: usize,
+    layout: ChannelLayout,
 }
 
 impl Row<'_> {
     /// Gage residuals \[m\].
     pub(crate) fn residuals_m(&self) -> &[f64] {
-        &self.values[..self.gages]
+        &self.values[..self.layout.gages]
     }
 
     /// What the gages read \[m\].
     pub(crate) fn readings_m(&self) -> &[f64] {
-        &self.values[self.gages..2 * self.gages]
+        &self.values[self.layout.gages..2 * self.layout.gages]
     }
 
     /// Observed forces \[N\].
     pub(crate) fn forces_n(&self) -> &[f64] {
-        &self.values[2 * self.gages..2 * self.gages + self.actuators]
+        &self.values[2 * self.layout.gages..2 * self.layout.gages + self.layout.actuators]
     }
 
     /// The demand on an actuator \[N\].
     pub(crate) fn demand_n(&self, actuator: usize) -> f64 {
-        self.values[2 * self.gages + self.actuators + actuator]
+        self.values[2 * self.layout.gages + self.layout.actuators + actuator]
     }
 
     /// Its pressures \[Pa\].
     pub(crate) fn pressures_pa(&self, actuator: usize) -> [f64; 2] {
-        let place = 2 * (self.gages + self.actuators + actuator);
+        let place = 2 * (self.layout.gages + self.layout.actuators + actuator);
         [self.values[place], self.values[place + 1]]
     }
 
     /// The residual of a channel, in its unit: cylinders first, then gages.
     pub(crate) fn residual(&self, channel: usize) -> f64 {
-        match channel.checked_sub(self.actuators) {
+        match self.layout.gage(channel) {
             Some(gage) => self.residuals_m()[gage],
             None => self.values[self.measured() + channel],
         }
@@ -60,20 +60,19 @@ impl Row<'_> {
 
     /// The divergence of a channel.
     pub(crate) fn divergence(&self, channel: usize) -> f64 {
-        self.values[self.measured() + self.actuators + channel]
+        self.values[self.measured() + self.layout.actuators + channel]
     }
 
     /// How many values come before those that were only computed.
     fn measured(&self) -> usize {
-        2 * self.gages + 4 * self.actuators
+        2 * self.layout.gages + 4 * self.layout.actuators
     }
 }
 
 /// The latest steps and seconds of a module. Allocates nothing after it was made.
 #[derive(Debug, Clone)]
 pub(crate) struct Recent {
-    actuators: usize,
-    gages: usize,
+    layout: ChannelLayout,
     width: usize,
     most: usize,
     steps: VecDeque<Step>,
@@ -89,13 +88,13 @@ pub(crate) struct Recent {
 }
 
 impl Recent {
-    pub(crate) fn new(actuators: usize, gages: usize, sampling: Sampling) -> Self {
+    pub(crate) fn new(layout: ChannelLayout, sampling: Sampling) -> Self {
+        let ChannelLayout { actuators, gages } = layout;
         let width = 3 * gages + 6 * actuators;
         let most = sampling.steps(STEPS_S) as usize;
         let means = 2 * gages + actuators;
         Self {
-            actuators,
-            gages,
+            layout,
             width,
             most,
             steps: VecDeque::with_capacity(most),
@@ -129,16 +128,16 @@ impl Recent {
         self.steps.push_back(sample.step);
         let row = &mut self.values[self.next * self.width..(self.next + 1) * self.width];
         self.next = (self.next + 1) % self.most;
-        let (residuals_n, residuals_m) = residuals.split_at(self.actuators);
-        let (of_gages, of_cylinders) = row.split_at_mut(2 * self.gages);
-        let (of_cylinders, computed) = of_cylinders.split_at_mut(4 * self.actuators);
-        computed[..self.actuators].copy_from_slice(residuals_n);
-        computed[self.actuators..].fill(f64::NAN);
-        let (residuals, readings) = of_gages.split_at_mut(self.gages);
+        let (residuals_n, residuals_m) = residuals.split_at(self.layout.actuators);
+        let (of_gages, of_cylinders) = row.split_at_mut(2 * self.layout.gages);
+        let (of_cylinders, computed) = of_cylinders.split_at_mut(4 * self.layout.actuators);
+        computed[..self.layout.actuators].copy_from_slice(residuals_n);
+        computed[self.layout.actuators..].fill(f64::NAN);
+        let (residuals, readings) = of_gages.split_at_mut(self.layout.gages);
         residuals.copy_from_slice(residuals_m);
         readings.copy_from_slice(&sample.elongations_m);
-        let (forces, rest) = of_cylinders.split_at_mut(self.actuators);
-        let (demands, pressures) = rest.split_at_mut(self.actuators);
+        let (forces, rest) = of_cylinders.split_at_mut(self.layout.actuators);
+        let (demands, pressures) = rest.split_at_mut(self.layout.actuators);
         forces.copy_from_slice(forces_n);
         demands.copy_from_slice(&sample.demands_n);
         for (place, both) in pressures.chunks_exact_mut(2).zip(&sample.pressures_pa) {
@@ -158,7 +157,7 @@ impl Recent {
         }
         let place = (self.next + self.most - 1) % self.most;
         let row = &mut self.values[place * self.width..(place + 1) * self.width];
-        let channels = self.gages + self.actuators;
+        let channels = self.layout.channels();
         for (place, divergence) in row[self.width - channels..].iter_mut().zip(divergences) {
             *place = divergence;
         }
@@ -197,8 +196,7 @@ impl Recent {
             Row {
                 step: self.steps[k],
                 values: &self.values[place * self.width..(place + 1) * self.width],
-                actuators: self.actuators,
-                gages: self.gages,
+                layout: self.layout,
             }
         })
     }
@@ -206,10 +204,6 @@ impl Recent {
     /// The kept seconds that ended within a range, oldest first: means of residuals, readings and forces.
     pub(crate) fn seconds(&self, until: Step) -> impl Iterator<Item = (Step, Row<'_>)> {
         let ended = self.seconds.iter().take_while(move |(end, _)| *end <= until);
-        ended.map(|(end, means)| {
-            let row =
-                Row { step: *end, values: means, actuators: self.actuators, gages: self.gages };
-            (*end, row)
-        })
+        ended.map(|(end, means)| (*end, Row { step: *end, values: means, layout: self.layout }))
     }
 }

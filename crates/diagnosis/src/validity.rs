@@ -8,6 +8,7 @@
 
 use vocabulary::Step;
 
+use crate::channels::ChannelLayout;
 use crate::sample::{Sample, Signal};
 use crate::settings::{ModuleSetup, Sampling};
 
@@ -137,7 +138,7 @@ pub(crate) enum Supply {
 #[derive(Debug, Clone)]
 pub(crate) struct Validity {
     plausible: Plausible,
-    actuators: usize,
+    layout: ChannelLayout,
     /// Demands, pressures, elongations.
     feeds: Vec<Feed>,
     /// Most steps in a row that are held.
@@ -151,14 +152,11 @@ pub(crate) struct Validity {
 
 impl Validity {
     pub(crate) fn new(setup: &ModuleSetup, longest_held: u64) -> Self {
-        let plausible = Plausible::of(setup);
-        let module = setup.structure.module(&setup.module);
-        let actuators = module.map_or(0, |module| module.actuators.len());
-        let gages = plausible.elongations_m.len();
+        let layout = ChannelLayout::of(setup);
         Self {
-            plausible,
-            actuators,
-            feeds: vec![Feed::default(); 2 * actuators + gages],
+            plausible: Plausible::of(setup),
+            layout,
+            feeds: vec![Feed::default(); 2 * layout.actuators + layout.gages],
             longest_held,
             limits: Limits::new(setup.sampling()),
             completed: None,
@@ -195,10 +193,11 @@ impl Validity {
         for place in 0..self.feeds.len() {
             let signal = self.signal(place);
             let good = self.plausible.has(sample, signal);
+            let channel = self.channel_of(signal);
             let feed = &mut self.feeds[place];
             let was_away = feed.missing > self.longest_held;
             if feed.take(good, sample.step, self.limits) {
-                lost(channel_of(signal, self.actuators), signal, feed.since);
+                lost(channel, signal, feed.since);
             }
             let (used, is_away) = (feed.is_used(), feed.missing > self.longest_held);
             match signal {
@@ -250,29 +249,29 @@ impl Validity {
 
     /// The channel whose pressures the gages' model has to do without, if there is one.
     pub(crate) fn force_is_assumed(&self) -> Option<usize> {
-        (0..self.actuators).find(|i| self.feeds[self.actuators + i].missing > self.longest_held)
+        (0..self.layout.actuators)
+            .find(|i| self.feeds[self.layout.actuators + i].missing > self.longest_held)
     }
 
     fn signal(&self, place: usize) -> Signal {
-        match place.checked_sub(self.actuators) {
+        match place.checked_sub(self.layout.actuators) {
             None => Signal::Demand(place),
-            Some(i) if i < self.actuators => Signal::Pressure(i),
-            Some(i) => Signal::Elongation(i - self.actuators),
+            Some(i) if i < self.layout.actuators => Signal::Pressure(i),
+            Some(i) => Signal::Elongation(i - self.layout.actuators),
+        }
+    }
+
+    fn channel_of(&self, signal: Signal) -> usize {
+        match signal {
+            Signal::Demand(i) | Signal::Pressure(i) => i,
+            Signal::Elongation(gage) => self.layout.channel_of_gage(gage),
         }
     }
 
     fn feeds_of(&self, channel: usize) -> impl Iterator<Item = usize> + use<> {
-        let actuators = self.actuators;
-        let second = (channel < actuators).then_some(channel + actuators);
-        let first = if channel < actuators { channel } else { channel + actuators };
-        std::iter::once(first).chain(second)
-    }
-}
-
-fn channel_of(signal: Signal, actuators: usize) -> usize {
-    match signal {
-        Signal::Demand(i) | Signal::Pressure(i) => i,
-        Signal::Elongation(i) => actuators + i,
+        // Its demand, and its pressures; a gage has but an elongation, which comes after these.
+        let demand = self.layout.gage(channel).is_none().then_some(channel);
+        demand.into_iter().chain([channel + self.layout.actuators])
     }
 }
 

@@ -1,8 +1,7 @@
 //! A change that awaits its judgement, and what is found about it.
 
-use vocabulary::{ModuleName, Step};
+use vocabulary::{ComponentPath, ModuleName, Step};
 
-use super::judgement::Judgement;
 use crate::verdict::Transition;
 use vocabulary::{Doubt, Evidence, Verdict};
 
@@ -22,7 +21,7 @@ pub(crate) struct Case {
     /// If it began in a gap, it may be nothing but the models' ignorance of it.
     pub(super) of_gap: bool,
     /// Not yet published as tentative.
-    pub(super) new: bool,
+    pub(crate) new: bool,
     /// The peers that were last reported as silent.
     pub(super) reported: Vec<ModuleName>,
     /// Taken up after a restart: it is not certain what the module itself saw meanwhile.
@@ -81,4 +80,22 @@ pub(crate) enum Finding {
     Silent(Vec<ModuleName>),
     /// These modules were not watching then; it is closed without a judgement.
     Unknowing(Vec<ModuleName>),
+}
+
+/// Root cause or effect.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Judgement {
+    /// The change is the root: its component is faulty.
+    Root,
+    /// Nothing explains it: it is the root, if everybody was watching when something might have happened that does.
+    First,
+    /// It is no effect, because its component was a root cause before: whatever that came to.
+    Again,
+    /// Another component's change explains it.
+    Explained {
+        /// That component.
+        by: ComponentPath,
+        /// When it changed.
+        since: Step,
+    },
 }

@@ -2,7 +2,7 @@
 
 use vocabulary::{ComponentPath, Step};
 
-use super::knowledge::{KnownChange, Span};
+use super::knowledge::{ChangePeriod, KnownChange};
 use super::windows::Windows;
 
 /// What leaves the interval looks like what entered it, up to this factor of its ratio.
@@ -66,16 +66,17 @@ struct Root {
 /// A change of a root cause.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct RootChange {
-    span: Span,
+    period: ChangePeriod,
     /// An earlier one left the interval with it, so nothing that entered with it will leave.
     left: bool,
 }
 
 impl Root {
-    fn enter(&mut self, windows: &Windows, span: Span) {
-        let leaves = |change: &RootChange| !change.left && windows.leaves(change.span, span.since);
+    fn enter(&mut self, windows: &Windows, period: ChangePeriod) {
+        let leaves =
+            |change: &RootChange| !change.left && windows.leaves(change.period, period.since);
         let left = self.changes.iter().any(leaves);
-        self.changes.push(RootChange { span, left });
+        self.changes.push(RootChange { period, left });
         let entered = self.changes.iter().filter(|change| !change.left).count();
         // As many without their leaving are as many faults.
         self.restless |=
@@ -134,7 +135,7 @@ impl Causes {
         let lasts =
             |until: Option<Step>| windows.forgets(until).is_none_or(|forgotten| forgotten >= now);
         self.roots.retain_mut(|root| {
-            root.changes.retain(|change| lasts(change.span.until));
+            root.changes.retain(|change| lasts(change.period.until));
             !root.changes.is_empty()
         });
         self.effects.retain(|effect| lasts(effect.change.until));
@@ -241,7 +242,7 @@ impl Causes {
             let entered = &effect.change;
             entered.path == change.path
                 && change.ratio <= ALIKE * entered.ratio
-                && windows.leaves(entered.span(), change.step)
+                && windows.leaves(entered.period(), change.step)
         })
     }
 
@@ -263,14 +264,14 @@ impl Causes {
     }
 
     fn by_roots(&self, windows: &Windows) -> impl Iterator<Item = Explaining<'_>> {
-        self.changes().map(|(root, RootChange { span, .. })| Explaining {
+        self.changes().map(|(root, RootChange { period, .. })| Explaining {
             root: &root.path,
-            since: span.since,
+            since: period.since,
             how: Explanation::Earlier,
             from: Step(0),
             until: match root.restless {
-                true => windows.forgets(span.until),
-                false => windows.explains_until(span.until),
+                true => windows.forgets(period.until),
+                false => windows.explains_until(period.until),
             },
         })
     }
@@ -279,14 +280,15 @@ impl Causes {
     /// to show when it entered. What was taken for the leaving of one change may have been another, and leaves as well.
     fn by_leaving(&self, windows: &Windows) -> impl Iterator<Item = Explaining<'_>> {
         let entered = self.changes().filter(|(_, change)| !change.left);
-        let of_roots = entered.map(|(root, RootChange { span, .. })| {
-            (&root.path, span.since, span, Explanation::Leaving)
+        let of_roots = entered.map(|(root, RootChange { period, .. })| {
+            (&root.path, period.since, period, Explanation::Leaving)
         });
         let leaving = self.effects.iter().filter(|effect| effect.how == Explanation::Leaving);
-        let of_effects = leaving
-            .map(|effect| (&effect.by, effect.since, effect.change.span(), Explanation::ByEffect));
-        of_roots.chain(of_effects).filter_map(|(root, since, span, how)| {
-            let (from, until) = windows.leaving(span)?;
+        let of_effects = leaving.map(|effect| {
+            (&effect.by, effect.since, effect.change.period(), Explanation::ByEffect)
+        });
+        of_roots.chain(of_effects).filter_map(|(root, since, period, how)| {
+            let (from, until) = windows.leaving(period)?;
             Some(Explaining { root, since, how, from, until })
         })
     }
@@ -326,6 +328,6 @@ impl Causes {
             self.roots.push(Root { path, changes: Vec::new(), restless: false });
             self.roots.len() - 1
         });
-        self.roots[place].enter(windows, change.span());
+        self.roots[place].enter(windows, change.period());
     }
 }

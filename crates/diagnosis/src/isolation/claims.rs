@@ -36,7 +36,7 @@ pub(crate) enum Word {
 
 /// The verdicts that rest on a peer's word, until it has been kept.
 #[derive(Debug, Clone)]
-pub(super) struct Claims {
+pub(crate) struct Claims {
     open: Vec<Claim>,
     pauses: Backoff<u64>,
 }
@@ -70,7 +70,7 @@ impl Claims {
     }
 
     /// Does the verdict on a channel rest on a peer's word?
-    pub(super) fn are_open(&self, channel: usize) -> bool {
+    pub(crate) fn are_open(&self, channel: usize) -> bool {
         self.open.iter().any(|claim| claim.case.channel == channel)
     }
 

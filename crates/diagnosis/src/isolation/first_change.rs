@@ -23,8 +23,8 @@
 
 use vocabulary::{ComponentPath, Step};
 
+use super::case::Judgement;
 use super::causes::{Causes, Reason};
-use super::judgement::Judgement;
 use super::knowledge::KnownChange;
 use super::windows::Windows;
 use crate::divergence::DivergenceSettings;

@@ -2,14 +2,11 @@
 
 use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, delivery::Backoff};
 
-use super::case::{Case, Finding};
+use super::case::{Case, Finding, Judgement};
 use super::causes::Causes;
 use super::claims::{Claims, Word};
 use super::first_change::FirstChange;
-use super::judgement::Judgement;
 use super::knowledge::{KnownChange, PeerKnowledge};
-use super::open_cases::OpenCases;
-use super::paper::judge as judge_by_the_paper;
 use crate::change::LoggedChange;
 use crate::change_log::ChangeLog;
 use crate::coverage::Coverage;
@@ -23,6 +20,10 @@ use vocabulary::{Change, Evidence};
 /// whether it stands by its word.
 const PAUSES_S: [f64; 2] = [0.25, 1.0];
 
+/// Most changes of one channel that await their judgement. Reached only while peers stay silent for long; then
+/// the smallest of the later ones is given up, and counted.
+const MAX_PENDING: usize = 8;
+
 /// The part of a diagnoser that judges its changes.
 #[derive(Debug, Clone)]
 pub(crate) struct Isolator {
@@ -35,10 +36,15 @@ pub(crate) struct Isolator {
     /// gap that the force loops are stepped through, the window after it and a tie.
     short_gap: u64,
     rule: FirstChange,
-    log: ChangeLog,
+    /// The module's own changes.
+    pub(crate) log: ChangeLog,
     peers: Vec<PeerKnowledge>,
-    cases: OpenCases,
-    claims: Claims,
+    /// The changes that await their judgement.
+    pub(crate) cases: Vec<Case>,
+    /// How many changes were given up without a judgement.
+    pub(crate) given_up: u64,
+    /// The verdicts that rest on a peer's word.
+    pub(crate) claims: Claims,
     /// What the changes up to some step come to that bears on later ones. They are over, and forgotten.
     causes: Causes,
     taken_until: Option<Step>,
@@ -58,9 +64,10 @@ impl Isolator {
             pauses: Backoff::new(first, longest),
             short_gap: of_loops + window + setup.isolation.tie_steps,
             rule: FirstChange::new(&setup.isolation, &setup.detection.divergence),
-            log: ChangeLog::default(),
+            log: ChangeLog::new(setup.isolation.tie_steps, setup.isolation.quiet_steps),
             peers: setup.peers.iter().cloned().map(PeerKnowledge::new).collect(),
-            cases: OpenCases::default(),
+            cases: Vec::new(),
+            given_up: 0,
             causes: Causes::default(),
             taken_until: None,
         }
@@ -78,37 +85,12 @@ impl Isolator {
         }
     }
 
-    /// The module's own changes.
-    pub(crate) fn log(&self) -> &ChangeLog {
-        &self.log
-    }
-
-    /// Takes the ratios of this step into account.
-    pub(crate) fn follow(&mut self, step: Step, ratio: impl Fn(usize) -> f64) {
-        self.log.follow(step, self.settings.tie_steps, ratio);
-    }
-
-    /// A channel is still changing at this step.
-    pub(crate) fn prolong(&mut self, channel: usize, step: Step, ratio: f64) {
-        let IsolationSettings { tie_steps, quiet_steps, .. } = self.settings;
-        self.log.prolong(channel, step, tie_steps, ratio, quiet_steps);
-    }
-
-    /// The next change that has ended by now, and when.
-    pub(crate) fn end(&mut self, now: Step) -> Option<(&LoggedChange, Step)> {
-        self.log.end(now, self.settings.quiet_steps)
-    }
-
     /// The module's changes that had begun by `as_of` and were not over before `from`, as they stood then.
     pub(crate) fn changes_as_of(&self, from: Step, as_of: Step) -> impl Iterator<Item = Change> {
         let quiet = self.settings.quiet_steps;
-        self.log.overlapping(from, as_of, quiet).map(move |change| Change {
-            component: self.components[change.channel].clone(),
-            onset: change.onset,
-            step: change.step,
-            ratio: change.ratio_as_of(as_of),
-            until: change.ended_as_of(as_of, quiet),
-        })
+        let ended = move |change: &LoggedChange| change.ended_as_of(as_of, quiet);
+        let known = self.log.overlapping(from, as_of);
+        known.map(move |change| change.as_of(as_of, ended(change), &self.components))
     }
 
     /// Logs a change of a channel's own, with its onset and ratio; `judge` says whether its verdict is open, `of_gap`
@@ -122,38 +104,37 @@ impl Isolator {
     ) {
         self.log.push(LoggedChange::new(channel, onset, evidence.step, ratio));
         if judge {
-            self.cases.open(Case::new(channel, onset, evidence, self.hold(channel), of_gap));
+            self.cases.push(Case::new(channel, onset, evidence, self.hold(channel), of_gap));
+            self.bound_cases_of(channel);
         }
     }
 
-    /// How many changes were given up without a judgement.
-    pub(crate) fn unjudged(&self) -> u64 {
-        self.cases.given_up()
+    /// If too many changes of a channel await their judgement, the smallest of the later ones is given up. The first
+    /// one stays: it tells when the fault began.
+    fn bound_cases_of(&mut self, channel: usize) {
+        let of_channel =
+            || self.cases.iter().enumerate().filter(|(_, case)| case.channel == channel);
+        if of_channel().count() <= MAX_PENDING {
+            return;
+        }
+        let first = of_channel().min_by_key(|(_, case)| case.change).map(|(place, _)| place);
+        let later = of_channel().filter(|(place, _)| Some(*place) != first);
+        let ratio = |case: &Case| case.evidence.ratio();
+        let smallest = later.min_by(|(_, a), (_, b)| ratio(a).total_cmp(&ratio(b)));
+        if let Some((place, _)) = smallest {
+            self.cases.remove(place);
+            self.given_up += 1;
+        }
     }
 
-    /// Takes up, after a restart, a change whose verdict is still open.
-    pub(crate) fn recall_case(&mut self, channel: usize, open: &Transition) {
-        self.cases.keep(Case::recalled(channel, open, self.hold(channel)));
-    }
-
-    /// Takes up, after a restart, the changes known before, oldest first.
-    pub(crate) fn recall_changes(&mut self, changes: impl IntoIterator<Item = LoggedChange>) {
-        self.log.recall(changes);
-    }
-
-    /// Was this change seen before the restart? Its ratio is then raised to this one.
-    pub(crate) fn merge_repeat(&mut self, channel: usize, step: Step, ratio: f64) -> bool {
-        self.log.merge_repeat(channel, step, self.settings.tie_steps, ratio)
-    }
-
-    /// The next change whose ratio has become final.
-    pub(crate) fn settle(&mut self, now: Step) -> Option<&LoggedChange> {
-        self.log.settle(now, self.settings.tie_steps)
+    /// The case of a change from before a restart.
+    pub(crate) fn recalled_case(&self, channel: usize, change: &Transition) -> Case {
+        Case::recalled(channel, change, self.hold(channel))
     }
 
     /// Drops the open cases of a channel: an operator has decided.
     pub(crate) fn drop_cases(&mut self, channel: usize) {
-        self.cases.close_all_of(channel);
+        self.cases.retain(|case| case.channel != channel);
         self.claims.close_all_of(channel);
     }
 
@@ -191,15 +172,17 @@ impl Isolator {
         let mut latched: Vec<_> = faulty.iter().filter(is_actuator).cloned().collect();
         let of_peers = self.peers.iter().flat_map(|peer| peer.faults.iter().cloned());
         self.causes.faulty = faulty.into_iter().chain(of_peers).collect();
-        for mut case in self.cases.take_due(now) {
+        self.cases.sort_by_key(|case| (case.decide_at, case.channel));
+        let due = self.cases.partition_point(|case| case.decide_at <= now);
+        for mut case in self.cases.drain(..due).collect::<Vec<_>>() {
             match self.find(&case, &latched, coverage) {
-                None => self.cases.keep(case),
+                None => self.cases.push(case),
                 Some(Finding::Silent(silent)) => {
                     if case.reported != silent {
                         case.reported.clone_from(&silent);
                         findings.push((case.clone(), Finding::Silent(silent)));
                     }
-                    self.cases.keep(case);
+                    self.cases.push(case);
                 }
                 Some(finding) => {
                     let is_root = finding == Finding::Judged(Judgement::Root);
@@ -260,15 +243,10 @@ impl Isolator {
         for change in of_channel.map(|change| self.known(change, until)) {
             match change.step == case.change {
                 true => is_jump = windows.is_root_by_ratio(&change),
-                false => leaves |= windows.leaves(change.span(), case.change),
+                false => leaves |= windows.leaves(change.period(), case.change),
             }
         }
         is_jump && !leaves
-    }
-
-    /// The open cases that were not returned here before.
-    pub(crate) fn new_cases(&mut self) -> Vec<Case> {
-        self.cases.take_new()
     }
 
     /// Which questions must be put at step `now`? They count as put.
@@ -296,22 +274,6 @@ impl Isolator {
         if self.settings.rule == Rule::FirstChange && !stands {
             self.claims.open(case.clone(), by.clone(), since);
         }
-    }
-
-    /// The same, taken up after a restart.
-    pub(crate) fn recall_claim(
-        &mut self,
-        channel: usize,
-        explained: &Transition,
-        by: &ComponentPath,
-        since: Step,
-    ) {
-        self.rest_on(&Case::recalled(channel, explained, self.hold(channel)), by, since);
-    }
-
-    /// Does the verdict on a channel rest on a peer's word?
-    pub(crate) fn rests_on_a_word(&self, channel: usize) -> bool {
-        self.claims.are_open(channel)
     }
 
     /// A peer answered. Returns the cases that rested on its word, with what has become of it.
@@ -468,12 +430,45 @@ impl Isolator {
         }
     }
 
-    fn path(&self, channel: usize) -> ComponentPath {
+    pub(crate) fn path(&self, channel: usize) -> ComponentPath {
         ComponentPath { module: self.module.clone(), component: self.components[channel].clone() }
     }
 
     /// Does no change await its judgement, and is no peer to be asked?
     pub(crate) fn is_idle(&self, now: Step) -> bool {
         self.cases.is_empty() && !self.claims.is_any_due(now)
+    }
+}
+
+/// Algorithm 4.3 of the paper: only actuator faults explain, and permanently. An actuator's change is always its own fault; a sensor's is explained by the earliest
+/// actuator fault anywhere, if there is one. `actuator_faults` are those known as of the judgement.
+fn judge_by_the_paper<'a>(
+    component: &Component,
+    actuator_faults: impl Iterator<Item = (&'a ComponentPath, Step)>,
+) -> Judgement {
+    if matches!(component, Component::Actuator(_)) {
+        return Judgement::Root;
+    }
+    let earliest = actuator_faults.min_by(|a, b| a.1.cmp(&b.1).then_with(|| a.0.cmp(b.0)));
+    match earliest {
+        Some((path, since)) => Judgement::Explained { by: path.clone(), since },
+        None => Judgement::Root,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_actuator_fault_anywhere_explains_a_sensor_but_never_another_actuator() {
+        let path: ComponentPath = "m2/actuator/a1".parse().unwrap();
+        let faults = [(&path, Step(5))];
+        let sensor: Component = "sensor/g1".parse().unwrap();
+        let actuator: Component = "actuator/a2".parse().unwrap();
+        let explained = Judgement::Explained { by: path.clone(), since: Step(5) };
+        assert_eq!(judge_by_the_paper(&sensor, faults.into_iter()), explained);
+        assert_eq!(judge_by_the_paper(&actuator, faults.into_iter()), Judgement::Root);
+        assert_eq!(judge_by_the_paper(&sensor, std::iter::empty()), Judgement::Root);
     }
 }

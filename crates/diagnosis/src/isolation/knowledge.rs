@@ -26,14 +26,14 @@ pub struct KnownChange {
 
 /// The first and the last step of a change; `None` while it goes on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Span {
+pub(super) struct ChangePeriod {
     pub(super) since: Step,
     pub(super) until: Option<Step>,
 }
 
 impl KnownChange {
-    pub(super) fn span(&self) -> Span {
-        Span { since: self.step, until: self.until }
+    pub(super) fn period(&self) -> ChangePeriod {
+        ChangePeriod { since: self.step, until: self.until }
     }
 
     /// A cylinder's, and nothing but its demand's motion? Whatever moved the demand explains it.

@@ -5,16 +5,12 @@ mod causes;
 mod claims;
 mod first_change;
 mod isolator;
-mod judgement;
 mod knowledge;
-mod open_cases;
-mod paper;
 mod windows;
 
-pub(crate) use case::{Case, Finding};
+pub(crate) use case::{Case, Finding, Judgement};
 pub use causes::{Explanation, Reason};
 pub(crate) use claims::Word;
 pub use first_change::FirstChange;
 pub(crate) use isolator::Isolator;
-pub(crate) use judgement::Judgement;
 pub use knowledge::KnownChange;

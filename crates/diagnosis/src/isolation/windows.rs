@@ -2,7 +2,7 @@
 
 use vocabulary::Step;
 
-use super::knowledge::{KnownChange, Span};
+use super::knowledge::{ChangePeriod, KnownChange};
 use crate::divergence::DivergenceSettings;
 use crate::settings::IsolationSettings;
 
@@ -61,13 +61,13 @@ impl Windows {
     }
 
     /// When what entered the interval leaves it: from, until.
-    pub(super) fn leaving(&self, entered: Span) -> Option<(Step, Option<Step>)> {
+    pub(super) fn leaving(&self, entered: ChangePeriod) -> Option<(Step, Option<Step>)> {
         let (from, to) = self.leaving?;
         Some((entered.since.plus(from), entered.until.map(|until| until.plus(to))))
     }
 
     /// Does what entered the interval leave it at this step?
-    pub(super) fn leaves(&self, entered: Span, step: Step) -> bool {
+    pub(super) fn leaves(&self, entered: ChangePeriod, step: Step) -> bool {
         let leaves = self.leaving(entered);
         leaves.is_some_and(|(from, to)| from <= step && to.is_none_or(|to| step <= to))
     }
