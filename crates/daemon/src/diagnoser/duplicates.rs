@@ -60,7 +60,7 @@ impl DuplicateWatch {
             tracing::warn!(
                 its_state_directory = status.journal.directory.as_deref(),
                 its_version = %status.software,
-                "another process runs as this module: end one of the two"
+                "duplicate diagnoser for this module: stop one of the two processes"
             );
         }
     }

@@ -196,7 +196,7 @@ impl Fetcher {
             }
         });
         if let Err(error) = asked.await {
-            tracing::debug!("not asked: {error}");
+            tracing::debug!("request for missed messages failed: {error}");
         }
         let (mut had, mut last) = (0, None);
         // Ends when the network has dropped the callback.

@@ -153,7 +153,7 @@ impl Judgements {
             return None;
         }
         if let Some((who, _)) = words.split_once(" did not match any configured ACL subject") {
-            return Some(format!("access control has no rule for {who}, which may do nothing"));
+            return Some(format!("no access control rule for {who}: all access denied"));
         }
         if let Some(judgement) = words.strip_prefix("Using cached result: ") {
             self.ahead = None;

@@ -91,7 +91,7 @@ fn found(path: PathBuf) -> FoundFrame {
 pub(super) fn read(path: &Path) -> Result<FreezeFrame, String> {
     let length = fs::metadata(path).map_err(|error| error.to_string())?.len();
     if length > MAX_MESSAGE_BYTES as u64 {
-        return Err(format!("{length} bytes are too many"));
+        return Err(format!("file too large: {length} bytes"));
     }
     let bytes = fs::read(path).map_err(|error| error.to_string())?;
     vocabulary::decode(&bytes).map_err(|error| error.to_string())

@@ -111,7 +111,7 @@ impl FreezeFrames {
             && let Some(times) = self.lost.note(Instant::now())
         {
             let component = &frame.component;
-            tracing::warn!(%component, times, "freeze frame lost: the disk takes too long");
+            tracing::warn!(%component, times, "freeze frame dropped: disk too slow");
         }
     }
 

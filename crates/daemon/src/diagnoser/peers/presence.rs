@@ -36,7 +36,7 @@ pub(crate) async fn watch(
             .history(true)
             .callback(move |token| {
                 let present = token.kind() == SampleKind::Put;
-                tracing::info!(%peer, "peer {}", if present { "is there" } else { "has gone" });
+                tracing::info!(%peer, "peer {}", if present { "reachable" } else { "disappeared" });
                 table.note_presence(&peer, present);
                 if present {
                     // If there is no room, the peer is queried again later anyway.
@@ -91,7 +91,7 @@ impl Presence {
                     }
                     (true, false) => {
                         found.remove(peer);
-                        tracing::info!(%peer, "peer has gone");
+                        tracing::info!(%peer, "peer disappeared");
                         self.table.note_presence(peer, false);
                     }
                     (true, true) | (false, false) => {}
