@@ -16,9 +16,7 @@ pub(crate) enum CertificateRefusal {
     #[error("the certificate of `{0}` is revoked; use the present one")]
     Revoked(Issued),
     /// Nobody knows.
-    #[error(
-        "which certificates are revoked cannot be read ({0}); nobody signs in by certificate meanwhile"
-    )]
+    #[error("cannot read revoked certificates ({0}); sign-in by certificate disabled")]
     Unreadable(String),
 }
 

@@ -31,7 +31,7 @@ impl FormOrder {
         let kind = found.ok_or_else(|| {
             let known: Vec<&str> = OrderKind::ALL.iter().map(|kind| kind.as_str()).collect();
             format!(
-                "`{}` is no order; there are {}",
+                "unknown command `{}`; expected one of {}",
                 vocabulary::quotation(kind, 64),
                 known.join(", ")
             )
@@ -145,7 +145,7 @@ mod tests {
     fn what_is_wrong_with_a_form_is_named() {
         let component = ("component", "module1/sensor/g2");
         for (kind, fields, words) in [
-            ("explode", vec![component], "`explode` is no order"),
+            ("explode", vec![component], "unknown command `explode`"),
             ("reset", vec![], "`component` is missing"),
             ("reset", vec![("component", "../../etc")], "names no component"),
             ("reset", vec![("component", "module1/sensor/*")], "not a usable gage name"),
