@@ -16,7 +16,7 @@ pub enum Address {
     Name(String),
 }
 
-/// A text that is no address.
+/// An invalid address.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("invalid address `{0}`: expected an IP address or a DNS name without a port")]
 pub struct AddressError(String);

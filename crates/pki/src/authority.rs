@@ -52,7 +52,7 @@ pub enum IssueError {
     /// A name that no certificate can have.
     #[error(transparent)]
     Name(#[from] HolderError),
-    /// The authority's time is over.
+    /// The authority's certificate has expired.
     #[error(
         "the authority's certificate ended on {0}; make a new authority in a new directory and reissue everything"
     )]

@@ -53,7 +53,7 @@ pub enum FileProblem {
     /// Missing, not allowed, or something else than it should be.
     #[error("{0}")]
     Unusable(String),
-    /// Its time is over.
+    /// The certificate has expired.
     #[error("expired on {0}; renew it with `trusswatch pki renew`")]
     Expired(String),
     /// Its time is to come, or this computer's clock is behind.

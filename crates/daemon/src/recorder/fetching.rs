@@ -63,7 +63,7 @@ impl FetchRequests {
         (Self { queue, outstanding: watch::Sender::new(0) }, queued)
     }
 
-    /// False if there is no room.
+    /// False if the queue is full.
     pub(super) fn add(&self, request: FetchRequest) -> bool {
         self.outstanding.send_modify(|count| *count += 1);
         let is_taken = self.queue.try_send(request).is_ok();
@@ -191,7 +191,7 @@ impl Fetcher {
             if let Ok(sample) = reply.result()
                 && count.fetch_add(1, Ordering::Relaxed) < REPLIES
             {
-                // Fails only when nobody waits any more.
+                // Fails only when the receiver is gone.
                 let _ = found.send(ReceivedMessage::of(sample));
             }
         });

@@ -185,7 +185,7 @@ fn refused_connection(words: &str) -> Option<String> {
     Some(format!("a connection was refused: {reason}"))
 }
 
-/// That a peer is not there yet is no refusal; a wrong identity is one.
+/// A peer that cannot be reached yet has not refused anything; one with a wrong identity is refused.
 fn failed_connection(words: &str) -> Option<String> {
     let refused = ["certificate", "fatal alert", "corrupt message"];
     let (attempt, _) = words.split_once(". Retry in")?;

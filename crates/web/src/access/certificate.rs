@@ -6,7 +6,7 @@ use pki::{Holder, Issued};
 
 use super::sessions::SignedIn;
 
-/// Why a certificate lets nobody in.
+/// Why sign-in by a certificate is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum CertificateRefusal {
     /// Of a machine.

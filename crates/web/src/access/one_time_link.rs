@@ -32,7 +32,7 @@ pub(crate) struct Invitation {
     pub(crate) person: String,
     /// Whether that person may order anything.
     pub(crate) may_order: bool,
-    /// When the link is over \[s since 1970\].
+    /// When the link expires \[s since 1970\].
     pub(crate) until_unix_s: u64,
 }
 
@@ -47,7 +47,7 @@ pub enum LinkError {
         /// Why.
         error: io::Error,
     },
-    /// There are many that nobody has used.
+    /// There are too many unused links.
     #[error("{}: too many unused links ({MOST}); wait for them to expire or delete them", .0.display())]
     TooMany(PathBuf),
     /// Too short or too long.

@@ -166,7 +166,7 @@ async fn what_is_made_up_is_refused_by_name_and_begins_no_work() {
         ("/component/m1/engine/x", StatusCode::NOT_FOUND, "engine"),
         ("/component/..%2F..%2Fetc/sensor/g1", StatusCode::NOT_FOUND, "Not known"),
         ("/module/none", StatusCode::NOT_FOUND, "nothing is known of a module `none`"),
-        ("/history?from=yesterday", StatusCode::BAD_REQUEST, "from: `yesterday` is no time"),
+        ("/history?from=yesterday", StatusCode::BAD_REQUEST, "from: invalid time `yesterday`"),
         ("/etc/passwd", StatusCode::NOT_FOUND, "Page not found"),
         ("/stream?page=component&of=m1/sensor/none", StatusCode::NOT_FOUND, "no component"),
         ("/fragments?page=all", StatusCode::NOT_FOUND, "use `overview`"),

@@ -65,7 +65,7 @@ impl FreezeFrames {
         let questions = Arc::new(AtomicUsize::new(0));
         let (speaker, inquiries) = (speaker.clone(), Arc::clone(inquiries));
         let thread = FreezeFrameThread { speaker, inquiries, questions: Arc::clone(&questions) };
-        // Not under supervision: a disk that hangs is no reason to end.
+        // Not under supervision: a hung disk must not end the process.
         let ended = crew.thread("freeze frames", move |_| thread.run(directory, &work))?;
         Ok((Self { queue, questions, lost: Arc::default() }, ended))
     }

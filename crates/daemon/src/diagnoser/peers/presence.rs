@@ -39,7 +39,7 @@ pub(crate) async fn watch(
                 tracing::info!(%peer, "peer {}", if present { "reachable" } else { "disappeared" });
                 table.note_presence(&peer, present);
                 if present {
-                    // If there is no room, the peer is queried again later anyway.
+                    // If the queue is full, the peer is queried again later anyway.
                     let _ = events.try_send(Event::Returned { peer: peer.clone() });
                 }
             })
@@ -86,7 +86,7 @@ impl Presence {
                 match (seemed_there, self.look_again(peer).await) {
                     (false, true) => {
                         found.insert(peer);
-                        // If there is no room, the peer is queried again later anyway.
+                        // If the queue is full, the peer is queried again later anyway.
                         let _ = events.try_send(Event::Returned { peer: peer.clone() });
                     }
                     (true, false) => {
