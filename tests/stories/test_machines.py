@@ -498,7 +498,7 @@ def no_link_breaks(machines):
     start = until("a step", step)
     until("more steps", lambda: (step() or 0) >= start + UNBROKEN_STEPS)
     for name, unit in ((name, unit) for name, units in UNITS.items() for unit in units):
-        assert name == "ground" or "has gone" not in logged(machines[name], unit, "has gone", f"--since={since[name]}")
+        assert name == "ground" or "disappeared" not in logged(machines[name], unit, "disappeared", f"--since={since[name]}")
         assert machines[name].show(f"{unit}.service", "NRestarts") == {"NRestarts": str(RESTARTS.get(unit, 0))}, unit
 
 

@@ -208,7 +208,7 @@ def test_readiness_in_the_life_of_a_process(rig, configs):
     plant, module1 = rig.plant(configs), rig.diagnoser("module1", configs)
     answers("plant", "/readyz", 503, "waiting for the diagnosers of module2")
     answers("plant", "/healthz", 200, "the loop is live")
-    answers("module1", "/readyz", 503, "waiting: no sample has come yet")
+    answers("module1", "/readyz", 503, "waiting: no sample received yet")
     answers("module1", "/healthz", 200, "the loop is live")
     rig.diagnoser("module2", configs)
     answers("module1", "/readyz", 503, "initialising: ")

@@ -150,7 +150,7 @@ def an_observer_is_refused(site):
     token = page.locator("input[name=token]").get_attribute("value")
     form = {"component": GAGE, "note": "mine", "token": token, "back": "/"}
     answer = page.request.post("/order/acknowledge", form=form, headers={"Origin": site.address}, max_redirects=0)
-    assert answer.status == 403 and "may look" in answer.text(), answer.text()
+    assert answer.status == 403 and "read-only access" in answer.text(), answer.text()
     page.goto(f"/component/{GAGE}")
     site.is_accessible(page)
     assert not site.orders()

@@ -97,7 +97,7 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
 
     # Started first, the view shows its endpoint, and updates once modules appear.
     terminal.view(module1)
-    terminal.shows("no module answers yet; looking at tcp/", "NO NETWORK: no connection")
+    terminal.shows("no module answers yet at tcp/", "NO NETWORK: no connection")
     rig.plant(configs)
     rig.diagnoser("module1", configs)
     rig.diagnoser("module2", configs)
@@ -204,7 +204,7 @@ def test_the_terminal_is_given_back_however_the_view_ends(terminal, rig):
 
 
 @pytest.mark.parametrize("holder, answer", [
-    ("observer.wall", "no orders from here: the certificate that is shown is not an"),
+    ("observer.wall", "commands disabled: the certificate that is shown is not an"),
     ("operator.ada", "no component is selected"),
 ])
 def test_the_certificate_says_who_may_give_orders(terminal, tmp_path, holder, answer):

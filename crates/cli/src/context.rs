@@ -119,7 +119,9 @@ impl Context {
         let Some(found) = context.get(&name) else {
             let known: Vec<_> = context.keys().map(|name| format!("`{name}`")).collect();
             let known = known.join(", ");
-            return Err(Failure::input(format!("{here}: no context `{name}`; there is {known}")));
+            return Err(Failure::input(format!(
+                "{here}: unknown context `{name}`; expected one of {known}"
+            )));
         };
         for text in found.connect.iter().chain(&found.listen) {
             endpoint(text).map_err(|error| Failure::input(format!("{here}: {name}: {error}")))?;
@@ -175,7 +177,7 @@ mod tests {
         }
         let (_directory, file) = file(FILE);
         let error = format!("{:?}", Context::read(&file, Some("lab")).unwrap_err());
-        assert!(error.contains("no context `lab`; there is `rig`, `site`"), "{error}");
+        assert!(error.contains("unknown context `lab`; expected one of `rig`, `site`"), "{error}");
     }
 
     #[test]

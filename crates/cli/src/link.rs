@@ -92,7 +92,7 @@ impl Link {
         }
         if !merged.names_a_place() {
             return Err(Failure::usage(
-                "nowhere to look; name an endpoint of a diagnoser or a router: \
+                "no endpoint given; name a diagnoser or a router: \
                  `--connect tcp/HOST:PORT`, TRUSSWATCH_CONNECT, or a context of the client file",
             ));
         }
@@ -164,7 +164,7 @@ impl LinkTarget {
         let (places, timeout) = (self.places(), self.timeout);
         let owner =
             self.structure.as_ref().map_or_else(String::new, |name| format!(" of `{name}`"));
-        Failure::network(format!("no module{owner} was seen at {places} within {timeout:?}"))
+        Failure::network(format!("no module{owner} answered at {places} within {timeout:?}"))
     }
 }
 

@@ -10,7 +10,7 @@ use vocabulary::ModuleName;
 use crate::failure::Failure;
 use crate::output;
 
-/// Show what a description of a structure amounts to: figures, drawing, model
+/// Summarize, draw or export a description of a structure
 ///
 /// Without further options: a table of counts, masses, natural frequencies and modules.
 #[derive(Debug, clap::Args)]

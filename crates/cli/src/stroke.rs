@@ -14,7 +14,7 @@ Examples:
   trusswatch stroke module1/actuator/a3 --connect tcp/127.0.0.1:7447
   trusswatch stroke module1/actuator/a3 --force-n 20e3 --duration-s 30 --connect tcp/127.0.0.1:7447";
 
-/// Let a cylinder of the simulated plant push and pull
+/// Stroke a cylinder of the simulated plant
 ///
 /// The demand of the cylinder swings smoothly by the force, first up and then down, while the demands of
 /// the others stand still; then the controller goes on. Only the simulated plant takes this command, and

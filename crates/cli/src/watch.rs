@@ -10,7 +10,7 @@ use crate::link::{self, Link, LinkTarget};
 use crate::order;
 use crate::paint::Paint;
 
-/// Look at modules, faults and events on the terminal, and give orders by keys
+/// Watch modules, alarms and events on the terminal, and issue commands by key
 ///
 /// It can be started before anything else and stays when the network goes away. `?` lists the keys. Orders are
 /// given in the name of the operator whose certificate is shown; without TLS, in the name that --by says. Colours

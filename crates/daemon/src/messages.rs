@@ -6,7 +6,7 @@ use zenoh::bytes::Encoding;
 use zenoh::query::Query;
 
 /// Why a question is turned away that finds no room.
-pub(crate) const TOO_MANY_QUESTIONS: &str = "too many questions are waiting; ask later";
+pub(crate) const TOO_MANY_QUESTIONS: &str = "query queue full; retry later";
 
 /// Replies to a question on the key that it was put to.
 pub(crate) fn reply<M: Message>(query: &Query, message: &M) {

@@ -55,7 +55,7 @@ mod tests {
         let mut report = module_report(ModulePhase::InService);
         report.status.journal.problem = None;
         (report.status.another_process, report.status.lag_ms) = (true, Some(-3_600_000.0));
-        let words = "in_service: as it is; another process runs as this module; \
+        let words = "in_service: as it is; duplicate diagnoser for this module; \
                      its clock is 3600 s behind the publisher's; check time synchronisation";
         assert_eq!(module_ready(alive(), Some(&report)), Condition::well(words));
     }

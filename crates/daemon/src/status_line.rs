@@ -4,7 +4,7 @@
 use vocabulary::{ModulePhase, ModuleStatus, PlantPhase, PlantStatus};
 
 /// Two diagnosers of one module.
-pub(crate) const ANOTHER_PROCESS: &str = "another process runs as this module";
+pub(crate) const ANOTHER_PROCESS: &str = "duplicate diagnoser for this module";
 
 /// The status of a diagnoser.
 pub(crate) fn of_module(status: &ModuleStatus) -> String {
@@ -21,7 +21,7 @@ pub(crate) fn of_module(status: &ModuleStatus) -> String {
     let absent: Vec<&str> =
         status.peers.iter().filter(|p| !p.present).map(|p| p.module.as_str()).collect();
     if !absent.is_empty() {
-        words.push(format!("peers not there: {}", absent.join(" ")));
+        words.push(format!("peers unreachable: {}", absent.join(" ")));
     }
     if status.another_process {
         words.push(ANOTHER_PROCESS.to_owned());
@@ -34,7 +34,7 @@ pub(crate) fn of_module(status: &ModuleStatus) -> String {
 
 fn phase(phase: ModulePhase) -> &'static str {
     match phase {
-        ModulePhase::Waiting => "degraded: no sample has come yet",
+        ModulePhase::Waiting => "degraded: no sample received yet",
         ModulePhase::Initialising => "degraded: initialising",
         ModulePhase::InService => "in service",
         ModulePhase::Stale => "degraded: samples have stopped coming",
@@ -120,7 +120,7 @@ mod tests {
         status.peers = vec![peer("module2", false), peer("module3", true), peer("module4", false)];
         assert_eq!(
             of_module(&status),
-            "degraded: no sample has come yet, 12 unknown, peers not there: module2 module4"
+            "degraded: no sample received yet, 12 unknown, peers unreachable: module2 module4"
         );
         let mut status = module(ModulePhase::Stale);
         (status.step, status.lag_ms) = (Some(Step(9)), Some(0.8));
@@ -137,7 +137,7 @@ mod tests {
         let mut status = module(ModulePhase::InService);
         status.another_process = true;
         let line = of_module(&status);
-        assert_eq!(line, "in service, no fault, another process runs as this module");
+        assert_eq!(line, "in service, no fault, duplicate diagnoser for this module");
     }
 
     #[test]

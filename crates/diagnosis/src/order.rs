@@ -49,7 +49,7 @@ pub enum OrderRefusal {
     #[error("`{0}` is not suppressed")]
     NotSuppressed(Component),
     /// Nothing that sets its alarm aside is over.
-    #[error("nothing that sets the alarm of `{0}` aside is over")]
+    #[error("no expired shelving or suppression for `{0}`")]
     NothingIsOver(Component),
     /// The fault is not acknowledged yet.
     #[error("`{0}` is not acknowledged; acknowledge it first, or force the reset")]

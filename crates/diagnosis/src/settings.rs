@@ -58,7 +58,7 @@ pub struct DetectionSettings {
     pub warm_up_vectors: u64,
 }
 
-/// What a signal can be. A value beyond it is none.
+/// Range of plausible values of a signal; a value outside counts as missing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SignalSettings {

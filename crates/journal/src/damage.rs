@@ -12,7 +12,7 @@ pub enum DamageKind {
     Corrupt,
 }
 
-/// A part of a file that is no record.
+/// A part of a file that is not a valid record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
     /// The file.

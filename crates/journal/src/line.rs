@@ -7,7 +7,7 @@ use crate::error::{MAX_RECORD_BYTES, WriteError};
 const FRAME_BYTES: usize = CHECKSUM_BYTES + 2;
 const CHECKSUM_BYTES: usize = 8;
 
-/// A longer line is no record.
+/// A longer line is invalid.
 pub(crate) const MAX_LINE_BYTES: usize = MAX_RECORD_BYTES + FRAME_BYTES;
 
 /// The lines of some records; an error if there is none for one of them.

@@ -116,8 +116,7 @@ pub async fn freeze_frame_of(
     let kept = freeze_frames(session, structure, module, timeout).await;
     let kept = kept.map_err(|error| why(&error))?;
     let Some(head) = kept.iter().find(|frame| is_frame_of(frame, found)) else {
-        return Err("none of this fault is kept: it takes until two seconds after the latching, \
-                    and only the latest are kept"
+        return Err("it is complete only two seconds after latching, and only the latest are kept"
             .to_owned());
     };
     let frame = freeze_frame(session, structure, module, head.signals.sequence, timeout).await;
@@ -131,7 +130,7 @@ pub async fn freeze_frame_of(
 fn why(error: &QueryError) -> String {
     match error {
         QueryError::Refused(reason) => printable(reason),
-        QueryError::Unanswered(_) => "its module gives none".to_owned(),
+        QueryError::Unanswered(_) => "its module does not provide one".to_owned(),
         other => printable(&other.to_string()),
     }
 }

@@ -16,9 +16,9 @@ pub enum Address {
     Name(String),
 }
 
-/// A text that is no address.
+/// An invalid address.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no address; write an IP address or a DNS name, without a port")]
+#[error("invalid address `{0}`: expected an IP address or a DNS name without a port")]
 pub struct AddressError(String);
 
 impl fmt::Display for Address {

@@ -23,9 +23,7 @@ use crate::private_files::{New, make_directory, replace_public};
 #[derive(Debug, thiserror::Error)]
 pub enum IssueError {
     /// There is something already.
-    #[error(
-        "`{0}` is there already and is left as it is; renew its certificate, or remove it yourself first"
-    )]
+    #[error("`{0}` already exists; renew its certificate, or remove it first")]
     Exists(PathBuf),
     /// The disk refuses.
     #[error("`{file}` cannot be written: {reason}")]
@@ -54,7 +52,7 @@ pub enum IssueError {
     /// A name that no certificate can have.
     #[error(transparent)]
     Name(#[from] HolderError),
-    /// The authority's time is over.
+    /// The authority's certificate has expired.
     #[error(
         "the authority's certificate ended on {0}; make a new authority in a new directory and reissue everything"
     )]
@@ -63,7 +61,7 @@ pub enum IssueError {
     #[error("no certificate can be made: {0}")]
     Making(#[from] rcgen::Error),
     /// No randomness.
-    #[error("this computer gives no random numbers")]
+    #[error("system random number generator failed")]
     NoRandomness,
 }
 

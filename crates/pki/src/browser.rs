@@ -27,7 +27,7 @@ pub enum BrowserFileError {
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Problems(Vec<IdentityProblem>),
     /// A machine has no browser.
-    #[error("`{0}` is no person; make the file of an operator or an observer")]
+    #[error("`{0}` is not an operator or observer; only their certificates can be exported")]
     NoPerson(String),
     /// The password is too short.
     #[error(
@@ -51,7 +51,7 @@ pub enum BrowserFileError {
         reason: io::Error,
     },
     /// No randomness.
-    #[error("this computer gives no random numbers")]
+    #[error("system random number generator failed")]
     NoRandomness,
 }
 

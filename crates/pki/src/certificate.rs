@@ -37,7 +37,7 @@ pub(crate) struct PublicKey {
     pub(crate) whole: Vec<u8>,
 }
 
-/// Why a file is no certificate.
+/// Why a file is not a valid certificate.
 #[derive(Debug, thiserror::Error)]
 pub enum CertificateError {
     /// There is no such file, or it may not be read.

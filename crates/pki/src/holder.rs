@@ -99,7 +99,7 @@ pub struct CommonName {
 pub enum HolderError {
     /// Nothing of that form.
     #[error(
-        "`{0}` names no holder of a certificate; write MODULE, plant, router.NAME, operator.NAME or observer.NAME"
+        "invalid holder `{0}`: expected MODULE, plant, router.NAME, operator.NAME or observer.NAME"
     )]
     Form(String),
     /// A generation that is not written so.
@@ -108,7 +108,7 @@ pub enum HolderError {
     )]
     Generation(String),
     /// A common name without a structure.
-    #[error("`{0}` names no holder and structure; e.g. `module1.tower` does")]
+    #[error("invalid common name `{0}`: expected HOLDER.STRUCTURE, e.g. `module1.tower`")]
     NoStructure(String),
     /// Too long for a certificate.
     #[error("`{0}` is longer than the {MAX_COMMON_NAME} characters of a common name")]

@@ -53,7 +53,7 @@ pub enum FileProblem {
     /// Missing, not allowed, or something else than it should be.
     #[error("{0}")]
     Unusable(String),
-    /// Its time is over.
+    /// The certificate has expired.
     #[error("expired on {0}; renew it with `trusswatch pki renew`")]
     Expired(String),
     /// Its time is to come, or this computer's clock is behind.
@@ -82,7 +82,7 @@ pub enum FileProblem {
     OtherAddress(Address),
     /// A key that others can read.
     #[error(
-        "can be read by everybody (mode {0:04o}); right is mode {PRIVATE:04o}, and a new key if somebody may have read it"
+        "readable by other users (mode {0:04o}); set mode {PRIVATE:04o}, and issue a new key if it may have been read"
     )]
     Exposed(u32),
     /// The key of another certificate.

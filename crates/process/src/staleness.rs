@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use vocabulary::ModulePhase;
 
 /// Why nothing is known right after the start.
-pub const NO_SAMPLE_YET: &str = "no sample has come yet";
+pub const NO_SAMPLE_YET: &str = "no sample received yet";
 
 /// Monitors sample arrival and changes of the phase.
 #[derive(Debug)]

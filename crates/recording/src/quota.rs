@@ -58,7 +58,7 @@ pub(crate) fn keep(directory: &Path, name: &str, quota: u64) -> io::Result<Vec<P
     Ok(deleted)
 }
 
-/// Whoever writes a recording holds its lock.
+/// The recorder that writes a file holds its lock.
 fn is_being_written(file: &Path) -> bool {
     let lock = File::open(file).map(|file| file.try_lock());
     matches!(lock, Ok(Err(fs::TryLockError::WouldBlock)))

@@ -25,7 +25,7 @@ impl Recording {
     /// Opens a file; one that was not finished too.
     ///
     /// # Errors
-    /// It cannot be read, or is no MCAP file.
+    /// The file cannot be read, or is not an MCAP file.
     pub fn open(file: &Path) -> Result<Self, RecordingError> {
         McapRecords::open(file).map_err(|error| RecordingError::reading(file, &error))?;
         Ok(Self { file: file.into() })

@@ -70,7 +70,7 @@ pub(crate) struct McapRecords {
 
 impl McapRecords {
     /// # Errors
-    /// The file cannot be read, or is none of MCAP.
+    /// The file cannot be read, or is not an MCAP file.
     pub(crate) fn open(file: &Path) -> io::Result<Self> {
         let file = File::open(file)?;
         let length = file.metadata()?.len();

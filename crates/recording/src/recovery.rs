@@ -26,7 +26,7 @@ pub struct Recovered {
 /// Writes what can be read of a file into another one, which is finished. Chunks that are damaged are left out.
 ///
 /// # Errors
-/// The file cannot be read or is no MCAP file; the other exists or cannot be written.
+/// The file cannot be read or is not an MCAP file; the other exists or cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
     let open = || McapRecords::open(from).map_err(|error| RecordingError::reading(from, &error));
     let wrong = |error: McapError| RecordingError::writing(to, &error);

@@ -53,7 +53,7 @@ pub struct ReplayComparison {
 impl ReplayComparison {
     pub(crate) fn new(record: &ModuleRecord, course: &ProcessCourse) -> Self {
         let is_own = |time: u64| time >= course.process && time < course.until;
-        // A state that is unknown for now, as a reply says, is no verdict.
+        // A reply that the state is unknown for now is not a verdict.
         let judged = |message: &&FaultTransition| {
             let known = message.state() != FaultState::Unknown && message.run.is_some();
             is_own(message.time_unix_ns) && message.sequence > 0 && known

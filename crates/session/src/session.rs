@@ -8,7 +8,7 @@ use crate::network::{Mode, Network};
 use crate::zenoh_file::plain;
 use crate::zenoh_settings::settings;
 
-/// Why there is no session.
+/// Why a session could not be opened.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NetworkError {
     /// An invalid file of Zenoh's settings.
@@ -29,7 +29,7 @@ pub enum NetworkError {
         /// Why.
         reason: String,
     },
-    /// Someone else has the port, or there is no such address.
+    /// The port is in use, or the address does not exist.
     #[error("cannot listen on {endpoints}: {reason}; free the port or choose another endpoint")]
     Listen {
         /// The endpoints.

@@ -10,7 +10,7 @@ use crate::session::NetworkError;
 /// Zenoh's settings from a file. Paths of certificates and keys in it are relative to it.
 ///
 /// # Errors
-/// A file that is none.
+/// An invalid file of Zenoh settings.
 pub fn from_file(file: &Path) -> Result<Config, NetworkError> {
     let mut config = Config::from_file(file).map_err(|error| NetworkError::File {
         file: file.display().to_string(),

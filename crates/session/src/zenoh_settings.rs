@@ -25,7 +25,7 @@ pub const ACCEPTING_MS: u64 = 10_000;
 /// Zenoh's settings for a process.
 ///
 /// # Errors
-/// A file that is none, or settings that Zenoh does not take.
+/// An invalid file, or settings that Zenoh rejects.
 pub fn settings(network: &Network) -> Result<Config, NetworkError> {
     let mut config = match &network.zenoh {
         Some(file) => from_file(file)?,

@@ -30,7 +30,7 @@ pub fn missing() -> impl Iterator<Item = (&'static str, &'static str)> {
 pub(crate) fn log() {
     let missing: Vec<String> = missing().map(|(name, value)| format!("{name}={value}")).collect();
     if !missing.is_empty() {
-        tracing::info!("for long runs set in the environment: {}", missing.join(" "));
+        tracing::info!("environment not set for long runs: {}", missing.join(" "));
     }
 }
 

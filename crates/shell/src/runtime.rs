@@ -59,7 +59,7 @@ where
         .map_err(|error| Failure::running("the runtime cannot be started", error))?;
     let shutdown = runtime
         .block_on(async { shutdown::on_request(flags) })
-        .map_err(|error| Failure::running("requests to end cannot be received", error))?;
+        .map_err(|error| Failure::running("cannot install signal handlers", error))?;
     end_on_panic(shutdown.clone());
     let outcome = end_of(|| runtime.block_on(process(shutdown.clone())), &shutdown);
     // A task that never yields, like a session that waits for its router, must not keep the process.

@@ -318,7 +318,7 @@ fn a_structure_of_which_nothing_is_known_is_not_called_normal() {
     let mut model = Model::new(settings(), NOW);
     model.on_scene(Arc::new(scene(vec![heard("m1", Vec::new())])), NOW);
     let shown = text(&buffer(&model, (80, 24)));
-    assert!(shown.contains("nothing is known of any component"), "{shown}");
+    assert!(shown.contains("all components unknown"), "{shown}");
     assert!(shown.contains("NOT ANSWERING") && !shown.contains("normal"), "{shown}");
 }
 

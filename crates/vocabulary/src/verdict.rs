@@ -74,7 +74,7 @@ impl fmt::Display for Doubt {
             Doubt::Silent(modules) => write!(f, "no usable answer from {}", list(modules)),
             Doubt::Unknowing(modules) => write!(f, "not watched at the time by {}", list(modules)),
             Doubt::Assumed(actuator) => {
-                write!(f, "it rests on the force of {actuator}, which has no signal")
+                write!(f, "it depends on the force of {actuator}, which has no signal")
             }
             Doubt::OneOf(components) => {
                 let all: Vec<String> = components.iter().map(ToString::to_string).collect();

@@ -33,8 +33,8 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
 pub(crate) fn main(view: &LinkedScene<'_>) -> Markup {
     html! {
         h1 { "Events" }
-        p { "What has been heard since this process was started, the latest first; what was before, "
-            a href="/history" { "the journals" } " hold." }
+        p { "Events since this process started, newest first; earlier ones: "
+            a href="/history" { "the journals" } "." }
         div #events { (list(view, MANY)) }
     }
 }

@@ -51,7 +51,7 @@ fn refusal(viewer: &Viewer) -> Markup {
             @match (&viewer.read_only, &viewer.person) {
                 (Some(why), _) => (why),
                 (None, None) => { "To acknowledge, reset or shelve, " a href="/sign-in" { "sign in" } "." },
-                (None, Some(_)) => "You may look, and order nothing.",
+                (None, Some(_)) => "You have read-only access.",
             }
         }
     }

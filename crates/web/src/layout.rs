@@ -97,7 +97,7 @@ pub(crate) fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response
         StatusCode::NOT_FOUND,
         &html! {
             h1 { "Not known" }
-            p { (printable(problem)) ". " a href="/" { "The overview" } " has what is." }
+            p { (printable(problem)) ". " a href="/" { "The overview" } " lists the present state." }
         },
     )
 }
@@ -114,13 +114,11 @@ pub(crate) fn clock(scene: &Scene) -> Markup {
 /// What stands between this process and the structure; nothing if all is well.
 pub(crate) fn network(scene: &Scene) -> Markup {
     let words = match &scene.network {
-        NetworkState::Opening => {
-            "The network is not reached yet: nothing is known of the present.".to_owned()
-        }
+        NetworkState::Opening => "Connecting: the present state is unknown.".to_owned(),
         NetworkState::Failed(reason) => {
             let reason = printable(reason);
             format!(
-                "No connection to the network: {reason}. It is tried again; nothing is known of the present."
+                "No connection to the network: {reason}. Retrying; the present state is unknown."
             )
         }
         NetworkState::Closed => {

@@ -82,7 +82,7 @@ fn body(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
         (modules::facts(view, module))
         section {
             h2 { "Components" }
-            @if components.is_empty() { p.nothing { "Nothing is known of them." } }
+            @if components.is_empty() { p.nothing { "Their states are unknown." } }
             (alarms::list(view, &components))
         }
         @if let Some(status) = &module.status { (peers(view, module, status)) (software(status)) }
@@ -106,7 +106,7 @@ fn peers(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> 
     };
     html! {
         section {
-            h2 { "Peers, as it sees them" }
+            h2 { "Peers as seen by this module" }
             @if status.peers.is_empty() { p.nothing { "It has none." } }
             @else {
                 div.wide tabindex="0" role="region" aria-label="Peers" { table {

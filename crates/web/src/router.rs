@@ -52,8 +52,11 @@ async fn nothing(State(app): State<Shared>, viewer: Viewer) -> Response {
     let scene = app.observed.scene();
     let live = String::new();
     let page = Page { title: "Not found", place: "", live, viewer: &viewer, scene: &scene };
-    page.refusing(StatusCode::NOT_FOUND, &html! {
-        h1 { "Not found" }
-        p { "There is no such page. " a href="/" { "The overview" } " leads to those that there are." }
-    })
+    page.refusing(
+        StatusCode::NOT_FOUND,
+        &html! {
+            h1 { "Not found" }
+            p { "Page not found. Start from " a href="/" { "the overview" } "." }
+        },
+    )
 }

@@ -97,14 +97,14 @@ async fn serve_until_done(
             // In this order: serving ends on request, too.
             biased;
             () = shutdown.requested() => {}
-            ended = &mut serving => return Err(Failure::running("the page is no longer served", reason(ended))),
+            ended = &mut serving => return Err(Failure::running("web server failed", reason(ended))),
             () = tokio::time::sleep(EVERY) => {}
         }
     }
     supervisor.stopping();
     // Streams end by themselves; who is slow is not waited for longer.
     if tokio::time::timeout(DRAINING, serving).await.is_err() {
-        tracing::warn!("some answers were not taken within {DRAINING:?}");
+        tracing::warn!("shutdown timed out after {DRAINING:?} before all responses were sent");
     }
     Ok(())
 }

@@ -44,9 +44,9 @@ mod tests {
     fn torn_tails_are_counted_and_everything_else_about_a_journal_is_a_complaint() {
         let lives = Lives::found_in(
             "INFO ready structure=tower module=module1\n\
-             WARN journal damaged, the rest is used: `j`: 3 bytes from byte 1 on belong to a record \
+             WARN journal damaged, damaged records skipped: `j`: 3 bytes from byte 1 on belong to a record \
              without an end; they were cut off\n\
-             WARN journal damaged, the rest is used: `j`: 3 bytes from byte 1 on do not match their \
+             WARN journal damaged, damaged records skipped: `j`: 3 bytes from byte 1 on do not match their \
              checksums; they were passed over\n\
              INFO verdict component=module1/sensor/g1\n\
              thread 'main' panicked at x\n",

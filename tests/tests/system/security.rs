@@ -142,7 +142,7 @@ async fn a_revoked_key_may_do_nothing() {
     letters.wait(TRUE_FAULT, "\"acknowledged\"").await;
     let lost = stand.session(&module).await;
     lost.put(OWN, "by the revoked key").await.unwrap();
-    let trace = stand.trace(&["has no rule for", &lost.zid().to_string()]).await;
+    let trace = stand.trace(&["no access control rule for", &lost.zid().to_string()]).await;
     let next =
         write_until_heard(&stand.session("module2").await, &letters, "by the next key").await;
     let heard = letters.have_anywhere("by the revoked key");
@@ -151,7 +151,7 @@ async fn a_revoked_key_may_do_nothing() {
 
     let lost = stand.session(&operator).await;
     let heard = !answers_to_the_refused(&lost, TRUE_FAULT).await.is_empty();
-    let trace = stand.trace(&["has no rule for", &lost.zid().to_string()]).await;
+    let trace = stand.trace(&["no access control rule for", &lost.zid().to_string()]).await;
     let obeyed = heard || orders(&stand, &operator, &["reset", GAGE, "--force"], "5").await;
     table.forbidden("a revoked key of an operator querying and commanding", obeyed, trace);
     let obeyed = orders(&stand, "operator.ada", &["reset", GAGE, "--force"], "30").await;
@@ -286,7 +286,7 @@ async fn unnamed(stand: &Stand, table: &mut Table) {
     let letters = Letters::to(&mallory).await;
     let replies = answers_to_the_refused(&mallory, TRUE_FAULT).await;
     let heard = !replies.is_empty() || letters.have_anywhere("latched");
-    let trace = stand.trace(&["WARN", "access control has no rule for"]).await;
+    let trace = stand.trace(&["WARN", "no access control rule for"]).await;
     table.forbidden("a valid certificate that no rule names", heard, trace);
 }
 

@@ -55,7 +55,7 @@ fn next(arguments: &Arguments, revoked: &Revoked) -> String {
     let directory = place.directory.display();
     let name = &revoked.name;
     let mut text = format!(
-        "The lost key has its rights until these three steps are done:\n\
+        "The lost key remains valid until these three steps are done:\n\
          1. make the rules anew, for each router with the options that it had:\n\
          \x20    trusswatch pki access STRUCTURE.toml --dir {directory} > router.json5\n\
          2. bring them to the routers, or without a router to every peer\n\

@@ -30,7 +30,7 @@ impl FileKind {
             (error.span().map(|span| line_at(text, span.start)), error.message().to_owned())
         })?;
         FileKind::of_table(&table).ok_or_else(|| {
-            let problem = "nothing that is known: a structure has `modules`, a plant `structure` but \
+            let problem = "unknown kind of file: a structure has `modules`, a plant `structure` but \
                            no `module`, a diagnoser `module` and `structure`, thresholds \
                            `thresholds` and `provenance`, a reference `cylinder_threshold` and `cylinders`, a \
                            schedule `faults`";

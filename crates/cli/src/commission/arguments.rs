@@ -19,7 +19,7 @@ Examples:
 
 A module uses its reference once its configuration names it: reference = \"references/module1.toml\".";
 
-/// Learn what healthy modules measure, so that their diagnosers can say whether they are healthy
+/// Learn references from healthy modules, against which diagnosers judge health
 ///
 /// A reference is learnt from snippets: some seconds of all modules at a time, each under other weather and other
 /// loads, and while the cylinders move. What it was not taught under it cannot judge. Snippets are simulated: so many

@@ -27,7 +27,7 @@ fn none(scene: &Scene, mention: &Mention) -> Failure {
     }
     match named.find(|module| !module.answers()) {
         Some(silent) => Failure::network(format!(
-            "{} does not answer; nothing is known of its components",
+            "{} does not answer; its components are unknown",
             silent.module
         )),
         None => Failure::runtime(match &mention.module {
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(failure(&tower(), "m3/sensor/g1"), Failure::network("`m3` is not there"));
         let mut scene = tower();
         scene.modules.push(mute("m3", Some("m1")));
-        let expected = "m3 does not answer; nothing is known of its components";
+        let expected = "m3 does not answer; its components are unknown";
         assert_eq!(failure(&scene, "m3/sensor/g1"), Failure::network(expected));
         assert_eq!(failure(&scene, "sensor/g9"), Failure::network(expected));
     }

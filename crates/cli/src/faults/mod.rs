@@ -16,7 +16,7 @@ use crate::output;
 use crate::paint::Paint;
 use crate::table::WidthArguments;
 
-/// Show which components are faulty at present, and how the modules are
+/// Show present faults and the condition of every module
 ///
 /// Asks every diagnoser for the state of its components and shows those that are other than normal, or whose alarm is
 /// shelved or suppressed: by whom, why and until when.

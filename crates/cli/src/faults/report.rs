@@ -173,11 +173,11 @@ tower
   m2       STALE           4711   1.2 ms       3.0 ms   none      -
   m3       NOT ANSWERING      -        -            -   -         peer of m1
 
-  component      state           kind of fault                          onset   decided   published                    residual          divergence   why
-──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
-  m1/sensor/g2   latched         bias or drift: not yet decided       step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
-  m2             STALE           1 component unknown                        -         -   -                                   -                   -   -
-  m3             NOT ANSWERING   nothing is known of its components         -         -   -                                   -                   -   peer of m1
+  component      state           kind of fault                      onset   decided   published                    residual          divergence   why
+──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+  m1/sensor/g2   latched         bias or drift: not yet decided   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
+  m2             STALE           1 component unknown                    -         -   -                                   -                   -   -
+  m3             NOT ANSWERING   its components are unknown             -         -   -                                   -                   -   peer of m1
 
 1 of 3 components are normal, not verified, 1 latched, 1 unknown";
         let text = text(modules(), false, None);

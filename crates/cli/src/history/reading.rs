@@ -45,7 +45,7 @@ impl JournalReading {
     /// Everything that is missing, in words.
     pub(super) fn notes(&self) -> impl Iterator<Item = String> {
         let silent = self.silent.iter().map(|SilentModule { module, reason, .. }| {
-            format!("{module}: {reason}; nothing is known of its history")
+            format!("{module}: {reason}; its history is unavailable")
         });
         silent.chain(self.histories.iter().flat_map(ModuleHistory::notes))
     }

@@ -82,7 +82,7 @@ pub(crate) struct ShelveArguments {
     pub(super) issuer: IssuerFlags,
 }
 
-/// Let the alarms of shelved components count again
+/// End the shelving of components
 ///
 /// A diagnoser refuses for what is not shelved. Exit codes as for `trusswatch ack`.
 #[derive(Debug, clap::Args)]

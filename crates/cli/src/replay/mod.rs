@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::table::WidthArguments;
 pub(crate) use reading::read;
 
-/// Put a recording through the same diagnosers once more, as fast as it goes
+/// Replay a recording through the same diagnosers at full speed
 ///
 /// Several files are one recording. Each module's diagnoser gets what it got then, its samples, its peers' answers and
 /// what operators commanded, and comes to the same verdicts, bit for bit. With other settings, the modules query each

@@ -72,7 +72,7 @@ pub(super) struct OneTimeLinkArguments {
     /// The directory that `trusswatch web` has as --state-dir
     #[arg(long, value_name = "DIRECTORY", default_value = "/var/lib/trusswatch-web")]
     state_dir: PathBuf,
-    /// The person may look, and order nothing
+    /// Read-only access
     #[arg(long)]
     view_only: bool,
     /// For how long the link is good, from 1s to 24h

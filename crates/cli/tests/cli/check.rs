@@ -78,7 +78,7 @@ fn a_file_of_no_kind_is_answered_with_the_kinds() {
     fs::write(&file, "colour = 1\n").unwrap();
     let file = file.display().to_string();
     run(&["check", &file])
-        .fails(3, &["x.toml: nothing that is known", "`modules`", "`cylinders`", "`faults`"]);
+        .fails(3, &["x.toml: unknown kind of file", "`modules`", "`cylinders`", "`faults`"]);
     fs::write(folder.path().join("x.toml"), "a = 1\nb = [\n").unwrap();
     run(&["check", &file]).fails(3, &["x.toml:2"]);
     run(&["check"]).fails(2, &["<FILES>"]);

@@ -116,7 +116,7 @@ async fn a_module_that_does_not_answer_is_told() {
     tower.statuses("module3", ModulePhase::InService, &[]).await;
     tower.token("module3").await;
     let outcome = tower.run(&["fault", "show", "module3/sensor/g1", "--timeout", "10"]);
-    outcome.fails(4, &["module3 does not answer; nothing is known of its components"]);
+    outcome.fails(4, &["module3 does not answer; its components are unknown"]);
     let nowhere = nowhere();
     let arguments = ["fault", "show", "sensor/g1", "--timeout", "0.5", "--connect", &nowhere];
     run(&arguments).fails(4, &[&nowhere]);
@@ -208,16 +208,19 @@ async fn without_a_freeze_frame_it_says_why() {
     let tower = tower().await;
     let shown = tower.run(&["fault", "show", "sensor/g3"]);
     shown.succeeds();
-    let why = "no freeze frame: its module gives none\n";
+    let why = "no freeze frame: its module does not provide one\n";
     assert!(shown.stdout.ends_with(why), "{}", shown.stdout);
     let latched = tower.transition("module1/sensor/g4", FaultState::Latched, 2);
     tower.frames("module1", vec![frame_of(&latched)]).await;
     let shown = tower.run(&["fault", "show", "sensor/g3"]);
     shown.succeeds();
-    let why = "no freeze frame: none of this fault is kept";
+    let why = "no freeze frame: it is complete only two seconds after latching";
     assert!(shown.stdout.contains(why), "{}", shown.stdout);
     let svg = ["fault", "show", "sensor/g3", "--svg", "/nowhere/frame.svg"];
-    tower.run(&svg).fails(1, &["module1/sensor/g3: no freeze frame: none of this fault is kept"]);
+    tower.run(&svg).fails(
+        1,
+        &["module1/sensor/g3: no freeze frame: it is complete only two seconds after latching"],
+    );
     let svg = ["fault", "show", "sensor/g4", "--svg", "/nowhere/frame.svg"];
     tower.run(&svg).fails(1, &["/nowhere/frame.svg"]);
     let svg = ["fault", "show", "module1/sensor/g6", "--svg", "/nowhere/frame.svg"];

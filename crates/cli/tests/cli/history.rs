@@ -41,8 +41,8 @@ async fn three_pages_become_one_table_and_what_is_missing_is_noted() {
     for note in [
         "note: module1: the journal reaches back to transition 3 only",
         "note: module1: transitions 6 to 7 are missing from the journal",
-        "note: module3: no answer within 10s; nothing is known of its history",
-        "note: module4: no answer within 10s; nothing is known of its history",
+        "note: module3: no answer within 10s; its history is unavailable",
+        "note: module4: no answer within 10s; its history is unavailable",
     ] {
         assert!(outcome.stdout.contains(note), "`{note}` is not in:\n{}", outcome.stdout);
     }

@@ -115,7 +115,7 @@ async fn what_was_done_but_not_saved_is_exit_code_5_unless_something_weighs_more
     tower.orders("module1", Arc::new(unsaved)).await;
     tower.token("module1").await;
     let outcome = tower.run(&["ack", "module1/sensor/g2", "--by", "ada"]);
-    outcome.fails(5, &["module1/sensor/g2: carried out, but not saved: the disk of `module1`"]);
+    outcome.fails(5, &["module1/sensor/g2: carried out but not saved: the disk of `module1`"]);
     assert!(outcome.stdout.contains("now acknowledged"), "{}", outcome.stdout);
     let both = ["ack", "module1/sensor/g2", "module1/sensor/g9", "--by", "ada"];
     tower.run(&both).fails(1, &["not saved", "refused"]);

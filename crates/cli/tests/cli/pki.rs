@@ -38,7 +38,7 @@ fn certificates_are_made_listed_and_renewed() {
         assert!(listed.stdout.contains(text), "{}", listed.stdout);
     }
     let again = pki(folder.path(), &["issue", "module1"]);
-    again.fails(3, &["module1` is there already and is left as it is"]);
+    again.fails(3, &["module1` already exists"]);
 
     let file = folder.path().join("module1/certificate.pem");
     let before = fs::read_to_string(&file).unwrap();
@@ -395,7 +395,7 @@ fn a_configuration_is_checked_together_with_its_certificates() {
 
     let key = own.join("key.pem");
     fs::set_permissions(&key, fs::Permissions::from_mode(0o644)).unwrap();
-    check(&file).fails(3, &["key.pem", "can be read by everybody (mode 0644)", "0600"]);
+    check(&file).fails(3, &["key.pem", "readable by other users (mode 0644)", "0600"]);
     fs::copy(folder.path().join("module2/key.pem"), &key).unwrap();
     fs::set_permissions(&key, fs::Permissions::from_mode(0o600)).unwrap();
     check(&file).fails(3, &["key.pem: does not belong to the certificate"]);
@@ -475,7 +475,8 @@ fn a_person_gets_a_file_for_a_browser_and_a_machine_does_not() {
     fs::write(&given, "short\n").unwrap();
     let short = pki(folder.path(), &["p12", "observer.wall", "--password-file", &given]);
     short.fails(2, &["the password has 5 characters; use 12 or more"]);
-    pki(folder.path(), &["p12", "module1"]).fails(2, &["module1.tower` is no person"]);
+    pki(folder.path(), &["p12", "module1"])
+        .fails(2, &["module1.tower` is not an operator or observer"]);
     // A file beside the directories is no holder.
     pki(folder.path(), &["list"]).succeeds();
 }

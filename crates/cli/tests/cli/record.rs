@@ -29,7 +29,7 @@ fn a_torn_recording_is_finished_and_verifies_as_far_as_it_goes() {
 
 #[test]
 fn what_cannot_be_recorded_or_recovered_is_named() {
-    run(&["record"]).fails(2, &["nowhere to look", "--connect"]);
+    run(&["record"]).fails(2, &["no endpoint given", "--connect"]);
     run(&["record", "--to", "x.mcap"]).fails(2, &["--recover"]);
     run(&["record", "--recover", "/nonexistent.mcap"]).fails(3, &["/nonexistent.mcap"]);
     let directory = TempDir::new().unwrap();

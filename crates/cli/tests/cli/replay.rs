@@ -120,7 +120,7 @@ fn what_cannot_be_published_is_named() {
     replay(&files, &["--speed", "2"]).fails(2, &["--publish"]);
     replay(&files, &["--publish", "--verify"]).fails(2, &["--verify", "--publish"]);
     replay(&files, &["--publish", "--speed", "fast"]).fails(2, &["invalid speed `fast`"]);
-    replay(&files, &["--publish"]).fails(2, &["nowhere to look"]);
+    replay(&files, &["--publish"]).fails(2, &["no endpoint given"]);
     let nobody = ["--publish", "--connect", "tcp/127.0.0.1:1"];
     replay(&files, &[&nobody[..], &["--run", "99"]].concat()).fails(3, &["no run 99", "it has 7"]);
     let other = [&nobody[..], &["--structure", "bridge"]].concat();

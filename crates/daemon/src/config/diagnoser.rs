@@ -243,7 +243,7 @@ impl DiagnoserConfig {
     /// Adds endpoints from the command line.
     ///
     /// # Errors
-    /// An endpoint that is none.
+    /// An invalid endpoint.
     pub fn with_flags(mut self, flags: &NetworkFlags) -> Result<Self, ConfigErrors> {
         self.network.add(flags);
         let mut errors = ConfigErrors(Vec::new());
@@ -254,7 +254,7 @@ impl DiagnoserConfig {
     /// Serves health where the flag says, if it is given.
     ///
     /// # Errors
-    /// An address that is none.
+    /// An invalid address.
     pub fn with_health(mut self, flags: &HealthFlags) -> Result<Self, ConfigErrors> {
         let mut errors = ConfigErrors(Vec::new());
         self.health = flags.address_or(self.health, &mut errors);

@@ -288,7 +288,7 @@ fn check_plant(
     }
 }
 
-/// Where in the file the reason most likely lies why there is no plant.
+/// The line of the file that most likely keeps the plant from being made.
 fn place(error: &PlantError) -> &'static [&'static str] {
     match error {
         PlantError::Model(_) => &["structure"],

@@ -42,7 +42,7 @@ pub struct ScheduledFault {
 /// Reads a schedule.
 ///
 /// # Errors
-/// A file that cannot be read or is no schedule.
+/// The file cannot be read or is not a schedule.
 pub fn load_schedule(file: &Path) -> Result<Schedule, ConfigErrors> {
     let document = SettingsFile::read(file)?;
     let schedule: Schedule = document.parse()?;

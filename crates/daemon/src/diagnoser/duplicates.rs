@@ -16,7 +16,7 @@ use diagnosis::messages::Speaker;
 
 /// A predecessor that is about to end may still publish; what goes on for longer than this does not end.
 const NOT_ENDING: Duration = Duration::from_secs(3);
-/// After this time without a status, or after three of the usual intervals, nobody is there any more.
+/// After this time without a status, or after three of the usual intervals, the other process counts as gone.
 const GONE: Duration = Duration::from_secs(10);
 
 /// The statuses that others publish under this module's name.
@@ -48,7 +48,7 @@ impl DuplicateWatch {
         self.lock().are_there(now)
     }
 
-    /// Takes a status from another session; what is none comes from no diagnoser.
+    /// Takes a status from another session; an invalid one does not come from a diagnoser and is ignored.
     fn take(&self, received: &Sample, speaker: &Speaker, now: Instant) {
         let Ok(status) = vocabulary::decode::<ModuleStatus>(&received.payload().to_bytes()) else {
             return;
@@ -60,7 +60,7 @@ impl DuplicateWatch {
             tracing::warn!(
                 its_state_directory = status.journal.directory.as_deref(),
                 its_version = %status.software,
-                "another process runs as this module: end one of the two"
+                "duplicate diagnoser for this module: stop one of the two processes"
             );
         }
     }

@@ -53,7 +53,7 @@ impl Identifier {
                 self.tally.count(|counters| counters.turned_away += 1);
                 if let Some(times) = self.turned_away.note(std::time::Instant::now()) {
                     let component = &excerpt.component;
-                    tracing::warn!(%component, times, "fault not identified: too many at once");
+                    tracing::warn!(%component, times, "identification skipped: queue full");
                 }
             }
             // Its end ends the process.

@@ -81,7 +81,7 @@ const DRAINING: Duration = Duration::from_millis(1500);
 pub async fn run(config: DiagnoserConfig, mut shutdown: Shutdown) -> Result<(), Failure> {
     let diagnoser = Diagnoser::new(config.module_setup()).map_err(|problems| {
         let listed: Vec<String> = problems.iter().map(ToString::to_string).collect();
-        Failure::running("no diagnoser can be made", listed.join("; "))
+        Failure::running("cannot create the diagnoser", listed.join("; "))
     })?;
     let Some(opened) = OpenedStore::open_unless(&config, &mut shutdown).await? else {
         return Ok(());
@@ -143,7 +143,7 @@ impl OpenedStore {
         let directory = config.state.directory.as_deref();
         if directory.is_none() {
             tracing::warn!(
-                "no state directory: faults are forgotten when this process ends; \
+                "no state directory: faults will not survive a restart; \
                  set `directory` in the table `state`, or use `--state-dir`"
             );
         }
@@ -164,8 +164,7 @@ async fn serve(
     (supervisor, health): (Supervisor, Arc<LatestReport>),
     shutdown: Shutdown,
 ) -> Result<(), Failure> {
-    let refused =
-        |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
+    let refused = |error: zenoh::Error| Failure::running("Zenoh declaration failed", error);
     let no_thread = |error| Failure::running("no thread can be started", error);
     let configuration = configuration(&config, &speaker)?;
     let crew = Crew::new(shutdown.clone(), supervisor.pulse());

@@ -187,7 +187,7 @@ fn take(
         },
         Err(error) => (query, error.to_string()),
     };
-    // A full queue leaves the query without a reply, which is no consent either.
+    // A full queue leaves the query without a reply, which a client does not take for consent.
     let _ = replies.try_send(CommandReply { outcome: Err(reason), query });
 }
 

@@ -76,7 +76,7 @@ impl Diagnosers {
         let mut state = self.state();
         let next_step = state.next_step;
         let Some(entry) = state.modules.get_mut(module) else { return };
-        tracing::info!(%module, step = %next_step, "diagnoser {}", if present { "is there" } else { "has gone" });
+        tracing::info!(%module, step = %next_step, "diagnoser {}", if present { "reachable" } else { "disappeared" });
         // A diagnoser that returns in the middle has not seen the steps before and never will.
         *entry = ModuleProgress { present, done: entry.done.max(next_step), excused: false };
         drop(state);
@@ -146,7 +146,8 @@ impl Diagnosers {
                 (last_sum, since) = (Some(sum), Instant::now());
             } else if since.elapsed() >= timeout {
                 for (module, entry) in state.modules.iter_mut().filter(|(_, entry)| behind(entry)) {
-                    tracing::warn!(%module, done = %entry.done, "no progress for {timeout:?}: no longer waited for");
+                    tracing::warn!(%module, done = %entry.done, "no progress for {timeout:?}: no longer waiting \
+                        for this diagnoser");
                     entry.excused = true;
                 }
                 return;

@@ -48,7 +48,7 @@ use crate::status_line;
 /// Runs a plant until its last step is done or it is asked to end.
 ///
 /// # Errors
-/// No plant can be made, no session can be opened, or the network refuses a declaration.
+/// No plant can be made, no session can be opened, or a Zenoh declaration fails.
 pub async fn run(config: PlantConfig, mut shutdown: Shutdown) -> Result<(), Failure> {
     let plant =
         config.make_plant().map_err(|error| Failure::running("no plant can be made", error))?;
@@ -78,8 +78,7 @@ async fn serve(
     (supervisor, status): (Arc<Supervisor>, Arc<SharedStatus>),
     shutdown: Shutdown,
 ) -> Result<(), Failure> {
-    let refused =
-        |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
+    let refused = |error: zenoh::Error| Failure::running("Zenoh declaration failed", error);
     let structure = config.structure.name.clone();
     let (command_sender, commands) = std::sync::mpsc::sync_channel(commands::QUEUE);
     let (replies, reply_receiver) = mpsc::channel(commands::QUEUE);

@@ -102,7 +102,7 @@ impl RecentSamples {
                         .reply(query.key_expr().clone(), sample)
                         .encoding(Encoding::APPLICATION_JSON);
                     if let Err(error) = reply.wait() {
-                        tracing::debug!("sample not given again: {error}");
+                        tracing::debug!("cannot answer with a past sample: {error}");
                         return;
                     }
                 }

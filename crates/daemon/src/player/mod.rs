@@ -36,7 +36,7 @@ pub struct Playback {
 /// for past samples are answered meanwhile.
 ///
 /// # Errors
-/// No session can be opened, or the network refuses a declaration.
+/// No session can be opened, or a Zenoh declaration fails.
 pub async fn run(
     network: &Network,
     programme: Programme,
@@ -55,8 +55,7 @@ async fn serve(
     playback: Playback,
     shutdown: Shutdown,
 ) -> Result<u64, Failure> {
-    let refused =
-        |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
+    let refused = |error: zenoh::Error| Failure::running("Zenoh declaration failed", error);
     let Playback { speed, run, wait_for } = playback;
     let structure = programme.structure.clone();
     let supervisor = Arc::new(Supervisor::from_environment());

@@ -63,7 +63,7 @@ impl FetchRequests {
         (Self { queue, outstanding: watch::Sender::new(0) }, queued)
     }
 
-    /// False if there is no room.
+    /// False if the queue is full.
     pub(super) fn add(&self, request: FetchRequest) -> bool {
         self.outstanding.send_modify(|count| *count += 1);
         let is_taken = self.queue.try_send(request).is_ok();
@@ -191,12 +191,12 @@ impl Fetcher {
             if let Ok(sample) = reply.result()
                 && count.fetch_add(1, Ordering::Relaxed) < REPLIES
             {
-                // Fails only when nobody waits any more.
+                // Fails only when the receiver is gone.
                 let _ = found.send(ReceivedMessage::of(sample));
             }
         });
         if let Err(error) = asked.await {
-            tracing::debug!("not asked: {error}");
+            tracing::debug!("request for missed messages failed: {error}");
         }
         let (mut had, mut last) = (0, None);
         // Ends when the network has dropped the callback.

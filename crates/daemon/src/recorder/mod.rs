@@ -60,7 +60,7 @@ pub struct RecorderConfig {
 /// Records until it is asked to end; `show` is given the report now and then. Returns the last one.
 ///
 /// # Errors
-/// No session, no directory, or the network refuses a declaration.
+/// No session, no directory, or a Zenoh declaration fails.
 pub async fn run(
     config: RecorderConfig,
     mut shutdown: Shutdown,
@@ -86,8 +86,7 @@ async fn record(
     mut shutdown: Shutdown,
     mut show: impl FnMut(&RecorderReport),
 ) -> Result<RecorderReport, Failure> {
-    let refused =
-        |error: zenoh::Error| Failure::running("the network refuses a declaration", error);
+    let refused = |error: zenoh::Error| Failure::running("Zenoh declaration failed", error);
     let crew = Crew::new(shutdown.clone(), supervisor.pulse());
     let report = Arc::<Mutex<RecorderReport>>::default();
     let (queue, events) = EventQueue::new(ROOM);

@@ -26,9 +26,9 @@ const PAUSE: Duration = Duration::from_millis(20);
 const MOST_TOPICS: usize = 16_384;
 
 /// Why messages are not in the recording.
-const NO_ROOM: &str = "the recorder could not keep up";
+const NO_ROOM: &str = "recorder queue full";
 const DISK: &str = "the disk could not be written";
-const GONE: &str = "missed, and not kept by their publisher any more";
+const GONE: &str = "missed, and no longer kept by their publisher";
 const UNANSWERED: &str = "missed, and not received before the recorder ended";
 const TOO_MANY: &str = "too many topics";
 
@@ -205,7 +205,7 @@ impl RecordingThread {
         self.retry_at = Some(Instant::now() + AGAIN_AFTER);
         self.report.problem = Some(error.to_string());
         if let Some(times) = self.failures.note(Instant::now()) {
-            tracing::error!(times, "{error}; what comes meanwhile is lost");
+            tracing::error!(times, "{error}; dropping messages until the disk is writable");
         }
         self.publish();
     }
@@ -227,7 +227,7 @@ impl RecordingThread {
             }
         }
         for file in self.files.take_deleted() {
-            tracing::info!(file = %file.display(), "deleted, for the recordings take too much room");
+            tracing::info!(file = %file.display(), "deleted the oldest recording: quota exceeded");
         }
         self.publish();
     }

@@ -229,7 +229,7 @@ async fn state_of_a_gage(observer: &Session) -> (vocabulary::FaultState, Option<
 async fn what_is_not_monitored_is_unknown_for_its_true_reason() {
     let (diagnoser, observer) = diagnoser_that_is_stale_after(300).await;
     let unknown = |reason: &str| (vocabulary::FaultState::Unknown, Some(reason.to_owned()));
-    assert_eq!(state_of_a_gage(&observer).await, unknown("no sample has come yet"));
+    assert_eq!(state_of_a_gage(&observer).await, unknown("no sample received yet"));
     put_sample(&observer, &sample(0)).await;
     let ending = |state: &vocabulary::FaultState| *state == vocabulary::FaultState::Unknown;
     let bad = |step: u64, kind: usize| match kind {

@@ -30,7 +30,7 @@ pub(crate) enum Word {
     Kept,
     /// It does not: nothing explains the case.
     Broken(ComponentPath),
-    /// It has forgotten: nobody can tell.
+    /// It no longer has the record, so the claim cannot be checked.
     Forgotten(ModuleName),
 }
 

@@ -41,7 +41,7 @@ pub fn setup_fingerprint(setup: &ModuleSetup) -> Result<String, serde_json::Erro
 /// The setup that a message tells.
 ///
 /// # Errors
-/// It is none of this version.
+/// The setup is of another version.
 pub fn to_setup(
     message: &vocabulary::ModuleConfiguration,
 ) -> Result<ModuleSetup, serde_json::Error> {

@@ -161,7 +161,7 @@ impl ModuleFeed {
         }
         self.hold(transition);
         if self.filler.held().len() > HELD {
-            return self.give_up("too many have come since");
+            return self.give_up("too many newer transitions");
         }
         self.release()
     }

@@ -88,10 +88,10 @@ fn measured(state: &FaultTransition) -> DetectionFacts {
 fn reference(condition: Option<&Condition>) -> String {
     let Some(condition) = condition else { return "not known".to_owned() };
     let words = match condition {
-        Condition::NotVerified => "there is none",
+        Condition::NotVerified => "no reference",
         Condition::NotCompared => "not compared yet",
         Condition::Agrees { .. } => "agrees",
-        Condition::Doubtful { .. } => "departed from in the latest window",
+        Condition::Doubtful { .. } => "departs in the latest window",
         Condition::Departed { .. } => "departed from",
         Condition::OneOf { .. } => "it or another component has departed from it",
         Condition::CannotTell { .. } => "cannot be compared at present",
@@ -206,7 +206,7 @@ impl Counts {
     pub fn words(&self) -> String {
         let (total, verified) = (self.total(), self.verified);
         if total == 0 {
-            return "nothing is known of any component".to_owned();
+            return "all components unknown".to_owned();
         }
         let unverified = self.normal - verified;
         let first = match verified {

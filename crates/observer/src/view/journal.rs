@@ -118,7 +118,7 @@ impl ModuleHistory {
         let error = broken_off.as_ref().map(|error| printable(&error.to_string()));
         if !self.answered() {
             let why = error.unwrap_or_else(|| "no answer".to_owned());
-            return vec![format!("{module}: {why}; nothing is known of its history")];
+            return vec![format!("{module}: {why}; its history is unavailable")];
         }
         let since = self.since.max(1);
         let mut notes = Vec::new();
@@ -290,8 +290,8 @@ impl fmt::Display for Contradiction<'_> {
         let Self { ahead, behind, by, .. } = self;
         write!(
             f,
-            "by the order of steps, which is that of this table, the clock of {ahead} is at least {} s \
-             ahead of that of {behind}; check time synchronisation",
+            "clocks differ: according to the steps, by which this table is sorted, the clock of {ahead} is at least \
+             {} s ahead of that of {behind}; check time synchronisation",
             by.as_secs()
         )
     }
@@ -429,7 +429,7 @@ mod tests {
                 "m1: transitions 8 to 9 are missing from the journal",
                 "m2: nothing was read after transition 1: no answer within 3s",
                 "m3: the journal holds none of the 2 transitions up to now",
-                "m4: no answer within 3s; nothing is known of its history",
+                "m4: no answer within 3s; its history is unavailable",
             ]
         );
     }
@@ -460,8 +460,8 @@ mod tests {
         let histories = [first, history("m2", second)];
         let journals = Journals::merge(&histories);
         assert_eq!(names(&journals), ["m2.1", "m1.1", "m2.2", "m1.2", "m2.3"]);
-        let expected = "by the order of steps, which is that of this table, the clock of m1 is at least \
-                        4900 s ahead of that of m2; check time synchronisation";
+        let expected = "clocks differ: according to the steps, by which this table is sorted, the clock of m1 is at \
+                        least 4900 s ahead of that of m2; check time synchronisation";
         assert_eq!(
             journals.contradictions.iter().map(ToString::to_string).collect::<Vec<_>>(),
             [expected]

@@ -56,7 +56,7 @@ impl EventLine {
             }
             News::SeveralProcesses { structure, module } => {
                 Self::new(module, "SEVERAL", Tone::Doubt)
-                    .because("several processes run as this module: end all but one")
+                    .because("duplicate diagnosers for this module: stop all but one")
                     .of_module(structure, module)
             }
             News::Missed { structure, module, from, to, reason } => {
@@ -68,7 +68,7 @@ impl EventLine {
             News::Unreadable { key, problem } => Self::new("", "not understood", Tone::Doubt)
                 .because(printable(&format!("{key}: {problem}"))),
             News::Lost { count } => {
-                let why = format!("{count} events lost: they came faster than they were taken");
+                let why = format!("{count} events dropped: receive queue full");
                 Self::new("", "LOST", Tone::Alarm).because(why)
             }
         };

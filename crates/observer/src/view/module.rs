@@ -173,7 +173,7 @@ impl ModuleView {
             remarks.extend(self.why_missed());
         }
         if self.has_several_processes() {
-            let what = "several processes run as this module, and a command may reach only one: end the others";
+            let what = "duplicate diagnosers for this module, and a command may reach only one: stop the others";
             remarks.push(what.to_owned());
         }
         if self.answers() {
@@ -238,7 +238,7 @@ impl ModuleView {
         let unknown = self.components.iter().filter(|state| self.covers(state));
         let unknown: Vec<_> = unknown.map(|state| state.component.clone()).collect();
         let kind = match (self.components.len(), unknown.len()) {
-            (0, _) => "nothing is known of its components".to_owned(),
+            (0, _) => "its components are unknown".to_owned(),
             (_, 0) => String::new(),
             (_, 1) => "1 component unknown".to_owned(),
             (_, unknown) => format!("{unknown} components unknown"),

@@ -19,13 +19,13 @@ pub enum QueryError {
     Unanswered(Duration),
     /// The network ended a command at once, without an answer: no process takes commands on its key, access control does
     /// not admit it, or the process that took it has just ended.
-    #[error("no process takes the command")]
+    #[error("no process accepted the command")]
     Untaken,
     /// The question was not put, for this reason.
     #[error("{0}")]
     NotAsked(String),
     /// The answer makes no sense, or the question could not be put.
-    #[error("the answer makes no sense: {0}")]
+    #[error("invalid answer: {0}")]
     Senseless(String),
 }
 

@@ -104,7 +104,7 @@ impl Scene {
     pub fn summary(&self) -> String {
         if self.modules.is_empty() {
             let is_open = self.network == NetworkState::Open;
-            let words = if is_open { "no module answers" } else { "no network: nothing is known" };
+            let words = if is_open { "no module answers" } else { "no network: state unknown" };
             return words.to_owned();
         }
         let missing = self.modules.iter().filter(|module| !module.is_in_service()).count();
@@ -114,7 +114,7 @@ impl Scene {
         }
         parts.push(Counts::of(self.components()).words());
         if self.network != NetworkState::Open {
-            parts.push("as it was when there was a network".to_owned());
+            parts.push("last known state".to_owned());
         }
         parts.join("; ")
     }

@@ -111,7 +111,7 @@ fn two_processes_of_one_module_are_not_well() {
     seen.processes.insert("a1".to_owned());
     assert!(is_well(vec![seen.clone()]));
     seen.processes.insert("b2".to_owned());
-    assert!(seen.remarks().contains("end the others") && !is_well(vec![seen]));
+    assert!(seen.remarks().contains("stop the others") && !is_well(vec![seen]));
     let mut reported = in_service(vec![normal()]);
     reported.status.as_mut().unwrap().another_process = true;
     assert!(!is_well(vec![reported]));
@@ -270,12 +270,12 @@ fn the_whole_is_in_a_sentence_that_says_what_is_not_known() {
     let words = "1 of 2 modules not in service; 1 of 3 components are normal, 1 latched, 1 unknown, \
                  1 shelved or suppressed";
     assert_eq!(others.summary(), words);
-    let nothing = "1 of 1 modules not in service; nothing is known of any component";
+    let nothing = "1 of 1 modules not in service; all components unknown";
     assert_eq!(scene(vec![mute("m1", None)]).summary(), nothing);
     let cut = Scene { network: NetworkState::Closed, ..scene(vec![verified()]) };
-    assert!(cut.summary().ends_with("; as it was when there was a network"));
+    assert!(cut.summary().ends_with("; last known state"));
     assert_eq!(scene(Vec::new()).summary(), "no module answers");
-    assert_eq!(Scene::default().summary(), "no network: nothing is known");
+    assert_eq!(Scene::default().summary(), "no network: state unknown");
 }
 
 fn line(news: News) -> (String, String, String) {
@@ -302,13 +302,13 @@ fn each_kind_of_event_has_its_line() {
     assert_eq!(line(gone), of("m2", "GONE", ""));
     let module = "m1".parse().unwrap();
     let several = line(News::SeveralProcesses { structure: structure.clone(), module });
-    let why = "several processes run as this module: end all but one";
+    let why = "duplicate diagnosers for this module: stop all but one";
     assert_eq!(several, of("m1", "SEVERAL", why));
     let (module, reason) = ("m1".parse().unwrap(), "refused".to_owned());
     let missed = line(News::Missed { structure, module, from: 3, to: 4, reason });
     assert_eq!(missed, of("m1", "MISSED", "transitions 3 to 4 could not be fetched: refused"));
     let lost = line(News::Lost { count: 3 });
-    assert_eq!(lost, of("", "LOST", "3 events lost: they came faster than they were taken"));
+    assert_eq!(lost, of("", "LOST", "3 events dropped: receive queue full"));
     let hostile =
         line(News::Unreadable { key: "k".to_owned(), problem: "\x1b[2J\u{202e}".to_owned() });
     assert_eq!(hostile, of("", "not understood", r"k: \u{1b}[2J\u{202e}"));
@@ -319,7 +319,7 @@ fn the_outcome_of_a_command_says_whether_anything_was_changed() {
     let words = |outcome: OrderOutcome| outcome.words(OrderKind::Reset, "m1/sensor/g1");
     let obeyed = |durable| OrderOutcome::Obeyed { state: FaultState::Normal, sequence: 7, durable };
     assert_eq!(words(obeyed(true)), "m1/sensor/g1: reset: now normal, transition 7");
-    assert!(words(obeyed(false)).contains("carried out, but not saved: the disk of `m1`"));
+    assert!(words(obeyed(false)).contains("carried out but not saved: the disk of `m1`"));
     let refused = OrderOutcome::from(Err(QueryError::Refused("busy\u{1b}".to_owned())));
     assert_eq!(words(refused), r"m1/sensor/g1: refused: busy\u{1b}");
     let unanswered = OrderOutcome::from(Err(QueryError::Unanswered(Duration::from_secs(3))));

@@ -65,7 +65,7 @@ fn store() -> ComponentStore {
     let mut store = ComponentStore::default();
     let names = ["actuator/a1", "sensor/a1", "sensor/g2"];
     let components: Vec<Component> = names.iter().map(|name| name.parse().unwrap()).collect();
-    store.configure(&"m1".parse().unwrap(), &components, "no sample has come yet".to_owned(), NOW);
+    store.configure(&"m1".parse().unwrap(), &components, "no sample received yet".to_owned(), NOW);
     let _ = store.transition(transition("sensor/g2", 3, FaultState::Latched), 1);
     store
 }

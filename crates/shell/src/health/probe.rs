@@ -34,7 +34,7 @@ impl ProbeKind {
     }
 }
 
-/// Why there is no answer.
+/// Why the process did not answer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ProbeError {
     /// No process listens there, or the connection broke.

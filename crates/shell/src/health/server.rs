@@ -187,7 +187,7 @@ async fn metrics(State(subject): State<Arc<dyn Subject>>) -> Response {
 
 async fn unknown(method: Method) -> Response {
     if matches!(method, Method::GET | Method::HEAD) {
-        let words = format!("there are {LIVE}, {READY} and {METRICS}");
+        let words = format!("not found: use {LIVE}, {READY} or {METRICS}");
         return text(StatusCode::NOT_FOUND, &words);
     }
     let refused = text(StatusCode::METHOD_NOT_ALLOWED, "only GET and HEAD");

@@ -153,7 +153,7 @@ impl Judgements {
             return None;
         }
         if let Some((who, _)) = words.split_once(" did not match any configured ACL subject") {
-            return Some(format!("access control has no rule for {who}, which may do nothing"));
+            return Some(format!("no access control rule for {who}: all access denied"));
         }
         if let Some(judgement) = words.strip_prefix("Using cached result: ") {
             self.ahead = None;
@@ -185,7 +185,7 @@ fn refused_connection(words: &str) -> Option<String> {
     Some(format!("a connection was refused: {reason}"))
 }
 
-/// That a peer is not there yet is no refusal; a wrong identity is one.
+/// A peer that cannot be reached yet has not refused anything; one with a wrong identity is refused.
 fn failed_connection(words: &str) -> Option<String> {
     let refused = ["certificate", "fatal alert", "corrupt message"];
     let (attempt, _) = words.split_once(". Retry in")?;

@@ -46,7 +46,7 @@ impl Notification {
     /// Sends everything in one datagram.
     ///
     /// # Errors
-    /// No process receives it, or there is no room at present.
+    /// No process receives it, or its socket's buffer is full.
     pub(super) fn send(&self, states: &[NotifyState<'_>]) -> io::Result<()> {
         let lines: String = states.iter().map(|state| format!("{state}\n")).collect();
         self.socket.send_to_addr(lines.as_bytes(), &self.to).map(|_| ())

@@ -23,7 +23,7 @@ pub(crate) fn log() {
             core_bytes = soft(&limits.max_core_file_size),
             "scheduling and limits"
         ),
-        Err(error) => tracing::warn!("scheduling and limits are not known: {error}"),
+        Err(error) => tracing::warn!("cannot read scheduling and limits: {error}"),
     }
 }
 

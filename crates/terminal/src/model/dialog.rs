@@ -105,8 +105,9 @@ impl Dialog {
         if !self.kind.sets_aside() {
             return Ok(None);
         }
-        let wrong =
-            || format!("`{}` is no span of time; use e.g. 90min, 2h or 1d", printable(&self.span));
+        let wrong = || {
+            format!("invalid time span `{}`: expected e.g. 90min, 2h or 1d", printable(&self.span))
+        };
         humantime::parse_duration(self.span.trim())
             .map(|span| Some(span.as_secs()))
             .map_err(|_| wrong())
@@ -175,7 +176,7 @@ mod tests {
         typed(&mut dialog, "x");
         assert_eq!(
             dialog.problem.as_deref(),
-            Some("`2hx` is no span of time; use e.g. 90min, 2h or 1d")
+            Some("invalid time span `2hx`: expected e.g. 90min, 2h or 1d")
         );
         dialog.on_key(KeyPress::Control('u'));
         typed(&mut dialog, "90min");

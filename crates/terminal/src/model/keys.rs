@@ -190,7 +190,7 @@ impl Model {
         let issuer = match &self.settings.issuer {
             Ok(issuer) => issuer.clone(),
             Err(reason) => {
-                let text = format!("no orders from here: {reason}");
+                let text = format!("commands disabled: {reason}");
                 self.notice = Some(Notice { tone: Tone::Alarm, text });
                 return;
             }
@@ -207,7 +207,7 @@ impl Model {
             Turn::Stay => Vec::new(),
             Turn::Cancel => {
                 self.dialog = None;
-                self.notice = Some(Notice::refusal("nothing was sent"));
+                self.notice = Some(Notice::refusal("command not sent"));
                 Vec::new()
             }
             Turn::Send(request) => {

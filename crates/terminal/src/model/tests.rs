@@ -140,7 +140,7 @@ fn who_may_give_no_orders_is_refused_with_the_reason() {
         assert_eq!(keys(&mut model, kind), []);
         assert!(model.dialog.is_none());
         let notice = model.notice.take().unwrap();
-        assert_eq!(notice.text, "no orders from here: the certificate is an observer's");
+        assert_eq!(notice.text, "commands disabled: the certificate is an observer's");
     }
     model.settings.issuer = Ok(OrderIssuer { by: "ada".to_owned(), operator: None });
     keys(&mut model, "a");
@@ -199,7 +199,7 @@ fn history_is_asked_for_and_without_a_network_says_so() {
     let journal = model.journal.as_ref().unwrap();
     assert_eq!(
         journal.entries,
-        Fetched::Missing("m1: there is no network; nothing is known of its history".to_owned())
+        Fetched::Missing("m1: there is no network; its history is unavailable".to_owned())
     );
     keys(&mut model, "\x1b");
     assert!(model.journal.is_none());

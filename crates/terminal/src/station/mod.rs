@@ -45,7 +45,7 @@ pub enum ViewError {
     #[error("the keyboard cannot be read: {0}")]
     Keyboard(String),
     /// A part of the program has panicked; what it printed stands above.
-    #[error("a part of the view has failed; please report it with what is printed above")]
+    #[error("internal error; please report it with the output above")]
     Panicked,
 }
 

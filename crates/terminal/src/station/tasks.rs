@@ -117,7 +117,7 @@ async fn frame(
 
 fn why(error: QueryError) -> String {
     match error {
-        QueryError::Unanswered(_) => "its module gives none".to_owned(),
+        QueryError::Unanswered(_) => "its module does not provide one".to_owned(),
         other => other.to_string(),
     }
 }

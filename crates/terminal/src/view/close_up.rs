@@ -21,7 +21,7 @@ const REASON: usize = 3;
 
 pub(super) fn draw(model: &Model, seen: &CloseUp, area: Rect, cells: &mut Cells) {
     let Some(present) = model.shown().state_of(&seen.subject) else {
-        let text = format!("{} is not heard of any more", seen.subject.component);
+        let text = format!("{} is no longer reported", seen.subject.component);
         return cells.text(area, 0, &text, cells.palette.tone(Tone::Alarm));
     };
     let row = StateRow::of_component(present);
@@ -75,7 +75,7 @@ fn what_it_is(present: &FaultTransition, seen: &CloseUp) -> Option<String> {
     }
     let found = match &seen.identification {
         Fetched::Here(found) => found.as_deref(),
-        Fetched::Missing(why) => return Some(format!("not to be had: {}", printable(why))),
+        Fetched::Missing(why) => return Some(format!("not available: {}", printable(why))),
         Fetched::Awaited => None,
     };
     let Some(found) = found.or(known_identification(present)) else {

@@ -94,11 +94,11 @@ fn put(
 fn empty(model: &Model) -> String {
     let scene = model.shown();
     if !model.filter.trim().is_empty() {
-        "nothing fits the filter; Esc ends it".to_owned()
+        "no match; Esc clears the filter".to_owned()
     } else if scene.modules.is_empty() {
-        "nothing is known yet: start diagnosers, or look elsewhere with --connect".to_owned()
+        "no module seen yet: start diagnosers, or use another endpoint with --connect".to_owned()
     } else {
-        "no alarm among the components that are heard of".to_owned()
+        "no active alarms among reporting modules".to_owned()
     }
 }
 

@@ -1,4 +1,4 @@
-//! What became of what was typed, or else why what is selected is as it is; and which keys there are.
+//! The outcome of the latest key, or else the reason for the selected row's state; and the available keys.
 
 use ratatui::layout::Rect;
 

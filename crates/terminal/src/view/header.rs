@@ -48,7 +48,7 @@ fn network(model: &Model) -> (Tone, String) {
         NetworkState::Opening => (Tone::Doubt, format!("connecting to {places}")),
         NetworkState::Open => (Tone::Calm, format!("connected to {places}")),
         NetworkState::Failed(reason) => (Tone::Alarm, format!("NO NETWORK: {}", printable(reason))),
-        NetworkState::Closed => (Tone::Alarm, "NETWORK LOST, connecting again".to_owned()),
+        NetworkState::Closed => (Tone::Alarm, "NETWORK LOST, reconnecting".to_owned()),
     }
 }
 

@@ -24,7 +24,7 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     put(area, 0, &rows[0], (widths, cells.palette.heading(is_active)), cells);
     let body = part(area, 1, area.height);
     if modules.is_empty() {
-        let text = format!("no module answers yet; looking at {}", model.settings.places);
+        let text = format!("no module answers yet at {}", model.settings.places);
         cells.text(body, 0, &text, cells.palette.tone(Tone::Doubt));
     }
     let place = model.module_place(&modules);

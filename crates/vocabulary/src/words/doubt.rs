@@ -8,7 +8,7 @@ pub(crate) fn why_unconfirmed(doubt: &Doubt) -> String {
     match doubt {
         Doubt::RunEnded => "the run ended before there was a verdict".to_owned(),
         Doubt::Assumed(actuator) => {
-            format!("it rests on the force of an actuator without a signal, {actuator}")
+            format!("it depends on the force of {actuator}, which has no signal")
         }
         Doubt::Unknowing(modules) => unknown_to(modules),
         Doubt::Silent(modules) => no_answer_from(modules),
@@ -30,9 +30,9 @@ fn one_of(suspects: &[ComponentPath]) -> String {
 
 fn unknown_to(modules: &[ModuleName]) -> String {
     match modules {
-        [] => "its peers were not watching when it happened".to_owned(),
-        [one] => format!("{one} was not watching when it happened"),
-        _ => format!("{} were not watching when it happened", listed(modules)),
+        [] => "its peers were not monitoring at that step".to_owned(),
+        [one] => format!("{one} was not monitoring at that step"),
+        _ => format!("{} were not monitoring at that step", listed(modules)),
     }
 }
 
@@ -52,9 +52,9 @@ mod tests {
         let one = vec![m1];
         assert_eq!(why_unconfirmed(&Doubt::Silent(both.clone())), "no answer from m1, m2");
         let unknowing = why_unconfirmed(&Doubt::Unknowing(one));
-        assert_eq!(unknowing, "m1 was not watching when it happened");
+        assert_eq!(unknowing, "m1 was not monitoring at that step");
         let unknowing = why_unconfirmed(&Doubt::Unknowing(both));
-        assert_eq!(unknowing, "m1, m2 were not watching when it happened");
+        assert_eq!(unknowing, "m1, m2 were not monitoring at that step");
         let suspects = ["m1/sensor/g1", "m2/sensor/g3"].map(|path| path.parse().unwrap());
         let one_of = why_unconfirmed(&Doubt::OneOf(suspects.to_vec()));
         assert_eq!(one_of, "one of these departs from its reference: m1/sensor/g1, m2/sensor/g3");

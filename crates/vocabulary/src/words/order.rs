@@ -3,8 +3,8 @@
 use crate::OrderKind;
 
 /// Why nobody takes an order to a module that is there.
-pub const UNTAKEN: &str = "nobody takes the command: its diagnoser has just ended, or access control does not admit the \
-                           command";
+pub const UNTAKEN: &str =
+    "no diagnoser accepted the command (stopped, or denied by access control)";
 
 /// What was done when an order was obeyed, e.g. `acknowledged`.
 #[must_use]
@@ -23,8 +23,8 @@ pub fn done(order: OrderKind) -> &'static str {
 #[must_use]
 pub fn not_saved(module: &str) -> String {
     format!(
-        "carried out, but not saved: the disk of `{module}` is full or does not answer, and a restart may forget it; \
-         see `trusswatch health`, and repeat the command when the disk is well"
+        "carried out but not saved: the disk of `{module}` is full or not responding; a restart may lose it; \
+         check with `trusswatch health`, then repeat the command"
     )
 }
 

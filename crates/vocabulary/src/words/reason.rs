@@ -22,7 +22,7 @@ pub fn reason(transition: &FaultTransition) -> String {
     }
     if let Some(root) = transition.disputed.as_ref().filter(|_| transition.state().is_fault()) {
         let module = &root.module;
-        reasons.push(format!("disputed: {root} explained it, but {module} raises no alarm for it"));
+        reasons.push(format!("disputed: explained by {root}, but {module} raises no alarm for it"));
     }
     if let Verdict::Unconfirmed { doubt } = &transition.verdict {
         reasons.push(why_unconfirmed(doubt));
@@ -50,7 +50,7 @@ fn beside(transition: &FaultTransition, given: &GivenOrder) -> Option<String> {
         GivenOrderKind::Shelve(_) if transition.shelved.is_some() => None,
         GivenOrderKind::Suppress(_) if transition.suppressed.is_some() => None,
         GivenOrderKind::Lapse { .. } if transition.aside().is_some() => {
-            Some("one of two ways in which it was set aside is over".to_owned())
+            Some("shelving or suppression expired, the other continues".to_owned())
         }
         _ => Some(ordered(given)),
     }
@@ -59,7 +59,7 @@ fn beside(transition: &FaultTransition, given: &GivenOrder) -> Option<String> {
 fn symptom(transition: &FaultTransition) -> Option<String> {
     let departs = |what: &str| {
         let since = match (transition.before_service, transition.onset_step) {
-            (true, _) | (_, None) => "already when it was first compared".to_owned(),
+            (true, _) | (_, None) => "already at the first comparison".to_owned(),
             (false, Some(step)) => format!("since step {step} at the earliest"),
         };
         Some(format!("{what} departs from its reference, {since}"))
@@ -83,7 +83,7 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
 pub fn ordered(given: &GivenOrder) -> String {
     let what = match given.kind {
         GivenOrderKind::Lapse { .. } => {
-            return "counts again: the time for which it was set aside is over".to_owned();
+            return "shelving or suppression expired".to_owned();
         }
         GivenOrderKind::ReTare => "replaced, and its reference re-tared,".to_owned(),
         GivenOrderKind::Acknowledge => "acknowledged".to_owned(),
@@ -151,14 +151,14 @@ mod tests {
         let mut later = transition(true, false, GivenOrderKind::Shelve(SPAN));
         later.state_order = Some(Box::new(given(GivenOrderKind::Acknowledge)));
         assert_eq!(of(later), acknowledged, "who acknowledged it is still known");
-        let over = format!("{shelved}; one of two ways in which it was set aside is over");
+        let over = format!("{shelved}; shelving or suppression expired, the other continues");
         assert_eq!(of(transition(true, false, GivenOrderKind::Lapse { now_unix_ns: 5 })), over);
     }
 
     #[test]
     fn what_counts_again_says_why() {
         let of = |order| reason(&transition(false, false, order));
-        let lapsed = "counts again: the time for which it was set aside is over";
+        let lapsed = "shelving or suppression expired";
         assert_eq!(of(GivenOrderKind::Lapse { now_unix_ns: 5 }), lapsed);
         let unshelved = "unshelved by ada (through web): painting";
         assert_eq!(of(GivenOrderKind::Unshelve), unshelved);

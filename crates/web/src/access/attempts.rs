@@ -1,4 +1,4 @@
-//! Sign-ins that failed, by address: whoever fails often waits.
+//! Failed sign-ins, by address: after several failures an address has to wait.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;

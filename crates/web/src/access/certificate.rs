@@ -6,7 +6,7 @@ use pki::{Holder, Issued};
 
 use super::sessions::SignedIn;
 
-/// Why a certificate lets nobody in.
+/// Why sign-in by a certificate is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum CertificateRefusal {
     /// Of a machine.
@@ -16,9 +16,7 @@ pub(crate) enum CertificateRefusal {
     #[error("the certificate of `{0}` is revoked; use the present one")]
     Revoked(Issued),
     /// Nobody knows.
-    #[error(
-        "which certificates are revoked cannot be read ({0}); nobody signs in by certificate meanwhile"
-    )]
+    #[error("cannot read revoked certificates ({0}); sign-in by certificate disabled")]
     Unreadable(String),
 }
 

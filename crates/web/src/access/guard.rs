@@ -100,7 +100,7 @@ fn own_origin(access: &Access, connection: &Connection, parts: &Parts) -> Result
     let origin = host.and_then(|host| access.settings.site.origin(host, connection.local));
     origin.ok_or_else(|| {
         let words = format!(
-            "`{}` is no name of this page; open it by its address, or name it to `trusswatch web`",
+            "unknown host name `{}`; use the page's address, or add the name with `--page-name`",
             vocabulary::quotation(host.unwrap_or_default(), 200)
         );
         Stop::new(RefusedAccess::Host, StatusCode::MISDIRECTED_REQUEST, words)
@@ -130,7 +130,7 @@ fn may_send(parts: &Parts, visit: &Visit, token: Option<&String>) -> Result<(), 
         }
         Some(person) if has_token(person, token) => Ok(()),
         Some(_) => {
-            let words = "the form is of a session that is over; open the page again";
+            let words = "the form's session has expired; reload the page";
             Err(Stop::new(RefusedAccess::Token, StatusCode::FORBIDDEN, words))
         }
     }

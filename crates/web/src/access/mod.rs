@@ -106,7 +106,7 @@ impl Access {
     }
 }
 
-/// Whoever has opened a page.
+/// The person who has opened a page.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Viewer {
     /// None if nobody has signed in.

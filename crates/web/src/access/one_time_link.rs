@@ -32,7 +32,7 @@ pub(crate) struct Invitation {
     pub(crate) person: String,
     /// Whether that person may order anything.
     pub(crate) may_order: bool,
-    /// When the link is over \[s since 1970\].
+    /// When the link expires \[s since 1970\].
     pub(crate) until_unix_s: u64,
 }
 
@@ -47,11 +47,11 @@ pub enum LinkError {
         /// Why.
         error: io::Error,
     },
-    /// There are many that nobody has used.
-    #[error("{}: there are {MOST} links that nobody has used; wait until they are over, or remove them", .0.display())]
+    /// There are too many unused links.
+    #[error("{}: too many unused links ({MOST}); wait for them to expire or delete them", .0.display())]
     TooMany(PathBuf),
     /// Too short or too long.
-    #[error("a link is good for 1s to 24h, not for {0:?}")]
+    #[error("invalid lifetime {0:?} of a link: expected 1s to 24h")]
     Valid(Duration),
     /// No secret can be made.
     #[error(transparent)]
@@ -250,7 +250,10 @@ mod tests {
         let error = one_time_link(&missing, &name, true, minute).unwrap_err().to_string();
         assert!(error.contains("missing") && error.contains("--state-dir"), "{error}");
         let error = one_time_link(state.path(), &name, true, Duration::from_secs(90_000));
-        assert_eq!(error.unwrap_err().to_string(), "a link is good for 1s to 24h, not for 90000s");
+        assert_eq!(
+            error.unwrap_err().to_string(),
+            "invalid lifetime 90000s of a link: expected 1s to 24h"
+        );
         let link = one_time_link(state.path(), &name, false, minute).unwrap();
         let secret = Secret::from_text(link.strip_prefix("/sign-in?link=").unwrap()).unwrap();
         let invitation = accept(state.path(), &secret).unwrap();

@@ -7,8 +7,7 @@ use session::Network;
 pub(crate) fn read_only(network: &Network) -> Option<String> {
     let directory = network.tls.as_ref().filter(|_| network.operator().is_none())?;
     Some(format!(
-        "Nobody orders anything on this page: it shows the network the certificate in `{}`, which is not that of an \
-         operator. Ask whoever runs it for one that does.",
+        "This page is read-only: its network certificate in `{}` is not an operator's.",
         directory.display()
     ))
 }

@@ -14,13 +14,13 @@ pub(crate) enum RefusedAccess {
     Host,
     /// A form of a foreign page.
     Origin,
-    /// A form that is none of ours, or too long.
+    /// An unknown or malformed form, or one that is too long.
     Form,
     /// A form without the token of the session.
     Token,
     /// Not signed in, or not permitted.
     Permission,
-    /// A link or a certificate that lets nobody in.
+    /// An invalid link or certificate.
     SignIn,
 }
 

@@ -19,7 +19,7 @@ pub(crate) struct Fingerprint(String);
 
 /// The system has no random numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the system has no random numbers")]
+#[error("system random number generator failed")]
 pub struct NoRandomness;
 
 impl Secret {

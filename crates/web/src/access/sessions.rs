@@ -10,7 +10,7 @@ use super::secret::{Fingerprint, NoRandomness, Secret};
 
 /// A session ends after this, whatever happens in it.
 const LONGEST: Duration = Duration::from_secs(12 * 3600);
-/// A session that nobody uses ends after this.
+/// An idle session ends after this time.
 const IDLE: Duration = Duration::from_secs(2 * 3600);
 /// Sessions at a time; a further one ends the one that has been idle for longest.
 const MOST: usize = 1000;

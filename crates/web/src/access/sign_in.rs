@@ -21,8 +21,7 @@ use super::{Access, Viewer, certificate, one_time_link, plain, sign_out};
 use crate::listener::Connection;
 
 /// What a person without a link reads.
-const HOW: &str =
-    "Ask whoever runs this page for a one-time link: `trusswatch web link` makes one.";
+const HOW: &str = "Ask the administrator of this page for a one-time link (`trusswatch web link`).";
 
 /// The pages to sign in and out on.
 pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
@@ -117,7 +116,7 @@ async fn enter(
 }
 
 async fn by_link(access: &Access, link: &str) -> Result<SignedIn, String> {
-    let refused = || format!("the link was used, is over, or never was one. {HOW}");
+    let refused = || format!("the link was used, has expired, or is invalid. {HOW}");
     let state = access.settings.state.clone().ok_or_else(refused)?;
     let secret = Secret::from_text(link).ok_or_else(refused)?;
     // Its file is removed for good, which takes the disk a moment.

@@ -400,7 +400,7 @@ async fn an_observer_looks_and_orders_nothing() {
     let (token, _) = token.split_once('"').unwrap();
     let order = wall.send(wall.post("/order/acknowledge", &[COMPONENT, ("token", token)])).await;
     assert_eq!(order.status, 403, "{order:?}");
-    assert!(order.body.contains("may look, and order nothing"), "{order:?}");
+    assert!(order.body.contains("has read-only access"), "{order:?}");
     let (machine, answer) = secured.signed_in_by(&secured.issue("module1")).await;
     assert!(answer.status == 403 && machine.cookie.is_none(), "{answer:?}");
 }

@@ -21,7 +21,7 @@ pub(super) fn plot(transition: &FaultTransition, traces: &Traces) -> Markup {
     let points = points(transition, traces);
     if points.len() < 2 {
         return html! {
-            p.nothing { "No divergences have come yet: the diagnoser publishes them from now on, if it is there." }
+            p.nothing { "Waiting for divergences from the diagnoser." }
         };
     }
     let latest = traces.back().map_or(0, |latest| latest.step.0);

@@ -31,7 +31,7 @@ impl Shown<'_> {
 
     fn frame(&self) -> Markup {
         match &self.evidence.frame {
-            None => html! { p.nothing { "It has no fault, so nothing is kept." } },
+            None => html! { p.nothing { "No freeze frame: the component has no fault." } },
             Some(Err(why)) => html! { p.nothing { "No freeze frame: " (why) "." } },
             Some(Ok(drawing)) => html! { div.plot { (PreEscaped(drawing)) } },
         }

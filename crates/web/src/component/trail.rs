@@ -54,7 +54,7 @@ pub(super) fn trail(
                 (node(view, transition, component, *place))
             }
         }
-        p.note { "Arrows go from the change that explains to the one explained; dashed, it did so by the journal." }
+        p.note { "Arrows point from the explaining change to the explained one; dashed: past, from the journal." }
     }
 }
 

@@ -115,7 +115,7 @@ fn given<T>(
 fn time(text: &str) -> Result<u64, String> {
     let whole =
         if text.len() == "2026-11-21T10:00".len() { format!("{text}:00") } else { text.to_owned() };
-    let wrong = || format!("`{text}` is no time; use one like `2026-11-21T10:00:00Z`");
+    let wrong = || format!("invalid time `{text}`: expected e.g. `2026-11-21T10:00:00Z`");
     let time = humantime::parse_rfc3339_weak(&whole).map_err(|_| wrong())?;
     let since = time.duration_since(UNIX_EPOCH).map_err(|_| wrong())?;
     u64::try_from(since.as_nanos()).map_err(|_| wrong())
@@ -152,8 +152,8 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named_with_what_would_be_right() {
         for (asked, words) in [
-            (asked("yesterday", "", ""), "from: `yesterday` is no time; use one like"),
-            (asked("1960-01-01T00:00:00Z", "", ""), "from: `1960-01-01T00:00:00Z` is no time"),
+            (asked("yesterday", "", ""), "from: invalid time `yesterday`: expected e.g."),
+            (asked("1960-01-01T00:00:00Z", "", ""), "from: invalid time `1960-01-01T00:00:00Z`"),
             (asked("", "g1", ""), "component: "),
             (asked("", "", "healthy"), "state: there is no state `healthy`; use one of `normal`"),
         ] {

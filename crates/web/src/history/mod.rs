@@ -72,7 +72,7 @@ fn main(
     let histories = || journals.iter().map(Arc::as_ref);
     html! {
         h1 { "History" }
-        p { "What the modules' journals hold, the latest first." }
+        p { "The modules' journals, newest first." }
         (asked.form(view))
         (remarks(histories()))
         @if journals.is_empty() { p.nothing { "No module whose journal could be read is known." } }

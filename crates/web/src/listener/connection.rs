@@ -27,7 +27,7 @@ use tokio_rustls::server::TlsStream;
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
 /// Longest head of a request.
 const LONGEST_HEAD: usize = 16 * 1024;
-/// A browser that takes nothing for so long is gone or stalled; its connection ends.
+/// A browser that reads nothing for so long is gone or stalled; its connection is closed.
 const TAKES_WITHIN_MS: u32 = 30_000;
 /// What is not done by then, once the end is asked for, is broken off.
 const END_WITHIN: Duration = Duration::from_secs(2);

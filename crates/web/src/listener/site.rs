@@ -21,7 +21,7 @@ pub struct Origin {
     authority: String,
 }
 
-/// A text that is no origin.
+/// An invalid origin.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is not the address of a page over TLS; write https://NAME or https://NAME:PORT, or http:// for localhost"

@@ -60,7 +60,9 @@ async fn follow(
     let feed = DivergenceFeed::open(session, structure, module).await;
     let mut feed = match feed {
         Ok(feed) => feed,
-        Err(error) => return tracing::debug!("the divergences of {module} are not had: {error}"),
+        Err(error) => {
+            return tracing::debug!("cannot subscribe to divergences of {module}: {error}");
+        }
     };
     let mut traces = Traces::new();
     let mut show_at = Instant::now();

@@ -31,7 +31,7 @@ impl FormOrder {
         let kind = found.ok_or_else(|| {
             let known: Vec<&str> = OrderKind::ALL.iter().map(|kind| kind.as_str()).collect();
             format!(
-                "`{}` is no order; there are {}",
+                "unknown command `{}`; expected one of {}",
                 vocabulary::quotation(kind, 64),
                 known.join(", ")
             )
@@ -89,8 +89,12 @@ fn subject(kind: OrderKind, fields: &Fields) -> Result<(ModuleName, Option<Compo
 fn seconds(fields: &Fields) -> Result<u64, String> {
     let text = fields.filled("for").ok_or("say for how long, e.g. 2h")?;
     let span = humantime::parse_duration(text);
-    let wrong =
-        |_| format!("`{}` is no time span; 2h and 1h 30m are", vocabulary::quotation(text, 64));
+    let wrong = |_| {
+        format!(
+            "invalid time span `{}`: expected e.g. 2h or 1h 30m",
+            vocabulary::quotation(text, 64)
+        )
+    };
     span.map(|span| span.as_secs()).map_err(wrong)
 }
 
@@ -145,14 +149,14 @@ mod tests {
     fn what_is_wrong_with_a_form_is_named() {
         let component = ("component", "module1/sensor/g2");
         for (kind, fields, words) in [
-            ("explode", vec![component], "`explode` is no order"),
+            ("explode", vec![component], "unknown command `explode`"),
             ("reset", vec![], "`component` is missing"),
             ("reset", vec![("component", "../../etc")], "names no component"),
             ("reset", vec![("component", "module1/sensor/*")], "not a usable gage name"),
             ("reset", vec![component, ("force", "perhaps")], "`force` is `perhaps`"),
             ("reset", vec![component, ("force", "on"), ("re_tare", "on")], "exclude each other"),
             ("shelve", vec![component, ("note", "x")], "for how long"),
-            ("shelve", vec![component, ("note", "x"), ("for", "soon")], "`soon` is no time span"),
+            ("shelve", vec![component, ("note", "x"), ("for", "soon")], "invalid time span `soon`"),
             ("shelve", vec![component, ("note", "x"), ("for", "90d")], "use 1 to"),
             ("shelve", vec![component, ("for", "2h")], "needs a reason"),
             ("suppress", vec![component], "`module` is missing"),

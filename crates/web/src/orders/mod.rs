@@ -105,9 +105,9 @@ fn log(person: &str, is_done: bool, words: &str) {
 
 fn forbidden(name: &str, read_only: Option<&str>) -> Response {
     let name = vocabulary::printable(name);
-    tracing::warn!("an order by {name} was refused: not permitted");
+    tracing::warn!("command by {name} refused: not permitted");
     let content = html! {
-        p { "No order was sent: " strong { (name) } " may look, and order nothing." }
+        p { "No command was sent: " strong { (name) } " has read-only access." }
         @if let Some(why) = read_only {
             p { (vocabulary::printable(why)) }
         }

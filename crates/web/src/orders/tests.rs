@@ -110,7 +110,8 @@ async fn a_page_with_an_observers_certificate_and_a_person_who_may_only_look_ord
     let why = "this page shows the certificate of an observer";
     let read_only = Bench::new(None, Some(why)).await;
     let looks = Bench::new(None, None).await;
-    for (bench, may_order, words) in [(&read_only, true, why), (&looks, false, "may look")] {
+    for (bench, may_order, words) in [(&read_only, true, why), (&looks, false, "read-only access")]
+    {
         let person = bench.page.signed_in(bench.state.path(), may_order).await;
         let page = person.open("/sign-out").await.body;
         let (_, token) = page.split_once("name=\"token\" value=\"").unwrap();

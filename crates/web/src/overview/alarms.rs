@@ -13,7 +13,7 @@ pub(super) fn urgent(view: &LinkedScene<'_>) -> Markup {
     let nothing = if view.scene.modules.is_empty() {
         "Nothing is known."
     } else {
-        "No alarm among the components that are heard of."
+        "No active alarms among reporting modules."
     };
     html! {
         @if rows.is_empty() { p.nothing { (nothing) } } @else { (list(view, &rows)) }

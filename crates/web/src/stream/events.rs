@@ -20,7 +20,7 @@ use crate::part::{MOST, Parts};
 
 /// After this time, whoever was refused may try again \[s\].
 const AGAIN_S: u64 = 30;
-/// A comment is sent this often, so that nobody between takes the connection for dead.
+/// A comment is sent this often, so that proxies keep the connection open.
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// `/stream`

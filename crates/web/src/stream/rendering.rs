@@ -24,7 +24,7 @@ pub(super) fn look(app: &Shared, page: &LivePage) -> Receiver<Arc<Parts>> {
     app.streams.pages.look(page.clone(), Arc::default(), work)
 }
 
-/// Goes on until nobody looks.
+/// Renders until the last viewer has left.
 async fn render(app: Shared, page: LivePage, parts: Sender<Arc<Parts>>) {
     let mut scenes = app.observed.live.scenes();
     let mut watch = match &page {

@@ -140,7 +140,7 @@ fn change(step: u64, ratio: f64) -> Value {
 }
 
 fn refusal() -> Vec<u8> {
-    vocabulary::encode(&Refused { reason: "no sample has come yet".to_owned() }).unwrap()
+    vocabulary::encode(&Refused { reason: "no sample received yet".to_owned() }).unwrap()
 }
 
 fn nothing_changed(question: StateQuestion) -> Value {

@@ -122,7 +122,7 @@ fn check_sides(structure: &Structure, people: &People) -> Result<(), Failure> {
             {
                 let known: Vec<String> = modules().map(|known| format!("`{known}`")).collect();
                 return Err(Failure::usage(format!(
-                    "--router {router}: `{name}` is not an equipped module of `{}`; there are {}",
+                    "--router {router}: unknown module `{name}` in `{}`; expected one of {}",
                     structure.name,
                     known.join(", ")
                 )));

@@ -67,7 +67,7 @@ impl FromStr for Linked {
             }
         };
         let named = router.strip_prefix("router.").unwrap_or(router);
-        let router = named.parse().map_err(|error| format!("no name of a router: {error}"))?;
+        let router = named.parse().map_err(|error| format!("invalid router name: {error}"))?;
         Ok(Linked { router, side })
     }
 }

@@ -61,7 +61,7 @@ fn take(
             if let Err(error) = queue.try_send(OrderInquiry { kind, order, query }) {
                 counters.count(|counters| counters.turned_away += 1);
                 let OrderInquiry { query, .. } = error.into_inner();
-                let reason = "too many orders are waiting; order it again".to_owned();
+                let reason = "command queue full; retry".to_owned();
                 outbox.routine(Routine::Refusal { query, reason });
             }
         }
@@ -82,7 +82,7 @@ fn read_named(kind: OrderKind, query: &Query) -> Result<Order, String> {
 }
 
 fn read(kind: OrderKind, query: &Query) -> Result<Order, String> {
-    let payload = query.payload().ok_or("an order has a payload; see the manual")?;
+    let payload = query.payload().ok_or("command without a payload; see `trusswatch schema`")?;
     let order: Order =
         vocabulary::decode(&payload.to_bytes()).map_err(|error| error.to_string())?;
     order.check(kind)?;

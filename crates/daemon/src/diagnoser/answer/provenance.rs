@@ -100,7 +100,7 @@ impl ProvenanceAnswers {
         for input in self.inputs.asked(question) {
             let reply = query.reply(key, input).encoding(Encoding::APPLICATION_JSON);
             if let Err(error) = reply.wait() {
-                tracing::debug!("input not given again: {error}");
+                tracing::debug!("cannot answer with a past input: {error}");
                 return;
             }
         }

@@ -122,8 +122,8 @@ impl ActionExecutor {
                 self.peers.note_rejection(&peer, failure.to_string());
             }
             Action::WordBroken { component, by } => {
-                tracing::warn!(%component, %by, "disputed: {by} explained this, but {} does not \
-                    raise the alarm for it", by.module);
+                tracing::warn!(%component, %by, "disputed: explained by {by}, but {} raises no alarm \
+                    for it", by.module);
                 self.peers.note_dispute(&by.module);
             }
             Action::Restarted { component, violation } => {

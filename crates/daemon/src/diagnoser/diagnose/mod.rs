@@ -250,7 +250,8 @@ impl DiagnosisLoop {
             counters.resynchronised += 1;
         });
         if let Some(times) = self.resynchronised.note(now.into_std()) {
-            let problem = "samples arrive faster than they are diagnosed: back to the present";
+            let problem =
+                "backlog of samples dropped: they arrive faster than they can be diagnosed";
             tracing::warn!(thrown, times, "{problem}");
         }
     }
@@ -323,11 +324,11 @@ impl DiagnosisLoop {
         let own = self.executor.speaker.path(&mention.component);
         if !mention.may_be(&own) {
             let module = &own.module;
-            return Err(format!("`{mention}` is none of this module, `{module}`"));
+            return Err(format!("`{mention}` is not a component of module `{module}`"));
         }
         if kind == OrderKind::Reset && !order.force && self.staleness.is_stale() {
             let why = self.reason(ModulePhase::Stale);
-            return Err(format!("{why}: nothing is known of `{mention}` now"));
+            return Err(format!("state of `{mention}` unknown: {why}"));
         }
         Ok(vec![mention.component.clone()])
     }

@@ -35,7 +35,7 @@ impl FreezeFrameFiles {
     /// Every file there is, in the order of their names. What was being written when a process ended is removed.
     ///
     /// # Errors
-    /// The folder cannot be read; that there is none yet is no error.
+    /// The folder cannot be read; a missing folder is not an error.
     pub(super) fn read(&self) -> io::Result<Vec<FoundFrame>> {
         let entries = match fs::read_dir(&self.0) {
             Ok(entries) => entries,
@@ -56,7 +56,7 @@ impl FreezeFrameFiles {
     /// Writes a frame; its file and how long that is.
     ///
     /// # Errors
-    /// It cannot be written; a file that was begun is no frame.
+    /// It cannot be written; an incomplete file does not count as a frame.
     pub(super) fn write(&self, frame: &FreezeFrame) -> io::Result<(PathBuf, u64)> {
         let bytes = vocabulary::encode(frame).map_err(io::Error::other)?;
         fs::create_dir_all(&self.0)?;
@@ -87,11 +87,11 @@ fn found(path: PathBuf) -> FoundFrame {
 /// Reads a frame.
 ///
 /// # Errors
-/// It cannot be read, or is none.
+/// The file cannot be read, or is not a freeze frame.
 pub(super) fn read(path: &Path) -> Result<FreezeFrame, String> {
     let length = fs::metadata(path).map_err(|error| error.to_string())?.len();
     if length > MAX_MESSAGE_BYTES as u64 {
-        return Err(format!("{length} bytes are too many"));
+        return Err(format!("file too large: {length} bytes"));
     }
     let bytes = fs::read(path).map_err(|error| error.to_string())?;
     vocabulary::decode(&bytes).map_err(|error| error.to_string())

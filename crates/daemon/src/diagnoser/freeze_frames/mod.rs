@@ -65,7 +65,7 @@ impl FreezeFrames {
         let questions = Arc::new(AtomicUsize::new(0));
         let (speaker, inquiries) = (speaker.clone(), Arc::clone(inquiries));
         let thread = FreezeFrameThread { speaker, inquiries, questions: Arc::clone(&questions) };
-        // Not under supervision: a disk that hangs is no reason to end.
+        // Not under supervision: a hung disk must not end the process.
         let ended = crew.thread("freeze frames", move |_| thread.run(directory, &work))?;
         Ok((Self { queue, questions, lost: Arc::default() }, ended))
     }
@@ -110,7 +110,7 @@ impl FreezeFrames {
             self.queue.try_send(FreezeFrameWork::Keep(component, signals))
             && let Some(times) = self.lost.note(Instant::now())
         {
-            tracing::warn!(%component, times, "freeze frame lost: the disk takes too long");
+            tracing::warn!(%component, times, "freeze frame dropped: disk too slow");
         }
     }
 

@@ -124,7 +124,7 @@ impl FreezeFrameStore {
             return Err(match &kept[..] {
                 [] => NONE.to_owned(),
                 kept => format!(
-                    "no freeze frame of transition {sequence} is kept; there are those of {}",
+                    "no freeze frame for transition {sequence}; available: {}",
                     kept.join(", ")
                 ),
             });
@@ -139,14 +139,15 @@ impl FreezeFrameStore {
 }
 
 /// Why there is no answer if nothing is kept.
-pub(super) const NONE: &str = "no freeze frame is kept: no fault was latched as long as they are";
+pub(super) const NONE: &str =
+    "no freeze frame available yet: one is complete two seconds after latching";
 
 impl FreezeFrameEntry {
     fn of(FoundFrame { path, bytes, frame }: FoundFrame, speaker: &Speaker) -> Self {
         let head = match frame {
             Ok(frame) if is_own(&frame, speaker) => Some(without_signals(&frame)),
             Ok(_) => {
-                tracing::warn!(file = %path.display(), "freeze frame of another journal: not used");
+                tracing::warn!(file = %path.display(), "freeze frame belongs to another journal: ignored");
                 None
             }
             Err(error) => {

@@ -176,7 +176,7 @@ impl SampleReceiver {
     /// Counts a sample of another publisher than the one whose samples are used.
     fn refuse_other_source(&self) {
         self.count(|counters| counters.other_source += 1);
-        let problem = "it is another publisher's or another run's, and the present one goes on";
+        let problem = "it comes from another publisher or run while the present one is active";
         self.log_refusal("source", problem, Instant::now());
     }
 

@@ -73,7 +73,7 @@ impl RecoveryQuerier {
                 from = %question.from,
                 to = %question.to,
                 had = samples.len(),
-                "asked the publisher for samples missed"
+                "requested missed samples from the publisher"
             );
             // Fails only when the diagnoser is ending.
             let _ = this.answers.send(RecoveredSamples { question, samples }).await;
@@ -124,7 +124,7 @@ impl RecoveryQuerier {
         let query = self.querier.get().parameters(question.to_parameters());
         match query.callback(move |reply| reception.take(reply, question)).await {
             Ok(()) => over.notified().await,
-            Err(error) => tracing::debug!("not asked: {error}"),
+            Err(error) => tracing::debug!("request for missed samples failed: {error}"),
         }
     }
 }
@@ -157,7 +157,7 @@ impl Reception {
         match vocabulary::decode::<vocabulary::Sample>(bytes) {
             Ok(sample) => {
                 if !self.recovery.lock().take(sample, Instant::now()) {
-                    tracing::debug!("a sample that was not asked for");
+                    tracing::debug!("ignored an unrequested sample");
                 }
             }
             Err(error) => tracing::debug!("reply not used: {error}"),

@@ -74,8 +74,8 @@ impl PeerTable {
         let status = peers.iter().find(|status| status.module == *peer);
         let reason = status.and_then(|status| status.reason.clone()).unwrap_or_default();
         match status.and_then(|status| status.latest) {
-            Some(PeerOutcome::Refused) => format!("it refuses: {reason}"),
-            Some(PeerOutcome::Malformed) => format!("its answer does not count: {reason}"),
+            Some(PeerOutcome::Refused) => format!("refused: {reason}"),
+            Some(PeerOutcome::Malformed) => format!("invalid answer: {reason}"),
             Some(PeerOutcome::TimedOut) => "no answer in time".to_owned(),
             Some(PeerOutcome::Absent) => "it is not there".to_owned(),
             Some(PeerOutcome::Answered) | None => "no answer yet".to_owned(),
@@ -120,8 +120,8 @@ mod tests {
             "no answer yet",
             "no answer in time",
             "it is not there",
-            "its answer does not count: rubbish",
-            "it refuses: no sample yet",
+            "invalid answer: rubbish",
+            "refused: no sample yet",
         ];
         assert_eq!(why.collect::<Vec<_>>(), expected);
         table.note_presence(&peer, true);
@@ -142,6 +142,6 @@ mod tests {
         table.note_rejection(&peer, "no such change before".to_owned());
         let status = table.read().remove(0);
         assert_eq!((status.answered, status.malformed), (0, 1));
-        assert_eq!(table.why_silent(&peer), "its answer does not count: no such change before");
+        assert_eq!(table.why_silent(&peer), "invalid answer: no such change before");
     }
 }

@@ -36,10 +36,10 @@ pub(crate) async fn watch(
             .history(true)
             .callback(move |token| {
                 let present = token.kind() == SampleKind::Put;
-                tracing::info!(%peer, "peer {}", if present { "is there" } else { "has gone" });
+                tracing::info!(%peer, "peer {}", if present { "reachable" } else { "disappeared" });
                 table.note_presence(&peer, present);
                 if present {
-                    // If there is no room, the peer is queried again later anyway.
+                    // If the queue is full, the peer is queried again later anyway.
                     let _ = events.try_send(Event::Returned { peer: peer.clone() });
                 }
             })
@@ -86,12 +86,12 @@ impl Presence {
                 match (seemed_there, self.look_again(peer).await) {
                     (false, true) => {
                         found.insert(peer);
-                        // If there is no room, the peer is queried again later anyway.
+                        // If the queue is full, the peer is queried again later anyway.
                         let _ = events.try_send(Event::Returned { peer: peer.clone() });
                     }
                     (true, false) => {
                         found.remove(peer);
-                        tracing::info!(%peer, "peer has gone");
+                        tracing::info!(%peer, "peer disappeared");
                         self.table.note_presence(peer, false);
                     }
                     (true, true) | (false, false) => {}

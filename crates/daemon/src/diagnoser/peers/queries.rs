@@ -155,7 +155,9 @@ async fn credible(
         return Err(PeerFailure::Malformed(format!("an answer of module `{}`", answer.module)));
     }
     if !presence.is_there(peer).await {
-        return Err(PeerFailure::Malformed("an answer of a process that is not there".to_owned()));
+        return Err(PeerFailure::Malformed(
+            "answer from a process without a liveliness token".to_owned(),
+        ));
     }
     Ok(answer)
 }

@@ -92,8 +92,8 @@ impl ModuleStore {
             if let Some(durable) = state.writes.answer(ticket, now) {
                 if let Some(limit) = state.writes.note_hang(ticket) {
                     tracing::error!(
-                        "journal: the disk has not answered for {limit:?}; faults are published \
-                         without it, and a restart now would forget them"
+                        "journal: disk not responding for {limit:?}; publishing unsaved faults, \
+                         which a restart would lose"
                     );
                 }
                 return durable;
@@ -134,7 +134,7 @@ impl ModuleStore {
     fn settle(&self, durable: bool, status: &JournalStatus) {
         let hung = self.lock().writes.settle(durable, status.clone(), Instant::now());
         if let Some(hung) = hung {
-            tracing::info!("journal: the disk answers again, after {:.1} s", hung.as_secs_f64());
+            tracing::info!("journal: disk responding again after {:.1} s", hung.as_secs_f64());
         }
         self.0.answered.notify_all();
     }

@@ -25,11 +25,11 @@ const RETRY: Duration = Duration::from_secs(1);
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StateError {
     /// Another diagnoser of this module is running.
-    #[error("{0}; another diagnoser of this module is running, or another directory is needed")]
+    #[error("{0}; stop the other diagnoser of this module, or use another directory")]
     InUse(OpenError),
     /// The journal is not one that this version of the program can read.
     #[error(
-        "the journal in {directory} was written by another version: {problem}; move it away or use another directory"
+        "the journal in {directory} was written by another version: {problem}; move it or use another directory"
     )]
     OtherVersion {
         /// Where the journal is.
@@ -101,7 +101,7 @@ impl JournalWriter {
         let Some(directory) = &self.directory else { return Ok(Vec::new()) };
         let Opened { journal, records, damage } = Journal::open(directory)?;
         for damage in &damage {
-            tracing::warn!("journal damaged, the rest is used: {damage}");
+            tracing::warn!("journal damaged, damaged records skipped: {damage}");
         }
         self.status.damaged = damage.len() as u64;
         self.status.bytes = journal.bytes();
@@ -125,7 +125,7 @@ impl JournalWriter {
         let records = self.try_open().map_err(|error| error.to_string())?;
         if self.unread && !records.is_empty() {
             self.journal = None;
-            let problem = "holds faults that could not be read at the start; restart to load them";
+            let problem = "could not be read at startup; restart to load its faults";
             return Err(problem.to_owned());
         }
         self.unread = false;
@@ -261,7 +261,7 @@ impl JournalWriter {
     fn tell_problem(&mut self, problem: &dyn std::fmt::Display) {
         let problem = problem.to_string();
         if self.status.problem.as_ref() != Some(&problem) {
-            tracing::error!("journal: {problem}; diagnosis goes on, faults are not kept");
+            tracing::error!("journal: {problem}; diagnosis continues, faults are not saved");
         }
         self.status.problem = Some(problem);
     }

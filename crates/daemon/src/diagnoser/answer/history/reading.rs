@@ -19,7 +19,7 @@ const ATTEMPTS: usize = 3;
 pub(super) enum PageError {
     #[error(transparent)]
     Read(#[from] OpenError),
-    #[error("the journal changes while it is read; ask again")]
+    #[error("journal modified while it was read; retry")]
     Changing,
 }
 
