@@ -77,6 +77,14 @@ pub enum RigEvent {
 }
 
 impl RigEvent {
+    /// The change and its component, if it is one.
+    #[must_use]
+    pub fn change(&self) -> Option<(ComponentPath, &Change)> {
+        let Self::Change { module, change } = self else { return None };
+        let component = change.component.clone();
+        Some((ComponentPath { module: module.clone(), component }, change))
+    }
+
     /// The transition and its component, if it is one.
     #[must_use]
     pub fn transition(&self) -> Option<(ComponentPath, &Transition)> {
