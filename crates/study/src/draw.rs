@@ -50,11 +50,17 @@ impl<'a> Draw<'a> {
         kind: FaultKind,
         taken: &[ComponentPath],
     ) -> Option<ComponentPath> {
-        let mut fitting = components_that_can_have(self.structure, kind);
-        fitting.retain(|component| !taken.contains(component));
+        let fitting = self.fitting(kind, taken);
         // An empty list has no first component either.
         let place = self.generator.random_range(0..fitting.len().max(1));
         fitting.get(place).cloned()
+    }
+
+    /// The components that can have this kind of fault and are not among those `taken`.
+    pub(crate) fn fitting(&self, kind: FaultKind, taken: &[ComponentPath]) -> Vec<ComponentPath> {
+        let mut fitting = components_that_can_have(self.structure, kind);
+        fitting.retain(|component| !taken.contains(component));
+        fitting
     }
 }
 

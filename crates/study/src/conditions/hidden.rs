@@ -8,7 +8,7 @@ use vocabulary::{
 
 use super::situation::Situation;
 use crate::case::{CampaignCase, SampleGap};
-use crate::draw::{Draw, components_that_can_have, fault_of_size};
+use crate::draw::{Draw, fault_of_size};
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
@@ -184,8 +184,7 @@ impl Hidden<'_> {
             ComponentKind::Actuator => self.of.leak_m2.map(|_| self.turn / 3),
         };
         let Some(turn) = turn else { return self.draw.component(kind, taken) };
-        let mut fitting = components_that_can_have(self.draw.structure, kind);
-        fitting.retain(|component| !taken.contains(component));
+        let fitting = self.draw.fitting(kind, taken);
         fitting.get((turn % fitting.len().max(1) as u64) as usize).cloned()
     }
 

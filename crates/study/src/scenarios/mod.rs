@@ -18,7 +18,7 @@ pub use summary::{FoundCount, Isolation, Nominal, READABLE, ScenarioSummary};
 
 use crate::campaign::{Campaign, Rows};
 use crate::case::{CampaignCase, CaseRun};
-use crate::draw::Draw;
+use crate::draw::{Draw, fault_of_size};
 use crate::error::StudyError;
 use crate::figure::{figure4, figure5, figure6};
 use crate::report::{ReportFigure, Table};
@@ -74,22 +74,15 @@ impl ScenarioRanges {
         let per_ms = (draw.step_s / 1e-3).sqrt();
         let mut uniform = |range| draw.uniform(range);
         Some(match kind {
-            FaultKind::InternalLeakage => {
-                Fault::InternalLeakage { area_m2: uniform(self.leak_area_m2) }
-            }
-            FaultKind::ExternalLeakageA => {
-                Fault::ExternalLeakageA { area_m2: uniform(self.leak_area_m2) }
-            }
-            FaultKind::ExternalLeakageB => {
-                Fault::ExternalLeakageB { area_m2: uniform(self.leak_area_m2) }
-            }
-            FaultKind::HardOver => Fault::HardOver {},
-            FaultKind::Bias => Fault::Bias { offset_m: length_m * uniform(self.bias_strain) },
+            FaultKind::InternalLeakage
+            | FaultKind::ExternalLeakageA
+            | FaultKind::ExternalLeakageB => fault_of_size(kind, uniform(self.leak_area_m2)),
+            FaultKind::Bias => fault_of_size(kind, length_m * uniform(self.bias_strain)),
             FaultKind::RandomWalk => Fault::RandomWalk {
                 drift_m_per_s: length_m * uniform(self.drift_strain_per_s),
                 increment_m: length_m * uniform(self.increment_strain) * per_ms,
             },
-            FaultKind::ZeroOutput => Fault::ZeroOutput {},
+            FaultKind::HardOver | FaultKind::ZeroOutput => fault_of_size(kind, 0.0),
             FaultKind::Stiction
             | FaultKind::Drift
             | FaultKind::Gain
