@@ -122,7 +122,7 @@ impl Hidden<'_> {
     /// So many seconds, in steps.
     fn within(&mut self, from_s: f64, to_s: f64) -> u64 {
         let seconds = self.draw.uniform([from_s, to_s]);
-        self.draw.steps(seconds)
+        self.draw.system.steps(seconds)
     }
 
     fn any(&mut self, at: Step, taken: &[ComponentPath]) -> Option<TimedFault> {
@@ -151,7 +151,7 @@ impl Hidden<'_> {
         taken: &[ComponentPath],
     ) -> Option<TimedFault> {
         let component = self.component(kind, taken)?;
-        let length = gage_length_m(self.draw.structure, &component);
+        let length = gage_length_m(&self.draw.system.structure, &component);
         let fault = match kind {
             FaultKind::InternalLeakage
             | FaultKind::ExternalLeakageA
@@ -172,7 +172,7 @@ impl Hidden<'_> {
 
     fn drift(&mut self, at: Step) -> Option<TimedFault> {
         let component = self.component(FaultKind::RandomWalk, &[])?;
-        let length = gage_length_m(self.draw.structure, &component);
+        let length = gage_length_m(&self.draw.system.structure, &component);
         let drift_m_per_s = self.signed(DRIFT_STRAIN_PER_S) * length;
         let fault = Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 };
         Some(TimedFault { at, until: None, component, fault })

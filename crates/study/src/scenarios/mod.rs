@@ -69,9 +69,9 @@ impl ScenarioRanges {
         component: &ComponentPath,
         draw: &mut Draw,
     ) -> Option<Fault> {
-        let length_m = gage_length_m(draw.structure, component);
+        let length_m = gage_length_m(&draw.system.structure, component);
         // The range is for steps of a millisecond; a walk's spread grows with the root of time.
-        let per_ms = (draw.step_s / 1e-3).sqrt();
+        let per_ms = (draw.system.parameters.step_s / 1e-3).sqrt();
         let mut uniform = |range| draw.uniform(range);
         Some(match kind {
             FaultKind::InternalLeakage
@@ -121,7 +121,8 @@ impl ScenarioCampaign {
         let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
         let fault = self.ranges.fault(kind, &component, &mut draw);
         let fault = fault.ok_or(StudyError::NothingToBreak)?;
-        let fault = TimedFault { at: Step(draw.steps(onset_s)), until: None, component, fault };
+        let fault =
+            TimedFault { at: Step(self.system.steps(onset_s)), until: None, component, fault };
         let steps = self.system.steps(self.ranges.length_s);
         Ok(CampaignCase::new(number, kind.words(), seed, vec![fault], steps))
     }
