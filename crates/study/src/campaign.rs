@@ -14,6 +14,18 @@ use crate::system::{CommissionedPlant, System};
 /// What came of cases, by their number.
 pub type Rows<R> = BTreeMap<u64, R>;
 
+/// Rows of the same kind together, in their order.
+pub(crate) fn grouped<'a, R, K: Ord>(
+    rows: impl IntoIterator<Item = &'a R>,
+    kind: impl Fn(&R) -> K,
+) -> BTreeMap<K, Vec<&'a R>> {
+    let mut groups = BTreeMap::<_, Vec<_>>::new();
+    for row in rows {
+        groups.entry(kind(row)).or_default().push(row);
+    }
+    groups
+}
+
 /// A campaign. The [engine](crate::Engine) runs its cases.
 pub trait Campaign: Sync {
     /// What a case is an example of.

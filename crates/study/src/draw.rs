@@ -12,19 +12,13 @@ use crate::system::{System, generator};
 
 /// Draws what happens in one case.
 pub(crate) struct Draw<'a> {
-    pub(crate) structure: &'a Structure,
-    pub(crate) step_s: f64,
+    pub(crate) system: &'a System,
     pub(crate) generator: ChaCha8Rng,
 }
 
 impl<'a> Draw<'a> {
     pub(crate) fn new(system: &'a System, stream: u64) -> Self {
-        let System { structure, parameters, seed, .. } = system;
-        Self { structure, step_s: parameters.step_s, generator: generator(*seed, stream) }
-    }
-
-    pub(crate) fn steps(&self, seconds: f64) -> u64 {
-        (seconds / self.step_s).round() as u64
+        Self { system, generator: generator(system.seed, stream) }
     }
 
     pub(crate) fn uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
@@ -50,11 +44,17 @@ impl<'a> Draw<'a> {
         kind: FaultKind,
         taken: &[ComponentPath],
     ) -> Option<ComponentPath> {
-        let mut fitting = components_that_can_have(self.structure, kind);
-        fitting.retain(|component| !taken.contains(component));
+        let fitting = self.fitting(kind, taken);
         // An empty list has no first component either.
         let place = self.generator.random_range(0..fitting.len().max(1));
         fitting.get(place).cloned()
+    }
+
+    /// The components that can have this kind of fault and are not among those `taken`.
+    pub(crate) fn fitting(&self, kind: FaultKind, taken: &[ComponentPath]) -> Vec<ComponentPath> {
+        let mut fitting = components_that_can_have(&self.system.structure, kind);
+        fitting.retain(|component| !taken.contains(component));
+        fitting
     }
 }
 

@@ -36,71 +36,39 @@ pub fn export<C: Campaign>(
     out: &mut impl Write,
 ) -> Result<(C::Row, Vec<RecordedChange>), StudyError> {
     let (case, rig) = prepare(campaign, number, &Plants::new())?;
-    let mut recorder = Recorder::new(out);
-    let mut watch = |rig: &Rig, occurrences: &[RigEvent]| {
-        let is_present = |of: &&TimedFault, step: Step| {
-            of.at <= step && of.until.is_none_or(|until| step < until)
-        };
-        let faulty =
-            |step| case.faults.iter().find(|of| is_present(of, step)).map(|of| &of.component);
-        recorder.take(rig, occurrences, faulty)
-    };
-    let row = campaign.judge(&case, &mut CaseRun::new(&case, rig, &mut watch))?;
-    Ok((row, recorder.finish()?))
-}
-
-/// Writes a run step by step.
-struct Recorder<'a, W: Write> {
-    out: csv::Writer<&'a mut W>,
-    begun: bool,
-    changes: Vec<RecordedChange>,
-}
-
-impl<'a, W: Write> Recorder<'a, W> {
-    fn new(out: &'a mut W) -> Self {
-        Self { out: csv::Writer::from_writer(out), begun: false, changes: Vec::new() }
-    }
-
-    /// Writes the row of the rig's latest step.
-    fn take<'f>(
-        &mut self,
-        rig: &Rig,
-        occurrences: &[RigEvent],
-        faulty: impl Fn(Step) -> Option<&'f ComponentPath>,
-    ) -> Result<(), StudyError> {
-        self.changes.extend(occurrences.iter().filter_map(change));
-        if !self.begun {
-            self.header(rig).map_err(io::Error::from)?;
-            self.begun = true;
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record(heading(&rig)).map_err(io::Error::from)?;
+    let mut watch = |rig: &Rig, _: &[RigEvent]| match rig.samples().first() {
+        Some(sample) => {
+            let record = record(rig, sample.step, &case.faults);
+            Ok(table.write_record(record).map_err(io::Error::from)?)
         }
-        let Some(step) = rig.samples().first().map(|sample| sample.step) else { return Ok(()) };
-        Ok(self.row(rig, step, faulty(step)).map_err(io::Error::from)?)
-    }
-
-    fn header(&mut self, rig: &Rig) -> csv::Result<()> {
-        let paths = |diagnoser: &Diagnoser| {
-            let path = |component| format!("{}/{component}", diagnoser.module());
-            diagnoser.components().iter().map(path).collect::<Vec<_>>()
-        };
-        let names = ["step", "fault"].map(str::to_owned);
-        self.out.write_record(names.into_iter().chain(rig.diagnosers().iter().flat_map(paths)))
-    }
-
-    fn row(&mut self, rig: &Rig, step: Step, faulty: Option<&ComponentPath>) -> csv::Result<()> {
-        let begin = [step.to_string(), faulty.map(ToString::to_string).unwrap_or_default()];
-        let evidence = rig.diagnosers().iter().flat_map(|diagnoser| diagnoser.evidence());
-        let residuals = evidence.map(|evidence| format!("{:e}", evidence.residual));
-        self.out.write_record(begin.into_iter().chain(residuals))
-    }
-
-    fn finish(mut self) -> Result<Vec<RecordedChange>, StudyError> {
-        self.out.flush()?;
-        Ok(self.changes)
-    }
+        None => Ok(()),
+    };
+    let mut run = CaseRun::new(&case, rig, &mut watch);
+    let row = campaign.judge(&case, &mut run)?;
+    let changes = run.occurrences.iter().filter_map(RigEvent::change);
+    let changes =
+        changes.map(|(component, change)| RecordedChange { component, step: change.step });
+    let changes = changes.collect();
+    table.flush()?;
+    Ok((row, changes))
 }
 
-fn change(occurrence: &RigEvent) -> Option<RecordedChange> {
-    let RigEvent::Change { module, change } = occurrence else { return None };
-    let component = ComponentPath { module: module.clone(), component: change.component.clone() };
-    Some(RecordedChange { component, step: change.step })
+fn heading(rig: &Rig) -> impl Iterator<Item = String> {
+    let paths = |diagnoser: &Diagnoser| {
+        let path = |component| format!("{}/{component}", diagnoser.module());
+        diagnoser.components().iter().map(path).collect::<Vec<_>>()
+    };
+    let names = ["step", "fault"].map(str::to_owned);
+    names.into_iter().chain(rig.diagnosers().iter().flat_map(paths))
+}
+
+/// The row of the rig's latest step.
+fn record(rig: &Rig, step: Step, faults: &[TimedFault]) -> impl Iterator<Item = String> {
+    let is_present = |of: &&TimedFault| of.at <= step && of.until.is_none_or(|until| step < until);
+    let faulty = faults.iter().find(is_present).map(|of| of.component.to_string());
+    let begin = [step.to_string(), faulty.unwrap_or_default()];
+    let evidence = rig.diagnosers().iter().flat_map(|diagnoser| diagnoser.evidence());
+    begin.into_iter().chain(evidence.map(|evidence| format!("{:e}", evidence.residual)))
 }

@@ -77,6 +77,14 @@ pub enum RigEvent {
 }
 
 impl RigEvent {
+    /// The change and its component, if it is one.
+    #[must_use]
+    pub fn change(&self) -> Option<(ComponentPath, &Change)> {
+        let Self::Change { module, change } = self else { return None };
+        let component = change.component.clone();
+        Some((ComponentPath { module: module.clone(), component }, change))
+    }
+
     /// The transition and its component, if it is one.
     #[must_use]
     pub fn transition(&self) -> Option<(ComponentPath, &Transition)> {
@@ -167,10 +175,7 @@ impl Rig {
     ) -> Result<Self, RigError> {
         check_modules(&plant, &setups)?;
         let stores = setups.iter().map(|_| StoredMemory::default()).collect();
-        let diagnosers = setups.iter().map(|setup| {
-            let module = setup.module.clone();
-            Diagnoser::new(setup.clone()).map_err(|problems| RigError::Setup { module, problems })
-        });
+        let diagnosers = setups.iter().cloned().map(diagnoser);
         Ok(Self {
             plant,
             run,
@@ -281,10 +286,7 @@ impl Rig {
     /// # Errors
     /// Its setup cannot be right.
     pub fn restart(&mut self, place: usize) -> Result<(), RigError> {
-        let setup = self.setups[place].clone();
-        let module = setup.module.clone();
-        let mut successor =
-            Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })?;
+        let mut successor = diagnoser(self.setups[place].clone())?;
         successor.recall(self.stores[place].memory(&self.diagnosers[place]));
         self.diagnosers[place] = successor;
         for index in 0..self.kept.len() {
@@ -428,6 +430,12 @@ pub(crate) fn advance(plant: &mut Plant, run: RunId, samples: &mut Vec<Sample>) 
         sample.pressures_pa.clone_from(&module.pressures_pa);
         sample.elongations_m.clone_from(&module.elongations_m);
     }
+}
+
+/// A diagnoser before its first sample.
+pub(crate) fn diagnoser(setup: ModuleSetup) -> Result<Diagnoser, RigError> {
+    let module = setup.module.clone();
+    Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })
 }
 
 pub(crate) fn check_modules(plant: &Plant, setups: &[ModuleSetup]) -> Result<(), RigError> {

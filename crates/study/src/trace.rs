@@ -2,7 +2,7 @@
 //! reported. The figures of the paper are drawn from it.
 
 use diagnosis::{Diagnoser, Evidence, Sample};
-use vocabulary::{Component, ModuleName, Step};
+use vocabulary::{Component, ComponentKind, ModuleName, Step};
 
 use crate::rig::{Rig, RigError, RigEvent};
 
@@ -93,14 +93,9 @@ impl ModuleTrace {
         }
     }
 
-    /// The channels of the actuators.
-    pub fn actuators(&self) -> impl Iterator<Item = &ChannelTrace> {
-        self.channels.iter().filter(|channel| matches!(channel.component, Component::Actuator(_)))
-    }
-
-    /// The channels of the gages.
-    pub fn gages(&self) -> impl Iterator<Item = &ChannelTrace> {
-        self.channels.iter().filter(|channel| matches!(channel.component, Component::Sensor(_)))
+    /// The channels of the components of one kind.
+    pub fn of_kind(&self, kind: ComponentKind) -> impl Iterator<Item = &ChannelTrace> {
+        self.channels.iter().filter(move |channel| channel.component.kind() == kind)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::tower;
 use study::trace::RunTrace;
 use study::{RigEvent, TimedFault};
-use vocabulary::Step;
+use vocabulary::{ComponentKind, Step};
 
 fn injections() -> Vec<TimedFault> {
     let component = "module1/sensor/g2".parse().unwrap();
@@ -24,8 +24,8 @@ fn a_traced_run_is_the_run_without_the_trace() {
         let last = |signals: &[Vec<f64>]| signals.iter().map(|x| x[3199]).collect::<Vec<_>>();
         assert_eq!(last(&module.demands_n), sample.demands_n);
         assert_eq!(last(&module.elongations_m), sample.elongations_m);
-        assert_eq!(module.actuators().count(), 4);
-        assert_eq!(module.gages().count(), 8);
+        assert_eq!(module.of_kind(ComponentKind::Actuator).count(), 4);
+        assert_eq!(module.of_kind(ComponentKind::Sensor).count(), 8);
         for (channel, evidence) in module.channels.iter().zip(diagnoser.evidence()) {
             assert_eq!(channel.residual[3199], evidence.residual);
             assert_eq!(channel.divergence[3199], evidence.divergence.unwrap());

@@ -1,6 +1,6 @@
 //! Two rules and two actuator residuals, in their four combinations, on the same scenarios.
 
-use std::io::{self, Write};
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 use diagnosis::Rule;
@@ -32,12 +32,6 @@ struct Combination {
     summary: ScenarioSummary,
 }
 
-/// What all four came to.
-#[derive(Serialize)]
-struct CombinationSummaries<'a> {
-    combinations: &'a [Combination],
-}
-
 /// Tries the four combinations and prints what they come to.
 pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let campaign = arguments.of.campaign()?;
@@ -57,14 +51,10 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
             combinations.push(Combination { rule, actuator_residual, summary });
         }
     }
-    let mut out = io::stdout().lock();
-    if arguments.json {
-        let comparison = CombinationSummaries { combinations: &combinations };
-        write!(out, "{}", output::text(&comparison)?)?;
-    } else {
-        writeln!(out, "{}", side_by_side(&combinations).text(arguments.width.limit()))?;
-    }
-    Ok(out.flush()?)
+    output::print(&match arguments.json {
+        true => output::text(&BTreeMap::from([("combinations", &combinations)]))?,
+        false => format!("{}\n", side_by_side(&combinations).text(arguments.width.limit())),
+    })
 }
 
 /// The campaign with its actuators watched by this residual, with thresholds made for it.

@@ -46,9 +46,8 @@ pub(super) fn run(request: &CampaignRequest) -> Result<(), Failure> {
 
 /// Puts the shards of a campaign together.
 pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
-    let first = arguments.directories.iter().take(1).map(|directory| CampaignHeader::of(directory));
-    let value = first.map(|header| header.map(|header| header.campaign)).collect::<Result<_, _>>();
-    let value: Value = value.map(|mut all: Vec<Value>| all.pop().unwrap_or_default())?;
+    let first = arguments.directories.first().map(|directory| CampaignHeader::of(directory));
+    let value = first.transpose()?.map(|header| header.campaign).unwrap_or_default();
     let request: CampaignRequest = serde_json::from_value(value.clone())
         .map_err(|error| Failure::input(format!("a journal holds an unknown request: {error}")))?;
     match &request {
@@ -126,14 +125,9 @@ fn run_campaign<C: Campaign>(
             "interrupted after {count} of {all} cases; with `--out` it could be resumed"
         ))),
         (_, None) => defects(campaign, &done),
-        (_, Some(shard)) => {
-            let mut out = io::stdout().lock();
-            writeln!(
-                out,
-                "shard {shard}: {all} cases; `trusswatch study merge` puts shards together"
-            )?;
-            Ok(out.flush()?)
-        }
+        (_, Some(shard)) => output::print(&format!(
+            "shard {shard}: {all} cases; `trusswatch study merge` puts shards together\n"
+        )),
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use serde::Serialize;
@@ -78,23 +78,14 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
     }
     let changes = recorded.values().map(|(_, changes)| changes.len()).sum();
     let (scenarios, nominal_runs) = (campaign.scenarios, campaign.nominal);
-    print(&ExportedRecordings { directory, scenarios, nominal_runs, changes }, arguments.json)
-}
-
-fn print(written: &ExportedRecordings, json: bool) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    if json {
-        write!(out, "{}", output::line(written)?)?;
-    } else {
-        let ExportedRecordings { directory, scenarios, nominal_runs, changes } = written;
-        writeln!(
-            out,
+    output::print(&match arguments.json {
+        true => output::line(&ExportedRecordings { directory, scenarios, nominal_runs, changes })?,
+        false => format!(
             "{}: {scenarios} scenarios and {nominal_runs} nominal runs, a table each; the truth of \
-             all in truth.csv, the {changes} changes that the diagnosers saw in changes.csv",
+             all in truth.csv, the {changes} changes that the diagnosers saw in changes.csv\n",
             directory.display()
-        )?;
-    }
-    Ok(out.flush()?)
+        ),
+    })
 }
 
 fn file_name(campaign: &ScenarioCampaign, case: u64) -> String {

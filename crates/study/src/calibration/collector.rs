@@ -46,9 +46,7 @@ impl Collector {
 
     /// A step at which not every channel was watched.
     pub(super) fn skip(&mut self) {
-        for (finder, channel) in self.finders.iter_mut().zip(&mut self.collected.channels) {
-            finder.push(None).into_iter().for_each(|peak| channel.peaks.push(peak));
-        }
+        self.take(std::iter::repeat(None));
     }
 
     /// Steps that are missing. More of them than the reach end a run.

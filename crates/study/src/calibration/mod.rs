@@ -7,7 +7,7 @@ mod recording;
 
 use vocabulary::{Component, ComponentPath, ModuleName};
 
-use crate::tail::{ChannelTail, LargestPeaks, TailError, TailThreshold};
+use crate::tail::{LargestPeaks, TailError, TailThreshold, tail_threshold};
 
 pub use nominal_runs::{NominalRuns, plant};
 pub use recording::{ResidualRecording, StepOrder};
@@ -86,7 +86,7 @@ impl Calibration {
                         module: module.module.clone(),
                         component: channel.component.clone(),
                     };
-                    ChannelTail::new(&path, &channel.peaks, hours)?.threshold(of_each)
+                    tail_threshold(&path, &channel.peaks, hours, of_each)
                 })
                 .partition(Result::is_ok);
             thresholds.push(found.into_iter().flatten().collect());

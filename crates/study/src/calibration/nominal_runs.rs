@@ -3,13 +3,14 @@
 use std::sync::atomic::AtomicBool;
 
 use diagnosis::ModuleSetup;
-use plant::{Mismatch, Plant, PlantParameters};
+use plant::{Plant, PlantParameters};
 use truss::Structure;
 use vocabulary::ModulePhase;
 use vocabulary::RunId;
 
 use super::Calibration;
 use super::collector::Collector;
+use crate::commissioning::PlantSite;
 use crate::error::StudyError;
 use crate::parallel;
 use crate::rig::{Rig, RigError};
@@ -87,12 +88,11 @@ pub fn plant(
     mismatch: f64,
     seed: u64,
 ) -> Result<Plant, StudyError> {
-    if mismatch == 0.0 {
-        return Ok(Plant::new(nominal, parameters, seed)?);
-    }
-    let drawn = Mismatch::draw(nominal, parameters, mismatch, seed)?;
-    let truth = drawn.structure(nominal);
-    Ok(Plant::with_nominal(&truth, nominal, &drawn.parameters, parameters, seed)?)
+    let site = match mismatch == 0.0 {
+        true => PlantSite::nominal(nominal, parameters),
+        false => PlantSite::drawn(nominal, parameters, mismatch, seed)?,
+    };
+    site.plant(seed)
 }
 
 /// The divergences of one run from the moment that every channel of a module is watched.

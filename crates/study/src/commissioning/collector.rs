@@ -5,7 +5,7 @@ use diagnosis::{Action, Diagnoser, ModuleSetup, Sample};
 use vocabulary::Step;
 
 use crate::error::StudyError;
-use crate::rig::RigError;
+use crate::rig::diagnoser;
 
 /// The models forget how they began within this time \[s\].
 pub const SETTLING_S: f64 = 2.5;
@@ -34,13 +34,10 @@ impl WindowCollector {
     pub fn new(setup: &ModuleSetup) -> Result<Self, StudyError> {
         let mut setup = ModuleSetup { reference: None, ..setup.clone() };
         setup.thresholds.fill(OUT_OF_REACH);
-        let (module, step_s) = (setup.module.clone(), setup.step_s);
-        let diagnoser =
-            Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })?;
         Ok(Self {
-            diagnoser,
+            step_s: setup.step_s,
+            diagnoser: diagnoser(setup)?,
             actions: Vec::new(),
-            step_s,
             last_step: None,
             settled: Step(0),
             windows: Vec::new(),

@@ -8,7 +8,7 @@ use vocabulary::{
 
 use super::situation::Situation;
 use crate::case::{CampaignCase, SampleGap};
-use crate::draw::{Draw, components_that_can_have, fault_of_size};
+use crate::draw::{Draw, fault_of_size};
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
@@ -122,7 +122,7 @@ impl Hidden<'_> {
     /// So many seconds, in steps.
     fn within(&mut self, from_s: f64, to_s: f64) -> u64 {
         let seconds = self.draw.uniform([from_s, to_s]);
-        self.draw.steps(seconds)
+        self.draw.system.steps(seconds)
     }
 
     fn any(&mut self, at: Step, taken: &[ComponentPath]) -> Option<TimedFault> {
@@ -151,7 +151,7 @@ impl Hidden<'_> {
         taken: &[ComponentPath],
     ) -> Option<TimedFault> {
         let component = self.component(kind, taken)?;
-        let length = gage_length_m(self.draw.structure, &component);
+        let length = gage_length_m(&self.draw.system.structure, &component);
         let fault = match kind {
             FaultKind::InternalLeakage
             | FaultKind::ExternalLeakageA
@@ -172,7 +172,7 @@ impl Hidden<'_> {
 
     fn drift(&mut self, at: Step) -> Option<TimedFault> {
         let component = self.component(FaultKind::RandomWalk, &[])?;
-        let length = gage_length_m(self.draw.structure, &component);
+        let length = gage_length_m(&self.draw.system.structure, &component);
         let drift_m_per_s = self.signed(DRIFT_STRAIN_PER_S) * length;
         let fault = Fault::RandomWalk { drift_m_per_s, increment_m: 0.0 };
         Some(TimedFault { at, until: None, component, fault })
@@ -184,8 +184,7 @@ impl Hidden<'_> {
             ComponentKind::Actuator => self.of.leak_m2.map(|_| self.turn / 3),
         };
         let Some(turn) = turn else { return self.draw.component(kind, taken) };
-        let mut fitting = components_that_can_have(self.draw.structure, kind);
-        fitting.retain(|component| !taken.contains(component));
+        let fitting = self.draw.fitting(kind, taken);
         fitting.get((turn % fitting.len().max(1) as u64) as usize).cloned()
     }
 

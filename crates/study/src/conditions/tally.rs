@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::row::{ConditionRow, Standing};
 use super::situation::Situation;
-use crate::campaign::Rows;
+use crate::campaign::{Rows, grouped};
 use crate::report::{Table, interval};
 use crate::scenarios::FoundCount;
 use crate::statistics::{Interval95, share_interval};
@@ -57,10 +57,7 @@ pub struct ConditionTally {
 
 impl ConditionSummary {
     pub(super) fn of(rows: &Rows<ConditionRow>, step_s: f64) -> Self {
-        let mut situations = BTreeMap::<_, Vec<&ConditionRow>>::new();
-        for row in rows.values() {
-            situations.entry(row.situation).or_default().push(row);
-        }
+        let situations = grouped(rows.values(), |row| row.situation);
         let tally = |(situation, rows): (&Situation, &Vec<&ConditionRow>)| {
             (*situation, ConditionTally::of(rows.iter().copied(), step_s))
         };

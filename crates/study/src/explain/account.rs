@@ -1,10 +1,8 @@
 //! What happened in a run, sorted out: every change with its verdict.
 
-use std::collections::BTreeMap;
-
 use diagnosis::state::{Condition, WindowLength};
 use diagnosis::{
-    Diagnoser, FirstChange, IsolationSettings, KnownChange, Reason, Transition, Verdict,
+    Diagnoser, FirstChange, KnownChange, ModuleSetup, Reason, Rule, Transition, Verdict,
 };
 use vocabulary::{ComponentPath, ModuleName, Step};
 
@@ -17,20 +15,13 @@ use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
 use crate::scenarios::GageReading;
 use crate::system::System;
 
-/// A change that explains others.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct ExplainingChange {
-    pub(super) component: ComponentPath,
-    pub(super) step: Step,
-}
-
 /// What became of a change.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum ChangeFate {
     /// Its component was named as faulty.
     Fault { decided: Step },
-    /// Another component's change explains it.
-    Explained { root: ExplainingChange, decided: Step },
+    /// Another component's change, at the step `since`, explains it.
+    Explained { by: ComponentPath, since: Step, decided: Step },
     /// Its component was named before, by the change at this step: it was not judged any more.
     Known { since: Step },
     /// It was not judged before the run ended.
@@ -54,6 +45,20 @@ pub(super) struct Changed {
 }
 
 impl Changed {
+    /// Not judged yet.
+    fn of(occurrence: &RigEvent) -> Option<Self> {
+        let (component, change) = occurrence.change()?;
+        Some(Self {
+            component,
+            step: change.step,
+            rising_since: change.onset,
+            ratio: change.ratio,
+            peak: change.ratio,
+            until: change.step,
+            fate: ChangeFate::Open,
+        })
+    }
+
     /// As of which step it was judged.
     pub(super) fn decided(&self) -> Option<Step> {
         match self.fate {
@@ -70,12 +75,11 @@ impl Changed {
 }
 
 /// A component that was faulty.
-#[derive(Debug, Clone)]
 pub(super) struct FaultyChannel {
     /// Its first fault.
     pub(super) first: TimedFault,
-    /// For a gage: the size of its healthy reading right before the fault over its noise.
-    pub(super) reading_over_noise: Option<f64>,
+    /// For a gage: what it read right before the fault.
+    pub(super) reading: Option<GageReading>,
     /// When its channel's D/γ was largest since the fault began, and how large.
     pub(super) peak: Option<(Step, f64)>,
 }
@@ -118,37 +122,39 @@ impl<'a> Account<'a> {
         let system = &campaign.systems()[campaign.plant_of(number).0];
         let plants = engine.commission(campaign, &[number])?;
         let (case, rig) = prepare(campaign, number, &plants)?;
-        let mut observer = Observer::new(system, &case.faults);
+        let mut account = Account {
+            system,
+            number,
+            kind: case.kind.to_string(),
+            seed: case.seed,
+            faults: case.faults.clone(),
+            gaps: case.gaps.clone(),
+            faulty: Vec::new(),
+            diagnosed: Vec::new(),
+            end: Step(0),
+            base_speed_m_per_s: 0.0,
+            moments: Vec::new(),
+            conditions: Vec::new(),
+            changes: Vec::new(),
+            known: Vec::new(),
+            watching_since: None,
+        };
+        for first in &case.faults {
+            if account.faulty.iter().all(|known| known.first.component != first.component) {
+                let reading = GageReading::new(system, first);
+                account.faulty.push(FaultyChannel { first: first.clone(), reading, peak: None });
+            }
+        }
         let mut watch = |rig: &Rig, occurrences: &[RigEvent]| {
-            observer.look(rig, occurrences);
+            account.look(rig, occurrences);
             Ok(())
         };
         let mut run = CaseRun::new(&case, rig, &mut watch);
         let row = campaign.judge(&case, &mut run)?;
         let diagnosed = run.diagnosed();
-        let Observer { moments, conditions, mut changes, watching_since, .. } = observer;
-        judge(&mut changes, &moments);
-        let faulty = observer.faulty.into_iter().map(|(faulty, reading)| FaultyChannel {
-            reading_over_noise: reading.map(|reading| reading.over_noise()),
-            ..faulty
-        });
-        let account = Account {
-            system,
-            number,
-            kind: case.kind.to_string(),
-            seed: case.seed,
-            faults: case.faults,
-            gaps: case.gaps,
-            faulty: faulty.collect(),
-            diagnosed,
-            end: observer.end,
-            base_speed_m_per_s: observer.base_speed_m_per_s,
-            moments,
-            conditions,
-            known: changes.iter().map(Changed::known).collect(),
-            changes,
-            watching_since,
-        };
+        account.diagnosed = diagnosed;
+        judge(&mut account.changes, &account.moments);
+        account.known = account.changes.iter().map(Changed::known).collect();
         Ok((account, row))
     }
 
@@ -174,16 +180,23 @@ impl<'a> Account<'a> {
         Clock { step_s: self.system.parameters.step_s }
     }
 
-    /// How a module judges.
-    pub(super) fn isolation(&self, module: &ModuleName) -> Option<&IsolationSettings> {
-        let mut setups = self.system.setups.iter();
-        setups.find(|setup| setup.module == *module).map(|setup| &setup.isolation)
+    fn setup(&self, module: &ModuleName) -> Option<&'a ModuleSetup> {
+        self.system.setups.iter().find(|setup| setup.module == *module)
+    }
+
+    /// By which rule a module judges.
+    pub(super) fn rule(&self, module: &ModuleName) -> Rule {
+        self.setup(module).map_or(Rule::default(), |setup| setup.isolation.rule)
+    }
+
+    /// Within how many steps a module takes changes for a tie.
+    pub(super) fn tie_steps(&self, module: &ModuleName) -> u64 {
+        self.setup(module).map_or(0, |setup| setup.isolation.tie_steps)
     }
 
     /// Why the rule of the first change judges a change as it does, by its module's settings.
     pub(super) fn reason(&self, changed: &Changed) -> Option<Reason> {
-        let mut setups = self.system.setups.iter();
-        let setup = setups.find(|setup| setup.module == changed.component.module)?;
+        let setup = self.setup(&changed.component.module)?;
         let rule = FirstChange::new(&setup.isolation, &setup.detection.divergence);
         rule.reason(&self.known, &changed.component, changed.step)
     }
@@ -192,62 +205,26 @@ impl<'a> Account<'a> {
     pub(super) fn change(&self, component: &ComponentPath, step: Step) -> Option<&Changed> {
         self.changes.iter().find(|c| c.step == step && c.component == *component)
     }
-}
 
-/// Looks at every step of a run.
-struct Observer {
-    faulty: Vec<(FaultyChannel, Option<GageReading>)>,
-    longest_tie: u64,
-    end: Step,
-    base_speed_m_per_s: f64,
-    moments: Vec<(Step, RigEvent)>,
-    conditions: Vec<(Step, ComponentPath, String)>,
-    latest: BTreeMap<ComponentPath, String>,
-    changes: Vec<Changed>,
-    watching_since: Option<Step>,
-}
-
-impl Observer {
-    fn new(system: &System, faults: &[TimedFault]) -> Self {
-        let longest_tie = system.setups.iter().map(|setup| setup.isolation.tie_steps).max();
-        let mut faulty: Vec<(FaultyChannel, Option<GageReading>)> = Vec::new();
-        for first in faults {
-            if faulty.iter().all(|(known, _)| known.first.component != first.component) {
-                let new =
-                    FaultyChannel { first: first.clone(), reading_over_noise: None, peak: None };
-                faulty.push((new, GageReading::new(system, first)));
-            }
-        }
-        Self {
-            faulty,
-            longest_tie: longest_tie.unwrap_or_default(),
-            end: Step(0),
-            base_speed_m_per_s: 0.0,
-            moments: Vec::new(),
-            conditions: Vec::new(),
-            latest: BTreeMap::new(),
-            changes: Vec::new(),
-            watching_since: None,
-        }
-    }
-
+    /// Looks at the latest step of the run.
     fn look(&mut self, rig: &Rig, occurrences: &[RigEvent]) {
         let Some(step) = rig.samples().first().map(|sample| sample.step) else { return };
         (self.end, self.base_speed_m_per_s) =
             (step.plus(1), rig.plant().conditions().base_speed_m_per_s);
-        self.changes.extend(occurrences.iter().filter_map(changed));
+        self.changes.extend(occurrences.iter().filter_map(Changed::of));
         self.moments.extend(occurrences.iter().map(|occurrence| (step, occurrence.clone())));
         if self.watching_since.is_none() && is_watching(rig) {
             self.watching_since = Some(step);
         }
-        let tie = self.longest_tie;
+        let tie = self.system.setups.iter().map(|setup| setup.isolation.tie_steps).max();
+        let tie = tie.unwrap_or_default();
         for change in self.changes.iter_mut().rev().take_while(|c| step.since(c.step) <= tie) {
             change.peak = change.peak.max(excess(rig, &change.component));
         }
         self.prolong(rig, step);
         self.look_at_conditions(rig, step);
-        for (faulty, reading) in &mut self.faulty {
-            if let Some(reading) = reading {
+        for faulty in &mut self.faulty {
+            if let Some(reading) = &mut faulty.reading {
                 reading.follow(rig);
             }
             if step >= faulty.first.at {
@@ -268,9 +245,9 @@ impl Observer {
                 let (module, component) = (diagnoser.module().clone(), component.clone());
                 let path = ComponentPath { module, component };
                 let now = in_words(condition);
-                if self.latest.get(&path).map_or(AGREES, String::as_str) != now {
-                    self.conditions.push((step, path.clone(), now.clone()));
-                    self.latest.insert(path, now);
+                let mut before = self.conditions.iter().rev().filter(|(_, of, _)| *of == path);
+                if before.next().map_or(AGREES, |(.., words)| words.as_str()) != now {
+                    self.conditions.push((step, path, now));
                 }
             }
         }
@@ -295,7 +272,7 @@ fn in_words(condition: &Condition) -> String {
     }
 }
 
-impl Observer {
+impl Account<'_> {
     /// The latest change of a channel lasts as long as D is at γ or above.
     fn prolong(&mut self, rig: &Rig, step: Step) {
         let mut seen: Vec<&ComponentPath> = Vec::new();
@@ -309,19 +286,6 @@ impl Observer {
             seen.push(&change.component);
         }
     }
-}
-
-fn changed(occurrence: &RigEvent) -> Option<Changed> {
-    let RigEvent::Change { module, change } = occurrence else { return None };
-    Some(Changed {
-        component: ComponentPath { module: module.clone(), component: change.component.clone() },
-        step: change.step,
-        rising_since: change.onset,
-        ratio: change.ratio,
-        peak: change.ratio,
-        until: change.step,
-        fate: ChangeFate::Open,
-    })
 }
 
 fn is_watching(rig: &Rig) -> bool {
@@ -372,8 +336,7 @@ impl Changed {
                 self.fate = ChangeFate::Known { since: detection };
             }
             Verdict::Explained { by, since } if detection == self.step => {
-                let root = ExplainingChange { component: by.clone(), step: *since };
-                self.fate = ChangeFate::Explained { root, decided };
+                self.fate = ChangeFate::Explained { by: by.clone(), since: *since, decided };
             }
             _ => {}
         }

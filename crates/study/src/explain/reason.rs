@@ -1,9 +1,9 @@
 //! The reason for a verdict.
 
 use diagnosis::{Explanation, Reason, Rule};
-use vocabulary::{Component, Step};
+use vocabulary::{Component, ComponentPath, Step};
 
-use super::account::{Account, Changed, ExplainingChange};
+use super::account::{Account, Changed};
 use super::words::{counted, list, times};
 
 /// Most rivals that are named.
@@ -11,7 +11,7 @@ const SHOWN: usize = 3;
 
 /// Why the component that changed was named.
 pub(super) fn of_fault(account: &Account, changed: &Changed) -> String {
-    match (rule(account, changed), &changed.component.component) {
+    match (account.rule(&changed.component.module), &changed.component.component) {
         (Rule::Paper, Component::Actuator(_)) => {
             "by the paper's rule an actuator that changes is faulty itself".to_owned()
         }
@@ -23,23 +23,22 @@ pub(super) fn of_fault(account: &Account, changed: &Changed) -> String {
     }
 }
 
-/// Why the change is explained by the root.
+/// Why the change is explained by that of a component at the step `since`.
 pub(super) fn of_explanation(
     account: &Account,
     changed: &Changed,
-    root: &ExplainingChange,
+    component: &ComponentPath,
+    since: Step,
 ) -> String {
-    let clock = account.clock();
-    let ExplainingChange { component, step } = root;
-    if rule(account, changed) == Rule::Paper {
-        let since = clock.time(*step);
+    if account.rule(&changed.component.module) == Rule::Paper {
+        let since = account.clock().time(since);
         return format!(
             "{component} was declared faulty at {since}, which by the paper's rule explains every \
              gage's changes"
         );
     }
-    let order = order(account, changed.step, *step);
-    match (how(account, changed), account.change(component, *step)) {
+    let order = order(account, changed.step, since);
+    match (how(account, changed), account.change(component, since)) {
         (Some(Explanation::Tie), Some(root)) => {
             let (own, its) = (times(changed.peak), times(root.peak));
             format!(
@@ -78,8 +77,7 @@ fn order(account: &Account, change: Step, root: Step) -> String {
 
 fn of_root(account: &Account, changed: &Changed) -> String {
     let clock = account.clock();
-    let isolation = account.isolation(&changed.component.module);
-    let tie = clock.span(isolation.map_or(0, |isolation| isolation.tie_steps));
+    let tie = clock.span(account.tie_steps(&changed.component.module));
     let (rivals, before) = match account.reason(changed) {
         None | Some(Reason::Effect { .. }) => return "no other change explains it".to_owned(),
         Some(Reason::Again) => return "it was a root cause before".to_owned(),
@@ -111,9 +109,6 @@ fn of_root(account: &Account, changed: &Changed) -> String {
 
 /// Did the ratios decide between the change and its root cause?
 pub(super) fn is_tie(account: &Account, changed: &Changed) -> bool {
-    rule(account, changed) == Rule::FirstChange && how(account, changed) == Some(Explanation::Tie)
-}
-
-fn rule(account: &Account, changed: &Changed) -> Rule {
-    account.isolation(&changed.component.module).map_or(Rule::default(), |i| i.rule)
+    account.rule(&changed.component.module) == Rule::FirstChange
+        && how(account, changed) == Some(Explanation::Tie)
 }

@@ -7,11 +7,11 @@ use diagnosis::identification::IdentificationResult;
 use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
 use vocabulary::{ComponentPath, ModuleName, Step};
 
-use super::account::{Account, ChangeFate, Changed, ExplainingChange};
+use super::account::{Account, ChangeFate, Changed};
 use super::words::{Clock, counted, list, often, times};
 use super::{LineKind, StoryLine, outcome, reason};
-use crate::rig::RigEvent;
-use crate::rig::TimedFault;
+use crate::rig::{RigEvent, TimedFault};
+use crate::scenarios::GageReading;
 
 /// Most changes of an answer, or channels of a summary, that are named.
 const SHOWN: usize = 4;
@@ -43,7 +43,9 @@ impl<'a> CaseStory<'a> {
                 RigEvent::Identified { module, identification } => {
                     self.identified(*step, module, identification);
                 }
-                RigEvent::Change { module, change } => self.change(*step, module, change),
+                RigEvent::Change { module, change } => {
+                    self.change(*step, &path(module, &change.component), change.step);
+                }
                 RigEvent::Question { asker, peer, question, .. } => {
                     if self.is_needed(asker, question) {
                         self.question(*step, asker, peer, question);
@@ -58,7 +60,9 @@ impl<'a> CaseStory<'a> {
         }
         // What lies in the same step stays in the order in which it happened.
         self.lines.sort_by_key(|line| line.step);
-        self.lines.extend(outcome::render(self.account));
+        for (kind, text) in outcome::render(self.account) {
+            self.add(self.account.end, kind, text);
+        }
         self.lines
     }
 
@@ -88,7 +92,7 @@ impl<'a> CaseStory<'a> {
         for TimedFault { at, until, component, fault } in &self.account.faults {
             let mut faulty = self.account.faulty.iter();
             let first = faulty.find(|of| of.first.component == *component && of.first.at == *at);
-            let reading = first.and_then(|of| of.reading_over_noise);
+            let reading = first.and_then(|of| of.reading.as_ref()).map(GageReading::over_noise);
             let reading = reading.map_or_else(String::new, |reading| {
                 format!("; right before, it read {} its noise", times(reading))
             });
@@ -125,16 +129,13 @@ impl<'a> CaseStory<'a> {
         self.add(step, LineKind::Identified, format!("{component}: {}", candidates.join(", ")));
     }
 
-    fn change(&mut self, step: Step, module: &ModuleName, change: &Change) {
-        let component = path(module, &change.component);
+    fn change(&mut self, step: Step, component: &ComponentPath, at: Step) {
         let mut changes = self.account.changes.iter();
-        let found = changes.position(|c| c.step == change.step && c.component == component);
-        let Some((place, changed)) = found.map(|place| (place, &self.account.changes[place]))
-        else {
+        let Some(place) = changes.position(|c| c.step == at && c.component == *component) else {
             return;
         };
-        if self.shown.get(place) == Some(&true) {
-            let text = self.change_text(changed);
+        if self.shown[place] {
+            let text = self.change_text(&self.account.changes[place]);
             self.add(step, LineKind::Change, text);
         } else if let Some(text) = self.summary(place) {
             self.add(step, LineKind::More, text);
@@ -158,8 +159,8 @@ impl<'a> CaseStory<'a> {
 
     /// The summarised changes with the same cause as this one, if it is the last of them.
     fn summary(&self, place: usize) -> Option<String> {
-        let cause = cause(&self.account.changes[place])?;
-        let alike = |p: &usize| !self.shown[*p] && cause_is(&self.account.changes[*p], &cause);
+        let changed = &self.account.changes[place];
+        let alike = |p: &usize| !self.shown[*p] && is_alike(&self.account.changes[*p], changed);
         let places: Vec<usize> = (0..self.account.changes.len()).filter(alike).collect();
         if places.last() != Some(&place) {
             return None;
@@ -169,11 +170,12 @@ impl<'a> CaseStory<'a> {
             1 => String::new(),
             _ => format!(" from {} on", self.clock.time(first)),
         };
-        Some(match cause {
-            Cause::Known { component } => {
-                format!("{component}, named already, changed again {}{since}", often(places.len()))
+        match &changed.fate {
+            ChangeFate::Known { .. } => {
+                let (component, again) = (&changed.component, often(places.len()));
+                Some(format!("{component}, named already, changed again {again}{since}"))
             }
-            Cause::Explained { root } => {
+            ChangeFate::Explained { by, .. } => {
                 let count = counted(places.len(), "further change");
                 let were = if places.len() == 1 { "was" } else { "were" };
                 let channels = self.channels(&places);
@@ -181,10 +183,10 @@ impl<'a> CaseStory<'a> {
                     0 => String::new(),
                     questions => format!("; {} asked", counted(questions, "more question")),
                 };
-                let root = root.component;
-                format!("{count}{since} {were} explained by {root} too: {channels}{asked}")
+                Some(format!("{count}{since} {were} explained by {by} too: {channels}{asked}"))
             }
-        })
+            ChangeFate::Fault { .. } | ChangeFate::Open => None,
+        }
     }
 
     /// The channels of these changes, each with how often it changed.
@@ -249,7 +251,7 @@ impl<'a> CaseStory<'a> {
         let changed = self.changes_text(peer, changes);
         let held = self.faults_text(peer, actuator_faults);
         // What the asker judges by comes first.
-        let text = match (self.rule(asker), held) {
+        let text = match (self.account.rule(asker), held) {
             (Rule::FirstChange, None) => changed,
             (Rule::FirstChange, Some(held)) => format!("{changed}; {held}"),
             (Rule::Paper, None) => format!("no actuator is declared faulty; {changed}"),
@@ -287,8 +289,7 @@ impl<'a> CaseStory<'a> {
                 self.add(step, LineKind::Fault, format!("{component}: {why}"));
             }
             Verdict::Explained { by, since } => {
-                let root = ExplainingChange { component: by.clone(), step: *since };
-                let why = reason::of_explanation(self.account, changed, &root);
+                let why = reason::of_explanation(self.account, changed, by, *since);
                 self.add(step, LineKind::Explained, format!("{component}: {why}"));
             }
             Verdict::Unconfirmed { doubt } => {
@@ -297,33 +298,17 @@ impl<'a> CaseStory<'a> {
             Verdict::Normal | Verdict::Tentative | Verdict::Unknown | Verdict::Acknowledged => {}
         }
     }
-
-    fn rule(&self, module: &ModuleName) -> Rule {
-        self.account.isolation(module).map_or(Rule::default(), |isolation| isolation.rule)
-    }
 }
 
-/// Why changes need not be shown one by one.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Cause {
-    /// The component was named as faulty before.
-    Known { component: ComponentPath },
-    /// They are explained by this.
-    Explained { root: ExplainingChange },
-}
-
-fn cause(changed: &Changed) -> Option<Cause> {
-    match &changed.fate {
-        ChangeFate::Known { .. } => Some(Cause::Known { component: changed.component.clone() }),
-        ChangeFate::Explained { root, .. } => Some(Cause::Explained { root: root.clone() }),
-        ChangeFate::Fault { .. } | ChangeFate::Open => None,
-    }
-}
-
-fn cause_is(changed: &Changed, cause: &Cause) -> bool {
-    match (&changed.fate, cause) {
-        (ChangeFate::Known { .. }, Cause::Known { component }) => changed.component == *component,
-        (ChangeFate::Explained { root, .. }, Cause::Explained { root: wanted }) => root == wanted,
+/// Need two changes not be shown one by one for the same cause: because their component was named as faulty before, or
+/// because the same change explains them?
+fn is_alike(one: &Changed, other: &Changed) -> bool {
+    match (&one.fate, &other.fate) {
+        (ChangeFate::Known { .. }, ChangeFate::Known { .. }) => one.component == other.component,
+        (
+            ChangeFate::Explained { by, since, .. },
+            ChangeFate::Explained { by: other, since: at, .. },
+        ) => (by, since) == (other, at),
         _ => false,
     }
 }
@@ -331,7 +316,7 @@ fn cause_is(changed: &Changed, cause: &Cause) -> bool {
 /// Which changes are shown one by one: faults, what was not judged, the first change of each faulty
 /// component, and of the explained ones the first of each module for each root and the root's ties.
 fn choose(account: &Account) -> Vec<bool> {
-    let mut seen: Vec<(&ModuleName, &ExplainingChange)> = Vec::new();
+    let mut seen: Vec<(&ModuleName, &ComponentPath, Step)> = Vec::new();
     let mut faulty_shown: Vec<&ComponentPath> = Vec::new();
     let mut shown = Vec::with_capacity(account.changes.len());
     for changed in &account.changes {
@@ -343,11 +328,11 @@ fn choose(account: &Account) -> Vec<bool> {
         shown.push(match &changed.fate {
             ChangeFate::Fault { .. } | ChangeFate::Open => true,
             ChangeFate::Known { .. } => first_faulty,
-            ChangeFate::Explained { root, .. } => {
-                let module = (&changed.component.module, root);
-                let first = !seen.contains(&module);
+            ChangeFate::Explained { by, since, .. } => {
+                let root = (&changed.component.module, by, *since);
+                let first = !seen.contains(&root);
                 if first {
-                    seen.push(module);
+                    seen.push(root);
                 }
                 let tie = reason::is_tie(account, changed);
                 first || first_faulty || tie

@@ -7,10 +7,8 @@ use figure::plot::{
 use crate::limits::{LimitCurve, LimitPoint};
 use crate::statistics::Interval95;
 
-/// Most curves side by side, and most if a title is longer than this many letters.
+/// Most curves side by side.
 const COLUMNS: usize = 3;
-const WIDE_COLUMNS: usize = 2;
-const LONG_TITLE: usize = 32;
 /// The probability of isolation that defines the minimum isolable fault.
 const RELIABLE: f64 = 0.95;
 /// The axis of probabilities \[%\], with some room for markers at either end.
@@ -22,7 +20,9 @@ const ROOM: f64 = 1.15;
 /// median delay, both against the fault's size on a logarithmic axis.
 #[must_use]
 pub fn power_figure(curves: &[LimitCurve]) -> String {
-    let columns = columns(curves);
+    // As few columns as leave no more rows than the most would.
+    let rows = curves.len().div_ceil(COLUMNS).max(1);
+    let columns = curves.len().div_ceil(rows).max(1);
     let rows = curves.chunks(columns).flat_map(|curves| {
         let probabilities = curves.iter().map(probability).collect();
         let delays = curves.iter().map(delay).collect();
@@ -38,14 +38,6 @@ pub fn power_figure(curves: &[LimitCurve]) -> String {
         rows: rows.collect(),
     };
     figure.svg()
-}
-
-/// Columns for these curves: as few as leave no more rows than the most columns would.
-fn columns(curves: &[LimitCurve]) -> usize {
-    let is_long = |curve: &LimitCurve| curve.kind.title().chars().count() > LONG_TITLE;
-    let most = if curves.iter().any(is_long) { WIDE_COLUMNS } else { COLUMNS };
-    let rows = curves.len().div_ceil(most).max(1);
-    curves.len().div_ceil(rows).max(1)
 }
 
 fn probability(curve: &LimitCurve) -> Panel {

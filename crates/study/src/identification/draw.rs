@@ -54,6 +54,36 @@ impl IdentificationCases {
         let round = if self.kind.is_some() { number } else { number / kinds };
         (kind, self.situation.unwrap_or(TURNS[(round % 5) as usize]))
     }
+
+    /// Draws a case, whose last fault is to be identified. `None` if nothing can break so.
+    pub(super) fn draw(
+        self,
+        system: &System,
+        number: u64,
+    ) -> Option<CampaignCase<IdentificationTask>> {
+        let mut draw = Draw::new(system, FIRST_STREAM | number);
+        let seed = draw.generator.next_u64();
+        let (kind, situation) = self.turn(number);
+        let begin_s = draw.uniform(BEFORE_S);
+        let later_s = earlier_s(situation).map_or(0.0, |range| draw.uniform(range));
+        let begin = system.steps(begin_s);
+        let component = draw.component(kind, &[])?;
+        let in_limits = limit(kind).map(|_| {
+            let drawn = draw.log_uniform(IN_LIMITS);
+            self.in_limits.unwrap_or(drawn)
+        });
+        let fault = draw.fault(kind, &component, in_limits.unwrap_or(1.0));
+        let at = Step(begin + system.steps(later_s));
+        let other = match situation {
+            Situation::Alone => None,
+            _ => Some(draw.other(situation, Step(begin), &component)?),
+        };
+        let subject = TimedFault { at, until: None, component, fault };
+        let faults = other.into_iter().chain([subject]).collect();
+        let (subject, steps) =
+            (IdentificationTask { situation, in_limits }, at.0 + system.steps(AFTER_S));
+        Some(CampaignCase::new(number, subject, seed, faults, steps))
+    }
 }
 
 /// The smallest size of a kind that one of the two detectors finds within about two seconds; `None` if it has no size.
@@ -96,47 +126,17 @@ impl fmt::Display for IdentificationTask {
     }
 }
 
-impl IdentificationCases {
-    /// Draws a case, whose last fault is to be identified. `None` if nothing can break so.
-    pub(super) fn draw(
-        self,
-        system: &System,
-        number: u64,
-    ) -> Option<CampaignCase<IdentificationTask>> {
-        let mut draw = Draw::new(system, FIRST_STREAM | number);
-        let seed = draw.generator.next_u64();
-        let (kind, situation) = self.turn(number);
-        let begin_s = draw.uniform(BEFORE_S);
-        let later_s = earlier_s(situation).map_or(0.0, |range| draw.uniform(range));
-        let begin = draw.steps(begin_s);
-        let component = draw.component(kind, &[])?;
-        let in_limits = limit(kind).map(|_| {
-            let drawn = draw.log_uniform(IN_LIMITS);
-            self.in_limits.unwrap_or(drawn)
-        });
-        let fault = draw.fault(kind, &component, in_limits.unwrap_or(1.0));
-        let at = Step(begin + draw.steps(later_s));
-        let other = match situation {
-            Situation::Alone => None,
-            _ => Some(draw.other(situation, Step(begin), &component)?),
-        };
-        let subject = TimedFault { at, until: None, component, fault };
-        let faults = other.into_iter().chain([subject]).collect();
-        let (subject, steps) =
-            (IdentificationTask { situation, in_limits }, at.0 + draw.steps(AFTER_S));
-        Some(CampaignCase::new(number, subject, seed, faults, steps))
-    }
-}
-
 impl Draw<'_> {
     /// A fault of a kind, so many times its limit.
     fn fault(&mut self, kind: FaultKind, component: &ComponentPath, in_limits: f64) -> Fault {
         let size = in_limits * limit(kind).unwrap_or(0.0);
-        let size_m = size * gage_length_m(self.structure, component);
+        let size_m = size * gage_length_m(&self.system.structure, component);
         match kind {
             FaultKind::Bias | FaultKind::Drift => fault_of_size(kind, self.sign() * size_m),
             // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
-            FaultKind::RandomWalk => fault_of_size(kind, size_m * (self.step_s / 1e-3).sqrt()),
+            FaultKind::RandomWalk => {
+                fault_of_size(kind, size_m * (self.system.parameters.step_s / 1e-3).sqrt())
+            }
             // A gain below one cannot be off by more than one.
             FaultKind::Gain => match size < 0.9 && self.generator.random() {
                 true => fault_of_size(kind, 1.0 - size),

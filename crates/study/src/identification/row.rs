@@ -104,6 +104,12 @@ impl IdentificationRow {
         Ok(row)
     }
 
+    /// The kind that was decided within a time from when the component was declared faulty; `None` if it never was.
+    pub(super) fn decided_within(&self, time_s: f64) -> Option<FaultKind> {
+        self.named_after_s?;
+        self.within(time_s)?.decided()
+    }
+
     /// The latest word within a time from when the component was declared faulty.
     #[must_use]
     pub fn within(&self, time_s: f64) -> Option<&IdentificationStatement> {

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use vocabulary::fault::FaultKind;
 
-use super::row::{IdentificationRow, IdentificationStatement};
-use crate::campaign::Rows;
+use super::row::IdentificationRow;
+use crate::campaign::{Rows, grouped};
 use crate::conditions::Situation;
 use crate::statistics::{Interval95, nearest_rank, share_interval};
 
@@ -15,34 +15,8 @@ const CLAIMED_IN_LIMITS: f64 = 2.0;
 /// Ends of the ranges of sizes, in limits of their kind, that undecided faults are counted in.
 pub const SIZES_IN_LIMITS: [f64; 8] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 
-/// What was said of a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Said {
-    /// Its component was not declared faulty.
-    NotNamed,
-    /// No kind was decided.
-    Undecided,
-    /// This kind was.
-    Decided(FaultKind),
-}
-
-/// Until when words count, since the component was declared faulty \[s\].
-#[derive(Debug, Clone, Copy)]
-struct Until(f64);
-
-impl Until {
-    fn word(self, record: &IdentificationRow) -> Option<&IdentificationStatement> {
-        record.named_after_s.and_then(|_| record.within(self.0))
-    }
-
-    fn verdict(self, record: &IdentificationRow) -> Said {
-        match (record.named_after_s, self.word(record).and_then(IdentificationStatement::decided)) {
-            (None, _) => Said::NotNamed,
-            (_, None) => Said::Undecided,
-            (_, Some(kind)) => Said::Decided(kind),
-        }
-    }
-}
+/// When words count in the end, since the component was declared faulty \[s\].
+const IN_THE_END_S: f64 = f64::INFINITY;
 
 /// What faults of one kind were taken for.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -58,19 +32,16 @@ pub struct KindRow {
 }
 
 impl KindRow {
-    fn count(&mut self, verdict: Said) {
-        self.cases += 1;
-        match verdict {
-            Said::NotNamed => self.not_named += 1,
-            Said::Undecided => self.undecided += 1,
-            Said::Decided(kind) => *self.decided.entry(kind).or_default() += 1,
+    fn of(records: &[&IdentificationRow], until_s: f64) -> Self {
+        let mut row = Self { cases: records.len() as u64, ..Self::default() };
+        for record in records {
+            *match record.decided_within(until_s) {
+                Some(kind) => row.decided.entry(kind).or_default(),
+                None if record.named_after_s.is_none() => &mut row.not_named,
+                None => &mut row.undecided,
+            } += 1;
         }
-    }
-
-    /// How many were decided.
-    #[must_use]
-    pub fn all_decided(&self) -> u64 {
-        self.decided.values().sum()
+        row
     }
 }
 
@@ -156,70 +127,63 @@ impl IdentificationSummary {
     /// Counts cases.
     #[must_use]
     pub fn of(rows: &Rows<IdentificationRow>) -> Self {
-        let records: Vec<&IdentificationRow> = rows.values().collect();
-        let (second, end) = (Until(1.0), Until(f64::INFINITY));
-        let claimed: Vec<&IdentificationRow> = records
-            .iter()
-            .copied()
-            .filter(|record| record.in_limits.is_none_or(|size| size >= CLAIMED_IN_LIMITS))
-            .collect();
-        let within_a_second = confusion(&claimed, second);
-        let decided = within_a_second.values().map(KindRow::all_decided).sum();
-        let of_kind = |(kind, row): (&FaultKind, &KindRow)| row.decided.get(kind).copied();
-        let right = within_a_second.iter().filter_map(of_kind).sum();
-        let mut situations = BTreeMap::<_, SituationRow>::new();
-        for record in &claimed {
-            situations.entry(record.situation).or_default().count(record, second, end);
-        }
+        let is_claimed =
+            |row: &&IdentificationRow| row.in_limits.is_none_or(|size| size >= CLAIMED_IN_LIMITS);
+        let claimed: Vec<&IdentificationRow> = rows.values().filter(is_claimed).collect();
+        let (kinds, claimed_kinds) = (
+            grouped(rows.values(), |row| row.kind),
+            grouped(claimed.iter().copied(), |row| row.kind),
+        );
+        let confusion = |until_s| {
+            let row = |(kind, rows): (&FaultKind, &Vec<_>)| (*kind, KindRow::of(rows, until_s));
+            claimed_kinds.iter().map(row).collect::<BTreeMap<_, _>>()
+        };
+        let sizes = |until_s| {
+            let row =
+                |(kind, rows): (&FaultKind, &Vec<_>)| Some((*kind, Sizing::of(rows, until_s)?));
+            kinds.iter().filter_map(row).collect()
+        };
+        let is_sized = |row: &&IdentificationRow| row.named_after_s.and(row.in_limits).is_some();
+        let sized = grouped(rows.values().filter(is_sized), |row| row.kind);
+        let undecided = |(kind, rows): (&FaultKind, &Vec<_>)| (*kind, undecided(rows));
+        let situations = grouped(claimed.iter().copied(), |row| row.situation);
+        let [decided, right] = decided_and_right(&claimed, 1.0);
         Self {
             all: Right { decided, right, right_95: share_interval(right, decided) },
-            within_a_second,
-            in_the_end: confusion(&claimed, end),
-            sizes_within_a_second: sizes(&records, second),
-            sizes_in_the_end: sizes(&records, end),
-            situations,
-            undecided: undecided(&records),
+            within_a_second: confusion(1.0),
+            in_the_end: confusion(IN_THE_END_S),
+            sizes_within_a_second: sizes(1.0),
+            sizes_in_the_end: sizes(IN_THE_END_S),
+            situations: situations.iter().map(|(of, rows)| (*of, SituationRow::of(rows))).collect(),
+            undecided: sized.iter().map(undecided).collect(),
         }
     }
+}
+
+/// How many are decided within a time, and how many of these rightly.
+fn decided_and_right(records: &[&IdentificationRow], until_s: f64) -> [u64; 2] {
+    let decided = records.iter().filter_map(|row| Some((row.decided_within(until_s)?, row.kind)));
+    let right = decided.clone().filter(|(decided, kind)| decided == kind);
+    [decided.count() as u64, right.count() as u64]
 }
 
 impl SituationRow {
-    fn count(&mut self, record: &IdentificationRow, second: Until, end: Until) {
-        self.named += u64::from(record.named_after_s.is_some());
-        for (until, decided, right) in [
-            (second, &mut self.decided, &mut self.right),
-            (end, &mut self.decided_in_the_end, &mut self.right_in_the_end),
-        ] {
-            if let Said::Decided(kind) = until.verdict(record) {
-                *decided += 1;
-                *right += u64::from(kind == record.kind);
-            }
-        }
+    fn of(records: &[&IdentificationRow]) -> Self {
+        let [decided, right] = decided_and_right(records, 1.0);
+        let [decided_in_the_end, right_in_the_end] = decided_and_right(records, IN_THE_END_S);
+        let named = records.iter().filter(|row| row.named_after_s.is_some()).count() as u64;
+        Self { named, decided, right, decided_in_the_end, right_in_the_end }
     }
-}
-
-fn confusion(records: &[&IdentificationRow], until: Until) -> BTreeMap<FaultKind, KindRow> {
-    let mut rows = BTreeMap::<_, KindRow>::new();
-    for record in records {
-        rows.entry(record.kind).or_default().count(until.verdict(record));
-    }
-    rows
-}
-
-fn sizes(records: &[&IdentificationRow], until: Until) -> BTreeMap<FaultKind, Sizing> {
-    let mut stated = BTreeMap::<_, Vec<(f64, [f64; 3])>>::new();
-    for record in records {
-        let right = until.verdict(record) == Said::Decided(record.kind);
-        let size = until.word(record).and_then(|word| word.size);
-        if let (true, Some(truth), Some(size)) = (right, record.size, size) {
-            stated.entry(record.kind).or_default().push((truth, size));
-        }
-    }
-    stated.into_iter().map(|(kind, sizes)| (kind, Sizing::of(&sizes))).collect()
 }
 
 impl Sizing {
-    fn of(sizes: &[(f64, [f64; 3])]) -> Self {
+    /// Of faults of one kind; `None` if no size is stated of any.
+    fn of(records: &[&IdentificationRow], until_s: f64) -> Option<Self> {
+        let size = |row: &&IdentificationRow| {
+            row.decided_within(until_s).filter(|kind| *kind == row.kind)?;
+            Some((row.size?, row.within(until_s)?.size?))
+        };
+        let sizes: Vec<(f64, [f64; 3])> = records.iter().filter_map(size).collect();
         // A size and its mirror image are as far off.
         let ends = |(truth, [low, _, high]): &(f64, [f64; 3])| match *truth < 0.0 {
             true => (-truth, -high, -low),
@@ -234,42 +198,37 @@ impl Sizing {
         let mut errors: Vec<f64> =
             sizes.iter().map(|(truth, [_, value, _])| (value / truth - 1.0).abs()).collect();
         errors.sort_by(f64::total_cmp);
-        Self {
+        Some(Self {
             stated,
             covered,
             covered_95: share_interval(covered, stated),
             below,
             above,
-            median_error: nearest_rank(&errors, 0.5).unwrap_or(f64::NAN),
-        }
+            median_error: nearest_rank(&errors, 0.5)?,
+        })
     }
 }
 
-fn undecided(records: &[&IdentificationRow]) -> BTreeMap<FaultKind, Vec<UndecidedBySize>> {
-    let mut rows = BTreeMap::<_, Vec<UndecidedBySize>>::new();
-    let empty = || {
-        let range = |ends: &[f64]| UndecidedBySize {
-            from: ends[0],
-            to: ends[1],
-            named: 0,
-            undecided: [0; 3],
-        };
-        SIZES_IN_LIMITS.windows(2).map(range).collect()
-    };
-    for record in records.iter().filter(|record| record.named_after_s.is_some()) {
+/// Faults of one kind that have a size and were named, by their size.
+fn undecided(records: &[&IdentificationRow]) -> Vec<UndecidedBySize> {
+    let ranges = SIZES_IN_LIMITS.windows(2);
+    let mut ranges: Vec<UndecidedBySize> = ranges
+        .map(|ends| UndecidedBySize { from: ends[0], to: ends[1], named: 0, undecided: [0; 3] })
+        .collect();
+    for record in records {
         let Some(size) = record.in_limits else { continue };
-        let ranges = rows.entry(record.kind).or_insert_with(empty);
         let Some(row) = ranges.iter_mut().find(|row| size < row.to) else { continue };
         row.named += 1;
         for (count, when) in row.undecided.iter_mut().zip(UNDECIDED_AFTER_S) {
-            *count += u64::from(Until(when).verdict(record) == Said::Undecided);
+            *count += u64::from(record.decided_within(when).is_none());
         }
     }
-    rows
+    ranges
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::row::IdentificationStatement;
     use super::*;
 
     fn record(

@@ -220,7 +220,7 @@ impl LimitQuestion {
             false => run.checked_rem(targets.len() as u64)? as usize,
         };
         let (kind, component) = targets.into_iter().nth(place)?;
-        let jumps_at = system.watched_from() + draw.steps(after_s);
+        let jumps_at = system.watched_from() + system.steps(after_s);
         let (at, followed_s) = match self.detector {
             LimitDetector::Change => (jumps_at, JUMP_FOLLOWED_S),
             LimitDetector::Reference => (0, COMPARED_S),
@@ -229,7 +229,7 @@ impl LimitQuestion {
         let of = (gage_length_m(&system.structure, &component), &system.parameters);
         let fault = self.kind.fault(self.size, sign, kind, of);
         let injection = TimedFault { at: Step(at), until: None, component, fault };
-        let steps = at + draw.steps(followed_s);
+        let steps = at + system.steps(followed_s);
         Some(CampaignCase::new(number, *self, seed, vec![injection], steps))
     }
 }

@@ -18,7 +18,7 @@ pub use summary::{FoundCount, Isolation, Nominal, READABLE, ScenarioSummary};
 
 use crate::campaign::{Campaign, Rows};
 use crate::case::{CampaignCase, CaseRun};
-use crate::draw::Draw;
+use crate::draw::{Draw, fault_of_size};
 use crate::error::StudyError;
 use crate::figure::{figure4, figure5, figure6};
 use crate::report::{ReportFigure, Table};
@@ -69,27 +69,20 @@ impl ScenarioRanges {
         component: &ComponentPath,
         draw: &mut Draw,
     ) -> Option<Fault> {
-        let length_m = gage_length_m(draw.structure, component);
+        let length_m = gage_length_m(&draw.system.structure, component);
         // The range is for steps of a millisecond; a walk's spread grows with the root of time.
-        let per_ms = (draw.step_s / 1e-3).sqrt();
+        let per_ms = (draw.system.parameters.step_s / 1e-3).sqrt();
         let mut uniform = |range| draw.uniform(range);
         Some(match kind {
-            FaultKind::InternalLeakage => {
-                Fault::InternalLeakage { area_m2: uniform(self.leak_area_m2) }
-            }
-            FaultKind::ExternalLeakageA => {
-                Fault::ExternalLeakageA { area_m2: uniform(self.leak_area_m2) }
-            }
-            FaultKind::ExternalLeakageB => {
-                Fault::ExternalLeakageB { area_m2: uniform(self.leak_area_m2) }
-            }
-            FaultKind::HardOver => Fault::HardOver {},
-            FaultKind::Bias => Fault::Bias { offset_m: length_m * uniform(self.bias_strain) },
+            FaultKind::InternalLeakage
+            | FaultKind::ExternalLeakageA
+            | FaultKind::ExternalLeakageB => fault_of_size(kind, uniform(self.leak_area_m2)),
+            FaultKind::Bias => fault_of_size(kind, length_m * uniform(self.bias_strain)),
             FaultKind::RandomWalk => Fault::RandomWalk {
                 drift_m_per_s: length_m * uniform(self.drift_strain_per_s),
                 increment_m: length_m * uniform(self.increment_strain) * per_ms,
             },
-            FaultKind::ZeroOutput => Fault::ZeroOutput {},
+            FaultKind::HardOver | FaultKind::ZeroOutput => fault_of_size(kind, 0.0),
             FaultKind::Stiction
             | FaultKind::Drift
             | FaultKind::Gain
@@ -128,7 +121,8 @@ impl ScenarioCampaign {
         let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
         let fault = self.ranges.fault(kind, &component, &mut draw);
         let fault = fault.ok_or(StudyError::NothingToBreak)?;
-        let fault = TimedFault { at: Step(draw.steps(onset_s)), until: None, component, fault };
+        let fault =
+            TimedFault { at: Step(self.system.steps(onset_s)), until: None, component, fault };
         let steps = self.system.steps(self.ranges.length_s);
         Ok(CampaignCase::new(number, kind.words(), seed, vec![fault], steps))
     }

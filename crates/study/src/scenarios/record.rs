@@ -83,7 +83,7 @@ impl ScenarioRow {
             steps: case.steps,
             base_speed_m_per_s: run.rig.plant().conditions().base_speed_m_per_s,
             reading_over_noise: reading.map(|reading| reading.over_noise()),
-            closest: closest.and_then(|closest| closest_of(closest, &run.rig)),
+            closest,
             diagnosed: run.diagnosed(),
             conversation: conversation(&run.occurrences),
         })
@@ -201,29 +201,21 @@ impl GageReading {
     }
 }
 
-/// The place of a module and a channel with D/γ at a step.
-type At = (usize, usize, Step, f64);
-
 /// Looks at the latest step of the modules that watch all their channels.
-fn follow_closest(closest: &mut Option<At>, rig: &Rig) {
-    for (module, diagnoser) in rig.diagnosers().iter().enumerate() {
+fn follow_closest(closest: &mut Option<Closest>, rig: &Rig) {
+    for diagnoser in rig.diagnosers() {
         if diagnoser.phase() != ModulePhase::InService {
             continue;
         }
-        for (channel, evidence) in diagnoser.evidence().iter().enumerate() {
-            let ratio = evidence.ratio();
-            if ratio > closest.map_or(0.0, |(.., largest)| largest) {
-                *closest = Some((module, channel, evidence.step, ratio));
+        for (component, evidence) in diagnoser.components().iter().zip(diagnoser.evidence()) {
+            let (step, ratio) = (evidence.step, evidence.ratio());
+            if ratio > closest.as_ref().map_or(0.0, |largest| largest.ratio) {
+                let (module, component) = (diagnoser.module().clone(), component.clone());
+                *closest =
+                    Some(Closest { component: ComponentPath { module, component }, step, ratio });
             }
         }
     }
-}
-
-fn closest_of((module, channel, step, ratio): At, rig: &Rig) -> Option<Closest> {
-    let diagnoser = rig.diagnosers().get(module)?;
-    let component = diagnoser.components().get(channel)?.clone();
-    let component = ComponentPath { module: diagnoser.module().clone(), component };
-    Some(Closest { component, step, ratio })
 }
 
 fn conversation(occurrences: &[RigEvent]) -> Conversation {

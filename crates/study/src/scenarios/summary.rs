@@ -7,7 +7,7 @@ use vocabulary::fault::FaultKind;
 
 use super::paper_table::{self, PaperTable};
 use super::record::{Closest, Conversation, ScenarioRow};
-use crate::campaign::Rows;
+use crate::campaign::{Rows, grouped};
 use crate::statistics::{Delays, Interval95, share_interval};
 
 /// Zero outputs of a gage whose healthy reading exceeds its noise this many times must be found.
@@ -93,12 +93,10 @@ impl ScenarioSummary {
     /// Sums up rows. Steps last `step_s`.
     #[must_use]
     pub fn of(rows: &Rows<ScenarioRow>, step_s: f64) -> Self {
-        let mut kinds: BTreeMap<FaultKind, Vec<&ScenarioRow>> = BTreeMap::new();
         let mut readable_zero_outputs = FoundCount::default();
         let mut not_exact = Vec::new();
         for (number, record) in rows {
             let Some(kind) = record.kind() else { continue };
-            kinds.entry(kind).or_default().push(record);
             if !record.is_exact() {
                 not_exact.push(*number);
             }
@@ -109,11 +107,14 @@ impl ScenarioSummary {
         }
         let scenarios: Vec<&ScenarioRow> =
             rows.values().filter(|row| row.kind().is_some()).collect();
+        let kinds = grouped(scenarios.iter().copied(), ScenarioRow::kind);
+        let kinds =
+            kinds.iter().filter_map(|(kind, of)| Some(((*kind)?, Isolation::of(of, step_s))));
         let counts: Vec<_> = scenarios.iter().map(|record| record.samples()).collect();
         let (samples, samples_95) = paper_table::of(&counts);
         Self {
             all: Isolation::of(&scenarios, step_s),
-            kinds: kinds.iter().map(|(kind, of)| (*kind, Isolation::of(of, step_s))).collect(),
+            kinds: kinds.collect(),
             nominal: Nominal::of(rows.values().filter(|row| row.kind().is_none())),
             samples,
             samples_95,

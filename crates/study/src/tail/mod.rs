@@ -34,4 +34,4 @@ pub use largest_peaks::LargestPeaks;
 pub use pareto::Pareto;
 pub use pareto_fit::ParetoFit;
 pub use peak_finder::PeakFinder;
-pub use threshold::{ChannelTail, TailError, TailThreshold};
+pub use threshold::{TailError, TailThreshold, tail_threshold};

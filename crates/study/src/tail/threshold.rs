@@ -87,17 +87,6 @@ impl TailError {
     }
 }
 
-/// The tail of one channel's peaks.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ChannelTail {
-    channel: ComponentPath,
-    hours: f64,
-    /// D above which the tail begins.
-    level: f64,
-    excesses: usize,
-    fit: ParetoFit,
-}
-
 /// A threshold, and what it rests on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TailThreshold {
@@ -113,63 +102,53 @@ pub struct TailThreshold {
     pub log_spread: f64,
 }
 
-impl ChannelTail {
-    /// The tail of the peaks of `hours` of data: the uppermost of a hundred, as far as they are kept.
-    ///
-    /// # Errors
-    /// Too few peaks, or all alike.
-    pub fn new(
-        channel: &ComponentPath,
-        peaks: &LargestPeaks,
-        hours: f64,
-    ) -> Result<ChannelTail, TailError> {
-        let channel = channel.clone();
-        let found = peaks.count();
-        if found < FEWEST_EXCESSES * PEAKS_PER_EXCESS {
-            let missing = (FEWEST_EXCESSES * PEAKS_PER_EXCESS) as f64 / found.max(1) as f64;
-            return Err(TailError::TooFew { channel, found, hours, needed_hours: hours * missing });
-        }
-        let kept = peaks.falling();
-        let share = usize::try_from(found / PEAKS_PER_EXCESS).unwrap_or(usize::MAX);
-        let excesses = share.min(kept.len() - 1);
-        let level = kept[excesses];
-        let above: Vec<f64> = kept[..excesses].iter().map(|peak| peak - level).collect();
-        match ParetoFit::new(&above) {
-            Some(fit) => Ok(ChannelTail { channel, hours, level, excesses, fit }),
-            None => Err(TailError::Alike { channel, excesses }),
-        }
+/// The threshold that a channel's peaks in `hours` of data are expected to reach `per_hour` times an hour, by this channel
+/// alone. Its tail is the uppermost peak of a hundred, as far as they are kept.
+///
+/// # Errors
+/// Too few peaks, or all alike; a rate out of range or so high that it is not of the tail, or so low that the data leave
+/// the threshold too uncertain.
+pub fn tail_threshold(
+    channel: &ComponentPath,
+    peaks: &LargestPeaks,
+    hours: f64,
+    per_hour: f64,
+) -> Result<TailThreshold, TailError> {
+    let channel = channel.clone();
+    let found = peaks.count();
+    if found < FEWEST_EXCESSES * PEAKS_PER_EXCESS {
+        let missing = (FEWEST_EXCESSES * PEAKS_PER_EXCESS) as f64 / found.max(1) as f64;
+        return Err(TailError::TooFew { channel, found, hours, needed_hours: hours * missing });
     }
-
-    /// The threshold that is expected to be reached `per_hour` times an hour, by this channel alone.
-    ///
-    /// # Errors
-    /// A rate out of range or so high that it is not of the tail, or so low that the data leave the
-    /// threshold too uncertain.
-    pub fn threshold(&self, per_hour: f64) -> Result<TailThreshold, TailError> {
-        if !(per_hour.is_finite() && per_hour > 0.0) {
-            return Err(TailError::Rate(per_hour));
-        }
-        let (channel, hours) = (self.channel.clone(), self.hours);
-        let tail_per_hour = self.excesses as f64 / hours;
-        if per_hour >= tail_per_hour {
-            return Err(TailError::TooFrequent { channel, per_hour, tail_per_hour });
-        }
-        let share = per_hour / tail_per_hour;
-        let tail = self.fit.estimate();
-        let log_spread = self.fit.log_spread(self.level, share);
-        if log_spread > LARGEST_SPREAD {
-            return Err(TailError::TooUncertain {
-                channel,
-                hours,
-                factor: log_spread.exp(),
-                shape: tail.shape,
-                needed_hours: hours * (log_spread / LARGEST_SPREAD).powi(2),
-            });
-        }
-        let threshold = self.level + self.fit.exceeded_with(share);
-        let Self { level, excesses, .. } = *self;
-        Ok(TailThreshold { threshold, tail, level, excesses, log_spread })
+    let kept = peaks.falling();
+    let share = usize::try_from(found / PEAKS_PER_EXCESS).unwrap_or(usize::MAX);
+    let excesses = share.min(kept.len() - 1);
+    let level = kept[excesses];
+    let above: Vec<f64> = kept[..excesses].iter().map(|peak| peak - level).collect();
+    let Some(fit) = ParetoFit::new(&above) else {
+        return Err(TailError::Alike { channel, excesses });
+    };
+    if !(per_hour.is_finite() && per_hour > 0.0) {
+        return Err(TailError::Rate(per_hour));
     }
+    let tail_per_hour = excesses as f64 / hours;
+    if per_hour >= tail_per_hour {
+        return Err(TailError::TooFrequent { channel, per_hour, tail_per_hour });
+    }
+    let share = per_hour / tail_per_hour;
+    let tail = fit.estimate();
+    let log_spread = fit.log_spread(level, share);
+    if log_spread > LARGEST_SPREAD {
+        return Err(TailError::TooUncertain {
+            channel,
+            hours,
+            factor: log_spread.exp(),
+            shape: tail.shape,
+            needed_hours: hours * (log_spread / LARGEST_SPREAD).powi(2),
+        });
+    }
+    let threshold = level + fit.exceeded_with(share);
+    Ok(TailThreshold { threshold, tail, level, excesses, log_spread })
 }
 
 #[cfg(test)]
@@ -199,8 +178,8 @@ mod tests {
         // 1 h with 30 000 peaks; the threshold for one alarm in 20 h
         let rates: Vec<f64> = (0..200)
             .map(|seed| {
-                let tail = ChannelTail::new(&channel(), &peaks(30_000, seed), 1.0).unwrap();
-                let threshold = tail.threshold(0.05).unwrap().threshold;
+                let threshold = tail_threshold(&channel(), &peaks(30_000, seed), 1.0, 0.05);
+                let threshold = threshold.unwrap().threshold;
                 30_000.0 * TRUE_TAIL.survival(threshold - 1e-3)
             })
             .collect();
@@ -210,28 +189,28 @@ mod tests {
 
     #[test]
     fn too_few_peaks_are_refused_with_the_hours_that_are_needed() {
-        let error = ChannelTail::new(&channel(), &peaks(1000, 1), 0.1).unwrap_err().to_string();
+        let error = tail_threshold(&channel(), &peaks(1000, 1), 0.1, 1.0).unwrap_err().to_string();
         assert!(error.contains("`module1/sensor/g5`: 1000 peaks in 0.10 h"), "{error}");
         assert!(error.contains("needs 5000; calibrate on 0.50 h"), "{error}");
-        let none = ChannelTail::new(&channel(), &LargestPeaks::default(), 0.1).unwrap_err();
+        let none = tail_threshold(&channel(), &LargestPeaks::default(), 0.1, 1.0).unwrap_err();
         assert!(matches!(none, TailError::TooFew { found: 0, .. }));
     }
 
     #[test]
     fn a_threshold_too_far_beyond_the_data_is_refused_with_the_hours_that_are_needed() {
-        let tail = ChannelTail::new(&channel(), &peaks(6000, 1), 0.2).unwrap();
-        let error = tail.threshold(1e-6).unwrap_err();
+        let threshold = |per_hour| tail_threshold(&channel(), &peaks(6000, 1), 0.2, per_hour);
+        let error = threshold(1e-6).unwrap_err();
         let TailError::TooUncertain { needed_hours, .. } = error else { panic!("{error}") };
         assert!(needed_hours > 0.4, "{needed_hours}");
-        assert!(tail.threshold(20.0).is_ok());
+        assert!(threshold(20.0).is_ok());
     }
 
     #[test]
     fn a_rate_that_is_not_of_the_tail_is_refused() {
-        let tail = ChannelTail::new(&channel(), &peaks(6000, 1), 1.0).unwrap();
-        assert!(matches!(tail.threshold(61.0), Err(TailError::TooFrequent { .. })));
+        let threshold = |per_hour| tail_threshold(&channel(), &peaks(6000, 1), 1.0, per_hour);
+        assert!(matches!(threshold(61.0), Err(TailError::TooFrequent { .. })));
         for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(matches!(tail.threshold(rate), Err(TailError::Rate(_))));
+            assert!(matches!(threshold(rate), Err(TailError::Rate(_))));
         }
     }
 
@@ -239,7 +218,7 @@ mod tests {
     fn a_stuck_residual_is_refused() {
         let mut stuck = LargestPeaks::default();
         (0..9000).for_each(|_| stuck.push(0.25));
-        let error = ChannelTail::new(&channel(), &stuck, 1.0).unwrap_err();
+        let error = tail_threshold(&channel(), &stuck, 1.0, 1.0).unwrap_err();
         assert!(error.to_string().contains("all alike"), "{error}");
     }
 }

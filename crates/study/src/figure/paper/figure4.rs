@@ -2,8 +2,8 @@
 
 use vocabulary::ComponentKind::Sensor;
 
+use super::place;
 use super::story::FigureRun;
-use super::{faults, place};
 use crate::error::StudyError;
 use crate::scenarios::ScenarioCampaign;
 use figure::plot::{Figure, PanelRow};
@@ -24,8 +24,8 @@ pub fn figure4(campaign: &ScenarioCampaign, seed: u64) -> Result<String, StudyEr
         campaign,
         seed,
         vec![
-            (WALK_AT_S, walking, faults::random_walk(campaign, walking_m)),
-            (BIAS_AT_S, biased, faults::bias(campaign, biased_m)),
+            (WALK_AT_S, walking, place::random_walk(campaign, walking_m)),
+            (BIAS_AT_S, biased, place::bias(campaign, biased_m)),
         ],
     )?;
     let module = &place::module(&campaign.system.structure, 1)?.name;

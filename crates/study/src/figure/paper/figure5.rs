@@ -2,8 +2,8 @@
 
 use vocabulary::ComponentKind::{Actuator, Sensor};
 
+use super::place;
 use super::story::FigureRun;
-use super::{faults, place};
 use crate::error::StudyError;
 use crate::scenarios::ScenarioCampaign;
 use figure::plot::{Figure, PanelRow};
@@ -18,7 +18,7 @@ const LEAK_AT_S: f64 = 10.8;
 pub fn figure5(campaign: &ScenarioCampaign, seed: u64) -> Result<String, StudyError> {
     let leaking = place::actuator(&campaign.system.structure, 1, 1)?;
     let module = leaking.module.clone();
-    let fault = faults::external_leakage_a(campaign);
+    let fault = place::external_leakage_a(campaign);
     let story = FigureRun::run(campaign, seed, vec![(LEAK_AT_S, leaking, fault)])?;
     let actuators = story.channels(1, Actuator);
     let gages = story.channels(1, Sensor);

@@ -2,8 +2,7 @@
 
 use vocabulary::ComponentPath;
 
-use super::channels::FigureChannels;
-use super::story::FigureRun;
+use super::story::{FigureChannels, FigureRun};
 use super::verdict::FigureVerdict;
 use crate::rig::TimedFault;
 use figure::plot::{MarkKind, PanelMark};

@@ -1,8 +1,6 @@
 //! The figures of the paper's section 5, reproduced: the same faults at the same times, in any
 //! campaign.
 
-mod channels;
-mod faults;
 mod figure4;
 mod figure5;
 mod figure6;

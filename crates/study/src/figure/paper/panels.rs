@@ -2,8 +2,7 @@
 
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
-use super::channels::FigureChannels;
-use super::story::{FigureRun, WINDOW_S};
+use super::story::{FigureChannels, FigureRun, WINDOW_S};
 use crate::statistics::first_beyond;
 use crate::trace::{ChannelTrace, ModuleTrace};
 use figure::plot::{MarkKind, Marker, Panel, PanelMark, PlotAxis, Series, SeriesStyle, Shape};
@@ -32,7 +31,7 @@ impl FigureRun {
             };
             signals.get(index).map(|values| values.iter().map(|x| scale * x).collect())
         });
-        self.panel(title, PlotAxis::linear(format!("{quantity} [{unit}]")), series)
+        Panel::new(title, time_axis(), PlotAxis::linear(format!("{quantity} [{unit}]")), series)
     }
 
     /// The residuals.
@@ -41,7 +40,7 @@ impl FigureRun {
         let series = self.series(channels, |_, _, channel| {
             Some(channel.residual.iter().map(|x| scale * x).collect())
         });
-        self.panel(title, PlotAxis::linear(format!("residual [{unit}]")), series)
+        Panel::new(title, time_axis(), PlotAxis::linear(format!("residual [{unit}]")), series)
     }
 
     /// Divergences over their thresholds, with the verdicts.
@@ -50,7 +49,8 @@ impl FigureRun {
         let axis = ratio_axis(&series);
         series.extend(self.verdicts(channels, |step| self.seconds(step)));
         let level = PanelMark::new(MarkKind::Level, 1.0, THRESHOLD);
-        self.panel(title, axis, series).marked([level]).note(self.summary(channels))
+        let panel = Panel::new(title, time_axis(), axis, series);
+        panel.marked([level]).note(self.summary(channels))
     }
 
     /// Divergences over their thresholds right around fault number `fault`, counted from 0; time
@@ -79,10 +79,6 @@ impl FigureRun {
         Panel::new(title, x, axis, series).marked([level]).marked(marks.unwrap_or_default())
     }
 
-    fn panel(&self, title: impl Into<String>, y: PlotAxis, series: Vec<Series>) -> Panel {
-        Panel::new(title, time_axis(), y, series)
-    }
-
     /// One line a channel, over the window. The second module's lines are dotted and have the colours
     /// of the first's.
     fn series(
@@ -92,7 +88,7 @@ impl FigureRun {
     ) -> Vec<Series> {
         let mut all = Vec::new();
         for (number, module) in channels.modules.iter().enumerate() {
-            for (index, channel) in channels.of(module).enumerate() {
+            for (index, channel) in module.of_kind(channels.kind).enumerate() {
                 let Some(values) = values(module, index, channel) else { continue };
                 let path = ComponentPath {
                     module: module.module.clone(),

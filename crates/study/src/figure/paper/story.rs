@@ -2,15 +2,35 @@
 
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
-use super::channels::FigureChannels;
 use super::verdict::{self, FigureVerdict};
 use crate::error::StudyError;
 use crate::rig::TimedFault;
 use crate::scenarios::ScenarioCampaign;
-use crate::trace::RunTrace;
+use crate::trace::{ModuleTrace, RunTrace};
 
 /// What the paper's figures show of their runs \[s\].
 pub(super) const WINDOW_S: [f64; 2] = [10.4, 11.8];
+
+/// Components of one kind in one module, or in several.
+pub(super) struct FigureChannels<'a> {
+    pub(super) modules: Vec<&'a ModuleTrace>,
+    pub(super) kind: ComponentKind,
+}
+
+impl FigureChannels<'_> {
+    pub(super) fn holds(&self, path: &ComponentPath) -> bool {
+        path.component.kind() == self.kind
+            && self.modules.iter().any(|module| module.module == path.module)
+    }
+
+    /// A component's name, with its module's if there are several.
+    pub(super) fn name(&self, path: &ComponentPath) -> String {
+        match self.modules.len() {
+            1 => path.component.name().to_owned(),
+            _ => format!("{} {}", path.module, path.component.name()),
+        }
+    }
+}
 
 /// A run that a figure shows.
 pub(super) struct FigureRun {
@@ -75,7 +95,7 @@ impl FigureRun {
     pub(super) fn summary(&self, channels: &FigureChannels) -> String {
         let summaries: Vec<String> = (channels.modules.iter())
             .map(|module| {
-                let count = channels.of(module).count();
+                let count = module.of_kind(channels.kind).count();
                 verdict::summary(&self.findings, &module.module, channels.kind, count)
             })
             .collect();
