@@ -214,12 +214,11 @@ async fn a_stopped_plant(stale_after_ms: i64) -> Vec<Duration> {
             _ => None,
         }
     };
-    let mut stale_after = Vec::new();
+    let mut stale = Vec::new();
     for signs in &mut signs {
         let (at, change) = signs.find("staleness", entered(ModulePhase::Stale)).await;
-        let last = publications.time_of(&change.module, change.step.unwrap()).await;
-        stale_after.push(Duration::from_nanos(at.saturating_sub(last)));
         assert_eq!(change.before, Some(ModulePhase::InService));
+        stale.push((at, change));
     }
     let picture = works.picture().await;
     let phases: Vec<&Value> =
@@ -248,6 +247,12 @@ async fn a_stopped_plant(stale_after_ms: i64) -> Vec<Duration> {
     }
     let arrived = works.faults.arrived();
     assert!(arrived.is_empty(), "silence was taken for a change: {arrived:#?}");
+    // Only now: the plant may have been stopped before its last sample had left to the observer too.
+    let mut stale_after = Vec::new();
+    for (at, change) in stale {
+        let last = publications.time_of(&change.module, change.step.unwrap()).await;
+        stale_after.push(Duration::from_nanos(at.saturating_sub(last)));
+    }
     works.end().await;
     stale_after
 }
