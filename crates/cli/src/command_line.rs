@@ -109,7 +109,7 @@ mod tests {
     fn the_help_names_groups_subcommands_and_exit_codes() {
         let help = command().render_help().to_string();
         for text in
-            ["Operate:\n", "Analyse:\n", "  faults       Show which", "Exit codes", "--version"]
+            ["Operate:\n", "Analyse:\n", "  faults       Show present", "Exit codes", "--version"]
         {
             assert!(help.contains(text), "{text} is not in {help}");
         }

@@ -255,9 +255,9 @@ async fn another_structure_is_shown_unless_one_is_asked_for() {
 async fn without_any_module_it_is_not_healthy() {
     let tower = StandIn::open("tower").await;
     let none = tower.run(&["faults", "--timeout", "0.5"]);
-    none.fails(4, &["no module was seen", &tower.endpoint]);
+    none.fails(4, &["no module answered", &tower.endpoint]);
     let expected = tower.run(&["faults", "--exit-code", "--timeout", "0.5", "--expect", "module1"]);
-    expected.fails(4, &["no module was seen"]);
+    expected.fails(4, &["no module answered"]);
     assert!(line(&expected, "module1 ").contains("NOT ANSWERING"));
 }
 

@@ -313,7 +313,7 @@ fn a_certificate_that_is_not_there_is_not_revoked() {
     unknown.fails(3, &["no certificate of `modul1`, only of `module1`"]);
     let outcome = pki(folder.path(), &["revoke", "module1~2"]);
     assert_eq!(outcome.code, Some(2));
-    assert!(outcome.stderr.contains("write MODULE, plant"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("expected MODULE, plant"), "{}", outcome.stderr);
     assert!(!folder.path().join("revoked").exists());
 }
 

@@ -242,7 +242,7 @@ mod tests {
                     .all(|head| head.signals.steps.is_empty() && head.signals.traces.is_empty())
             );
             let refusal = store.frame(8).unwrap_err();
-            assert!(refusal.contains("transition 8 ") && refusal.ends_with(", 10, 9"), "{refusal}");
+            assert!(refusal.contains("transition 8;") && refusal.ends_with(", 10, 9"), "{refusal}");
         }
     }
 
