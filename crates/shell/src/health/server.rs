@@ -267,7 +267,7 @@ mod tests {
             ("GET /readyz?verbose", "503 Service Unavailable", "\r\n\r\ninitialising: wait\n"),
             ("GET /metrics", "200 OK", "\r\n\r\na 1\n# EOF\n"),
             ("HEAD /healthz", "200 OK", "\r\n\r\n"),
-            ("GET /", "404 Not Found", "there are /healthz, /readyz and /metrics\n"),
+            ("GET /", "404 Not Found", "use /healthz, /readyz or /metrics\n"),
             ("POST /healthz", "405 Method Not Allowed", "only GET and HEAD\n"),
             ("POST /", "405 Method Not Allowed", "only GET and HEAD\n"),
         ] {
