@@ -194,7 +194,7 @@ impl DemoCourse {
         let Some(kind) = found.kind().filter(|_| act.is_some_and(|act| step < act.repaired)) else {
             return;
         };
-        let before = self.kinds.insert(found.component.clone(), kind.clone());
+        let before = self.kinds.insert(found.component.clone(), *kind);
         if before.is_none_or(|before| before.kind != kind.kind) {
             let identification = Box::new(found.clone());
             events.push(DemoEvent::Identified { step, identification });
