@@ -7,11 +7,10 @@ mod watch_file;
 mod writer;
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use diagnosis::Memory;
-use parking_lot::{Condvar, Mutex, MutexGuard};
 use process::{ComponentStore, JournalRecord, WatchedSteps, WriteBatch, WriteQueue};
 use vocabulary::{Change, JournalStatus, ModuleName, RunId, Step};
 
@@ -25,7 +24,9 @@ pub(crate) struct StoreState {
     closed: bool,
 }
 
-/// A handle of the store.
+/// A handle of the store. Its lock is the standard library's: a thread that panics while it wakes up leaves it usable,
+/// where `parking_lot` could hold up every lock of the process. Each change under it is complete, so what a panic
+/// left is used: the process ends in order.
 #[derive(Debug, Clone)]
 pub(crate) struct ModuleStore(Arc<SharedStore>);
 
@@ -46,7 +47,7 @@ impl ModuleStore {
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, StoreState> {
-        self.0.state.lock()
+        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes what is written to the journal and concerns no single component.
@@ -99,7 +100,8 @@ impl ModuleStore {
                 return durable;
             }
             let left = state.writes.left(now);
-            self.0.answered.wait_for(&mut state, left);
+            let woken = self.0.answered.wait_timeout(state, left);
+            state = woken.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -119,8 +121,14 @@ impl ModuleStore {
             let left = end.map(|end| end.saturating_duration_since(Instant::now()));
             match left {
                 Some(left) if left.is_zero() => break,
-                Some(left) => drop(self.0.handed_in.wait_for(&mut state, left)),
-                None => self.0.handed_in.wait(&mut state),
+                Some(left) => {
+                    let woken = self.0.handed_in.wait_timeout(state, left);
+                    state = woken.unwrap_or_else(PoisonError::into_inner).0;
+                }
+                None => {
+                    let woken = self.0.handed_in.wait(state);
+                    state = woken.unwrap_or_else(PoisonError::into_inner);
+                }
             }
         }
         let batch = state.writes.take(Instant::now());
