@@ -12,7 +12,7 @@ use crate::question::MAX_CHANGES_IN_ANSWER;
 pub(crate) struct ChangeLog {
     /// Steps within which changes are simultaneous: so long their ratios may grow.
     tie: u64,
-    /// Steps below the threshold after which a change is over.
+    /// A change ends after this many steps below its threshold.
     quiet_steps: u64,
     changes: VecDeque<LoggedChange>,
     /// Changes up to here were forgotten.

@@ -125,8 +125,8 @@ async fn connect_and_show(
     if exact { Ok(()) } else { Err(Failure::reported()) }
 }
 
-/// Waits until every diagnoser is connected: what it publishes from then on is received. A plant that started before
-/// could inject the first fault earlier. Returns what there is to report of what was received meanwhile.
+/// Waits until every diagnoser is connected, so that nothing it publishes is missed: a plant started earlier could
+/// inject the first fault before that. Returns the events to report that arrived in the meantime.
 async fn diagnosers(
     course: &mut DemoCourse,
     live: &mut Live,

@@ -49,7 +49,7 @@ Examples:
 /// probability and its size with a 95 % interval, or the contenders as long as it is not decided. Below is what was
 /// measured around the onset of the fault, and what the most probable kind makes of it. Then follows the freeze frame:
 /// what the diagnoser measured and computed of the component from two seconds before the fault to two seconds after it
-/// was latched. Exit code 1 if there is no such component, or no freeze frame to be written to a file, and 4 if its
+/// was latched. Exit code 1 if the component does not exist or has no freeze frame to write to a file; 4 if its
 /// diagnoser does not answer.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// The freeze frame of a fault, or why there is none; nothing without a fault.
+/// The freeze frame of a fault, or why it is missing; `None` if the component has no fault.
 type FoundFrame = Option<Result<FreezeFrame, String>>;
 
 fn show(arguments: &ShowArguments) -> Result<(), Failure> {

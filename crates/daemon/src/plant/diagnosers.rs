@@ -130,8 +130,8 @@ impl Diagnosers {
         self.state().next_step = step;
     }
 
-    /// Waits until every present diagnoser has done the steps before `step`. One without progress for
-    /// `timeout` is no longer waited for. Returns at once when `stop` does.
+    /// Waits until every present diagnoser has done the steps before `step`. It gives up on
+    /// diagnosers without progress for `timeout`, and returns as soon as `stop` is true.
     pub(crate) fn wait_until_done(&self, step: Step, timeout: Duration, stop: impl Fn() -> bool) {
         let mut state = self.state();
         let mut last_sum = None;

@@ -92,7 +92,8 @@ impl Queryables {
     }
 }
 
-/// Puts a question into the queue of the thread that replies to it; what finds no room there or is none is refused.
+/// Queues a question for the thread that replies to it. An invalid question, or one for which the queue has no room, is
+/// refused.
 fn hand_over<Q>(
     question: Result<Q, QuestionError>,
     query: Query,

@@ -107,11 +107,11 @@ impl PresentReplies {
     fn states(&self, query: &Query) {
         let fault = |component: &Component| self.speaker.key(Topic::Fault(component.clone()));
         let wanted = |component: &Component| covers(query.key_expr(), &fault(component));
-        let stuck = stuck(self.pulse.sign(Instant::now()));
         let states = loop {
             let state = self.store.lock();
+            let stuck = stuck(self.pulse.sign(Instant::now()));
             let mut states =
-                state.components.states(&self.speaker, wanted, stuck.clone(), clock::unix_ns());
+                state.components.states(&self.speaker, wanted, stuck, clock::unix_ns());
             let ticket = states.iter().map(|published| published.ticket).max().unwrap_or(0);
             if state.writes.answer(ticket, Instant::now()).is_none() {
                 drop(state);

@@ -129,8 +129,8 @@ impl RecoveryQuerier {
     }
 }
 
-/// Takes the replies to one query on the network's own thread. It is over when this is dropped, or when nothing is missing
-/// any more.
+/// Takes the replies to one query, on the network's own thread. Dropping it ends the query; so does the last missing
+/// sample.
 struct Reception {
     receiver: SampleReceiver,
     recovery: Arc<Mutex<SampleRecovery>>,

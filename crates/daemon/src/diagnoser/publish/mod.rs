@@ -100,7 +100,7 @@ impl ModuleOutbox {
     /// queue is full, the event is dropped for subscribers and counted; queries still return it.
     pub(crate) fn event(&self, event: Outgoing) {
         let SharedOutbox { store, counters, .. } = &*self.shared;
-        // Held until it is in both queues, so that they have the same order whoever hands it in.
+        // Locked until the event is in both queues: journal and publication keep the same order for any caller.
         let mut state = store.lock();
         let (event, record) = match event {
             Outgoing::Fault(transition) => {
@@ -142,7 +142,7 @@ impl ModuleOutbox {
         }
     }
 
-    /// Something that is dropped if there is no room; a reply is counted then.
+    /// Queues a routine message. It is dropped if there is no room; dropped replies are counted.
     pub(crate) fn routine(&self, message: Routine) {
         let (reply, room) = match message {
             Routine::Refusal { .. } => (true, self.routine.capacity() > KEPT_FREE),

@@ -1,4 +1,4 @@
-//! An outbox whose queues nobody empties.
+//! An outbox whose messages stay in their queues.
 
 use std::sync::mpsc::Receiver;
 

@@ -148,7 +148,7 @@ impl ModuleStore {
     }
 }
 
-/// A state directory opened outside a diagnoser, for tests of what is read from its files.
+/// A state directory opened without a diagnoser, to test reading its files.
 #[derive(Debug)]
 pub struct StateDirectory {
     writer: JournalWriter,
