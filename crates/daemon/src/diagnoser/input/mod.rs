@@ -208,10 +208,11 @@ mod tests {
         (SampleReceiver::new("module1".parse().unwrap(), size, queue, arbitration), out)
     }
 
-    fn sample(module: &str, step: u64) -> Vec<u8> {
+    /// A sample without signals, as it comes over the network.
+    pub(super) fn sample_of(module: &str, run: u64, step: u64) -> Vec<u8> {
         vocabulary::encode(&vocabulary::Sample {
             module: module.parse().unwrap(),
-            run: RunId(1),
+            run: RunId(run),
             step: Step(step),
             time_unix_ns: 5,
             demands_n: vec![],
@@ -219,6 +220,10 @@ mod tests {
             elongations_m: vec![],
         })
         .unwrap()
+    }
+
+    fn sample(module: &str, step: u64) -> Vec<u8> {
+        sample_of(module, 1, step)
     }
 
     #[test]

@@ -180,16 +180,7 @@ mod tests {
     use vocabulary::{RunId, Step};
 
     fn sample(run: u64, step: u64) -> Vec<u8> {
-        vocabulary::encode(&vocabulary::Sample {
-            module: "m1".parse().unwrap(),
-            run: RunId(run),
-            step: Step(step),
-            time_unix_ns: 5,
-            demands_n: vec![],
-            pressures_pa: vec![],
-            elongations_m: vec![],
-        })
-        .unwrap()
+        super::super::tests::sample_of("m1", run, step)
     }
 
     #[test]
