@@ -47,7 +47,7 @@ pub(crate) enum Slot {
 
 /// Place of a component in the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct ComponentPlace {
+pub(crate) struct PartSlot {
     /// Number of the part.
     pub(crate) part: usize,
     /// The component in it.
@@ -57,7 +57,7 @@ pub(crate) struct ComponentPlace {
 /// The components of the plant and the faults they have.
 #[derive(Debug, Clone)]
 pub(crate) struct Injections {
-    components: Vec<(ComponentPath, ComponentPlace)>,
+    components: Vec<(ComponentPath, PartSlot)>,
     present: Vec<(ComponentPath, Fault)>,
 }
 
@@ -69,7 +69,7 @@ impl Injections {
             for module in &part.modules {
                 let mut add = |component, place| {
                     let path = ComponentPath { module: module.name.clone(), component };
-                    components.push((path, ComponentPlace { part: number, slot: place }));
+                    components.push((path, PartSlot { part: number, slot: place }));
                 };
                 for actuator in &module.actuators {
                     let name = actuator.name.clone();
@@ -90,7 +90,7 @@ impl Injections {
         &mut self,
         path: &ComponentPath,
         fault: Fault,
-    ) -> Result<ComponentPlace, InjectError> {
+    ) -> Result<PartSlot, InjectError> {
         let place = self.place(path)?;
         if fault.kind().component_kind() != path.component.kind() {
             return Err(InjectError::WrongKind { path: path.clone(), kind: fault.kind() });
@@ -102,10 +102,7 @@ impl Injections {
     }
 
     /// Forgets a component's fault; its place if there was one.
-    pub(crate) fn clear(
-        &mut self,
-        path: &ComponentPath,
-    ) -> Result<Option<ComponentPlace>, InjectError> {
+    pub(crate) fn clear(&mut self, path: &ComponentPath) -> Result<Option<PartSlot>, InjectError> {
         let place = self.place(path)?;
         let before = self.present.len();
         self.present.retain(|(present, _)| present != path);
@@ -123,17 +120,17 @@ impl Injections {
     /// The names of all actuators.
     pub(crate) fn actuators(&self) -> impl Iterator<Item = String> {
         let actuator =
-            |(_, place): &&(ComponentPath, ComponentPlace)| matches!(place.slot, Slot::Actuator(_));
+            |(_, place): &&(ComponentPath, PartSlot)| matches!(place.slot, Slot::Actuator(_));
         self.components.iter().filter(actuator).map(|(path, _)| format!("`{path}`"))
     }
 
     /// Where a component is, if it exists.
-    pub(crate) fn place_of(&self, path: &ComponentPath) -> Option<ComponentPlace> {
+    pub(crate) fn place_of(&self, path: &ComponentPath) -> Option<PartSlot> {
         let found = self.components.iter().find(|(known, _)| known == path);
         found.map(|(_, place)| *place)
     }
 
-    fn place(&self, path: &ComponentPath) -> Result<ComponentPlace, InjectError> {
+    fn place(&self, path: &ComponentPath) -> Result<PartSlot, InjectError> {
         self.place_of(path).ok_or_else(|| self.unknown(path))
     }
 

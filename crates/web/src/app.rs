@@ -7,7 +7,7 @@ use shell::shutdown::Shutdown;
 use vocabulary::{OperatorName, StructureName};
 
 use crate::access::Access;
-use crate::drawing::StructureDrawing;
+use crate::drawing::LinkedDrawing;
 use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
@@ -24,7 +24,7 @@ pub(crate) struct App {
     /// The operator whose certificate this process shows: access control admits orders under his name only.
     pub(crate) operator: Option<OperatorName>,
     /// The drawing of a structure, if one was given.
-    pub(crate) drawing: Option<StructureDrawing>,
+    pub(crate) drawing: Option<LinkedDrawing>,
     /// The pages that are kept up to date.
     pub(crate) streams: Streams,
     /// What is counted.

@@ -11,12 +11,12 @@ use crate::view::LinkedScene;
 
 /// A structure that is laid out.
 #[derive(Debug)]
-pub(crate) struct StructureDrawing {
+pub(crate) struct LinkedDrawing {
     structure: StructureName,
     plan: StructurePlan,
 }
 
-impl StructureDrawing {
+impl LinkedDrawing {
     pub(crate) fn of(structure: &Structure) -> Self {
         Self { structure: structure.name.clone(), plan: StructurePlan::of(structure) }
     }

@@ -13,7 +13,7 @@ use shell::supervision::Supervisor;
 use crate::access::{self, Access, AccessSettings};
 use crate::app::{App, Shared};
 use crate::config::WebConfig;
-use crate::drawing::StructureDrawing;
+use crate::drawing::LinkedDrawing;
 use crate::listener::Listener;
 use crate::metrics::Metrics;
 use crate::observed::Observed;
@@ -72,7 +72,7 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
         access: Arc::new(Access::new(access)),
         structure,
         operator,
-        drawing: drawing.as_ref().map(StructureDrawing::of),
+        drawing: drawing.as_ref().map(LinkedDrawing::of),
         streams: Streams::default(),
         metrics: Metrics::new(supervisor.pulse()),
         shutdown,

@@ -13,7 +13,7 @@ use super::story::{Act, DemoTiming};
 
 /// What is known of a module: as of which step, and how many of its components agree with their references.
 #[derive(Debug, Clone, Copy, Default)]
-struct ModuleProgress {
+struct DemoModule {
     step: Step,
     in_service: bool,
     verified: u64,
@@ -26,7 +26,7 @@ pub(super) struct DemoCourse {
     acts: Vec<Act>,
     /// Injections and repairs that have not been reported.
     cues: Vec<(Step, DemoEvent)>,
-    modules: BTreeMap<ModuleName, ModuleProgress>,
+    modules: BTreeMap<ModuleName, DemoModule>,
     /// How many components they have together.
     components: u64,
     /// Whether it was reported how many of them agree with their references.
@@ -54,7 +54,7 @@ impl DemoCourse {
         let mut missing: Vec<_> = modules.iter().map(ModuleName::to_string).collect();
         missing.push(vocabulary::keys::PLANT.to_owned());
         let modules =
-            modules.iter().map(|module| (module.clone(), ModuleProgress::default())).collect();
+            modules.iter().map(|module| (module.clone(), DemoModule::default())).collect();
         let (named, kinds, compared, now, unsent) = Default::default();
         DemoCourse {
             timing,

@@ -39,7 +39,7 @@ use shell::opening::open_unless;
 use shell::shutdown::Shutdown;
 use shell::supervision::{OPENING, Supervisor};
 use simulation::SimulationLoop;
-use source::{SampleSource, SourceSettings, on_a_thread};
+use source::{PacedSource, SourceSettings, on_a_thread};
 use status::{PlantHealth, SharedStatus};
 
 use crate::config::PlantConfig;
@@ -97,7 +97,7 @@ async fn serve(
         lock_step: config.lock_step,
     };
     let declared =
-        SampleSource::declare(session, settings, status, Arc::clone(&supervisor), shutdown);
+        PacedSource::declare(session, settings, status, Arc::clone(&supervisor), shutdown);
     let (source, mut declarations) = declared.await.map_err(refused)?;
     declarations.queryables.extend(taking);
     tracing::info!(%structure, %run, seed = config.seed, speed = %config.speed, "ready");

@@ -9,7 +9,7 @@ use vocabulary::{PresentFault, Step};
 
 use super::agenda::Agenda;
 use super::commands::{self, CommandReply, PendingCommand};
-use super::source::{PRESENCE_EVERY, SampleSource};
+use super::source::{PRESENCE_EVERY, PacedSource};
 use super::status::SharedStatus;
 
 /// Everything that the thread owns beside the source of samples.
@@ -23,7 +23,7 @@ pub(crate) struct SimulationLoop {
 
 impl SimulationLoop {
     /// Runs to the last step, or until the end is asked for.
-    pub(crate) fn run(mut self, mut source: SampleSource) {
+    pub(crate) fn run(mut self, mut source: PacedSource) {
         // Commands are carried out meanwhile: they concern step 0 or a later one.
         let status = Arc::clone(&source.status);
         source.wait_for_diagnosers(|| match self.commands.recv_timeout(PRESENCE_EVERY) {
@@ -72,7 +72,7 @@ impl SimulationLoop {
     }
 
     /// Computes and publishes one step.
-    fn step(&mut self, source: &mut SampleSource) {
+    fn step(&mut self, source: &mut PacedSource) {
         let signals = self.plant.advance();
         source.wait_for_step(signals.step);
         for (place, module) in signals.modules.iter().enumerate() {

@@ -51,7 +51,7 @@ pub(crate) struct SourceSettings {
 }
 
 /// Owned by the thread that publishes samples.
-pub(crate) struct SampleSource {
+pub(crate) struct PacedSource {
     session: Session,
     settings: SourceSettings,
     /// In the order of the modules.
@@ -76,7 +76,7 @@ pub(crate) struct SourceDeclarations {
     pub(crate) reporting: JoinHandle<()>,
 }
 
-impl SampleSource {
+impl PacedSource {
     pub(crate) async fn declare(
         session: &Session,
         settings: SourceSettings,

@@ -15,7 +15,7 @@ use zenoh::Session;
 pub use programme::Programme;
 
 use crate::config::{LockStep, Speed};
-use crate::plant::source::{PRESENCE_EVERY, SampleSource, SourceSettings, on_a_thread};
+use crate::plant::source::{PRESENCE_EVERY, PacedSource, SourceSettings, on_a_thread};
 use crate::plant::status::SharedStatus;
 
 /// By the clock, so many steps are published together, as by the plant.
@@ -70,7 +70,7 @@ async fn serve(
         burst_steps: BURST_STEPS,
         lock_step: LockStep::default(),
     };
-    let declared = SampleSource::declare(session, settings, status, supervisor, shutdown);
+    let declared = PacedSource::declare(session, settings, status, supervisor, shutdown);
     let (source, declarations) = declared.await.map_err(refused)?;
     let published = on_a_thread("player", move || play(&programme, source)).await;
     declarations.undeclare().await.map_err(refused)?;
@@ -78,7 +78,7 @@ async fn serve(
 }
 
 /// Publishes all samples, or until the end is asked for: how many.
-fn play(programme: &Programme, mut source: SampleSource) -> u64 {
+fn play(programme: &Programme, mut source: PacedSource) -> u64 {
     source.wait_for_diagnosers(|| std::thread::sleep(PRESENCE_EVERY));
     let mut published = 0;
     let mut next = programme.steps().map(|(first, _)| first);

@@ -59,11 +59,11 @@ impl Noted {
 
 /// What came of every topic.
 #[derive(Debug, Default)]
-pub(super) struct Streams(BTreeMap<String, Vec<Stream>>);
+pub(super) struct NumberedStreams(BTreeMap<String, Vec<NumberedStream>>);
 
 /// What came of one run or process.
 #[derive(Debug)]
-struct Stream {
+struct NumberedStream {
     epoch: u64,
     /// The first that was published while it was recorded: what is missing before it is no loss.
     first: u64,
@@ -98,7 +98,7 @@ impl Counting {
     }
 }
 
-impl Streams {
+impl NumberedStreams {
     /// A message that was published. One that came before is written once more: it was published twice.
     pub(super) fn published(&mut self, topic: &str, stamp: &Stamp) -> Noted {
         let Some((counting, epoch, at)) = placed(topic, stamp) else { return Noted::PLAIN };
@@ -140,9 +140,9 @@ impl Streams {
 
     /// How many messages of each topic are still missing, those before the recorder apart.
     pub(super) fn outstanding(&self) -> impl Iterator<Item = (&str, u64)> {
-        self.0
-            .iter()
-            .map(|(topic, streams)| (topic.as_str(), streams.iter().map(Stream::lost).sum()))
+        self.0.iter().map(|(topic, streams)| {
+            (topic.as_str(), streams.iter().map(NumberedStream::lost).sum())
+        })
     }
 
     fn samples_of(
@@ -150,7 +150,7 @@ impl Streams {
         structure: &StructureName,
         module: &ModuleName,
         run: u64,
-    ) -> Option<&mut Stream> {
+    ) -> Option<&mut NumberedStream> {
         let topic = Key::of_module(structure, module, Topic::Sample).to_string();
         self.0.get_mut(&topic)?.iter_mut().find(|stream| stream.epoch == run)
     }
@@ -169,7 +169,7 @@ impl Streams {
         epoch: u64,
         counting: Counting,
         at: u64,
-    ) -> (&mut Stream, bool) {
+    ) -> (&mut NumberedStream, bool) {
         let streams = self.0.entry(topic.to_owned()).or_default();
         if let Some(index) = streams.iter().position(|stream| stream.epoch == epoch) {
             return (&mut streams[index], false);
@@ -178,7 +178,7 @@ impl Streams {
             streams.remove(0);
         }
         let gaps = Gaps::starting_at(counting.first());
-        let mut stream = Stream { epoch, first: at, gaps, taken: None };
+        let mut stream = NumberedStream { epoch, first: at, gaps, taken: None };
         stream.take(at);
         streams.push(stream);
         let last = streams.len() - 1;
@@ -196,7 +196,7 @@ fn count(numbers: impl IntoIterator<Item = Range<u64>>) -> u64 {
     numbers.into_iter().map(|numbers| numbers.end - numbers.start).sum()
 }
 
-impl Stream {
+impl NumberedStream {
     /// Notes that a message came. False if it came before.
     fn take(&mut self, at: u64) -> bool {
         self.gaps.skip_to(at.saturating_sub(REMEMBERED));
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_asked_for_once_and_what_never_comes_is_lost() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         let first = streams.published(TOPIC, &at(1, 5));
         assert_eq!(first, Noted { is_new: true, begins: true, gap: gap(1, 0, 4, true) });
         assert_eq!(streams.published(TOPIC, &at(1, 6)), Noted::PLAIN);
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn a_message_published_late_or_twice_is_kept() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         assert_eq!(streams.published(TOPIC, &at(1, 0)), Noted { begins: true, ..Noted::PLAIN });
         let gap = streams.published(TOPIC, &at(1, 2)).gap.unwrap();
         assert!(streams.published(TOPIC, &at(1, 1)).is_new);
@@ -278,7 +278,7 @@ mod tests {
 
     #[test]
     fn two_publishers_by_turns_do_not_begin_again_each_time() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         for step in 0..5 {
             for run in [1, 2] {
                 assert_eq!(streams.published(TOPIC, &at(run, step)).gap, None);
@@ -292,7 +292,7 @@ mod tests {
 
     #[test]
     fn inputs_count_from_one_and_those_asked_for_first_begin_the_line() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         let topic = "trusswatch/tower/m/input";
         let at = |number| Stamp { process: Some(7), number: Some(number), ..Stamp::default() };
         assert!(streams.fetched(topic, &at(1)).begins);
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn what_a_diagnoser_has_taken_and_never_came_is_missing_after_a_while() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         let start = Instant::now();
         for step in 0..=4433 {
             streams.published(TOPIC, &at(7, step));
@@ -326,7 +326,7 @@ mod tests {
 
     #[test]
     fn a_sample_that_arrives_after_its_progress_is_not_asked_for() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         let mut now = Instant::now();
         for step in 0..1000 {
             streams.said(PROGRESS, &at(7, step), now);
@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_no_gap() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         let start = Instant::now();
         streams.said(PROGRESS, &at(7, 5), start);
         streams.published(TOPIC, &at(7, 0));
@@ -352,7 +352,7 @@ mod tests {
 
     #[test]
     fn what_was_before_the_recorder_is_never_lost() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         streams.published(TOPIC, &at(1, 5));
         streams.published(TOPIC, &at(1, 9));
         assert_eq!(streams.outstanding().collect::<Vec<_>>(), [(TOPIC, 3)]);
@@ -360,7 +360,7 @@ mod tests {
 
     #[test]
     fn what_is_not_counted_is_simply_written() {
-        let mut streams = Streams::default();
+        let mut streams = NumberedStreams::default();
         let status = "trusswatch/tower/m/status";
         assert_eq!(streams.published(status, &at(1, 5)), Noted::PLAIN);
         assert_eq!(streams.published(TOPIC, &Stamp::default()), Noted::PLAIN);

@@ -12,7 +12,7 @@ use vocabulary::{ModuleConfiguration, Topic};
 
 use super::fetching::{FetchRequest, FetchRequests, module_request};
 use super::keys::RecordedKeys;
-use super::missing::{Counting, MissingRange, Streams};
+use super::missing::{Counting, MissingRange, NumberedStreams};
 use super::queue::{Dropped, QueuedEvents, ReceivedMessage, RecorderEvent};
 use super::report::RecorderReport;
 
@@ -38,7 +38,7 @@ pub(super) struct RecordingThread {
     shown: Arc<Mutex<RecorderReport>>,
     dropped: Dropped,
     requests: FetchRequests,
-    streams: Streams,
+    streams: NumberedStreams,
     report: RecorderReport,
     /// Losses that are not in the file yet, by topic and reason.
     losses: BTreeMap<(String, &'static str), u64>,
@@ -68,7 +68,7 @@ impl RecordingThread {
             shown,
             dropped,
             requests,
-            streams: Streams::default(),
+            streams: NumberedStreams::default(),
             report: RecorderReport::default(),
             losses: BTreeMap::new(),
             synced: Instant::now(),

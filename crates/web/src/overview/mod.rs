@@ -15,7 +15,7 @@ use vocabulary::StructureName;
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::drawing::StructureDrawing;
+use crate::drawing::LinkedDrawing;
 use crate::events;
 use crate::layout::Page;
 use crate::part::{PagePart, part};
@@ -31,7 +31,7 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
 }
 
 /// What changes in it.
-pub(crate) fn parts(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) -> Vec<PagePart> {
+pub(crate) fn parts(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> Vec<PagePart> {
     let mut parts = vec![
         part("names", names(view)),
         part("counts", html! { (view.scene.summary()) }),
@@ -46,7 +46,7 @@ pub(crate) fn parts(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) 
     parts
 }
 
-pub(crate) fn main(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) -> Markup {
+pub(crate) fn main(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> Markup {
     html! {
         div.title {
             h1 #names { (names(view)) }

@@ -6,12 +6,12 @@ use vocabulary::words::{or_nothing, span};
 use vocabulary::{ModuleStatus, StructureName};
 
 use super::alarms::href;
-use crate::drawing::StructureDrawing;
+use crate::drawing::LinkedDrawing;
 use crate::look;
 use crate::view::LinkedScene;
 
 /// The modules of every structure.
-pub(super) fn cards(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) -> Markup {
+pub(super) fn cards(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> Markup {
     html! {
         @for (structure, modules) in view.structures() {
             @if view.several { h3 { (structure.map_or("of no known structure", StructureName::as_str)) } }
@@ -21,7 +21,7 @@ pub(super) fn cards(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>) 
     }
 }
 
-fn card(view: &LinkedScene<'_>, drawing: Option<&StructureDrawing>, module: &ModuleView) -> Markup {
+fn card(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>, module: &ModuleView) -> Markup {
     let structure = module.structure.as_ref();
     let drawn = structure.is_some_and(|name| drawing.is_some_and(|drawing| drawing.is_of(name)));
     let name = html! { a href=(view.module(structure, &module.module)) { (module.module) } };

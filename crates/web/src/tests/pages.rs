@@ -6,7 +6,7 @@ use truss::Structure;
 use vocabulary::{FaultState, FaultTransition};
 
 use crate::access::{Person, Viewer};
-use crate::drawing::StructureDrawing;
+use crate::drawing::LinkedDrawing;
 use crate::layout::{Page, network};
 use crate::testing::*;
 use crate::view::LinkedScene;
@@ -15,12 +15,12 @@ use crate::{assets, forms, overview};
 /// The most that may be sent before the overview is seen.
 const FIRST_PAINT_BYTES: usize = 150_000;
 
-fn tower() -> StructureDrawing {
+fn tower() -> LinkedDrawing {
     let text = include_str!("../../../../configs/tower.toml");
-    StructureDrawing::of(&Structure::from_toml(text).unwrap())
+    LinkedDrawing::of(&Structure::from_toml(text).unwrap())
 }
 
-fn overview_of(scene: &Scene, drawing: Option<&StructureDrawing>) -> String {
+fn overview_of(scene: &Scene, drawing: Option<&LinkedDrawing>) -> String {
     overview::main(&LinkedScene::new(scene), drawing).into_string()
 }
 
@@ -92,7 +92,7 @@ fn what_is_unknown_never_looks_normal_in_the_drawing() {
     assert!(signs.contains(&format!("{first}: unknown")), "{signs}");
 }
 
-fn drawing_component(drawing: &StructureDrawing) -> String {
+fn drawing_component(drawing: &LinkedDrawing) -> String {
     let empty = Scene::default();
     let signs = drawing.signs(&LinkedScene::new(&empty)).into_string();
     let begin = signs.split("/component/").nth(1).unwrap();
