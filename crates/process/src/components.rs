@@ -10,7 +10,7 @@ use diagnosis::messages::{Speaker, from_transition};
 use diagnosis::{MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
 use vocabulary::{
     Change, Component, ComponentPath, Condition, FaultState, FaultTransition, Identification,
-    ModuleName, ModulePhase, PhaseChange, RunId, Shelving, Unknown,
+    Input, ModuleName, ModulePhase, PhaseChange, RunId, Shelving, Unknown,
 };
 
 use crate::identified_fault::IdentifiedFault;
@@ -18,6 +18,10 @@ use crate::record::{JournalRecord, WatchedSteps};
 
 /// Changes that a new file of the journal begins with.
 const CHANGES: usize = 512;
+/// Inputs of earlier processes that are kept, and with which a new file of the journal begins.
+const INPUTS: usize = 128;
+/// Inputs that are written before a transition. Those before them were published long ago.
+const INPUTS_OF_TRANSITION: usize = 64;
 
 /// The present state of a module.
 #[derive(Debug, Default)]
@@ -28,6 +32,10 @@ pub struct ComponentStore {
     own: usize,
     /// The latest changes; of runs that have ended, none.
     changes: VecDeque<(RunId, Change)>,
+    /// The latest inputs in the journal.
+    inputs: VecDeque<Input>,
+    /// Those since the latest transition, which are in the journal once there is another one.
+    inputs_since: VecDeque<Input>,
     /// A run has ended: what stands before this in the journal is of an earlier one.
     run_ended: bool,
     start: Option<JournalRecord>,
@@ -143,6 +151,23 @@ impl ComponentStore {
         transition
     }
 
+    /// Takes an input.
+    pub fn input(&mut self, input: Input) {
+        push_within(&mut self.inputs_since, input, INPUTS_OF_TRANSITION);
+    }
+
+    /// What was taken since the latest transition, oldest first: it is to be written before the next one.
+    pub fn inputs_of_transition(&mut self) -> Vec<JournalRecord> {
+        let inputs: Vec<Input> = self.inputs_since.drain(..).collect();
+        inputs.iter().for_each(|input| push_within(&mut self.inputs, input.clone(), INPUTS));
+        inputs.into_iter().map(|input| JournalRecord::Input(Box::new(input))).collect()
+    }
+
+    /// The module's latest inputs in the journal, oldest first.
+    pub fn inputs(&self, module: &ModuleName) -> impl Iterator<Item = &Input> {
+        self.inputs.iter().filter(move |input| input.module == *module)
+    }
+
     /// Takes what was found of a fault. Returns what is to be published: nothing if it says nothing new, or if it is of a
     /// fault that is no longer there.
     pub fn identification(&mut self, found: Identification) -> Option<Identification> {
@@ -153,10 +178,7 @@ impl ComponentStore {
     pub fn note(&mut self, record: JournalRecord) {
         match record {
             JournalRecord::Change { run, change } => {
-                if self.changes.len() == CHANGES {
-                    self.changes.pop_front();
-                }
-                self.changes.push_back((run, change));
+                push_within(&mut self.changes, (run, change), CHANGES);
             }
             JournalRecord::RunEnded => {
                 self.changes.clear();
@@ -165,6 +187,7 @@ impl ComponentStore {
                 latest.for_each(|latest| latest.run_ended = true);
             }
             JournalRecord::Start { .. } => self.start = Some(record),
+            JournalRecord::Input(input) => push_within(&mut self.inputs, *input, INPUTS),
             JournalRecord::Transition(_) | JournalRecord::Identification(_) => {}
         }
     }
@@ -287,11 +310,13 @@ impl ComponentStore {
         let ended = self.run_ended.then_some(JournalRecord::RunEnded);
         let changes = self.changes.iter().cloned();
         let changes = changes.map(|(run, change)| JournalRecord::Change { run, change });
+        let inputs = self.inputs.iter().cloned();
+        let inputs = inputs.map(|input| JournalRecord::Input(Box::new(input)));
         let latest = self.entries.iter().filter_map(|entry| entry.latest.clone());
         let latest = latest.map(|latest| JournalRecord::Transition(Box::new(latest)));
         let found = self.entries.iter().filter_map(|entry| entry.fault.published().cloned());
         let found = found.map(|found| JournalRecord::Identification(Box::new(found)));
-        start.chain(ended).chain(changes).chain(latest).chain(found).collect()
+        start.chain(ended).chain(changes).chain(inputs).chain(latest).chain(found).collect()
     }
 
     fn own(&self) -> impl Iterator<Item = &StoredComponent> {
@@ -345,6 +370,14 @@ impl StoredComponent {
         };
         FaultTransition { condition: Some(condition.clone()), ..state }
     }
+}
+
+/// Adds to the latest, of which there are so many at most.
+fn push_within<T>(latest: &mut VecDeque<T>, item: T, most: usize) {
+    if latest.len() == most {
+        latest.pop_front();
+    }
+    latest.push_back(item);
 }
 
 /// What a transition carries of the latest identification.

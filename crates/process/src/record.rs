@@ -1,7 +1,7 @@
 //! One record of the journal as text: a JSON object whose field `record` says what it is.
 
 use serde::{Deserialize, Serialize};
-use vocabulary::{Change, FaultTransition, Identification, RunId, Step};
+use vocabulary::{Change, FaultTransition, Identification, Input, RunId, Step};
 
 /// Version of the records.
 pub const JOURNAL_VERSION: u64 = 1;
@@ -14,6 +14,9 @@ pub enum JournalRecord {
     Transition(Box<FaultTransition>),
     /// What was published of a fault's kind and size.
     Identification(Box<Identification>),
+    /// What the diagnoser took before the transition that follows: a process that is killed may not have published it, and
+    /// without it the transition cannot be replayed.
+    Input(Box<Input>),
     /// A change whose ratio will not grow any more.
     Change {
         /// The run that its step is counted in.

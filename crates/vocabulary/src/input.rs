@@ -138,7 +138,7 @@ impl Message for Input {
 /// A question for inputs, in the parameters of a query.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct InputQuestion {
-    /// Of this process only; of another one there are none.
+    /// Of this process only. Of an earlier one there are those that the journal has: taken shortly before a transition.
     pub process: Option<u64>,
     /// The first number wanted; without it, the first that there is.
     pub from: Option<u64>,

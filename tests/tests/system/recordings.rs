@@ -132,9 +132,7 @@ async fn the_last_samples_of_a_run_are_recorded_though_their_link_was_cut() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn across_the_restart_of_a_diagnoser() {
-    // On a busy machine the journal may hold a transition whose input was not published before the kill; the replay
-    // then differs.
-    let _turn = turn::alone().await;
+    let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_tower(&with_effects());
     let mut recorded = Recorded::raise(deployment, "real", ONSET + 3000, 901).await;
     let clock = PlantClock::of(&recorded.observer).await;

@@ -177,7 +177,10 @@ async fn serve(
     let mut numbering = InputNumbering::new(speaker.clone(), clock::unix_ns());
     let fingerprint = configuration.fingerprint.clone();
     let started = numbering.start(&memory, fingerprint, clock::unix_ns());
-    let inputs = InputCache::new(numbering.process());
+    let inputs = {
+        let state = store.lock();
+        InputCache::new(numbering.process(), state.components.inputs(&speaker.module))
+    };
     diagnoser.recall(memory);
     let components = diagnoser.components().to_vec();
     {

@@ -233,3 +233,39 @@ fn a_module_is_suppressed_if_all_its_components_are_and_until_the_first_of_them_
     }
     assert_eq!(store.suppression().unwrap().until_unix_ns, 98);
 }
+
+#[test]
+fn the_inputs_before_each_transition_are_written_with_it_and_survive_a_new_file() {
+    let input = |number| Input {
+        structure: "t".parse().unwrap(),
+        module: "m1".parse().unwrap(),
+        process: 7,
+        number,
+        samples: 0,
+        run: None,
+        step: None,
+        time_unix_ns: 0,
+        taken: vocabulary::Taken::Gap { from: Step(1), missing: 1 },
+    };
+    let numbers = |store: &ComponentStore, module: &str| {
+        let module = module.parse().unwrap();
+        store.inputs(&module).map(|input| input.number).collect::<Vec<_>>()
+    };
+    let mut store = store();
+    (1..=100).for_each(|number| store.input(input(number)));
+    assert_eq!(numbers(&store, "m1"), [0; 0]);
+    let written = store.inputs_of_transition();
+    assert_eq!(written.len(), INPUTS_OF_TRANSITION);
+    assert_eq!(store.inputs_of_transition(), []);
+    let expected: Vec<u64> = (37..=100).collect();
+    assert_eq!(numbers(&store, "m1"), expected);
+    for records in [written, store.snapshot()] {
+        assert_eq!(numbers(&restored(&records), "m1"), expected);
+        assert_eq!(numbers(&restored(&records), "m2"), [0; 0]);
+    }
+    (101..=110).for_each(|number| store.input(input(number)));
+    store.inputs_of_transition();
+    (111..=170).for_each(|number| store.input(input(number)));
+    store.inputs_of_transition();
+    assert_eq!(numbers(&store, "m1"), (43..=170).collect::<Vec<_>>());
+}

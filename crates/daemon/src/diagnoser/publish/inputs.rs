@@ -1,10 +1,11 @@
-//! Keeps inputs as they were published: the first for good, of the others the latest.
+//! Keeps inputs as they were published: the first for good, of the others the latest. Those that an earlier process left in
+//! the journal stand before them: a process that is killed may not have published its last ones.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use parking_lot::Mutex;
-use vocabulary::InputQuestion;
+use vocabulary::{Input, InputQuestion, encode};
 use zenoh::bytes::ZBytes;
 
 /// Most of the latest inputs that are kept,
@@ -16,6 +17,8 @@ const KEPT_BYTES: usize = 4 << 20;
 #[derive(Debug, Clone)]
 pub(crate) struct InputCache {
     process: u64,
+    /// With the process that took each, and its number.
+    earlier: Arc<[(u64, u64, ZBytes)]>,
     kept: Arc<Mutex<KeptInputs>>,
 }
 
@@ -28,9 +31,14 @@ struct KeptInputs {
 }
 
 impl InputCache {
-    /// For the inputs of this process.
-    pub(crate) fn new(process: u64) -> Self {
-        Self { process, kept: Arc::default() }
+    /// For the inputs of this process, after those of earlier ones.
+    pub(crate) fn new<'a>(process: u64, earlier: impl Iterator<Item = &'a Input>) -> Self {
+        let as_published = |input: &Input| {
+            let bytes = encode(input).map_err(|error| tracing::error!("{error}")).ok()?;
+            Some((input.process, input.number, ZBytes::from(bytes)))
+        };
+        let earlier = earlier.filter_map(as_published);
+        Self { process, earlier: earlier.collect(), kept: Arc::default() }
     }
 
     /// Keeps an input, which is newer than those before, in place of the oldest.
@@ -50,16 +58,19 @@ impl InputCache {
 
     /// The inputs asked for that are still kept, oldest first.
     pub(crate) fn asked(&self, question: InputQuestion) -> Vec<ZBytes> {
-        if question.process.is_some_and(|process| process != self.process) {
-            return Vec::new();
-        }
         let from = question.from.unwrap_or(0);
         let wanted = from..=question.to.unwrap_or(u64::MAX);
         let kept = self.kept.lock();
         let first = kept.first.iter().map(|input| (1, input));
         let latest = kept.latest.iter().map(|(number, input)| (*number, input));
-        let all = first.chain(latest).filter(|(number, _)| wanted.contains(number));
-        all.map(|(_, input)| input.clone()).collect()
+        let own = first.chain(latest).map(|(number, input)| (self.process, number, input));
+        let earlier =
+            self.earlier.iter().map(|(process, number, input)| (*process, *number, input));
+        let is_wanted = |process: u64, number: u64| {
+            wanted.contains(&number) && question.process.is_none_or(|wanted| wanted == process)
+        };
+        let all = earlier.chain(own).filter(|(process, number, _)| is_wanted(*process, *number));
+        all.map(|(.., input)| input.clone()).collect()
     }
 }
 
@@ -68,7 +79,7 @@ mod tests {
     use super::*;
 
     fn cache(inputs: u64, bytes: usize) -> InputCache {
-        let cache = InputCache::new(7);
+        let cache = InputCache::new(7, std::iter::empty());
         for number in 1..=inputs {
             cache.keep(number, ZBytes::from(format!("{number:>bytes$}")));
         }

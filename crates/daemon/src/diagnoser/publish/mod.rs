@@ -104,6 +104,8 @@ impl ModuleOutbox {
         let mut state = store.lock();
         let (event, record) = match event {
             Outgoing::Fault(transition) => {
+                let inputs = state.components.inputs_of_transition();
+                store.hand_in(&mut state, inputs, None);
                 let ticket = state.writes.next_ticket();
                 let transition = Box::new(state.components.transition(*transition, ticket));
                 let record = JournalRecord::Transition(transition.clone());
@@ -118,6 +120,10 @@ impl ModuleOutbox {
             Outgoing::Phase(change) => {
                 state.components.phase_changed((*change).clone());
                 (Outgoing::Phase(change), None)
+            }
+            Outgoing::Input(input) => {
+                state.components.input((*input).clone());
+                (Outgoing::Input(input), None)
             }
             other => (other, None),
         };

@@ -3,7 +3,9 @@ use std::time::Duration;
 
 use shell::shutdown;
 use shell::supervision::Supervisor;
-use vocabulary::{FaultTransition, Input, ModulePhase, PhaseChange, RunId, Step, Taken};
+use vocabulary::{
+    FaultTransition, Input, InputQuestion, ModulePhase, PhaseChange, RunId, Step, Taken,
+};
 
 use super::events::publish;
 use super::testing::{outbox, speaker};
@@ -30,12 +32,12 @@ fn identification() -> Outgoing {
     Outgoing::Identification(Box::new(speaker().identification(found, 0)))
 }
 
-fn input() -> Outgoing {
+fn input(number: u64) -> Outgoing {
     Outgoing::Input(Box::new(Input {
         structure: "tower".parse().unwrap(),
         module: "module1".parse().unwrap(),
         process: 1,
-        number: 1,
+        number,
         samples: 0,
         run: None,
         step: None,
@@ -128,7 +130,7 @@ fn every_event_without_room_is_counted_and_what_it_says_is_stored() {
     let (store, written) = journal(directory.path());
     let (outbox, _events) = outbox(store.clone(), 1);
     outbox.event(phase());
-    for event in [latched(1), identification(), input(), phase()] {
+    for event in [latched(1), identification(), input(1), phase()] {
         outbox.event(event);
     }
     let PublisherCounters { events, events_lost, .. } = outbox.counters();
@@ -142,4 +144,37 @@ fn every_event_without_room_is_counted_and_what_it_says_is_stored() {
     for record in ["transition", "identification"] {
         assert!(stored.contains(&format!(r#""record":"{record}""#)), "{stored}");
     }
+}
+
+/// The numbers of the inputs that a process gives which starts on this state directory.
+fn given_after_restart(directory: &Path, question: InputQuestion) -> Vec<u64> {
+    let (store, written) = journal(directory);
+    let cache = {
+        let state = store.lock();
+        InputCache::new(9, state.components.inputs(&"module1".parse().unwrap()))
+    };
+    store.close();
+    written.join().unwrap();
+    let given = cache.asked(question).into_iter();
+    let read = given.map(|bytes| vocabulary::decode::<Input>(&bytes.to_bytes()).unwrap());
+    read.map(|input| input.number).collect()
+}
+
+#[test]
+fn what_led_to_a_transition_of_a_killed_process_is_given_by_the_next_one() {
+    let directory = tempfile::tempdir().unwrap();
+    let (store, written) = journal(directory.path());
+    // Nothing is published.
+    let (outbox, _events) = outbox(store, 16);
+    for event in [input(1), latched(1), input(2), input(3), latched(2), input(4)] {
+        outbox.event(event);
+    }
+    drop(outbox);
+    written.join().unwrap();
+    let all = InputQuestion::default();
+    assert_eq!(given_after_restart(directory.path(), all), [1, 2, 3]);
+    let some = InputQuestion { process: Some(1), from: Some(2), to: None };
+    assert_eq!(given_after_restart(directory.path(), some), [2, 3]);
+    let other = InputQuestion { process: Some(2), ..all };
+    assert_eq!(given_after_restart(directory.path(), other), [0; 0]);
 }

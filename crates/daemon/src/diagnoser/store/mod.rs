@@ -59,18 +59,18 @@ impl ModuleStore {
 
     /// Takes how far the module has watched: for the disk, after all before it.
     pub(crate) fn watched(&self, watch: WatchedSteps) {
-        self.hand_in(&mut self.lock(), None, Some(watch));
+        self.hand_in(&mut self.lock(), [], Some(watch));
     }
 
     /// Hands in what is to be written; does not wait. Returns the ticket to wait for the disk with.
     pub(crate) fn hand_in(
         &self,
         state: &mut StoreState,
-        record: Option<JournalRecord>,
+        records: impl IntoIterator<Item = JournalRecord>,
         watch: Option<WatchedSteps>,
     ) -> u64 {
         self.0.handed_in.notify_one();
-        state.writes.hand_in(record, watch, Instant::now())
+        state.writes.hand_in(records, watch, Instant::now())
     }
 
     /// Nothing will be handed in any more: the writing thread ends when everything is written.
