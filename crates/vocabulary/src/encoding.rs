@@ -27,6 +27,11 @@ pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
 pub trait Message: Serialize + DeserializeOwned + JsonSchema {
     /// What an error calls it, e.g. `sample`.
     const WHAT: &'static str;
+
+    /// Text that is not JSON as the message that its writer meant, if that is known.
+    fn corrected(_text: &str) -> Option<String> {
+        None
+    }
 }
 
 /// Reads a sum type whose fields stand among those of what it is part of. Its tag is a word: read as it comes, `flatten`
@@ -112,6 +117,15 @@ pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     if let Some(message) = plainly_own(text) {
         return Ok(message);
     }
+    match read(text) {
+        Err(malformed @ DecodeError::Malformed(_)) => {
+            M::corrected(text).map_or(Err(malformed), |corrected| read(&corrected))
+        }
+        read => read,
+    }
+}
+
+fn read<M: Message>(text: &str) -> Result<M, DecodeError> {
     check_version::<M>(text)?;
     // The text is JSON; what serde still calls a syntax error is a number or a list that does not fit.
     serde_json::from_str(text).map_err(|error| wrong::<M>(&error))

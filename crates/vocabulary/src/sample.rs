@@ -8,7 +8,8 @@ use crate::encoding::Message;
 
 /// A module's measurements at one step, actuators and gages in the order of its description.
 ///
-/// A value that is missing is `null`. The others are used; a component whose values are missing for 50 samples in
+/// A value that is missing is `null`; `NaN`, `Infinity` and other words that programs write for what is not a finite number
+/// are read as `null`. The others are used; a component whose values are missing for 50 samples in
 /// a row, or more than one in fifty of them, is latched with the symptom `no_signal`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sample {
@@ -36,6 +37,41 @@ pub struct Sample {
 
 impl Message for Sample {
     const WHAT: &'static str = "sample";
+
+    /// JSON has no numbers that are not finite; Python, JavaScript libraries, C and LabVIEW write them all the same.
+    fn corrected(text: &str) -> Option<String> {
+        const WORDS: [&str; 3] = ["nan", "infinity", "inf"];
+        let mut corrected = String::with_capacity(text.len());
+        let mut rest = text;
+        let mut in_string = false;
+        while let Some(character) = rest.chars().next() {
+            let begins = |word: &&str| {
+                rest.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word))
+            };
+            let word = WORDS.iter().find(|word| !in_string && begins(word));
+            let length = match (word, character) {
+                (Some(word), _) => {
+                    // `-Infinity`, `+inf`
+                    corrected.truncate(corrected.trim_end_matches(['-', '+']).len());
+                    corrected.push_str("null");
+                    word.len()
+                }
+                (None, '\\') => {
+                    // An escaped quote ends no string.
+                    let escaped = rest.chars().nth(1).map_or(0, char::len_utf8);
+                    corrected.push_str(&rest[..1 + escaped]);
+                    1 + escaped
+                }
+                (None, other) => {
+                    in_string ^= other == '"';
+                    corrected.push(other);
+                    other.len_utf8()
+                }
+            };
+            rest = &rest[length..];
+        }
+        (corrected != text).then_some(corrected)
+    }
 }
 
 fn known(value: Option<f64>) -> f64 {
@@ -77,6 +113,26 @@ mod tests {
         let back: Sample = decode(&bytes).unwrap();
         assert!(back.elongations_m[0].is_nan() && back.pressures_pa[1][0].is_nan());
         assert_eq!(back.demands_n, sample.demands_n);
+    }
+
+    #[test]
+    fn what_programs_write_for_numbers_that_are_not_finite_is_a_missing_value() {
+        let text = |module: &str, values: &str| {
+            format!(
+                r#"{{"v": 1, "module": "{module}", "run": 1, "step": 2, "time_unix_ns": 3, "demands_n": [], "pressures_pa": [], "elongations_m": [{values}]}}"#
+            )
+        };
+        let words = ["null", "NaN", "-NaN", "nan", "Infinity", "-Infinity", "inf", "+Inf", "-inf"];
+        for word in words {
+            let read: Sample = decode(text("nan", &format!("{word}, 0.5")).as_bytes()).unwrap();
+            assert_eq!(read.module.as_str(), "nan");
+            assert!(read.elongations_m[0].is_nan() && read.elongations_m[1] == 0.5, "{word}");
+        }
+        for other in ["NaN1", "infinit", "-", "1.#QNAN", "1 NaN", "NaN, 0.5]"] {
+            let error = decode::<Sample>(text("m", other).as_bytes()).unwrap_err();
+            assert!(matches!(error, DecodeError::Malformed(_)), "{other}: {error}");
+        }
+        assert!(Sample::corrected(r#"{"a\"NaN": "Infinity"}"#).is_none());
     }
 
     #[test]
